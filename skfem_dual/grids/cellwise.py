@@ -1,0 +1,121 @@
+"""Piecewise constants on the cells of a couple of dual grids, as an skfem basis."""
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, Dofs, Element, ElementTriP0, FacetBasis, MeshTri
+
+from .dual_mesh import DualMesh
+from .partition import Partition
+
+
+class CellwiseBasis(CellBasis):
+    """Piecewise constants on dual cells or on triangles over the common refinement.
+
+    The DOF of a triangle of the refinement is the number of its cell, so everything scikit-fem
+    does with a `CellBasis` works: forms, `project`, `interpolate`, `interpolator`, `plot`.
+    Bases of both grids share their quadrature points and combine in one form.
+
+    Parameters
+    ----------
+    dual : DualMesh
+        The couple of grids.
+    grid : {"dual", "primal"}
+        Whether the functions are constant on dual cells or on triangles.
+    intorder : int, optional
+        Order of the quadrature on the common refinement.
+    quadrature : tuple of arrays, optional
+        Points and weights on the reference triangle, instead of ``intorder``.
+    elements : optional
+        Subset of the triangles of the common refinement, in any form skfem takes.
+
+    Examples
+    --------
+    >>> from skfem import BilinearForm, MeshTri
+    >>> dual = DualMesh.from_mesh(MeshTri().refined(2))
+    >>> overlap = BilinearForm(lambda u, v, w: u * v).assemble(dual.primal_basis(), dual.basis())
+    >>> overlap.shape
+    (25, 32)
+    >>> bool(np.allclose(overlap.sum(axis=1).ravel(), dual.areas))
+    True
+    """
+
+    def __init__(
+        self,
+        dual: DualMesh,
+        grid: Literal["dual", "primal"] = "dual",
+        *,
+        intorder: int | None = None,
+        quadrature: tuple[ndarray, ndarray] | None = None,
+        elements: Any = None,
+    ):
+        if grid not in ("dual", "primal"):
+            raise ValueError(f'expected grid "dual" or "primal", got {grid!r}')
+        self.dual = dual
+        self.grid = grid
+        mesh = dual.refinement
+        dofs = Dofs(mesh, ElementTriP0())
+        cells = dual.refinement_cells if grid == "dual" else np.arange(mesh.nelements) // 6
+        dofs.interior_dofs = dofs.element_dofs = np.array(cells, dtype=np.int32)[None]
+        dofs.N = len(self.partition)
+        super().__init__(
+            mesh,
+            ElementTriP0(),
+            intorder=intorder,
+            quadrature=quadrature,
+            elements=elements,
+            dofs=dofs,
+            disable_doflocs=True,
+        )
+        self.doflocs = np.array(self.partition.centroids)
+
+    @property
+    def partition(self) -> Partition:
+        """The cells, in the order of the DOFs."""
+        return self.dual.partition if self.grid == "dual" else self.dual.primal_partition
+
+    def with_element(self, elem: Element) -> CellBasis:
+        """A basis of other elements on the common refinement, with the same quadrature.
+
+        For ElementTriP0 it is this basis, not constants on the triangles of the refinement.
+        """
+        if isinstance(elem, ElementTriP0):
+            return self.with_elements(self.tind)
+        return CellBasis(
+            self.mesh, elem, mapping=self.mapping, quadrature=self.quadrature, elements=self.tind
+        )
+
+    def with_elements(self, elements: Any = None) -> "CellwiseBasis":
+        """This basis on a subset of the triangles of the common refinement; same numbering."""
+        return CellwiseBasis(self.dual, self.grid, quadrature=self.quadrature, elements=elements)
+
+    def boundary(
+        self,
+        facets: Any = None,
+        intorder: int | None = None,
+        quadrature: tuple[ndarray, ndarray] | None = None,
+    ) -> FacetBasis:
+        """Traces on the boundary of the domain, with the same DOFs."""
+        if self.tind is not None:
+            raise NotImplementedError(
+                "boundary() of a basis on a subset of elements is not supported. "
+                "Remedy: take the boundary of the whole basis and name its facets"
+            )
+        return FacetBasis(
+            self.mesh,
+            self.elem,
+            mapping=self.mapping,
+            facets=facets,
+            intorder=intorder,
+            quadrature=quadrature,
+            dofs=self.dofs,
+        )
+
+
+def nodal_basis(basis: CellBasis) -> CellBasis:
+    """The continuous first-order basis on the mesh whose cells or nodes ``basis`` numbers."""
+    mesh = basis.dual.mesh if isinstance(basis, CellwiseBasis) else basis.mesh
+    from skfem import ElementQuad1, ElementTriP1
+
+    return CellBasis(mesh, ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1())

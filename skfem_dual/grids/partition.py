@@ -1,0 +1,160 @@
+"""A plane region cut into polygonal cells: what boundary elements need to know of a grid."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1, MeshTri
+
+from ..errors import MeshError
+from .checks import (
+    Condition,
+    array_conditions,
+    barycentres,
+    check_type,
+    require,
+    triangulation_conditions,
+)
+from .polygons import Polygons, readonly
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Partition:
+    """Cells, the ribs between them and the node that belongs to each cell.
+
+    Parameters
+    ----------
+    polygons : Polygons
+        The cells.
+    facets : (2, nribs) array of int
+        End points of each rib, indices into ``polygons.p``.
+    f2c : (2, nribs) array of int
+        Cells to the left and to the right of each rib, -1 outside.
+    nodes : (2, ncells) array of float
+        Node of the dual grid in each cell: where ``collocation="node"`` collocates.
+    """
+
+    polygons: Polygons
+    facets: ndarray
+    f2c: ndarray
+    nodes: ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "facets", readonly(self.facets, np.int32))
+        object.__setattr__(self, "f2c", readonly(self.f2c, np.int32))
+        object.__setattr__(self, "nodes", readonly(self.nodes, float))
+
+    def __len__(self) -> int:
+        return len(self.polygons)
+
+    def __repr__(self) -> str:
+        return (
+            f"<skfem_dual Partition object>\n  Number of cells: {len(self)}\n"
+            f"  Number of ribs: {self.facets.shape[1]}"
+        )
+
+    @property
+    def areas(self) -> ndarray:
+        """Area of each cell."""
+        return self.polygons.areas
+
+    @property
+    def centroids(self) -> ndarray:
+        """Area centroid of each cell, shape (2, ncells)."""
+        return self.polygons.centroids
+
+    @classmethod
+    def from_mesh(cls, mesh: Mesh) -> "Partition":
+        """The triangles or the convex quadrilaterals of a mesh as cells.
+
+        Quadrilaterals may be degenerate, as in the middle of a polar grid.
+
+        Raises
+        ------
+        TypeError
+            If the mesh is neither a MeshTri nor a MeshQuad.
+        MeshError
+            If it does not cut a plane region into cells.
+        """
+        if type(mesh) is MeshQuad1:
+            require(_quadrilateral_conditions(mesh))
+        elif isinstance(mesh, Mesh) and mesh.elem.refdom.nnodes == 4 and mesh.dim() == 2:
+            raise MeshError(f"expected straight quadrilaterals (MeshQuad), got {type(mesh)}")
+        else:
+            check_type(mesh)
+            require(triangulation_conditions(mesh))
+        polygons = Polygons.from_cells(mesh.p, mesh.t)
+        a, b = mesh.p[:, mesh.facets].swapaxes(0, 1)
+        inside = polygons.centroids[:, mesh.f2t[0]] - a
+        on_left = (b - a)[0] * inside[1] - (b - a)[1] * inside[0] >= 0
+        return cls(
+            polygons,
+            np.where(on_left, mesh.facets, mesh.facets[::-1]),
+            mesh.f2t,
+            polygons.centroids if mesh.t.shape[0] == 4 else barycentres(mesh),
+        )
+
+    @classmethod
+    def from_basis(cls, basis: CellBasis) -> "Partition":
+        """The cells on which the functions of ``basis`` are constant.
+
+        Parameters
+        ----------
+        basis : CellwiseBasis or CellBasis
+            ``dual.basis()``, ``dual.primal_basis()``, ``CellBasis(mesh, ElementTriP0())`` or
+            ``CellBasis(mesh, ElementQuad0())``; cell ``i`` is that of DOF ``i``.
+
+        Raises
+        ------
+        TypeError
+            If the basis does not consist of constants on cells.
+        MeshError
+            If its cells are not those of its whole mesh, or the mesh has faults.
+        """
+        if isinstance(own := getattr(basis, "partition", None), Partition):
+            partition = own
+        elif isinstance(basis, CellBasis) and isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
+            dofs = basis.dofs.element_dofs
+            if not np.array_equal(dofs, np.arange(basis.mesh.nelements)[None]):
+                raise MeshError(
+                    "expected one DOF for every cell, in the order of the mesh. Remedy: leave out "
+                    "dofs=, or use DualMesh.basis() for cells that gather triangles"
+                )
+            partition = cls.from_mesh(basis.mesh)
+        else:
+            what = type(basis).__name__
+            if isinstance(basis, CellBasis):
+                what += f" of {type(basis.elem).__name__}"
+            raise TypeError(
+                "expected a basis of piecewise constants (DualMesh.basis(), or a CellBasis of "
+                f"ElementTriP0 or ElementQuad0), got {what}"
+            )
+        if basis.tind is not None and len(np.unique(basis.tind)) != basis.mesh.nelements:
+            raise MeshError(
+                f"expected a basis on all {basis.mesh.nelements} elements of its mesh, got "
+                f"{len(basis.tind)}. Remedy: restrict the mesh instead, mesh.restrict(elements)"
+            )
+        return partition
+
+
+def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
+    yield from array_conditions(mesh)
+    v = mesh.p[:, mesh.t]
+    onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
+    turns = onward[0] * back[1] - onward[1] * back[0]
+    size = np.max(np.ptp(v, axis=1), axis=0) ** 2
+    one_sense = (turns >= -1e-14 * size).all(axis=0) | (turns <= 1e-14 * size).all(axis=0)
+    yield Condition(
+        "convex quadrilaterals of positive area",
+        "quadrilateral",
+        np.nonzero(~one_sense | (np.abs(turns.sum(axis=0)) <= 1e-13 * size))[0],
+        "order the vertices around each cell; split cells that are not convex into triangles",
+    )
+    yield Condition(
+        "facets shared by at most two quadrilaterals",
+        "facet",
+        np.nonzero(np.bincount(mesh.t2f.ravel()) > 2)[0],
+        "remove the cells lying on top of others; give each cell of a polar grid "
+        "its own node in the middle",
+    )

@@ -1,0 +1,138 @@
+"""Ragged polygons as flat arrays; knows no mesh."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+
+from ..errors import MeshError
+
+
+def readonly(a, dtype=None) -> ndarray:
+    """A C-contiguous, read-only copy of ``a``."""
+    out = np.array(a, dtype=dtype, order="C")
+    out.setflags(write=False)
+    return out
+
+
+def some(indices, most: int = 5) -> str:
+    """The first few of ``indices`` as text for messages.
+
+    >>> some(range(3)), some(range(9))
+    ('0, 1, 2', '0, 1, 2, 3, 4, ...')
+    """
+    indices = np.asarray(indices).ravel()
+    text = ", ".join(str(i) for i in indices[:most])
+    return text + (", ..." if len(indices) > most else "")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Polygons:
+    """Simple polygons, counter-clockwise, on shared points.
+
+    Parameters
+    ----------
+    p : (2, npoints) array of float
+        Coordinates of the points.
+    indices : (nindices,) array of int
+        Points of polygon 0 in counter-clockwise order, then of polygon 1, ...
+    offsets : (npolygons + 1,) array of int
+        Polygon ``i`` consists of ``indices[offsets[i]:offsets[i + 1]]``.
+
+    Raises
+    ------
+    MeshError
+        If the arrays do not fit together or a polygon is not counter-clockwise.
+
+    Examples
+    --------
+    >>> square = Polygons([[0, 1, 1, 0], [0, 0, 1, 1]], [0, 1, 2, 3], [0, 4])
+    >>> float(square.areas[0]), square.centroids[:, 0].tolist()
+    (1.0, [0.5, 0.5])
+    """
+
+    p: ndarray
+    indices: ndarray
+    offsets: ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "p", readonly(self.p, float))
+        object.__setattr__(self, "indices", readonly(self.indices, np.int32))
+        object.__setattr__(self, "offsets", readonly(self.offsets, np.int32))
+        if self.p.ndim != 2 or self.p.shape[0] != 2:
+            raise MeshError(f"expected points of shape (2, n), got {self.p.shape}")
+        ends = self.offsets
+        if ends.ndim != 1 or len(ends) == 0 or ends[0] != 0 or ends[-1] != len(self.indices):
+            raise MeshError("expected offsets to run from 0 to the number of indices")
+        if np.any(small := np.diff(ends) < 3):
+            raise MeshError(
+                "expected at least three vertices in every polygon; polygons "
+                f"{some(np.nonzero(small)[0])} have fewer"
+            )
+        if len(self.indices) and not (
+            0 <= self.indices.min() and self.indices.max() < self.p.shape[1]
+        ):
+            raise MeshError(
+                f"expected indices from 0 to {self.p.shape[1] - 1}, got "
+                f"{self.indices.min()} to {self.indices.max()}"
+            )
+        # not "<= 0", which NaN would pass
+        if np.any(bad := ~(self.areas > 0)):
+            raise MeshError(
+                "expected counter-clockwise polygons of positive area with finite vertices; "
+                f"polygons {some(np.nonzero(bad)[0])} are not"
+            )
+
+    @classmethod
+    def from_cells(cls, p, t) -> "Polygons":
+        """Polygons with equally many vertices, from connectivity ``t`` of shape (k, n).
+
+        The vertices run around each cell in either sense; clockwise cells are reversed.
+        """
+        p, t = np.asarray(p, dtype=float), np.asarray(t)
+        v = p[:, t] - p[:, t[:1]]
+        twice = np.sum(v[0] * np.roll(v[1], -1, 0) - v[1] * np.roll(v[0], -1, 0), axis=0)
+        return cls(
+            p, np.where(twice < 0, t[::-1], t).T.ravel(), np.arange(t.shape[1] + 1) * len(t)
+        )
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def __getitem__(self, i: int) -> ndarray:
+        """Vertices of polygon ``i``, shape (2, k)."""
+        return self.p[:, self.indices[self.offsets[i] : self.offsets[i + 1]]]
+
+    def __repr__(self) -> str:
+        return f"<skfem_dual Polygons object>\n  Number of polygons: {len(self)}"
+
+    @property
+    def sizes(self) -> ndarray:
+        """Number of vertices of each polygon."""
+        return np.diff(self.offsets)
+
+    @cached_property
+    def areas(self) -> ndarray:
+        """Area of each polygon."""
+        return readonly(self._moments[0])
+
+    @cached_property
+    def centroids(self) -> ndarray:
+        """Area centroid of each polygon, shape (2, npolygons)."""
+        return readonly(self._moments[1])
+
+    @cached_property
+    def _moments(self) -> tuple[ndarray, ndarray]:
+        # about the first vertex of each polygon: no cancellation far from the origin
+        starts = self.offsets[:-1]
+        origin = self.p[:, self.indices[starts]]
+        v = self.p[:, self.indices] - np.repeat(origin, self.sizes, axis=1)
+        following = np.arange(1, len(self.indices) + 1)
+        following[self.offsets[1:] - 1] = starts
+        w = v[:, following]
+        cross = v[0] * w[1] - v[1] * w[0]
+        areas = np.add.reduceat(cross, starts) / 2
+        with np.errstate(divide="ignore", invalid="ignore"):  # refused by __post_init__
+            centroids = origin + np.add.reduceat((v + w) * cross, starts, axis=1) / (6 * areas)
+        return areas, centroids

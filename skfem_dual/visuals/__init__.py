@@ -1,0 +1,1 @@
+"""Drawing grids, fields and isobars with pyvista or matplotlib."""
