@@ -2,7 +2,7 @@
 
 
 class MeshError(ValueError):
-    """A mesh or partition that cannot be used; names the first offending indices and the remedy."""
+    """A mesh or partition that cannot be used; names the first offenders and the remedy."""
 
 
 class MeshWarning(UserWarning):

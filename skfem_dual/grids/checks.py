@@ -267,13 +267,12 @@ def _facet_detail(mesh: MeshTri, facets: ndarray) -> str:
 
 
 def _tag_conditions(mesh: MeshTri) -> Iterator[Condition]:
-    for kind, tags, entity in (
-        ("boundary", mesh.boundaries, "facet"),
-        ("subdomain", mesh.subdomains, "triangle"),
+    for kind, tags, entity, n in (
+        ("boundary", mesh.boundaries, "facet", mesh.facets.shape[1]),
+        ("subdomain", mesh.subdomains, "triangle", mesh.t.shape[1]),
     ):
         for name, tag in (tags or {}).items():
             index = np.asarray(tag)
-            n = mesh.facets.shape[1] if entity == "facet" else mesh.t.shape[1]
             if not np.issubdtype(index.dtype, np.integer):
                 raise MeshError(
                     f"expected integer {entity} indices in {kind} {name!r}, got {index.dtype}"
@@ -282,5 +281,5 @@ def _tag_conditions(mesh: MeshTri) -> Iterator[Condition]:
                 f"{entity} indices from 0 to {n - 1} in {kind} {name!r}",
                 entity,
                 readonly(index[(index < 0) | (index >= n)]),
-                f"name existing {entity}s in mesh.with_{'boundaries' if entity == 'facet' else 'subdomains'}",
+                f"name existing {entity}s in the {kind} tags of the mesh",
             )

@@ -10,7 +10,7 @@ from skfem import MeshTri
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Corner ``k * M + j`` is the vertex ``k`` of triangle ``j`` of ``M``, taken counter-clockwise.
+    """Corner ``k * M + j`` is vertex ``k``, counter-clockwise, of triangle ``j`` of ``M``.
 
     skfem sorts the vertices of a triangle, so its sense of rotation is found here and used
     nowhere else. Every corner starts one facet, which leads to the next corner of its triangle;

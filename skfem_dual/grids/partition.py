@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..errors import MeshError
 from .checks import (

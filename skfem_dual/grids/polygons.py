@@ -71,7 +71,7 @@ class Polygons:
                 f"{some(np.nonzero(small)[0])} have fewer"
             )
         if len(self.indices) and not (
-            0 <= self.indices.min() and self.indices.max() < self.p.shape[1]
+            self.indices.min() >= 0 and self.indices.max() < self.p.shape[1]
         ):
             raise MeshError(
                 f"expected indices from 0 to {self.p.shape[1] - 1}, got "
