@@ -1,5 +1,7 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from .contact.punch import PunchSolution, RigidPunch
+from .contact.substrates import HalfSpace
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import check_mesh
@@ -12,7 +14,10 @@ __all__ = [
     "ConvergenceError",
     "ConvergenceWarning",
     "DualMesh",
+    "HalfSpace",
     "MeshError",
     "MeshWarning",
+    "PunchSolution",
+    "RigidPunch",
     "check_mesh",
 ]

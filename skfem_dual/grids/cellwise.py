@@ -4,7 +4,16 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, Dofs, Element, ElementTriP0, FacetBasis, MeshTri
+from skfem import (
+    CellBasis,
+    Dofs,
+    Element,
+    ElementQuad1,
+    ElementTriP0,
+    ElementTriP1,
+    FacetBasis,
+    MeshTri,
+)
 
 from .dual_mesh import DualMesh
 from .partition import Partition
@@ -113,9 +122,29 @@ class CellwiseBasis(CellBasis):
         )
 
 
-def nodal_basis(basis: CellBasis) -> CellBasis:
-    """The continuous first-order basis on the mesh whose cells or nodes ``basis`` numbers."""
-    mesh = basis.dual.mesh if isinstance(basis, CellwiseBasis) else basis.mesh
-    from skfem import ElementQuad1, ElementTriP1
+def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
+    """Values of cells as a continuous first-order field on the mesh.
 
-    return CellBasis(mesh, ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1())
+    The nodes of dual cells take over the values of their cells; elsewhere a node takes the mean
+    over the cells around it, weighted by area.
+
+    Returns
+    -------
+    basis : CellBasis
+        ElementTriP1 or ElementQuad1 on the mesh.
+    values : (N,) array of float
+        Its vector.
+    """
+    values = np.asarray(values, dtype=float)
+    if values.shape != (basis.N,):
+        raise ValueError(f"expected values of shape ({basis.N},), got {values.shape}")
+    partition = Partition.from_basis(basis)
+    mesh = basis.dual.mesh if isinstance(basis, CellwiseBasis) else basis.mesh
+    elem = ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1()
+    nodal = CellBasis(mesh, elem)
+    if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
+        return nodal, values.copy()
+    around = mesh.t.ravel()
+    weights = np.tile(partition.areas, mesh.t.shape[0])
+    total = np.bincount(around, weights * np.tile(values, mesh.t.shape[0]))
+    return nodal, total / np.bincount(around, weights)

@@ -1,0 +1,76 @@
+"""Exact solutions for the homogeneous half-space, pure functions; imports nothing of ours.
+
+Compression and settlement are positive, ``young`` and ``poisson`` are those of the half-space.
+Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5 and 4.2; Gladwell, Contact
+Problems in the Classical Theory of Elasticity (1980).
+"""
+
+import numpy as np
+from numpy import ndarray
+from scipy.special import ellipe, ellipk
+
+
+def contact_modulus(young: float, poisson: float) -> float:
+    """E* = E / (1 - nu^2)."""
+    return young / (1 - poisson**2)
+
+
+def circle_settlement(force: float, radius: float, young: float, poisson: float) -> float:
+    """Settlement of a rigid flat circle under a central force, P / (2 a E*)."""
+    return force / (2 * radius * contact_modulus(young, poisson))
+
+
+def circle_tilt(moment: float, radius: float, young: float, poisson: float) -> float:
+    """Tilt of a rigid flat circle in full contact under a moment, 3 M / (4 a^3 E*)."""
+    return 3 * moment / (4 * radius**3 * contact_modulus(young, poisson))
+
+
+def circle_pressure(x, force: float, radius: float, moments=(0.0, 0.0)) -> ndarray:
+    """Pressure under a rigid flat circle around the origin.
+
+    Parameters
+    ----------
+    x : (2, ...) array of float
+        Points; outside the circle the pressure is zero, on its edge infinite.
+    force : float
+        Resultant of the pressure.
+    radius : float
+        Radius a of the circle.
+    moments : pair of float
+        First moments of the pressure, its integrals times x and times y.
+    """
+    x = np.asarray(x, dtype=float)
+    d2 = radius**2 - x[0] ** 2 - x[1] ** 2
+    lever = 3 * (moments[0] * x[0] + moments[1] * x[1]) / radius**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p = (force + lever) / (2 * np.pi * radius * np.sqrt(d2))
+    return np.where(d2 < 0, 0.0, p)
+
+
+def ellipse_settlement(
+    force: float, semiaxes: tuple[float, float], young: float, poisson: float
+) -> float:
+    """Settlement of a rigid flat ellipse under a central force, P K(m) / (pi E* a)."""
+    b, a = sorted(semiaxes)
+    modulus = contact_modulus(young, poisson)
+    return float(force * ellipk(1 - (b / a) ** 2) / (np.pi * modulus * a))
+
+
+def ellipse_pressure(x, force: float, semiaxes: tuple[float, float]) -> ndarray:
+    """Pressure under a rigid flat ellipse with its axes along x and y, central force."""
+    x = np.asarray(x, dtype=float)
+    d2 = 1 - (x[0] / semiaxes[0]) ** 2 - (x[1] / semiaxes[1]) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p = force / (2 * np.pi * semiaxes[0] * semiaxes[1] * np.sqrt(d2))
+    return np.where(d2 < 0, 0.0, p)
+
+
+def uniform_circle_displacement(
+    r, pressure: float, radius: float, young: float, poisson: float
+) -> ndarray:
+    """Settlement at distance ``r`` from the centre of a uniformly loaded circle."""
+    r = np.abs(np.asarray(r, dtype=float)) / radius
+    inside, outside = np.minimum(r, 1.0), np.maximum(r, 1.0)
+    m = 1 / outside**2
+    w = np.where(r <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (r > 1))))
+    return 4 * pressure * radius / (np.pi * contact_modulus(young, poisson)) * w

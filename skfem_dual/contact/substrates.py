@@ -1,0 +1,75 @@
+"""Elastic substrates: what the ground is made of."""
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy import ndarray
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """Homogeneous, isotropic elastic half-space (Boussinesq).
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E, in any consistent unit of pressure.
+    poisson : float
+        Poisson's ratio, from 0 to 1/2.
+
+    Raises
+    ------
+    TypeError
+        If a modulus is not a number.
+    ValueError
+        If ``young`` is not positive or ``poisson`` lies outside [0, 1/2].
+
+    Examples
+    --------
+    >>> soil = HalfSpace(young=30e6, poisson=0.25)
+    >>> soil.contact_modulus
+    32000000.0
+    """
+
+    young: float
+    poisson: float
+
+    def __post_init__(self):
+        for name in ("young", "poisson"):
+            value = getattr(self, name)
+            try:
+                object.__setattr__(self, name, float(value))
+            except (TypeError, ValueError):
+                raise TypeError(f"expected a number for {name}, got {value!r}") from None
+        if not (isfinite(self.young) and self.young > 0):
+            raise ValueError(f"expected a positive Young's modulus, got young={self.young:g}")
+        if not 0 <= self.poisson <= 0.5:
+            raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got {self.poisson:g}")
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* = E / (1 - nu^2)."""
+        return self.young / (1 - self.poisson**2)
+
+    @property
+    def singular_coefficient(self) -> float:
+        """c of the part c / r of the influence function, closed on polygons."""
+        return 1 / (np.pi * self.contact_modulus)
+
+    def influence(self, r) -> ndarray:
+        """Settlement of the surface at distance ``r`` from a unit vertical force.
+
+        ``(1 - nu^2) / (pi E r)``; infinite at ``r = 0``.
+        """
+        with np.errstate(divide="ignore"):
+            return self.singular_coefficient / np.abs(np.asarray(r, dtype=float))
+
+    def symbol(self, k) -> ndarray:
+        """Fourier transform of the influence function, ``2 / (E* k)``."""
+        with np.errstate(divide="ignore"):
+            return 2 / (self.contact_modulus * np.abs(np.asarray(k, dtype=float)))
+
+    def primitive(self, radius) -> ndarray:
+        """Integral of ``influence(r) r`` from 0 to ``radius``."""
+        return self.singular_coefficient * np.asarray(radius, dtype=float)
