@@ -22,6 +22,9 @@ from .substrates import HalfSpace
 
 Pair = tuple[float, float]
 
+#: up to so many cells a printed solution tells the condition number, in a few milliseconds
+REPR_CONDITION = 2000
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RigidPunch:
@@ -383,16 +386,17 @@ class PunchSolution:
         """
         return nodal_values(self.punch.basis, self.pressure)
 
-    def __repr__(self) -> str:
-        p, scale = self.pressure, max(abs(self.settlement), 1e-300)
+    def table(self) -> list[tuple[str, str]]:
+        """Names and values of the rows of ``repr``."""
+        p, scale = self.pressure, max(abs(self.settlement), np.finfo(float).tiny)
         load = np.abs(self.resultant).max()
         residual = np.abs(self.resultant_residual).max() / load if load > 0 else 0.0
         e = self.centre_of_pressure
-        rows = [
+        return [
             ("Grid", self.punch.grid_description),
             ("Substrate", str(self.punch.substrate)),
             ("Settlement W0", f"{self.settlement:.6g}"),
-            ("Tilt (Lx, Ly)", f"{self.tilt[0]:.6g}, {self.tilt[1]:.6g}"),
+            ("Tilt (Lx, Ly)", f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})"),
             ("Force, acting at", f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})"),
             ("Contact area", f"{self.contact_area:.6g}"),
             ("Pressure mean", f"{self.mean_pressure:.6g}"),
@@ -401,14 +405,16 @@ class PunchSolution:
                 "Residuals",
                 f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}",
             ),
-            ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())),
             ("Result", self.message),
+            ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())),
         ]
-        if "condition_number" in self.punch.__dict__:
+
+    def __repr__(self) -> str:
+        rows = self.table()
+        if len(self.pressure) <= REPR_CONDITION:
             rows.insert(-2, ("Condition number", f"{self.condition_number:.4g}"))
-        return "<skfem_dual PunchSolution object>\n" + "\n".join(
-            f"  {name:<18}{value}" for name, value in rows
-        )
+        lines = [f"  {name:<18}{value}" for name, value in rows]
+        return "\n".join(["<skfem_dual PunchSolution object>", *lines])
 
 
 def _solve_scaled(equations: ndarray, given: ndarray) -> ndarray:

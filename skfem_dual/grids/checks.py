@@ -266,12 +266,17 @@ def _facet_detail(mesh: MeshTri, facets: ndarray) -> str:
     return f"the first joins nodes {a} and {b}"
 
 
+def user_tags(tags: dict[str, ndarray] | None) -> dict[str, ndarray]:
+    """Tags of a mesh without the curve numbers that meshio files under cell sets of Gmsh."""
+    return {name: tag for name, tag in (tags or {}).items() if not name.startswith("gmsh:")}
+
+
 def _tag_conditions(mesh: MeshTri) -> Iterator[Condition]:
     for kind, tags, entity, n in (
         ("boundary", mesh.boundaries, "facet", mesh.facets.shape[1]),
         ("subdomain", mesh.subdomains, "triangle", mesh.t.shape[1]),
     ):
-        for name, tag in (tags or {}).items():
+        for name, tag in user_tags(tags).items():
             index = np.asarray(tag)
             if not np.issubdtype(index.dtype, np.integer):
                 raise MeshError(

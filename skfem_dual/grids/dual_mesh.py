@@ -11,7 +11,14 @@ from scipy.sparse.csgraph import connected_components
 from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
-from .checks import barycentres, check_type, crossing_parameters, dual_conditions, require
+from .checks import (
+    barycentres,
+    check_type,
+    crossing_parameters,
+    dual_conditions,
+    require,
+    user_tags,
+)
 from .corners import Corners
 from .partition import Partition
 from .polygons import Polygons, readonly
@@ -80,7 +87,13 @@ class DualMesh:
         """
         check_type(mesh)
         # skfem's meshes can be changed in place: own copy, derived data computed afresh
-        mesh = replace(mesh, doflocs=np.array(mesh.p), t=np.array(mesh.t))
+        mesh = replace(
+            mesh,
+            doflocs=np.array(mesh.p, order="C"),
+            t=np.array(mesh.t, order="C"),
+            _boundaries=user_tags(mesh.boundaries) or None,
+            _subdomains=user_tags(mesh.subdomains) or None,
+        )
         require(dual_conditions(mesh))
         mesh.doflocs.setflags(write=False)
         mesh.t.setflags(write=False)

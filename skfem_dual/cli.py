@@ -1,0 +1,240 @@
+"""The command line: ``python -m skfem_dual {solve,dual,check}``, or ``skfem-dual``."""
+
+import argparse
+import json
+import os
+import re
+import sys
+import warnings
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import NoReturn
+
+from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
+from .io import read_mesh, write_dual, write_solution, write_whole
+
+SUFFIXES = {"png": (".png",), "svg": (".svg", ".pdf"), "vtu": (".vtu",), "json": (".json",)}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process by default.
+
+    Returns
+    -------
+    int
+        0; 1 if ``check`` found a fault; 2 after an error, told in one line on stderr.
+    """
+    options = _parser().parse_args(argv)
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        warnings.showwarning = _show_warning
+        try:
+            _check_outputs(options)
+            code = options.run(options)
+            sys.stdout.flush()
+            return code
+        except BrokenPipeError:  # the reader of our output left, e.g. head
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        except (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError) as error:
+            print(f"skfem-dual: error: {_one_line(error)}", file=sys.stderr)
+            return 2
+
+
+def solve(options: argparse.Namespace) -> int:
+    """``solve MESH``: pressures under a rigid punch, as a table and files."""
+    times = {}
+    start = perf_counter()
+    mesh = read_mesh(options.mesh)
+    times["import"], start = perf_counter() - start, perf_counter()
+    dual = DualMesh.from_mesh(mesh)
+    times["dual"] = perf_counter() - start
+    punch = RigidPunch(
+        HalfSpace(options.young, options.poisson),
+        dual.basis() if options.grid == "dual" else dual.primal_basis(),
+        collocation=options.collocation,
+        origin=options.origin,
+    )
+    solution = punch.solve(
+        options.force,
+        options.at,
+        options.moments,
+        settlement=options.settlement,
+        tilt=options.tilt,
+    )
+    times |= solution.timings
+    rows = [("Mesh", f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles")]
+    rows += solution.table()[:-1]  # all but its share of the time
+    rows += [
+        ("Condition number", f"{solution.condition_number:.4g}"),
+        ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in times.items())),
+    ]
+    print("\n".join(f"{name:<19}{value}" for name, value in rows))
+    if options.json:
+        text = json.dumps(_as_dict(options, solution, times), indent=2) + "\n"
+        write_whole(options.json, lambda part: Path(part).write_text(text))
+    if options.vtu:
+        write_solution(options.vtu, solution)
+    _draw(options, "isobars", *_relative_pressure(solution), title="p / mean p")
+    return 0
+
+
+def dual(options: argparse.Namespace) -> int:
+    """``dual MESH``: census, file and picture of the dual grid."""
+    grid = DualMesh.from_mesh(read_mesh(options.mesh))
+    print("\n".join(line.strip() for line in repr(grid).splitlines()[1:]))
+    if options.vtu:
+        write_dual(options.vtu, grid)
+    _draw(options, "draw", grid)
+    return 0
+
+
+def check(options: argparse.Namespace) -> int:
+    """``check MESH``: what a triangulation must be to have a dual grid."""
+    report = check_mesh(read_mesh(options.mesh))
+    print("\n".join(line.strip() for line in repr(report).splitlines()[1:]))
+    return 0 if report.ok else 1
+
+
+def _relative_pressure(solution: PunchSolution):
+    basis, pressure = solution.nodal_pressure()
+    # without a resultant there is no mean to refer to
+    mean = solution.mean_pressure or abs(pressure).max()
+    return basis, pressure / mean
+
+
+def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
+    """Write the pictures asked for; both libraries draw by the same names."""
+    if options.png:
+        from .visuals import pyvista  # type: ignore[attr-defined]
+
+        plotter = getattr(pyvista, what)(*args, **kwargs)
+        write_whole(options.png, plotter.screenshot)
+        plotter.close()
+    if options.svg:
+        from .visuals import matplotlib  # type: ignore[attr-defined]
+
+        axes = getattr(matplotlib, what)(*args, **kwargs)
+        write_whole(options.svg, axes.figure.savefig)
+
+
+def _as_dict(options: argparse.Namespace, solution: PunchSolution, times: dict) -> dict:
+    """The solution for other programs; pressures of the cells are in the VTU file."""
+    punch = solution.punch
+    return {
+        "version": __version__,
+        "mesh": str(options.mesh),
+        "grid": options.grid,
+        "cells": len(punch.partition),
+        "collocation": punch.collocation,
+        "origin": list(punch.origin),
+        "young": punch.substrate.young,
+        "poisson": punch.substrate.poisson,
+        "settlement": solution.settlement,
+        "tilt": solution.tilt.tolist(),
+        "force": solution.force,
+        "first_moments": solution.resultant[1:].tolist(),
+        "contact_area": solution.contact_area,
+        "pressure": {
+            "min": float(solution.pressure.min()),
+            "mean": solution.mean_pressure,
+            "max": float(solution.pressure.max()),
+        },
+        "condition_number": solution.condition_number,
+        "resultant_residual": solution.resultant_residual.tolist(),
+        "displacement_residual": solution.displacement_residual,
+        "success": solution.success,
+        "message": solution.message,
+        "seconds": times,
+    }
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors take one line and whose numbers may read ``-1e6``."""
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        # before Python 3.14 argparse takes -1e6 for an option
+        self._negative_number_matcher = re.compile(r"^-\.?\d")
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="skfem-dual",
+        description="Dual grids of triangulations and rigid punches on an elastic half-space.",
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="{solve,dual,check}")
+
+    command = commands.add_parser(
+        "solve",
+        help="pressures and settlement of a rigid punch whose plan is the mesh",
+        description="Rigid, smooth punch on a homogeneous elastic half-space. Any consistent "
+        "units. Give a force or a settlement.",
+    )
+    command.set_defaults(run=solve)
+    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
+    number = partial(command.add_argument, type=float, metavar="X")
+    number("--young", required=True, help="Young's modulus E")
+    number("--poisson", required=True, help="Poisson's ratio nu")
+    number("--force", help="vertical force P, positive downwards")
+    number("--settlement", help="settlement of the origin, instead of a force")
+    pair = partial(command.add_argument, type=float, nargs=2)
+    pair("--at", metavar=("EX", "EY"), help="where the force acts")
+    pair("--moments", metavar=("M1", "M2"), help="moments, with the signs of the paper's (4)")
+    pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
+    pair("--origin", metavar=("X", "Y"), default=(0.0, 0.0), help="centre of the punch")
+    command.add_argument("--grid", choices=("dual", "triangles"), default="dual")
+    command.add_argument("--collocation", choices=("centroid", "node"), default="centroid")
+    _add_outputs(
+        command, png="isobars", svg="isobars (SVG or PDF)", vtu="cells", json="the results"
+    )
+
+    command = commands.add_parser("dual", help="the dual grid of the mesh")
+    command.set_defaults(run=dual)
+    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
+    _add_outputs(command, png="both grids", svg="both grids (SVG or PDF)", vtu="dual cells")
+
+    command = commands.add_parser(
+        "check", help="whether the mesh has a dual grid, and if not, why"
+    )
+    command.set_defaults(run=check)
+    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
+    return parser
+
+
+def _add_outputs(command: argparse.ArgumentParser, **outputs: str) -> None:
+    for name, what in outputs.items():
+        command.add_argument(f"--{name}", metavar="FILE", help=f"write {what} to this file")
+
+
+def _check_outputs(options: argparse.Namespace) -> None:
+    """Refuse output files that cannot be written before any work is done."""
+    for name, suffixes in SUFFIXES.items():
+        path = getattr(options, name, None)
+        if path is None:
+            continue
+        if Path(path).suffix not in suffixes:
+            raise ValueError(
+                f"expected a file name ending in {' or '.join(suffixes)} for --{name}, got {path}"
+            )
+        if not Path(path).absolute().parent.is_dir():
+            raise FileNotFoundError(f"no such folder for --{name}: {Path(path).parent}")
+
+
+def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
+    print(f"skfem-dual: warning: {_one_line(message)}", file=sys.stderr)
+
+
+def _one_line(error: BaseException | Warning | str) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
