@@ -214,8 +214,8 @@ class RigidPunch:
             )
         if tilt is not None and (at is not None or moments is not None):
             raise ValueError("expected either a tilt or a load point with moments, got both")
-        lever = np.array(_pair("at", at or (0.0, 0.0)))
-        m1, m2 = _pair("moments", moments or (0.0, 0.0))
+        lever = np.array(_pair("at", (0.0, 0.0) if at is None else at))
+        m1, m2 = _pair("moments", (0.0, 0.0) if moments is None else moments)
 
         unit_pressures = self._unit_pressures
         start = perf_counter()

@@ -12,6 +12,7 @@ from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
 from .checks import (
+    array_conditions,
     barycentres,
     check_type,
     crossing_parameters,
@@ -86,6 +87,7 @@ class DualMesh:
             the first offenders and the remedy.
         """
         check_type(mesh)
+        require(array_conditions(mesh))
         # skfem's meshes can be changed in place: own copy, derived data computed afresh
         mesh = replace(
             mesh,

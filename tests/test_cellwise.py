@@ -1,0 +1,175 @@
+import pickle
+
+import numpy as np
+import pytest
+from plans import disc, polar, rectangle
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementQuad0,
+    ElementTriP0,
+    ElementTriP1,
+    Functional,
+    LinearForm,
+    MeshTri,
+)
+
+from skfem_dual import CellwiseBasis, DualMesh
+from skfem_dual.grids.cellwise import nodal_values
+
+
+@pytest.fixture(scope="module")
+def dual():
+    mesh = disc(2).with_subdomains({"right": lambda x: x[0] > 0})
+    return DualMesh.from_mesh(mesh.with_boundaries({"upper": lambda x: x[1] > 0}))
+
+
+@pytest.fixture(params=["dual", "primal"])
+def basis(request, dual):
+    return CellwiseBasis(dual, request.param)
+
+
+@BilinearForm
+def mass(u, v, _):
+    return u * v
+
+
+@LinearForm
+def load(v, w):
+    return (w.x[0] + 2.0) * v
+
+
+def test_forms(basis):
+    areas = basis.partition.areas
+    M = mass.assemble(basis)
+    assert M.shape == (basis.N, basis.N)
+    assert M.diagonal() == pytest.approx(areas, rel=1e-12)
+    assert abs(M).sum() == pytest.approx(areas.sum())
+    assert load.assemble(basis) == pytest.approx((basis.partition.centroids[0] + 2) * areas)
+    total = Functional(lambda w: w.p * w.x[0] ** 0).assemble(basis, p=np.arange(1.0 * basis.N))
+    assert total == pytest.approx(areas @ np.arange(basis.N))
+
+
+def test_overlap_of_the_two_grids(dual):
+    overlap = mass.assemble(dual.primal_basis(), dual.basis())
+    assert overlap.shape == (len(dual), dual.mesh.nelements)
+    assert np.asarray(overlap.sum(axis=1)).ravel() == pytest.approx(dual.areas)
+    assert np.asarray(overlap.sum(axis=0)).ravel() == pytest.approx(dual.primal_partition.areas)
+
+
+def test_project_interpolate_interpolator(basis):
+    values = np.random.default_rng(0).random(basis.N)
+    assert basis.project(basis.interpolate(values)) == pytest.approx(values)
+    mean = basis.project(lambda x: 3 * x[0] - x[1])
+    c = basis.partition.centroids
+    assert mean == pytest.approx(3 * c[0] - c[1], abs=1e-12)
+    at = basis.interpolator(values)(0.999 * basis.partition.nodes)
+    assert at == pytest.approx(values)
+
+
+def test_doflocs_are_centroids(basis):
+    assert np.array_equal(basis.doflocs, basis.partition.centroids)
+
+
+def test_both_share_quadrature_points(dual):
+    a, b = dual.basis(intorder=3), dual.primal_basis(intorder=3)
+    assert np.array_equal(a.global_coordinates(), b.global_coordinates())
+    fine = a.with_element(ElementTriP1())
+    assert type(fine) is CellBasis
+    assert np.array_equal(a.quadrature[0], fine.quadrature[0])
+    x = fine.project(lambda x: x[0])
+    assert Functional(lambda w: w.u * w.p).assemble(a, u=fine.interpolate(x), p=a.ones()) == (
+        pytest.approx(0, abs=1e-12)
+    )
+
+
+def test_with_element_keeps_the_numbering_of_constants(basis):
+    again = basis.with_element(ElementTriP0())
+    assert again.N == basis.N
+    assert np.array_equal(again.element_dofs, basis.element_dofs)
+    part = basis.with_elements("right").with_element(ElementTriP1())
+    assert part.nelems == basis.with_elements("right").nelems < basis.nelems
+
+
+def test_with_elements_keeps_the_numbering(basis):
+    part = basis.with_elements("right")
+    assert isinstance(part, CellwiseBasis)
+    assert part.N == basis.N
+    area = Functional(lambda w: 1.0 + 0 * w.x[0])
+    v = basis.mesh.p[:, basis.mesh.t[:, basis.mesh.subdomains["right"]]]
+    expected = np.abs(
+        (v[0, 1] - v[0, 0]) * (v[1, 2] - v[1, 0]) - (v[0, 2] - v[0, 0]) * (v[1, 1] - v[1, 0])
+    ).sum()
+    assert area.assemble(part) == pytest.approx(expected / 2)
+    assert np.count_nonzero(mass.assemble(part).diagonal()) < basis.N
+
+
+def test_boundary_keeps_the_numbering(basis):
+    values = np.arange(1.0 * basis.N)
+    trace = basis.boundary("upper")
+    assert trace.N == basis.N
+    found = Functional(lambda w: w.p).assemble(trace, p=trace.interpolate(values))
+    mesh = basis.dual.mesh
+    facets = mesh.boundaries["upper"]
+    a, b = mesh.p[:, mesh.facets[:, facets]].swapaxes(0, 1)
+    ends = values[mesh.facets[:, facets]].mean(axis=0)
+    cells = ends if basis.grid == "dual" else values[mesh.f2t[0, facets]]
+    assert found == pytest.approx(np.hypot(*(b - a)) @ cells)
+    with pytest.raises(NotImplementedError, match="whole basis"):
+        basis.with_elements([0]).boundary()
+
+
+def test_pickle(basis):
+    again = pickle.loads(pickle.dumps(basis))
+    assert again.grid == basis.grid
+    assert np.array_equal(again.element_dofs, basis.element_dofs)
+    assert mass.assemble(again).diagonal() == pytest.approx(basis.partition.areas)
+
+
+def test_plot(basis):
+    axes = basis.plot(basis.doflocs[0])
+    assert axes.collections
+    import matplotlib.pyplot as plt
+
+    plt.close(axes.figure)
+
+
+def test_get_dofs_speaks_of_elements_and_answers_cells(basis):
+    cells = basis.get_dofs(elements=[0, 1]).flatten()
+    assert np.array_equal(cells, np.unique(basis.element_dofs[0, :2]))
+
+
+def test_the_other_name_is_refused(dual):
+    with pytest.raises(ValueError, match='"dual" or "primal", got \'both\''):
+        CellwiseBasis(dual, "both")
+
+
+def test_nodal_values(dual):
+    values = np.random.default_rng(0).random(len(dual))
+    nodal, at_nodes = nodal_values(dual.basis(), values)
+    assert nodal.mesh is dual.mesh
+    assert np.array_equal(at_nodes, values)
+    # on triangles: exact for constants, second order for linear fields on symmetric meshes
+    primal = dual.primal_basis()
+    assert nodal_values(primal, primal.ones())[1] == pytest.approx(1.0)
+    square = DualMesh.from_mesh(rectangle(8))
+    x = square.primal_partition.centroids[0]
+    nodal, at_nodes = nodal_values(square.primal_basis(), x)
+    inner = square.mesh.interior_nodes()
+    assert at_nodes[inner] == pytest.approx(square.mesh.p[0, inner])
+
+
+def test_nodal_values_of_quadrilaterals_and_bad_lengths():
+    basis = CellBasis(polar(4, 12), ElementQuad0())
+    nodal, values = nodal_values(basis, basis.ones())
+    assert values == pytest.approx(1.0)
+    assert len(values) == nodal.N
+    with pytest.raises(ValueError, match=r"shape \(48,\), got \(3,\)"):
+        nodal_values(basis, np.ones(3))
+
+
+def test_two_parts_of_a_mesh():
+    m = MeshTri().refined(1)
+    both = MeshTri(np.hstack([m.p, m.p + 3]), np.hstack([m.t, m.t + m.p.shape[1]]).copy())
+    basis = DualMesh.from_mesh(both).basis()
+    assert mass.assemble(basis).diagonal().sum() == pytest.approx(2.0)

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from skfem_dual.contact import exact
+
+
+def test_circle():
+    # references: P = E a^2, nu = 1/4 gives W/a = 0.46875
+    assert exact.circle_settlement(4.0, 2.0, 1.0, 0.25) / 2.0 == pytest.approx(0.46875)
+    force, _ = quad(
+        lambda s: 2 * np.pi * 2 * s * 2 * exact.circle_pressure([2 * s, 0.0], 3.0, 2.0),
+        0,
+        1,
+    )
+    assert force == pytest.approx(3.0)
+    assert exact.circle_pressure([[0.0, 2.0, 3.0], [0.0, 0.0, 0.0]], 1.0, 2.0) == pytest.approx(
+        [1 / (8 * np.pi), np.inf, 0.0]
+    )
+
+
+def test_moment_of_the_circle():
+    """Lift-off starts at e = a/3, and M is the first moment of the pressure."""
+    at_edge = exact.circle_pressure([-0.999999, 0.0], 1.0, 1.0, (1 / 3, 0.0))
+    assert at_edge < 1e-3 * exact.circle_pressure([0.0, 0.0], 1.0, 1.0)
+
+    def ring(s):  # r = sin(s) takes the singularity away
+        r, t = np.sin(s), np.linspace(0, 2 * np.pi, 33)[:-1]
+        x = np.stack([r * np.cos(t), r * np.sin(t)])
+        return np.mean(exact.circle_pressure(x, 1.0, 1.0, (0.2, 0.0)) * x[0]) * np.cos(s) * r
+
+    moment, _ = quad(lambda s: 2 * np.pi * ring(s), 0, np.pi / 2)
+    assert moment == pytest.approx(0.2)
+    assert exact.circle_tilt(0.2, 1.0, 1.0, 0.0) == pytest.approx(0.15)
+
+
+def test_ellipse():
+    circle = exact.circle_settlement(1.0, 2.0, 3.0, 0.2)
+    assert exact.ellipse_settlement(1.0, (2.0, 2.0), 3.0, 0.2) == pytest.approx(circle)
+    assert exact.ellipse_settlement(1.0, (1.0, 2.0), 3.0, 0.2) == pytest.approx(
+        exact.ellipse_settlement(1.0, (2.0, 1.0), 3.0, 0.2)
+    )
+    assert exact.ellipse_pressure([[0.0, 0.5], [0.0, 0.5]], 1.0, (2.0, 2.0)) == pytest.approx(
+        exact.circle_pressure([[0.0, 0.5], [0.0, 0.5]], 1.0, 2.0)
+    )
+    assert exact.ellipse_pressure([0.0, 1.5], 1.0, (2.0, 1.0)) == 0.0
+
+
+def test_uniform_circle():
+    """Centre 2 q a / E*, edge 4 q a / (pi E*), far away a force."""
+    w = exact.uniform_circle_displacement([0.0, 2.0, 2e3], 3.0, 2.0, 1.0, 0.0)
+    assert w[:2] == pytest.approx([12.0, 24 / np.pi])
+    assert w[2] == pytest.approx(3 * 4 * np.pi / (np.pi * 2e3), rel=1e-5)

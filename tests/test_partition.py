@@ -1,0 +1,125 @@
+import numpy as np
+import pytest
+from plans import disc, polar
+from skfem import (
+    CellBasis,
+    Dofs,
+    ElementQuad0,
+    ElementQuad1,
+    ElementTriP0,
+    ElementTriP1,
+    MeshQuad,
+    MeshQuad2,
+    MeshTet,
+    MeshTri,
+)
+
+from skfem_dual import DualMesh, MeshError
+from skfem_dual.grids.partition import Partition
+
+
+@pytest.mark.parametrize("mesh", [disc(2), polar(4, 12), MeshTri.init_lshaped().refined(2)])
+def test_ribs_of_a_mesh_bound_its_cells(mesh):
+    partition = Partition.from_mesh(mesh)
+    assert len(partition) == mesh.nelements
+    a, b = partition.polygons.p[:, partition.facets].swapaxes(0, 1)
+    cross = (a[0] * b[1] - a[1] * b[0]) / 2
+    inner = partition.f2c[1] >= 0
+    areas = np.bincount(partition.f2c[0], cross, len(partition))
+    areas -= np.bincount(partition.f2c[1, inner], cross[inner], len(partition))
+    assert areas == pytest.approx(partition.areas, rel=1e-10)
+    assert partition.nodes == pytest.approx(partition.centroids) or len(mesh.t) == 4
+
+
+def test_area_of_the_polar_grid():
+    """Table 1: S / a^2 = 3.12869, the 40-gon."""
+    assert Partition.from_mesh(polar()).areas.sum() == pytest.approx(3.12869, abs=5e-6)
+
+
+def test_bases_of_constants_are_partitions():
+    mesh = disc(2)
+    dual = DualMesh.from_mesh(mesh)
+    quads = MeshQuad().refined(2)
+    for basis, n in (
+        (dual.basis(), mesh.p.shape[1]),
+        (dual.primal_basis(), mesh.nelements),
+        (CellBasis(mesh, ElementTriP0()), mesh.nelements),
+        (CellBasis(quads, ElementQuad0()), 16),
+    ):
+        assert len(Partition.from_basis(basis)) == n == basis.N
+    assert Partition.from_basis(dual.primal_basis()).areas == pytest.approx(
+        Partition.from_basis(CellBasis(mesh, ElementTriP0())).areas
+    )
+
+
+@pytest.mark.parametrize(
+    ("basis", "message"),
+    [
+        (CellBasis(MeshTri(), ElementTriP1()), "got CellBasis of ElementTriP1"),
+        (CellBasis(MeshQuad(), ElementQuad1()), "got CellBasis of ElementQuad1"),
+        (CellBasis(MeshTri(), ElementTriP0()).boundary(), "got FacetBasis"),
+        (MeshTri(), "got MeshTri1"),
+        (None, "got NoneType"),
+    ],
+)
+def test_other_bases_are_refused(basis, message):
+    with pytest.raises(TypeError, match=message):
+        Partition.from_basis(basis)
+
+
+def test_parts_of_bases_are_refused():
+    mesh = MeshTri().refined(2)
+    for part in (
+        CellBasis(mesh, ElementTriP0(), elements=[0, 1]),
+        DualMesh.from_mesh(mesh).basis().with_elements([0, 1]),
+    ):
+        with pytest.raises(MeshError, match=r"got 2\. Remedy: restrict the mesh"):
+            Partition.from_basis(part)
+
+
+def test_gathered_numbering_is_refused():
+    mesh = MeshTri()
+    dofs = Dofs(mesh, ElementTriP0())
+    dofs.interior_dofs = dofs.element_dofs = np.zeros((1, 2), dtype=np.int32)
+    dofs.N = 1
+    with pytest.raises(MeshError, match="one DOF for every cell"):
+        Partition.from_basis(CellBasis(mesh, ElementTriP0(), dofs=dofs))
+
+
+QUAD = np.array([[0, 1, 1, 0], [0, 0, 1, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("p", "t", "message"),
+    [
+        (QUAD, [0, 2, 1, 3], "convex quadrilaterals.*: 0"),
+        (QUAD * [[1], [0]], [0, 1, 2, 3], "convex quadrilaterals"),
+        (np.array([[0, 1, 0.2, 0], [0, 0, 0.2, 1]]), [0, 1, 2, 3], "convex quadrilaterals"),
+        (QUAD * np.nan, [0, 1, 2, 3], "finite coordinates"),
+    ],
+)
+def test_bad_quadrilaterals(p, t, message):
+    with pytest.raises(MeshError, match=message):
+        Partition.from_mesh(MeshQuad(p, np.array(t, dtype=np.int32)[:, None]))
+
+
+def test_shared_middle_of_a_polar_grid():
+    grid = polar(2, 8)
+    middle = np.nonzero(np.hypot(*grid.p) < 1e-12)[0]
+    t = np.where(np.isin(grid.t, middle), middle[0], grid.t)
+    with pytest.raises(MeshError, match="its own node in the middle"):
+        Partition.from_mesh(MeshQuad(grid.p, t))
+
+
+def test_other_meshes():
+    with pytest.raises(MeshError, match="MeshQuad"):
+        Partition.from_mesh(MeshQuad2())
+    with pytest.raises(TypeError, match="MeshTet"):
+        Partition.from_mesh(MeshTet())
+
+
+def test_faults_of_triangles_are_found_here_too():
+    mesh = MeshTri(QUAD, np.array([[0, 0], [1, 2], [2, 3]]))
+    mesh.doflocs[0, 3] = np.nan
+    with pytest.raises(MeshError, match="finite coordinates"):
+        Partition.from_mesh(mesh)

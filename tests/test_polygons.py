@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from skfem_dual import MeshError
+from skfem_dual.grids.polygons import Polygons
+
+L_SHAPE = np.array([[0, 2, 2, 1, 1, 0], [0, 0, 1, 1, 2, 2.0]])
+
+
+def test_area_and_centroid_of_a_concave_polygon():
+    polygons = Polygons(L_SHAPE, np.arange(6), [0, 6])
+    assert polygons.areas == pytest.approx([3.0])
+    assert polygons.centroids[:, 0] == pytest.approx([5 / 6, 5 / 6])
+    assert np.array_equal(polygons[0], L_SHAPE)
+
+
+@given(
+    arrays(float, (2, 3), elements=st.floats(-1, 1)),
+    st.floats(-1e6, 1e6),
+    st.floats(1e-3, 1e3),
+)
+def test_moments_move_and_scale_with_the_polygon(triangle, shift, factor):
+    a, b = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    area = (a[0] * b[1] - a[1] * b[0]) / 2
+    if abs(area) < 1e-3:
+        return
+    polygons = Polygons.from_cells(triangle, np.array([[0], [1], [2]]))
+    moved = Polygons.from_cells(triangle * factor + shift, np.array([[2], [1], [0]]))
+    tolerance = 1e-9 * (factor + abs(shift))
+    assert polygons.areas[0] == pytest.approx(abs(area))
+    assert moved.areas[0] == pytest.approx(abs(area) * factor**2, abs=tolerance * factor)
+    assert moved.centroids == pytest.approx(
+        triangle.mean(axis=1, keepdims=True) * factor + shift, abs=tolerance
+    )
+
+
+def test_arrays_are_copied_and_cannot_be_changed():
+    p = L_SHAPE.copy()
+    polygons = Polygons(p, np.arange(6), [0, 6])
+    p[0, 0] = 9.0
+    assert polygons.p[0, 0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        polygons.p[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("p", "indices", "offsets", "message"),
+    [
+        (L_SHAPE.T, np.arange(6), [0, 6], r"shape \(2, n\)"),
+        (L_SHAPE, np.arange(6), [0, 5], "offsets"),
+        (L_SHAPE, np.arange(6), [0], "offsets"),
+        (L_SHAPE, [0, 1, 2, 3, 4], [0, 3, 5], "three vertices.* polygons 1"),
+        (L_SHAPE, [0, 1, 6], [0, 3], "indices from 0 to 5"),
+        (L_SHAPE, np.arange(6)[::-1], [0, 6], "counter-clockwise.* polygons 0"),
+        (L_SHAPE * np.nan, np.arange(6), [0, 6], "finite"),
+    ],
+)
+def test_bad_arrays_are_refused(p, indices, offsets, message):
+    with pytest.raises(MeshError, match=message):
+        Polygons(p, indices, offsets)
