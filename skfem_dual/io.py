@@ -1,5 +1,7 @@
 """Meshes and results through meshio: any triangle mesh in, polygons and solutions out as VTU."""
 
+import contextlib
+import io
 import os
 import tempfile
 import warnings
@@ -43,18 +45,11 @@ def read_mesh(path: PathLike) -> MeshTri:
         If the file has other cells than triangles, lines and vertices, or points that belong to
         no triangle; they are left out.
     """
-    import meshio
     from skfem.io.meshio import from_meshio
 
     path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"no such mesh file: {path}")
     # meshio would take .msh for a file of Ansys
-    file_format = "gmsh" if path.suffix == ".msh" else None
-    try:
-        found = meshio.read(path, file_format)
-    except (Exception, SystemExit) as error:
-        raise MeshError(f"meshio cannot read {path}: {_one_line(error)}") from error
+    found = _read(path, "gmsh" if path.suffix == ".msh" else None)
     counts: dict[str, int] = {}
     for block in found.cells:
         counts[block.type] = counts.get(block.type, 0) + len(block.data)
@@ -73,6 +68,25 @@ def read_mesh(path: PathLike) -> MeshTri:
             f"{path}: only triangles are read; left out {had}", MeshWarning, stacklevel=2
         )
     return _only_used(_tagged_mesh(from_meshio, found), path)
+
+
+def _read(path: Path, file_format: str | None):
+    """The meshio mesh of a file; every failure as an error that names the file."""
+    import meshio
+
+    if not path.is_file():
+        raise FileNotFoundError(f"no such file: {path}")
+    told = io.StringIO()  # meshio prints its reasons and exits
+    try:
+        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
+            return meshio.read(path, file_format)
+    except ImportError as error:
+        raise MeshError(
+            f"meshio cannot read {path} without {error.name}. Remedy: pip install {error.name}"
+        ) from error
+    except (Exception, SystemExit) as error:
+        reason = " ".join((told.getvalue() or str(error)).split()) or type(error).__name__
+        raise MeshError(f"meshio cannot read {path}: {reason}") from error
 
 
 def _require_plane(points: ndarray, path: Path) -> None:
@@ -235,14 +249,7 @@ def read_polygons(path: PathLike) -> tuple[Polygons, dict[str, ndarray], dict[st
     MeshError
         If the file has no numbered polygons.
     """
-    import meshio
-
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"no such file: {path}")
-    try:
-        mesh = meshio.read(path, "vtu")
-    except (Exception, SystemExit) as error:
-        raise MeshError(f"meshio cannot read {path}: {_one_line(error)}") from error
+    mesh = _read(Path(path), "vtu")
     if "cell" not in mesh.cell_data:
         raise MeshError(f"expected polygons with cell data 'cell' in {path}")
     order = np.argsort(np.concatenate(mesh.cell_data["cell"]))
@@ -274,7 +281,3 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
         os.replace(part, path)
     finally:
         Path(part).unlink(missing_ok=True)
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

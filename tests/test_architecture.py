@@ -1,0 +1,118 @@
+"""Imports run downhill, and heavy optional packages are not imported without need."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import skfem_dual
+
+ROOT = Path(skfem_dual.__file__).parent
+# a module imports modules of lower layers, or of its own layer in the order below
+LAYERS = [
+    ["errors"],
+    [
+        "grids.polygons",
+        "grids.corners",
+        "grids.checks",
+        "grids.partition",
+        "grids.dual_mesh",
+        "grids.cellwise",
+    ],
+    ["contact.exact", "contact.substrates", "contact.influence", "contact.punch"],
+    [
+        "visuals.offscreen",
+        "visuals.style",
+        "visuals.field",
+        "visuals.levels",
+        "visuals.isolines",
+        "visuals.pyvista",
+        "visuals.matplotlib",
+    ],
+    ["io"],
+    ["cli"],
+    ["__main__"],
+]
+ORDER = [module for layer in LAYERS for module in layer]
+# allowed against the order: methods that make objects of the module above
+LATE = {("grids.dual_mesh", "grids.cellwise")}
+THIRD_PARTY = {
+    "grids": {"numpy", "scipy", "skfem"},
+    "contact": {"numpy", "scipy", "skfem", "numba"},
+    "visuals": {"numpy", "scipy", "skfem", "pyvista", "vtk", "vtkmodules", "matplotlib"},
+}
+
+
+def module_name(path):
+    name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    return name.removesuffix(".__init__")
+
+
+def imports(path):
+    """Absolute names of all modules a file imports, also inside functions."""
+    package = ["skfem_dual", *path.relative_to(ROOT).parent.parts]
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            base = [*base, *(node.module.split(".") if node.module else [])]
+            for alias in node.names:
+                whole = ".".join([*base, alias.name])
+                known = whole.removeprefix("skfem_dual.") in ORDER
+                yield whole if known else ".".join(base)
+
+
+FILES = {module_name(path): path for path in ROOT.rglob("*.py")}
+
+
+def test_every_module_has_its_place():
+    packages = {"__init__", "grids", "contact", "visuals"}
+    assert set(FILES) - packages == set(ORDER)
+
+
+@pytest.mark.parametrize("name", [n for n in ORDER if n != "__main__"])
+def test_imports_run_downhill(name):
+    for target in imports(FILES[name]):
+        if not target.startswith("skfem_dual"):
+            continue
+        inner = target.removeprefix("skfem_dual").removeprefix(".")
+        if inner == "":  # the public names, for programs that use them all
+            assert name == "cli"
+        elif (name, inner) not in LATE:
+            assert ORDER.index(inner) < ORDER.index(name), f"{name} imports {inner}"
+
+
+@pytest.mark.parametrize("name", [n for n in ORDER if n.split(".")[0] in THIRD_PARTY])
+def test_packages_each_stage_may_use(name):
+    allowed = THIRD_PARTY[name.split(".")[0]] | set(sys.stdlib_module_names) | {"skfem_dual"}
+    assert {target.split(".")[0] for target in imports(FILES[name])} <= allowed
+
+
+def test_exact_solutions_import_nothing_of_ours():
+    assert not [t for t in imports(FILES["contact.exact"]) if t.startswith("skfem_dual")]
+
+
+def test_import_without_optional_packages():
+    """The package imports with meshio, pyvista and matplotlib blocked."""
+    code = (
+        "import sys\n"
+        "for name in ('meshio', 'pyvista', 'vtk', 'vtkmodules', 'matplotlib'):\n"
+        "    sys.modules[name] = None\n"
+        "import skfem_dual\n"
+        "from skfem import MeshTri\n"
+        "dual = skfem_dual.DualMesh.from_mesh(MeshTri().refined(2))\n"
+        "punch = skfem_dual.RigidPunch(skfem_dual.HalfSpace(1, 0), dual.basis())\n"
+        "print(punch.solve(1.0).success)\n"
+    )
+    found = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == "True"
+
+
+def test_public_names_exist_and_are_documented():
+    for name in skfem_dual.__all__:
+        assert getattr(skfem_dual, name).__doc__

@@ -1,0 +1,193 @@
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from skfem_dual import __version__
+from skfem_dual.cli import main
+from skfem_dual.io import read_dual, read_polygons
+
+DATA = Path(__file__).parent / "data"
+DISC = str(DATA / "disc.msh")
+GROUND = ["--young", "1", "--poisson", "0.25"]
+
+
+def run(capsys, *args):
+    """Exit code, lines of stdout, lines of stderr."""
+    try:
+        code = main([str(a) for a in args])
+    except SystemExit as stop:
+        code = stop.code
+    found = capsys.readouterr()
+    return code, found.out.splitlines(), found.err.splitlines()
+
+
+def test_solve(capsys, tmp_path):
+    files = {k: tmp_path / f"out.{k}" for k in ("vtu", "json")}
+    code, out, err = run(
+        capsys, "solve", DISC, *GROUND, "--force", "1", "--at", "-0.1", "5e-2",
+        "--vtu", files["vtu"], "--json", files["json"],
+    )  # fmt: skip
+    assert (code, err) == (0, [])
+    table = {line[:19].strip(): line[19:] for line in out}
+    assert table["Grid"] == "513 dual cells, centroid collocation"
+    # the paper's disc of 944 triangles: 0.47216; exact for the circle: 0.46875
+    assert float(table["Settlement W0"]) == pytest.approx(0.4722, abs=2e-4)
+    assert table["Force, acting at"] == "1, (-0.1, 0.05)"
+    assert {"import", "dual", "assembly", "factorisation"} <= set(
+        re.findall("[a-z]+", table["Time [s]"])
+    )
+    found = json.loads(files["json"].read_text())
+    assert found["version"] == __version__
+    assert found["settlement"] == pytest.approx(float(table["Settlement W0"]), rel=1e-5)
+    assert found["first_moments"] == pytest.approx([-0.1, 0.05])
+    assert found["success"] is True
+    polygons, data, _ = read_polygons(files["vtu"])
+    assert data["pressure"] @ polygons.areas == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "grid"),
+    [
+        (["--grid", "triangles"], "944 triangles, centroid collocation"),
+        (["--collocation", "node"], "513 dual cells, node collocation"),
+    ],
+)
+def test_grids_and_collocation(capsys, options, grid):
+    code, out, _ = run(capsys, "solve", DISC, *GROUND, "--force", "1", *options)
+    assert code == 0
+    assert any(line.endswith(grid) for line in out)
+
+
+def test_other_loads(capsys, tmp_path):
+    """Moments with the paper's signs; a position instead of a load; another origin."""
+    path = tmp_path / "out.json"
+    to_file = ["--json", path]
+    run(capsys, "solve", DISC, *GROUND, "--force", "-1e6", "--moments", "-3e4", "2e4", *to_file)
+    found = json.loads(path.read_text())
+    assert found["force"] == pytest.approx(-1e6)
+    assert found["first_moments"] == pytest.approx([3e4, 2e4])
+    run(capsys, "solve", DISC, *GROUND, "--settlement", "0.5", "--tilt", "0.1", "-.1", *to_file)
+    found = json.loads(path.read_text())
+    assert (found["settlement"], found["tilt"]) == (pytest.approx(0.5), pytest.approx([0.1, -0.1]))
+    run(capsys, "solve", DISC, *GROUND, "--force", "1", "--origin", "0.2", "0", *to_file)
+    assert json.loads(path.read_text())["tilt"][0] > 0
+
+
+def test_pictures(capsys, tmp_path):
+    files = [tmp_path / "isobars.png", tmp_path / "isobars.svg", tmp_path / "both.png"]
+    load = [*GROUND, "--force", "1", "--at", "0.1", "0"]
+    assert run(capsys, "solve", DISC, *load, "--png", files[0], "--svg", files[1])[0] == 0
+    assert run(capsys, "dual", DISC, "--png", files[2])[0] == 0
+    assert files[0].read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in files[1].read_text()[:1000]
+    assert min(f.stat().st_size for f in files) > 10_000
+    assert sorted(tmp_path.iterdir()) == sorted(files)
+
+
+def test_dual(capsys, tmp_path):
+    path = tmp_path / "dual.vtu"
+    code, out, err = run(capsys, "dual", DATA / "eccentric_annulus.msh", "--vtu", path)
+    assert (code, err) == (0, [])
+    assert "Triangles: 929, K_TV = 1.72" in out
+    assert len(read_dual(path)) == 539
+
+
+def test_check(capsys, tmp_path):
+    code, out, _ = run(capsys, "check", DISC)
+    assert code == 0
+    assert all(line.startswith("ok") for line in out)
+    path = tmp_path / "kites.vtu"  # Fig. 3c
+    p = np.array([(0, 0, 0), (1, 0, 0), (2.8, 1, 0), (2.8, -1, 0)], dtype=float)
+    meshio.write(path, meshio.Mesh(p, {"triangle": [[0, 1, 2], [0, 1, 3]]}))
+    code, out, _ = run(capsys, "check", path)
+    assert code == 1
+    assert "crossed by the segment" in out[-1]
+    assert "Remedy" in out[-1]
+    # and solving refuses it
+    code, out, err = run(capsys, "solve", path, *GROUND, "--force", "1")
+    assert (code, out, len(err)) == (2, [], 1)
+    assert "Remedy" in err[0]
+
+
+LOAD = [*GROUND, "--force", "1"]
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["solve", "none.msh", *LOAD], "no such file: none.msh"),
+        (["solve", __file__, *LOAD], "meshio cannot read"),
+        (["solve", DISC, "--young", "0", "--poisson", "0", "--force", "1"], "positive Young"),
+        (["solve", DISC, "--young", "1", "--poisson", "2", "--force", "1"], "from 0 to 0.5"),
+        (["solve", DISC, *GROUND], "either a force or a settlement, got neither"),
+        (["solve", DISC, *LOAD, "--settlement", "1"], "got both"),
+        (["solve", DISC, *LOAD, "--at", "0", "0", "--tilt", "0", "0"], "tilt or a load point"),
+        (["solve", DISC, *GROUND, "--force", "nan"], "finite force"),
+        (["solve", DISC, *GROUND, "--force", "heavy"], "invalid float value: 'heavy'"),
+        (["solve", DISC, *LOAD, "--at", "1"], "expected 2 arguments"),
+        (["solve", DISC, *LOAD, "--grid", "hexagons"], "invalid choice: 'hexagons'"),
+        (["solve", DISC, "--force", "1"], "required: --young, --poisson"),
+        (["solve", DISC, *LOAD, "--png", "isobars.jpg"], "ending in .png for --png"),
+        (["solve", DISC, *LOAD, "--svg", "isobars.png"], "ending in .svg or .pdf"),
+        (["solve", DISC, *LOAD, "--vtu", "no/such/folder/x.vtu"], "no such folder for --vtu"),
+        (["dual", DISC, "--colour", "red"], "unrecognized arguments"),
+        ([], "arguments are required"),
+        (["bake", DISC], "invalid choice: 'bake'"),
+    ],
+)
+def test_errors_take_one_line_and_exit_with_2(capsys, args, message):
+    code, out, err = run(capsys, *args)
+    assert (code, out) == (2, [])
+    assert len(err) == 1
+    assert "error: " in err[0]
+    assert message in err[0]
+
+
+def test_warnings_take_one_line(capsys, tmp_path):
+    path = tmp_path / "mixed.vtu"
+    p = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+    cells = {"triangle": [[0, 1, 2], [0, 2, 3]], "quad": [[0, 1, 2, 3]]}
+    meshio.write(path, meshio.Mesh(p, cells))
+    code, _, err = run(capsys, "dual", path)
+    assert code == 0
+    assert err == [f"skfem-dual: warning: {path}: only triangles are read; left out 1 quad"]
+
+
+def test_help_and_version(capsys):
+    code, out, _ = run(capsys, "solve", "--help")
+    assert code == 0
+    for option in ("--young", "--at EX EY", "--moments M1 M2", "--grid {dual,triangles}", "--vtu"):
+        assert option in "\n".join(out)
+    assert run(capsys, "--version")[1] == [f"skfem-dual {__version__}"]
+
+
+def test_as_a_module():
+    command = [sys.executable, "-m", "skfem_dual"]
+    found = subprocess.run(
+        [*command, "dual", DISC], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert "Cells (nodes of the triangulation): 513" in found.stdout
+    assert found.stderr == ""
+    found = subprocess.run(
+        [*command, "dual", "none.msh"], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (found.returncode, found.stdout) == (2, "")
+    assert found.stderr == "skfem-dual: error: no such file: none.msh\n"
+
+
+def test_a_reader_that_leaves_early():
+    command = f"{sys.executable} -m skfem_dual check {DISC} | true"
+    found = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert found.stderr == ""

@@ -1,0 +1,194 @@
+import stat
+import sys
+
+import meshio
+import numpy as np
+import pytest
+from plans import annulus, disc, polar
+from skfem import CellBasis, ElementQuad0, MeshTri
+
+from skfem_dual import DualMesh, HalfSpace, MeshError, MeshWarning, RigidPunch
+from skfem_dual.grids.polygons import Polygons
+from skfem_dual.io import (
+    read_dual,
+    read_mesh,
+    read_polygons,
+    write_dual,
+    write_polygons,
+    write_solution,
+    write_whole,
+)
+
+MESH = MeshTri().refined(2)
+
+
+def with_z(p, z):
+    return np.vstack([p, np.broadcast_to(z, p.shape[1])]).T
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtk", ".vtu", ".xdmf", ".inp", ".mesh", ".off"])
+def test_formats(tmp_path, suffix):
+    path = tmp_path / f"plan{suffix}"
+    file_format = {".msh": "gmsh"}.get(suffix)
+    meshio.write(path, meshio.Mesh(with_z(MESH.p, 0.0), {"triangle": MESH.t.T}), file_format)
+    found = read_mesh(path)
+    assert type(found) is MeshTri
+    assert found.p == pytest.approx(MESH.p, abs=1e-12)
+    assert np.array_equal(found.t, MESH.t)
+    assert len(DualMesh.from_mesh(found)) == MESH.p.shape[1]
+
+
+def test_plane_in_space(tmp_path):
+    path = tmp_path / "plan.vtu"
+    meshio.write(path, meshio.Mesh(with_z(MESH.p, -1.5), {"triangle": MESH.t.T}))
+    assert np.array_equal(read_mesh(path).p, MESH.p)
+    meshio.write(path, meshio.Mesh(with_z(MESH.p, MESH.p[0] / 10), {"triangle": MESH.t.T}))
+    with pytest.raises(MeshError, match=r"z runs from 0 to 0.1. Remedy"):
+        read_mesh(path)
+    meshio.write(path, meshio.Mesh(with_z(MESH.p, np.nan), {"triangle": MESH.t.T}))
+    with pytest.raises(MeshError, match="plane"):
+        read_mesh(path)
+
+
+def test_tags_of_scikit_fem_survive(tmp_path):
+    tagged = MESH.with_defaults().with_subdomains({"half": lambda x: x[0] < 0.5})
+    path = tmp_path / "plan.vtu"
+    tagged.save(path)
+    found = read_mesh(path)
+    assert set(found.boundaries) == {"left", "right", "bottom", "top"}
+    assert np.array_equal(found.boundaries["left"], tagged.boundaries["left"])
+    assert np.array_equal(found.subdomains["half"], tagged.subdomains["half"])
+
+
+def test_groups_of_gmsh(request):
+    found = read_mesh(request.path.parent / "data" / "eccentric_annulus.msh")
+    assert set(found.boundaries) == {"edge", "hole"}
+    assert set(found.subdomains) == {"footing"}
+    radius = np.hypot(*found.p[:, found.facets[0, found.boundaries["edge"]]])
+    assert radius == pytest.approx(1.0)
+
+
+def test_other_cells_are_named_and_left_out(tmp_path):
+    path = tmp_path / "mixed.vtu"
+    p = np.hstack([MESH.p, [[2.0, 3.0, 3.0, 2.0], [0.0, 0.0, 1.0, 1.0]]])
+    quad = MESH.p.shape[1] + np.arange(4)[None]
+    cells = {"triangle": MESH.t.T, "quad": quad, "line": MESH.facets[:, :3].T}
+    meshio.write(path, meshio.Mesh(with_z(p, 0.0), cells))
+    with pytest.warns(MeshWarning) as caught:
+        found = read_mesh(path)
+    messages = [str(w.message) for w in caught]
+    assert any("left out 1 quad" in m for m in messages)
+    assert any("4 points that belong to no triangle: 25, 26, 27, 28" in m for m in messages)
+    assert np.array_equal(found.p, MESH.p)
+
+
+def test_a_format_whose_package_is_missing(tmp_path, monkeypatch):
+    path = tmp_path / "plan.xdmf"
+    meshio.write(path, meshio.Mesh(with_z(MESH.p, 0.0), {"triangle": MESH.t.T}))
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(MeshError, match=r"without h5py\. Remedy: pip install h5py"):
+        read_mesh(path)
+
+
+def test_nothing_to_read(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        read_mesh(tmp_path / "none.msh")
+    path = tmp_path / "broken.msh"
+    path.write_text("not a mesh\n")
+    with pytest.raises(MeshError, match=r"cannot read .*broken.msh"):
+        read_mesh(path)
+    path = tmp_path / "what.xyz123"
+    path.write_text("not a mesh\n")
+    with pytest.raises(MeshError, match="cannot read"):
+        read_mesh(path)
+    path = tmp_path / "quads.vtu"
+    quads = meshio.Mesh(np.eye(4, 3), {"quad": [[0, 1, 2, 3]]})
+    meshio.write(path, quads)
+    with pytest.raises(MeshError, match=r"expected straight triangles in .*got 1 quad"):
+        read_mesh(path)
+    curved = meshio.Mesh(np.eye(6, 3), {"triangle6": [[0, 1, 2, 3, 4, 5]]})
+    meshio.write(path, curved)
+    with pytest.raises(MeshError, match=r"got 1 triangle6.*first-order"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize("mesh", [disc(2), annulus(3, 24), MeshTri.init_lshaped().refined(2)])
+def test_dual_grids_come_back_unchanged(tmp_path, mesh):
+    dual = DualMesh.from_mesh(mesh)
+    path = tmp_path / "dual.vtu"
+    write_dual(path, dual)
+    again = read_dual(path)
+    assert np.array_equal(again.mesh.p, dual.mesh.p)
+    assert np.array_equal(again.mesh.t, np.sort(dual.mesh.t, axis=0))
+    assert np.array_equal(again.p, dual.p)
+    assert np.array_equal(again.polygons.indices, dual.polygons.indices)
+    # any reader of VTU sees polygons with the cells' numbers
+    blocks = meshio.read(path)
+    assert {b.type for b in blocks.cells} == {"polygon"}
+    numbers = np.concatenate(blocks.cell_data["cell"])
+    assert np.array_equal(np.sort(numbers), np.arange(len(dual)))
+
+
+def test_solutions_come_back_unchanged(tmp_path):
+    quads = CellBasis(polar(3, 8), ElementQuad0())
+    for basis in (DualMesh.from_mesh(disc(2)).basis(), quads):
+        solution = RigidPunch(HalfSpace(1.0, 0.2), basis).solve(1.0, at=(0.1, 0.2))
+        path = tmp_path / "solution.vtu"
+        write_solution(path, solution)
+        polygons, cell_data, point_data = read_polygons(path)
+        partition = solution.punch.partition
+        assert np.array_equal(polygons.p, partition.polygons.p)
+        assert np.array_equal(polygons.indices, partition.polygons.indices)
+        assert np.array_equal(cell_data["pressure"], solution.pressure)
+        assert cell_data["displacement"] == pytest.approx(
+            solution.punch_displacement(partition.centroids)
+        )
+        assert np.array_equal(point_data["displacement"], solution.displacement(polygons.p))
+
+
+def test_data_must_fit(tmp_path):
+    square = Polygons([[0, 1, 1, 0], [0, 0, 1, 1]], [0, 1, 2, 3], [0, 4])
+    with pytest.raises(ValueError, match="expected 1 values of cell data 'p', got 2"):
+        write_polygons(tmp_path / "x.vtu", square, {"p": np.zeros(2)})
+    with pytest.raises(ValueError, match="expected 4 values of point data 'w', got 1"):
+        write_polygons(tmp_path / "x.vtu", square, None, {"w": np.zeros(1)})
+    with pytest.raises(ValueError, match=r"ending in \.vtu"):
+        write_polygons(tmp_path / "x.vtk", square)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_of_others_are_refused(tmp_path):
+    path = tmp_path / "x.vtu"
+    MESH.save(path)
+    with pytest.raises(MeshError, match="cell data 'cell'"):
+        read_polygons(path)
+    write_polygons(path, DualMesh.from_mesh(MESH).polygons)
+    with pytest.raises(MeshError, match="expected cell data 'node'"):
+        read_dual(path)
+    partition = DualMesh.from_mesh(MESH).primal_partition
+    write_polygons(path, partition.polygons, {"node": partition.nodes.T})
+    with pytest.raises(MeshError):
+        read_dual(path)
+    path.write_text("<VTKFile>")
+    with pytest.raises(MeshError, match="cannot read"):
+        read_polygons(path)
+    with pytest.raises(FileNotFoundError):
+        read_polygons(tmp_path / "none.vtu")
+
+
+def test_files_are_written_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "result.txt"
+    path.write_text("old")
+
+    def fails(part):
+        with open(part, "w") as file:
+            file.write("half")
+        raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        write_whole(path, fails)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+    write_whole(path, lambda part: open(part, "w").close())
+    assert path.read_text() == ""
+    assert path.stat().st_mode & stat.S_IRUSR
