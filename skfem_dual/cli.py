@@ -113,13 +113,13 @@ def _relative_pressure(solution: PunchSolution):
 def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
     """Write the pictures asked for; both libraries draw by the same names."""
     if options.png:
-        from .visuals import pyvista  # type: ignore[attr-defined]
+        from .visuals import pyvista
 
         plotter = getattr(pyvista, what)(*args, **kwargs)
         write_whole(options.png, plotter.screenshot)
         plotter.close()
     if options.svg:
-        from .visuals import matplotlib  # type: ignore[attr-defined]
+        from .visuals import matplotlib
 
         axes = getattr(matplotlib, what)(*args, **kwargs)
         write_whole(options.svg, axes.figure.savefig)

@@ -56,7 +56,7 @@ class RigidPunch:
     >>> punch = RigidPunch(HalfSpace(young=1.0, poisson=0.25), dual.basis())
     >>> solution = punch.solve(force=1.0)
     >>> print(f"{solution.settlement:.3f}")  # exact for the circle: 0.46875
-    0.472
+    0.473
     """
 
     substrate: HalfSpace
@@ -132,6 +132,7 @@ class RigidPunch:
         Examples
         --------
         >>> from skfem import MeshTri
+        >>> from skfem_dual import DualMesh
         >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
         >>> K = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).stiffness()
         >>> [round(float(k), 2) for k in K.diagonal()]  # exact for the circle: 2, 4/3, 4/3

@@ -1,0 +1,71 @@
+"""Colours and line widths of all pictures, and the lines a grid is drawn with."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from skfem import Mesh2D
+
+from ..grids.dual_mesh import DualMesh
+
+#: readable in grey and by the colour-blind
+COLORMAP = "viridis"
+OUTLINE, PRIMAL, DUAL = "#1a1a1a", "#9a9a9a", "#c8401f"
+MISSING = "{} is needed to draw. Remedy: pip install 'skfem-dual[visuals]'"
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Lines, or points if ``facets`` is None, of one colour with one entry in the legend."""
+
+    label: str
+    p: ndarray
+    facets: ndarray | None
+    color: str
+    width: float
+
+
+def layers(grid: Mesh2D | DualMesh, nodes: bool) -> Iterator[Layer]:
+    """What a mesh or a couple of grids is drawn with, from the lowest layer to the highest.
+
+    Raises
+    ------
+    TypeError
+        If ``grid`` is neither a two-dimensional skfem mesh nor a DualMesh.
+    """
+    if not isinstance(grid, (Mesh2D, DualMesh)):
+        raise TypeError(
+            f"expected a MeshTri, MeshQuad or DualMesh to draw, got {type(grid).__name__}"
+        )
+    dual = grid if isinstance(grid, DualMesh) else None
+    mesh = grid.mesh if isinstance(grid, DualMesh) else grid
+    fine = fineness(mesh.nelements)
+    kind = "triangulation" if mesh.elem.refdom.nnodes == 3 else "grid"
+    yield Layer(
+        kind,
+        mesh.p,
+        mesh.facets[:, mesh.f2t[1] != -1],
+        PRIMAL if dual else OUTLINE,
+        1.2 * fine,
+    )
+    if dual:
+        yield Layer("dual grid", dual.p, dual.facets[:, dual.corresponded >= 0], DUAL, 2 * fine)
+    yield Layer("boundary", mesh.p, mesh.facets[:, mesh.f2t[1] == -1], OUTLINE, 2.4)
+    if nodes:
+        yield Layer(f"nodes of the {kind}", mesh.p, None, OUTLINE, 8 * fine)
+    if nodes and dual:
+        yield Layer("nodes of the dual grid", dual.p, None, DUAL, 6 * fine)
+
+
+def fineness(ncells: int) -> float:
+    """Factor on line widths: thinner on finer grids, for what is between them to survive."""
+    return float(np.clip(np.sqrt(600 / ncells), 0.25, 1))
+
+
+def band_colors(cmap: str, n: int) -> list[str]:
+    """``n`` colours along a colour map, lightened for black lines and labels to read on them."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [to_hex(0.3 + 0.7 * c[:3]) for c in colormaps[cmap](np.linspace(0, 1, n))]

@@ -1,0 +1,422 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementQuad1,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    MeshLine,
+    MeshQuad,
+    MeshTri,
+)
+
+from skfem_dual import DualMesh
+from skfem_dual.visuals import matplotlib as with_matplotlib
+from skfem_dual.visuals import offscreen
+from skfem_dual.visuals import pyvista as with_pyvista
+from skfem_dual.visuals.field import Field
+from skfem_dual.visuals.isolines import isoline, label_points
+from skfem_dual.visuals.levels import (
+    choose_levels,
+    color_range,
+    common_exponent,
+    quantiles,
+    round_ticks,
+    short_numbers,
+)
+
+BACKENDS = [with_matplotlib, with_pyvista]
+DISC = MeshTri.init_circle(4)
+
+
+def punch(mesh, scale=1.0, tilt=0.0):
+    """Pressure under a flat circular punch, finite at the edge."""
+    r = np.minimum(np.hypot(*mesh.p), 0.98)
+    return scale * (1 + tilt * mesh.p[0]) / np.sqrt(1 - r**2)
+
+
+def nodal(mesh):
+    return CellBasis(mesh, ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1())
+
+
+@pytest.fixture(autouse=True)
+def close_pictures():
+    yield
+    import matplotlib.pyplot as plt
+    import pyvista
+
+    plt.close("all")
+    pyvista.close_all()
+
+
+@pytest.fixture(scope="module")
+def dual():
+    return DualMesh.from_mesh(MeshTri.init_lshaped().refined(2))
+
+
+# fields
+
+
+def test_quadrilaterals_are_drawn_as_four_triangles():
+    mesh = MeshQuad().refined(2)
+    field = Field.from_basis(nodal(mesh), mesh.p[0] * mesh.p[1])
+    assert field.t.shape == (3, 4 * mesh.nelements)
+    assert np.isclose(field.areas.sum(), 1)
+    assert np.allclose(field.values, field.p[0] * field.p[1])  # bilinear also in the middles
+    flat = Field.from_basis(CellBasis(mesh, ElementQuad0()), np.arange(mesh.nelements))
+    assert np.allclose(np.bincount(flat.cells, flat.areas), 1 / mesh.nelements)
+    assert np.array_equal(flat.values, flat.cells)
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_cells_keep_area_outline_and_ribs(dual, grid):
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    field = Field.from_basis(basis, np.arange(basis.N))
+    assert np.allclose(np.bincount(field.cells, field.areas), basis.partition.areas)
+    length = lambda sides: np.hypot(*np.diff(field.p[:, sides], axis=1)[:, 0]).sum()  # noqa: E731
+    ribs = basis.partition.facets[:, basis.partition.f2c[1] != -1]
+    p = basis.partition.polygons.p
+    assert np.isclose(length(field.outline), 8)
+    assert np.isclose(length(field.ribs), np.hypot(*np.diff(p[:, ribs], axis=1)[:, 0]).sum())
+
+
+def test_basis_on_some_elements_draws_these_only():
+    elements = DISC.elements_satisfying(lambda x: x[0] > 0)
+    basis = CellBasis(DISC, ElementTriP1(), elements=elements)
+    field = Field.from_basis(basis, DISC.p[0])
+    assert field.t.shape[1] == len(elements)
+    assert field.values[field.t].min() > -0.2
+
+
+def test_polar_grid_has_no_outline_along_its_rays():
+    r, angles = np.linspace(0, 1, 4), np.arange(8) * np.pi / 4
+    p = np.array([np.outer(r, f(angles)).ravel() for f in (np.cos, np.sin)])
+    i, j = np.divmod(np.arange(24), 8)
+    t = np.array([8 * i + j, 8 * i + 8 + j, 8 * i + 8 + (j + 1) % 8, 8 * i + (j + 1) % 8])
+    field = Field.from_basis(CellBasis(MeshQuad(p, t), ElementQuad0()), np.arange(24.0))
+    assert np.allclose(np.hypot(*field.p[:, field.outline.ravel()]), 1)
+    assert field.outline.shape == (2, 8)
+    assert field.ribs.shape == (2, 8 * 3 + 8 * 2)
+
+
+# levels and numbers
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.3e5, -1e6, 1e-9])
+def test_default_levels_part_the_area_evenly(scale):
+    field = Field.from_basis(nodal(DISC), punch(DISC, scale))
+    levels = choose_levels(field)
+    assert len(levels) == 8
+    assert np.all(np.diff(levels) > 0)
+    assert field.values.min() < levels[0]
+    assert levels[-1] < field.values.max()
+    radius = np.sort(np.sqrt(1 - (scale / levels) ** 2))  # area inside: radius**2
+    assert np.all(np.diff([0, *radius**2, 1]) < 0.2)
+    assert all(len(text) <= 5 for text in short_numbers(levels, common_exponent(levels)))
+
+
+def test_levels_of_a_small_variation_and_of_a_partial_contact():
+    base = Field.from_basis(nodal(DISC), 1000 + DISC.p[0])
+    assert len(choose_levels(base)) == 8
+    partial = Field.from_basis(nodal(DISC), np.maximum(DISC.p[0] - 0.5, 0))
+    levels = choose_levels(partial, 5)
+    assert len(levels) == 5
+    assert levels[0] > 0
+    assert len(choose_levels(base, 1)) == 1
+
+
+@pytest.mark.parametrize(
+    ("levels", "message"),
+    [
+        ([1.0, 1.0], "increasing levels"),
+        ([2.0, 1.5], "increasing levels"),
+        ([1.5, np.nan], "finite"),
+        ([], "sequence of levels"),
+        (0, "at least one level, got 0"),
+        ([10.0, 20.0], "expected a level between 1"),
+        ([0.0, 20.0], "expected a level between 1"),
+    ],
+)
+def test_wrong_levels_are_refused(levels, message):
+    field = Field.from_basis(nodal(DISC), punch(DISC))
+    with pytest.raises(ValueError, match=message):
+        choose_levels(field, levels)
+
+
+def test_color_range_leaves_out_the_singular_edge():
+    field = Field.from_basis(nodal(DISC), punch(DISC))
+    low, high, below, beyond = color_range(field)
+    assert (low, below, beyond) == (field.values.min(), False, True)
+    assert 2.5 < high < 4 < field.values.max()
+    assert color_range(Field.from_basis(nodal(DISC), DISC.p[0])) == (-1, 1, False, False)
+    assert color_range(field, (0, 2)) == (0, 2, False, True)
+    constant = Field.from_basis(CellBasis(DISC, ElementTriP0()), np.ones(DISC.nelements))
+    assert color_range(constant) == (0.5, 1.5, False, False)
+    for wrong in [(2, 1), (0, np.nan), (1,)]:
+        with pytest.raises(ValueError, match="low < high"):
+            color_range(field, wrong)
+
+
+def test_quantiles_of_a_linear_field_on_a_square():
+    mesh = MeshTri().refined(4)
+    field = Field.from_basis(nodal(mesh), mesh.p[0])
+    assert np.allclose(quantiles(field, [0, 0.25, 0.5, 1]), [0, 0.25, 0.5, 1], atol=0.02)
+
+
+def test_numbers_are_short():
+    assert short_numbers([0.1 + 0.2, 1.0], 0) == ["0.3", "1"]
+    assert short_numbers([-2.4e-7, 1e-7], common_exponent([-2.4e-7, 1e-7])) == ["-240", "100"]
+    assert short_numbers([1 / 3], 0) == ["0.333"]
+    assert np.allclose(round_ticks(-1, 1, 5), [-1, -0.5, 0, 0.5, 1])
+
+
+# isolines
+
+
+@pytest.mark.parametrize("mesh", [DISC, MeshQuad().refined(4)], ids=["triangles", "quads"])
+def test_isolines_of_a_paraboloid_are_circles(mesh):
+    field = Field.from_basis(nodal(mesh), (mesh.p**2).sum(axis=0))
+    segments, lines = isoline(field, 0.4)
+    assert np.allclose(np.hypot(*segments), np.sqrt(0.4), atol=4e-3)
+    assert set(lines) == {0}
+    quarter = 1 if isinstance(mesh, MeshTri) else 0.25
+    length = np.hypot(*(segments[..., 1] - segments[..., 0])).sum()
+    assert np.isclose(length, quarter * 2 * np.pi * np.sqrt(0.4), rtol=5e-3)
+
+
+def test_isolines_tell_loops_apart():
+    mesh = MeshTri.init_tensor(np.linspace(-2, 2, 81), np.linspace(-1, 1, 41))
+    field = Field.from_basis(
+        nodal(mesh), np.minimum(*(np.hypot(mesh.p[0] - a, mesh.p[1]) for a in (-1, 1)))
+    )
+    segments, lines = isoline(field, 0.5)
+    assert len(set(lines)) == 2
+    for line in set(lines):
+        assert len(set(np.sign(segments[0, lines == line].ravel()))) == 1
+
+
+@pytest.mark.parametrize("tilt", [0, 0.45])
+def test_labels_lie_on_their_isobars_and_apart(tilt):
+    field = Field.from_basis(nodal(DISC), punch(DISC, tilt=tilt))
+    levels = choose_levels(field)
+    points = label_points(field, levels)
+    assert len(points) == len(levels)
+    for i, point in points.items():
+        segments = isoline(field, levels[i])[0]
+        assert np.isclose(segments.mean(axis=2) - point[:, None], 0).all(axis=0).any()
+    places = np.array(list(points.values()))
+    apart = abs(places[:, None] - places) / (2 * np.array([0.065, 0.032]))
+    assert np.all((apart.max(axis=2) > 1)[~np.eye(len(places), dtype=bool)])
+
+
+# pictures
+
+
+def datasets(plotter):
+    """What is drawn, in order."""
+    mappers = [getattr(actor, "mapper", None) for actor in plotter.actors.values()]
+    return [mapper.dataset for mapper in mappers if hasattr(mapper, "dataset")]
+
+
+def contours(picture):
+    """Coordinates (2, n) of all isobars in a picture."""
+    if hasattr(picture, "collections"):
+        sets = [
+            c for c in picture.collections if type(c).__name__ == "TriContourSet" and not c.filled
+        ]
+        return np.vstack([path.vertices for path in sets[0].get_paths()]).T
+    lines = [d for d in datasets(picture) if d.n_lines]
+    return lines[0].points.T[:2]
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_isobars_are_drawn_where_they_belong(visuals):
+    picture = visuals.isobars(nodal(DISC), (DISC.p**2).sum(axis=0), [0.25, 0.64], labels=False)
+    radius = np.hypot(*contours(picture))
+    assert np.all(np.isclose(radius, 0.5, atol=5e-3) | np.isclose(radius, 0.8, atol=5e-3))
+    assert set(radius.round(1)) == {0.5, 0.8}
+    assert callable(picture.show)
+
+
+def test_bands_of_pyvista_have_the_right_areas():
+    mesh = MeshTri.init_circle(5)
+    picture = with_pyvista.isobars(nodal(mesh), (mesh.p**2).sum(axis=0), [0.2, 0.4, 0.8])
+    bands = next(d for d in datasets(picture) if "band" in d.cell_data)
+    sizes = bands.compute_cell_sizes()["Area"]
+    areas = np.bincount(bands.cell_data["band"].astype(int), weights=sizes)
+    assert np.allclose(areas, np.pi * np.array([0.2, 0.2, 0.4, 0.2]), atol=0.02)
+    notes = picture.scalar_bar.GetLookupTable().annotations
+    assert list(notes.values()) == ["0.2", "0.4", "0.8"]
+
+
+def test_a_triangle_flat_at_a_level_belongs_to_the_band_below():
+    mesh = MeshTri().refined(2)
+    bands = with_pyvista._bands(
+        Field.from_basis(nodal(mesh), np.minimum(mesh.p[0], 0.5)), np.array([0.25, 0.5])
+    )
+    assert set(bands.cell_data["band"]) == {0, 1}
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_cells_have_the_colour_of_their_value(visuals, grid, dual):
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    values = np.random.default_rng(0).normal(size=basis.N)
+    picture = visuals.plot(basis, values, clim=(-1, 1), edges=True, title="p [Pa]")
+    if visuals is with_matplotlib:
+        drawn = picture.collections[0].get_array()
+        assert picture.collections[0].get_clim() == (-1, 1)
+        assert picture.figure.axes[1].get_ylabel() == "p [Pa]"
+    else:
+        surface = next(iter(picture.actors.values())).mapper
+        drawn = surface.dataset.cell_data["values"]
+        assert surface.scalar_range == (-1, 1)
+        assert picture.scalar_bar.GetTitle() == "p [Pa]"
+    assert np.array_equal(drawn, values[basis.element_dofs[0]])
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_draw_shows_both_grids(visuals, dual):
+    picture = visuals.draw(dual, nodes=True)
+    mesh = dual.mesh
+    expected = [(mesh.f2t[1] != -1).sum(), mesh.nfacets, (mesh.f2t[1] == -1).sum()]
+    if visuals is with_matplotlib:
+        assert [len(c.get_segments()) for c in picture.collections] == expected
+        assert [line.get_xydata().shape[0] for line in picture.lines] == [
+            len(dual),
+            dual.p.shape[1],
+        ]
+        names = [text.get_text() for text in picture.get_legend().get_texts()]
+        assert names[:2] == ["triangulation", "dual grid"]
+        assert picture.get_aspect() == 1
+    else:
+        drawn = datasets(picture)[:5]
+        assert [d.n_lines for d in drawn[:3]] == expected
+        assert [d.n_points for d in drawn[3:]] == [len(dual), dual.p.shape[1]]
+
+
+@pytest.mark.parametrize(
+    "field",
+    [punch(DISC), punch(DISC, 2.3e5, 0.45), punch(DISC, -1e6)],
+    ids=["unit", "pascals", "negative"],
+)
+def test_pictures_are_written(field, tmp_path):
+    title = "contact pressure [Pa]"
+    with_pyvista.isobars(nodal(DISC), field, title=title).screenshot(tmp_path / "a.png")
+    axes = with_matplotlib.isobars(nodal(DISC), field, title=title)
+    for name in ("b.png", "b.svg"):
+        axes.figure.savefig(tmp_path / name)
+    for name in ("a.png", "b.png", "b.svg"):
+        assert 10_000 < (tmp_path / name).stat().st_size < 600_000
+    assert "<image" not in (tmp_path / "b.svg").read_text()
+
+
+def test_screenshots_are_not_blank_and_fill_the_window(dual):
+    mesh = MeshQuad().refined(2)
+    for picture in (
+        with_pyvista.draw(mesh),
+        with_pyvista.draw(dual, legend=False),
+        with_pyvista.plot(CellBasis(mesh, ElementQuad0()), np.arange(mesh.nelements)),
+        with_pyvista.plot(nodal(DISC), punch(DISC)),
+    ):
+        image = picture.screenshot(return_img=True)
+        rows, columns = np.nonzero((image != 255).any(axis=2))
+        assert np.ptp(rows) > 0.85 * image.shape[0]
+        assert np.ptp(columns) > 0.85 * image.shape[1]
+        assert np.all(image[:5] == 255)
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_one_triangle_can_be_drawn(visuals):
+    mesh = MeshTri(np.array([[0.0, 1, 0], [0, 0, 1]]), np.array([[0], [1], [2]]))
+    visuals.draw(DualMesh.from_mesh(mesh), nodes=True)
+    visuals.plot(CellBasis(mesh, ElementTriP0()), [1.0], edges=True)
+    visuals.isobars(nodal(mesh), [0.0, 1.0, 3.0])
+
+
+def test_matplotlib_draws_into_given_axes():
+    from matplotlib.figure import Figure
+
+    left, right = Figure().subplots(1, 2)
+    assert with_matplotlib.draw(MeshQuad(), ax=left) is left
+    assert with_matplotlib.plot(nodal(DISC), punch(DISC), ax=right) is right
+
+
+# errors
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_wrong_arguments_are_refused(visuals):
+    basis, p = nodal(DISC), punch(DISC)
+    flat = CellBasis(DISC, ElementTriP0())
+    with pytest.raises(ValueError, match=r"got ElementTriP0.*nodal_pressure"):
+        visuals.isobars(flat, np.ones(flat.N))
+    with pytest.raises(ValueError, match="got ElementTriP2"):
+        visuals.plot(CellBasis(DISC, ElementTriP2()), p)
+    with pytest.raises(ValueError, match=f"{basis.N} DOFs, got shape \\(3,\\)"):
+        visuals.isobars(basis, p[:3])
+    with pytest.raises(ValueError, match="1 that are NaN"):
+        visuals.plot(basis, np.where(np.arange(basis.N) == 7, np.nan, p))
+    with pytest.raises(ValueError, match="the constant 2"):
+        visuals.isobars(basis, np.full(basis.N, 2.0))
+    with pytest.raises(TypeError, match="CellBasis, got MeshTri"):
+        visuals.plot(DISC, p)
+    with pytest.raises(TypeError, match="got MeshLine"):
+        visuals.draw(MeshLine())
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        visuals.draw(DISC, color="red")
+
+
+@pytest.mark.parametrize(
+    ("visuals", "missing"), [(with_matplotlib, "matplotlib"), (with_pyvista, "pyvista")]
+)
+def test_missing_libraries_are_named(visuals, missing, monkeypatch):
+    monkeypatch.setitem(sys.modules, missing, None)
+    for picture in (
+        lambda: visuals.draw(DISC),
+        lambda: visuals.plot(nodal(DISC), punch(DISC)),
+        lambda: visuals.isobars(nodal(DISC), punch(DISC)),
+    ):
+        with pytest.raises(ImportError, match=r"pip install 'skfem-dual\[visuals\]'"):
+            picture()
+
+
+@pytest.fixture
+def fresh_probe(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    offscreen.opengl_works.cache_clear()
+    yield
+    offscreen.opengl_works.cache_clear()
+
+
+def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
+    crash = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
+    monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", crash))
+    with pytest.raises(RuntimeError, match="apt install libegl1 libgl1"):
+        with_pyvista.draw(DISC)
+    monkeypatch.setenv("DISPLAY", ":0")  # nothing to probe
+    offscreen.require_opengl()
+
+
+def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):
+    count = tmp_path / "count"
+    script = f"open({str(count)!r}, 'a').write('x')"
+    monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", script))
+    offscreen.require_opengl()
+    offscreen.require_opengl()
+    assert Path(count).read_text() == "x"
+
+
+def test_importing_the_modules_imports_no_graphics():
+    script = (
+        "import sys, skfem_dual.visuals.pyvista, skfem_dual.visuals.matplotlib;"
+        "raise SystemExit(bool({'pyvista', 'vtkmodules', 'matplotlib'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", script], timeout=60).returncode == 0
