@@ -1,6 +1,7 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
-from .contact.punch import PunchSolution, RigidPunch
+from .contact.punch import RigidPunch
+from .contact.solution import EdgeCoefficient, PunchSolution
 from .contact.substrates import HalfSpace
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
@@ -14,6 +15,7 @@ __all__ = [
     "ConvergenceError",
     "ConvergenceWarning",
     "DualMesh",
+    "EdgeCoefficient",
     "HalfSpace",
     "MeshError",
     "MeshWarning",

@@ -59,6 +59,7 @@ def solve(options: argparse.Namespace) -> int:
     punch = RigidPunch(
         HalfSpace(options.young, options.poisson),
         dual.basis() if options.grid == "dual" else dual.primal_basis(),
+        edge=options.edge,
         collocation=options.collocation,
         origin=options.origin,
     )
@@ -133,6 +134,7 @@ def _as_dict(options: argparse.Namespace, solution: PunchSolution, times: dict) 
         "mesh": str(options.mesh),
         "grid": options.grid,
         "cells": len(punch.partition),
+        "edge": punch.edge,
         "collocation": punch.collocation,
         "origin": list(punch.origin),
         "young": punch.substrate.young,
@@ -195,6 +197,12 @@ def _parser() -> argparse.ArgumentParser:
     pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
     pair("--origin", metavar=("X", "Y"), default=(0.0, 0.0), help="centre of the punch")
     command.add_argument("--grid", choices=("dual", "triangles"), default="dual")
+    command.add_argument(
+        "--edge",
+        choices=("singular", "constant"),
+        default="singular",
+        help="whether the pressure inside a cell grows to the edge (default) or is constant",
+    )
     command.add_argument("--collocation", choices=("centroid", "node"), default="centroid")
     _add_outputs(
         command, png="isobars", svg="isobars (SVG or PDF)", vtu="cells", json="the results"

@@ -31,11 +31,11 @@ def test_solve(capsys, tmp_path):
     files = {k: tmp_path / f"out.{k}" for k in ("vtu", "json")}
     code, out, err = run(
         capsys, "solve", DISC, *GROUND, "--force", "1", "--at", "-0.1", "5e-2",
-        "--vtu", files["vtu"], "--json", files["json"],
+        "--edge", "constant", "--vtu", files["vtu"], "--json", files["json"],
     )  # fmt: skip
     assert (code, err) == (0, [])
     table = {line[:19].strip(): line[19:] for line in out}
-    assert table["Grid"] == "513 dual cells, centroid collocation"
+    assert table["Grid"] == "513 dual cells, constant edge, centroid collocation"
     # the paper's disc of 944 triangles: 0.47216; exact for the circle: 0.46875
     assert float(table["Settlement W0"]) == pytest.approx(0.4722, abs=2e-4)
     assert table["Force, acting at"] == "1, (-0.1, 0.05)"
@@ -54,8 +54,8 @@ def test_solve(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("options", "grid"),
     [
-        (["--grid", "triangles"], "944 triangles, centroid collocation"),
-        (["--collocation", "node"], "513 dual cells, node collocation"),
+        (["--grid", "triangles"], "944 triangles, singular edge, centroid collocation"),
+        (["--edge", "constant", "--collocation", "node"], "constant edge, node collocation"),
     ],
 )
 def test_grids_and_collocation(capsys, options, grid):
@@ -136,6 +136,7 @@ LOAD = [*GROUND, "--force", "1"]
         (["solve", DISC, *LOAD, "--png", "isobars.jpg"], "ending in .png for --png"),
         (["solve", DISC, *LOAD, "--svg", "isobars.png"], "ending in .svg or .pdf"),
         (["solve", DISC, *LOAD, "--vtu", "no/such/folder/x.vtu"], "no such folder for --vtu"),
+        (["solve", DISC, *LOAD, "--collocation", "node"], 'centroid" with edge "singular"'),
         (["dual", DISC, "--colour", "red"], "unrecognized arguments"),
         ([], "arguments are required"),
         (["bake", DISC], "invalid choice: 'bake'"),

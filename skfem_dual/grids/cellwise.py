@@ -12,6 +12,7 @@ from skfem import (
     ElementTriP0,
     ElementTriP1,
     FacetBasis,
+    Mesh,
     MeshTri,
 )
 
@@ -122,29 +123,38 @@ class CellwiseBasis(CellBasis):
         )
 
 
+def nodal_mesh(basis: CellBasis) -> Mesh:
+    """The mesh whose nodes or cells the functions of ``basis`` belong to."""
+    return basis.dual.mesh if isinstance(basis, CellwiseBasis) else basis.mesh
+
+
 def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
     """Values of cells as a continuous first-order field on the mesh.
 
     The nodes of dual cells take over the values of their cells; elsewhere a node takes the mean
     over the cells around it, weighted by area.
 
+    Parameters
+    ----------
+    basis : CellBasis
+        Piecewise constants, as for `RigidPunch`.
+    values : (N,) or (k, N) array of float
+        One value for each cell, or for each of the k vertices of each cell of the mesh.
+
     Returns
     -------
     basis : CellBasis
         ElementTriP1 or ElementQuad1 on the mesh.
-    values : (N,) array of float
+    values : (nnodes,) array of float
         Its vector.
     """
     values = np.asarray(values, dtype=float)
-    if values.shape != (basis.N,):
+    mesh = nodal_mesh(basis)
+    if values.shape not in ((basis.N,), (len(mesh.t), basis.N)):
         raise ValueError(f"expected values of shape ({basis.N},), got {values.shape}")
-    partition = Partition.from_basis(basis)
-    mesh = basis.dual.mesh if isinstance(basis, CellwiseBasis) else basis.mesh
-    elem = ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1()
-    nodal = CellBasis(mesh, elem)
+    nodal = CellBasis(mesh, ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1())
     if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
         return nodal, values.copy()
-    around = mesh.t.ravel()
-    weights = np.tile(partition.areas, mesh.t.shape[0])
-    total = np.bincount(around, weights * np.tile(values, mesh.t.shape[0]))
-    return nodal, total / np.bincount(around, weights)
+    weights = np.broadcast_to(Partition.from_basis(basis).areas, mesh.t.shape)
+    total = np.bincount(mesh.t.ravel(), (weights * values).ravel())
+    return nodal, total / np.bincount(mesh.t.ravel(), weights.ravel())

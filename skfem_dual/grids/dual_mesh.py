@@ -307,4 +307,5 @@ def _dual_partition(mesh: MeshTri, crossings: ndarray) -> Partition:
     facets = np.hstack([np.stack([begin, end]), *halves])
     outside = np.full(2 * nb, -1)
     f2c = np.hstack([mesh.facets, np.stack([mesh.facets[:, boundary].ravel(), outside])])
-    return Partition(Polygons(p, indices, offsets), facets, f2c, mesh.p)
+    on = np.concatenate([np.full(mesh.nfacets, -1), boundary, boundary])
+    return Partition(Polygons(p, indices, offsets), facets, f2c, mesh.p, on)

@@ -1,0 +1,262 @@
+"""Pressures under a punch and its position: what a solver answers."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis
+
+from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
+from ..grids.polygons import readonly
+from .influence import as_points, surface_displacement
+
+if TYPE_CHECKING:
+    from .punch import RigidPunch
+
+#: up to so many cells a printed solution tells the condition number, in a few milliseconds
+REPR_CONDITION = 2000
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PunchSolution:
+    """Pressures under a punch and its position.
+
+    Attributes
+    ----------
+    punch : RigidPunch
+        The problem solved.
+    pressure : (n,) array of float
+        Mean pressure on each cell, compression positive; a vector of ``punch.basis``.
+    settlement : float
+        Settlement W0 of ``punch.origin``, positive into the ground.
+    tilt : (2,) array of float
+        Inclinations (Lx, Ly): the punch settles by ``W0 + Lx x + Ly y``, from the origin.
+    resultant : (3,) array of float
+        Integrals of ``p``, ``p x`` and ``p y``, from the origin.
+    resultant_residual : (3,) array of float
+        Resultant minus the imposed load; zero where a position was imposed.
+    displacement_residual : float
+        Largest difference of the displacements of ground and punch in a collocation point.
+    success : bool
+        Whether the equations were solved.
+    message : str
+        What was found.
+    timings : dict of str to float
+        Seconds of assembly, factorisation and solution.
+    """
+
+    punch: "RigidPunch"
+    pressure: ndarray
+    settlement: float
+    tilt: ndarray
+    resultant: ndarray
+    resultant_residual: ndarray
+    displacement_residual: float
+    success: bool
+    message: str
+    timings: dict[str, float]
+
+    @property
+    def force(self) -> float:
+        """Resultant of the pressure."""
+        return float(self.resultant[0])
+
+    @property
+    def centre_of_pressure(self) -> ndarray:
+        """Point through which the resultant acts, from the origin; NaN without a force."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.resultant[1:] / self.resultant[0]
+
+    @property
+    def contact_area(self) -> float:
+        """Area of the cells in contact; contact is bilateral, so of the whole plan."""
+        return float(self.punch.partition.areas.sum())
+
+    @property
+    def mean_pressure(self) -> float:
+        """Force over contact area."""
+        return self.force / self.contact_area
+
+    @property
+    def condition_number(self) -> float:
+        """Condition number of the matrix in the 2-norm; computed when asked for."""
+        return self.punch.condition_number
+
+    def displacement(self, x) -> ndarray:
+        """Settlement of the ground at any points of its surface.
+
+        Parameters
+        ----------
+        x : (2, m) array of float
+            Points under the punch or beside it.
+
+        Returns
+        -------
+        (m,) array of float
+            Positive into the ground.
+        """
+        x, punch = as_points(x), self.punch
+        w = surface_displacement(punch.substrate, punch.partition, self.pressure, x)
+        if correction := punch.edge_correction(x):
+            w += correction.apply(self.pressure)
+        return w
+
+    def punch_displacement(self, x) -> ndarray:
+        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, m)."""
+        x = np.asarray(x, dtype=float)
+        return self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
+
+    def pressure_at(self, x) -> ndarray:
+        """Pressure at any points.
+
+        Parameters
+        ----------
+        x : (2, m) array of float
+            Points.
+
+        Returns
+        -------
+        (m,) array of float
+            ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
+            punch.
+        """
+        x = as_points(x)
+        fan, weights = self.punch.partition.fan, self.punch.weights
+        triangle = fan.locate(x)
+        inside = triangle >= 0
+        triangle = triangle[inside]
+        cell = fan.cell[triangle]
+        pressure = self.pressure[cell]
+        if weights is not None:
+            phi = weights.root[fan.t[:, triangle]] ** 2
+            phi = np.sum(fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
+            pressure = pressure * weights.relative(cell, np.sqrt(phi.clip(0)))
+        out = np.zeros(x.shape[1])
+        out[inside] = pressure
+        return out
+
+    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
+        """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
+
+        On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
+        takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
+        the mean pressures of cells, finite where the pressure itself is not.
+
+        Returns
+        -------
+        basis : CellBasis
+            First-order basis on the mesh.
+        values : (N,) array of float
+            Its vector.
+        """
+        basis, weights = self.punch.basis, self.punch.weights
+        pressure = self.pressure
+        if weights is not None:
+            partition = self.punch.partition
+            if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
+                points = partition.polygons.p.shape[1] + np.arange(len(partition))
+            else:
+                points = nodal_mesh(basis).t
+            root = weights.root[points]
+            inner = root > 1e-9 * weights.root.max()
+            factor = weights.relative(np.arange(len(partition)), root)
+            pressure = pressure * np.where(inner, factor, 1.0)
+        return nodal_values(basis, pressure)
+
+    def edge_coefficient(self) -> "EdgeCoefficient":
+        """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.
+
+        Raises
+        ------
+        ValueError
+            If the punch has no singular edge.
+        """
+        weights = self.punch.weights
+        if weights is None:
+            raise ValueError(
+                'expected a punch with edge="singular", got constant pressures at the edge'
+            )
+        partition = self.punch.partition
+        contour, order = _contours(partition.facets[:, weights.ribs])
+        ribs = weights.ribs[order]
+        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        length = np.hypot(*(b - a))
+        end = np.cumsum(length)
+        begin = end - length
+        first = np.searchsorted(contour, contour)  # the first rib of the same contour
+        cells = partition.f2c[0, ribs]
+        return EdgeCoefficient(
+            x=readonly((a + b) / 2),
+            values=readonly(self.pressure[cells] / weights.mean[cells]),
+            contour=readonly(contour),
+            arc=readonly((begin + end) / 2 - begin[first]),
+        )
+
+    def table(self) -> list[tuple[str, str]]:
+        """Names and values of the rows of ``repr``."""
+        p, scale = self.pressure, max(abs(self.settlement), np.finfo(float).tiny)
+        load = np.abs(self.resultant).max()
+        residual = np.abs(self.resultant_residual).max() / load if load > 0 else 0.0
+        e = self.centre_of_pressure
+        return [
+            ("Grid", self.punch.grid_description),
+            ("Substrate", str(self.punch.substrate)),
+            ("Settlement W0", f"{self.settlement:.6g}"),
+            ("Tilt (Lx, Ly)", f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})"),
+            ("Force, acting at", f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})"),
+            ("Contact area", f"{self.contact_area:.6g}"),
+            ("Pressure mean", f"{self.mean_pressure:.6g}"),
+            ("Pressure min, max", f"{p.min():.6g}, {p.max():.6g}"),
+            (
+                "Residuals",
+                f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}",
+            ),
+            ("Result", self.message),
+            ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())),
+        ]
+
+    def __repr__(self) -> str:
+        rows = self.table()
+        if len(self.pressure) <= REPR_CONDITION:
+            rows.insert(-2, ("Condition number", f"{self.condition_number:.4g}"))
+        lines = [f"  {name:<18}{value}" for name, value in rows]
+        return "\n".join(["<skfem_dual PunchSolution object>", *lines])
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeCoefficient:
+    """Limit of ``p sqrt(d)`` at the edge, d the distance to it, along the contours of a plan.
+
+    Attributes
+    ----------
+    x : (2, k) array of float
+        Middles of the ribs on the edge, in order along each contour, the plan to the left.
+    values : (k,) array of float
+        The coefficient there, pressure times the square root of a length.
+    contour : (k,) array of int
+        Number of the contour, ascending.
+    arc : (k,) array of float
+        Length of the contour up to there.
+    """
+
+    x: ndarray
+    values: ndarray
+    contour: ndarray
+    arc: ndarray
+
+
+def _contours(facets: ndarray) -> tuple[ndarray, ndarray]:
+    """Numbers of the contours directed facets form, ascending, and the facets in their order."""
+    start = {int(a): i for i, a in enumerate(facets[0])}
+    following = [start.get(int(b), -1) for b in facets[1]]
+    # open contours from their beginning, then closed ones from anywhere
+    beginnings = sorted(set(range(len(following))) - set(following)) + list(range(len(following)))
+    contour, order, seen = [], [], set()
+    for number, i in enumerate(beginnings):
+        while i != -1 and i not in seen:
+            seen.add(i)
+            order.append(i)
+            contour.append(number)
+            i = following[i]
+    return np.unique(contour, return_inverse=True)[1], np.array(order)

@@ -1,0 +1,155 @@
+"""Distance to the edge of a plan, and weights that grow like its inverse square root.
+
+Under a rigid edge the pressure grows like ``1 / sqrt(d)`` with the distance ``d``. Inside a cell
+it is taken as ``q w / mean(w)`` with ``w = phi^(-1/2)``, where ``phi`` interpolates the distance
+linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+from .partition import Partition
+from .polygons import readonly
+
+#: cells over which w varies by less than this factor are left constant
+VARIATION = 1.1
+
+
+def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """Distance of points to the nearest of some segments.
+
+    Parameters
+    ----------
+    x : (2, m) array of float
+        The points.
+    a, b : (2, n) array of float
+        Ends of the segments, n > 0.
+
+    Returns
+    -------
+    (m,) array of float
+        Exact up to rounding; the cost is nearly linear in m.
+    """
+    along, half = b - a, np.hypot(*(b - a)) / 2
+    squared = np.maximum(np.sum(along**2, axis=0), np.finfo(float).tiny)
+    found = np.full(x.shape[1], np.inf)
+    # segments of one octave of lengths at a time: a segment is nearer than its middle by at most
+    # half its length, which prunes well only if the lengths are alike
+    octave = np.round(np.log2(half / half.max()).clip(-60))
+    for level in np.unique(octave)[::-1]:
+        mine = np.nonzero(octave == level)[0]
+        tree = cKDTree(((a + b)[:, mine] / 2).T)
+        reach = half[mine].max()
+        active, k = np.arange(x.shape[1]), 16
+        while len(active):
+            k = min(k, len(mine))
+            to_middle, nearest = tree.query(x[:, active].T, k=np.arange(1, k + 1), workers=-1)
+            segment = mine[nearest]
+            offset = x[:, active, None] - a[:, segment]
+            s = np.sum(offset * along[:, segment], axis=0) / squared[segment]
+            gap = offset - np.clip(s, 0, 1) * along[:, segment]
+            found[active] = np.minimum(found[active], np.hypot(*gap).min(axis=1))
+            open_ = to_middle[:, -1] - reach < found[active]
+            active = active[open_] if k < len(mine) else active[:0]
+            k *= 4
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeWeights:
+    """The weight ``w = phi^(-1/2)`` on the cells of a partition.
+
+    Parameters
+    ----------
+    partition : Partition
+        The cells.
+    ribs : (k,) array of int
+        The ribs on the edge where the pressure is singular, k > 0; see `edge_ribs`.
+    """
+
+    partition: Partition
+    ribs: ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "ribs", readonly(self.ribs, np.int32))
+
+    @cached_property
+    def root(self) -> ndarray:
+        """Square root of the distance to the edge at the points of ``partition.fan``."""
+        facets = self.partition.facets[:, self.ribs]
+        a, b = self.partition.polygons.p[:, facets].swapaxes(0, 1)
+        distance = distance_to_segments(self.partition.fan.p, a, b)
+        distance[facets] = 0.0
+        # never zero: the means below are sums of positive terms, and a tiny root is as good
+        return readonly(np.sqrt(distance).clip(1e-20 * np.sqrt(distance.max())))
+
+    @cached_property
+    def weighted(self) -> ndarray:
+        """Whether each cell is weighted; over the others w hardly varies."""
+        root, starts = self.root[self.partition.fan.t], self.partition.fan.starts[:-1]
+        least = np.minimum.reduceat(root.min(axis=0), starts)
+        most = np.maximum.reduceat(root.max(axis=0), starts)
+        return readonly(most > VARIATION * least)
+
+    @cached_property
+    def mean(self) -> ndarray:
+        """Mean of w over each cell."""
+        fan = self.partition.fan
+        a, b, c = self.root[fan.t]
+        return readonly(np.bincount(fan.cell, fan.areas * _mean(a, b, c)) / self.partition.areas)
+
+    @cached_property
+    def moment(self) -> ndarray:
+        """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
+        fan = self.partition.fan
+        a, b, c = self.root[fan.t]
+        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
+        v = fan.p[:, fan.t] - self.partition.centroids[:, None, fan.cell]
+        first = np.stack([np.bincount(fan.cell, fan.areas * (x * shares).sum(0)) for x in v])
+        return readonly(np.where(self.weighted, first / self.mean, 0.0))
+
+    @cached_property
+    def centroids(self) -> ndarray:
+        """Centroids of the weighted cells, shape (2, n)."""
+        return readonly(self.partition.centroids + self.moment / self.partition.areas)
+
+    def relative(self, cells: ndarray, root: ndarray) -> ndarray:
+        """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
+        cell is not weighted."""
+        with np.errstate(divide="ignore"):
+            return np.where(self.weighted[cells], 1 / (root * self.mean[cells]), 1.0)
+
+
+def _mean(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
+    """Mean of phi^(-1/2) over a triangle with sqrt(phi) = a, b, c at its vertices."""
+    return 8 / 3 * (a * b + b * c + c * a) / ((a + b) * (b + c) * (c + a))
+
+
+def _mean_share(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
+    """Mean of phi^(-1/2) times the barycentric coordinate of the vertex of a.
+
+    By Hermite and Genocchi it is twice the divided difference of ``8/15 phi^(5/2)`` at the four
+    points a^2, a^2, b^2, c^2; all terms are positive.
+    """
+    s = b + c
+    top = a**3 * s + 2 * a**2 * s**2 + 4 * a * b * c * s + 2 * b**2 * c**2
+    return 8 / 15 * top / ((a + b) ** 2 * (a + c) ** 2 * s)
+
+
+def edge_ribs(partition: Partition) -> ndarray:
+    """Ribs on the edge of a plan: with a cell on one side only, and none in the same place.
+
+    In a polar grid the two banks of the seam and the points in the middle are no edge.
+    """
+    ribs = np.nonzero(partition.f2c[1] == -1)[0]
+    a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+    length = np.hypot(*(b - a))
+    size = np.sqrt(partition.areas.sum())
+    real = length > 1e-12 * size
+    ends = np.vstack([np.minimum(a, b), np.maximum(a, b)])[:, real].T
+    pairs = cKDTree(ends).query_pairs(1e-10 * size, output_type="ndarray")
+    return readonly(np.delete(ribs[real], np.unique(pairs)), np.int32)
