@@ -20,6 +20,7 @@ LAYERS = [
         "grids.partition",
         "grids.dual_mesh",
         "grids.cellwise",
+        "grids.fan",
         "grids.edge",
     ],
     [

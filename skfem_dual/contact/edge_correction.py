@@ -19,8 +19,9 @@ from .influence import _in_blocks, _rib_integral
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 NEAR = 2.5
-#: strips in a triangle that reaches from the edge on; fewer where the weight varies less
-STRIPS = 16
+#: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
+#: less, and the fewest
+STRIPS, FEWEST = 16, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +47,15 @@ class EdgeCorrection:
 
     @classmethod
     def from_weights(
-        cls, weights: EdgeWeights, coefficient: float, x: ndarray
+        cls, weights: EdgeWeights, coefficient: float, x: ndarray, strips: int = STRIPS
     ) -> "EdgeCorrection":
-        """Correction of a substrate with the influence ``coefficient / r`` near its origin."""
+        """Correction of a substrate with the influence ``coefficient / r`` near its origin.
+
+        ``strips`` is their number in a triangle that reaches from the edge on.
+        """
         centroids = weights.partition.centroids
         dipoles = coefficient * weights.moment
-        return cls(x, centroids, _near(weights, coefficient, x, dipoles), dipoles)
+        return cls(x, centroids, _near(weights, coefficient, x, dipoles, strips), dipoles)
 
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
@@ -78,8 +82,10 @@ class EdgeCorrection:
         return out + self.near @ q
 
 
-def _near(weights: EdgeWeights, coefficient: float, x: ndarray, dipoles: ndarray) -> csr_matrix:
-    partition, fan = weights.partition, weights.partition.fan
+def _near(
+    weights: EdgeWeights, coefficient: float, x: ndarray, dipoles: ndarray, strips: int
+) -> csr_matrix:
+    partition, fan = weights.partition, weights.fan
     cells = np.nonzero(weights.weighted)[0]
     spokes = np.hypot(*(fan.p[:, fan.t] - partition.centroids[:, None, fan.cell]))
     radii = np.maximum.reduceat(spokes.max(axis=0), fan.starts[:-1])
@@ -91,7 +97,9 @@ def _near(weights: EdgeWeights, coefficient: float, x: ndarray, dipoles: ndarray
     args = fan.p, fan.t, weights.root, weights.mean, fan.starts
 
     def work(some: slice) -> None:
-        _strip_sums(x, *args, cells[some], offsets[some.start : some.stop + 1], rows, values)
+        _strip_sums(
+            x, *args, strips, cells[some], offsets[some.start : some.stop + 1], rows, values
+        )
 
     _in_blocks(work, len(cells))
     values *= coefficient
@@ -116,7 +124,7 @@ def _segment(x, y, ax, ay, bx, by):
 
 
 @numba.njit(nogil=True, cache=True)
-def _strip_sums(x, p, t, root, mean, starts, cells, offsets, rows, values):
+def _strip_sums(x, p, t, root, mean, starts, most, cells, offsets, rows, values):
     """Integrals of (w / mean(w) - 1) / r over some cells, w constant in strips."""
     for k in range(cells.shape[0]):
         j = cells[k]
@@ -132,9 +140,7 @@ def _strip_sums(x, p, t, root, mean, starts, cells, offsets, rows, values):
                 v0, v1, sign = v1, v0, -sign
             s0, s1, s2 = root[v0], root[v1], root[v2]
             phi0, phi1, phi2 = s0 * s0, s1 * s1, s2 * s2
-            strips = int(np.ceil(STRIPS * (s2 - s0) / s2))
-            if strips == 0:
-                strips = 1
+            strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
             # levels equidistant in the root, with the middle vertex among them
             before = 0.0
             ex, ey, bx, by = p[0, v0], p[1, v0], p[0, v0], p[1, v0]

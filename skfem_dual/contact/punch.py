@@ -16,6 +16,7 @@ from skfem import CellBasis
 from ..errors import ConvergenceError
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.edge import EdgeWeights, edge_ribs
+from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from .edge_correction import EdgeCorrection
@@ -102,12 +103,19 @@ class RigidPunch:
         return Partition.from_basis(self.basis)
 
     @cached_property
+    def fan(self) -> Fan:
+        """Triangles that fill the cells."""
+        return Fan.from_basis(self.basis)
+
+    @cached_property
     def weights(self) -> EdgeWeights | None:
         """How the pressure varies inside the cells; None if it does not."""
         ribs = edge_ribs(self.partition)
+        if self.edge == "constant":
+            return None
         if self.edge_boundaries is not None:
             ribs = ribs[np.isin(self.partition.boundary[ribs], self._named_facets())]
-        return EdgeWeights(self.partition, ribs) if self.edge == "singular" and len(ribs) else None
+        return EdgeWeights(self.partition, self.fan, ribs) if len(ribs) else None
 
     def _named_facets(self) -> ndarray:
         names = self.edge_boundaries or ()

@@ -122,7 +122,7 @@ class PunchSolution:
             punch.
         """
         x = as_points(x)
-        fan, weights = self.punch.partition.fan, self.punch.weights
+        fan, weights = self.punch.fan, self.punch.weights
         triangle = fan.locate(x)
         inside = triangle >= 0
         triangle = triangle[inside]
@@ -131,7 +131,8 @@ class PunchSolution:
         if weights is not None:
             phi = weights.root[fan.t[:, triangle]] ** 2
             phi = np.sum(fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
-            pressure = pressure * weights.relative(cell, np.sqrt(phi.clip(0)))
+            phi[phi < 1e-12 * weights.root.max() ** 2] = 0.0  # on the edge but for rounding
+            pressure = pressure * weights.relative(cell, np.sqrt(phi))
         out = np.zeros(x.shape[1])
         out[inside] = pressure
         return out
@@ -153,14 +154,12 @@ class PunchSolution:
         basis, weights = self.punch.basis, self.punch.weights
         pressure = self.pressure
         if weights is not None:
-            partition = self.punch.partition
-            if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
-                points = partition.polygons.p.shape[1] + np.arange(len(partition))
-            else:
-                points = nodal_mesh(basis).t
-            root = weights.root[points]
+            # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
+            cells = np.arange(len(self.pressure))
+            dual = isinstance(basis, CellwiseBasis) and basis.grid == "dual"
+            root = weights.root[cells if dual else nodal_mesh(basis).t]
             inner = root > 1e-9 * weights.root.max()
-            factor = weights.relative(np.arange(len(partition)), root)
+            factor = weights.relative(cells, root)
             pressure = pressure * np.where(inner, factor, 1.0)
         return nodal_values(basis, pressure)
 

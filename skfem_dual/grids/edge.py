@@ -12,6 +12,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from .fan import Fan
 from .partition import Partition
 from .polygons import readonly
 
@@ -67,11 +68,14 @@ class EdgeWeights:
     ----------
     partition : Partition
         The cells.
+    fan : Fan
+        Triangles that fill them.
     ribs : (k,) array of int
         The ribs on the edge where the pressure is singular, k > 0; see `edge_ribs`.
     """
 
     partition: Partition
+    fan: Fan
     ribs: ndarray
 
     def __post_init__(self):
@@ -79,18 +83,29 @@ class EdgeWeights:
 
     @cached_property
     def root(self) -> ndarray:
-        """Square root of the distance to the edge at the points of ``partition.fan``."""
-        facets = self.partition.facets[:, self.ribs]
-        a, b = self.partition.polygons.p[:, facets].swapaxes(0, 1)
-        distance = distance_to_segments(self.partition.fan.p, a, b)
-        distance[facets] = 0.0
+        """Square root of phi at the points of the fan.
+
+        phi is the distance to the edge at the nodes of the mesh and linear between them, but
+        where that would make it vanish inside the plan, as in the triangle of a corner, it is the
+        distance itself.
+        """
+        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
+        size = np.sqrt(self.partition.areas.sum())
+
+        def distance(x: ndarray) -> ndarray:
+            d = distance_to_segments(x, p[:, 0], p[:, 1])
+            return np.where(d > 1e-12 * size, d, 0.0)
+
+        phi = self.fan.interpolation @ distance(self.fan.p[:, : self.fan.interpolation.shape[1]])
+        bare = phi == 0
+        phi[bare] = distance(self.fan.p[:, bare])
         # never zero: the means below are sums of positive terms, and a tiny root is as good
-        return readonly(np.sqrt(distance).clip(1e-20 * np.sqrt(distance.max())))
+        return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
     @cached_property
     def weighted(self) -> ndarray:
         """Whether each cell is weighted; over the others w hardly varies."""
-        root, starts = self.root[self.partition.fan.t], self.partition.fan.starts[:-1]
+        root, starts = self.root[self.fan.t], self.fan.starts[:-1]
         least = np.minimum.reduceat(root.min(axis=0), starts)
         most = np.maximum.reduceat(root.max(axis=0), starts)
         return readonly(most > VARIATION * least)
@@ -98,14 +113,14 @@ class EdgeWeights:
     @cached_property
     def mean(self) -> ndarray:
         """Mean of w over each cell."""
-        fan = self.partition.fan
+        fan = self.fan
         a, b, c = self.root[fan.t]
         return readonly(np.bincount(fan.cell, fan.areas * _mean(a, b, c)) / self.partition.areas)
 
     @cached_property
     def moment(self) -> ndarray:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
-        fan = self.partition.fan
+        fan = self.fan
         a, b, c = self.root[fan.t]
         shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
         v = fan.p[:, fan.t] - self.partition.centroids[:, None, fan.cell]

@@ -2,11 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..errors import MeshError
@@ -18,59 +16,7 @@ from .checks import (
     require,
     triangulation_conditions,
 )
-from .corners import signed_areas
 from .polygons import Polygons, readonly
-
-
-@dataclass(frozen=True, eq=False)
-class Fan:
-    """The cells of a partition cut into triangles around their nodes.
-
-    Attributes
-    ----------
-    p : (2, npoints) array of float
-        Vertices of the cells, then the nodes.
-    t : (3, m) array of int
-        The triangles, counter-clockwise.
-    cell : (m,) array of int
-        Cell of each triangle, ascending; every cell has some.
-    """
-
-    p: ndarray
-    t: ndarray
-    cell: ndarray
-
-    @cached_property
-    def areas(self) -> ndarray:
-        """Area of each triangle."""
-        return readonly(signed_areas(self.p, self.t))
-
-    @cached_property
-    def starts(self) -> ndarray:
-        """Triangles of cell ``i`` are ``starts[i]`` to ``starts[i + 1]``."""
-        return readonly(np.searchsorted(self.cell, np.arange(self.cell[-1] + 2)))
-
-    def coordinates(self, triangle: ndarray, x: ndarray) -> ndarray:
-        """Barycentric coordinates of points in triangles, one each; shape (3, m)."""
-        v = self.p[:, self.t[:, triangle]] - x[:, None]
-        onward, last = np.roll(v, -1, axis=1), np.roll(v, -2, axis=1)
-        return (onward[0] * last[1] - onward[1] * last[0]) / (2 * self.areas[triangle])
-
-    def locate(self, x: ndarray) -> ndarray:
-        """Triangle that contains each point of shape (2, m), -1 outside all of them."""
-        v = self.p[:, self.t]
-        middle = v.mean(axis=1)
-        # a little more than the farthest vertex: points on the boundary are inside
-        reach = 1.000001 * np.hypot(*(v - middle[:, None])).max(axis=0)
-        near = cKDTree(x.T).query_ball_point(middle.T, reach)
-        triangle = np.repeat(np.arange(len(near)), [len(points) for points in near])
-        point = np.concatenate([*near, np.empty(0)]).astype(int)
-        inside = self.coordinates(triangle, x[:, point]).min(axis=0)
-        found = np.full(x.shape[1], -1)
-        order = np.argsort(inside)  # the triangle deepest around a point wins
-        order = order[inside[order] > -1e-9]
-        found[point[order]] = triangle[order]
-        return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,8 +32,7 @@ class Partition:
     f2c : (2, nribs) array of int
         Cells to the left and to the right of each rib, -1 outside.
     nodes : (2, ncells) array of float
-        Node of the dual grid in each cell: where ``collocation="node"`` collocates. Every cell
-        is star-shaped with respect to it.
+        Node of the dual grid in each cell: where ``collocation="node"`` collocates.
     boundary : (nribs,) array of int
         Facet of the mesh on whose boundary each rib lies, -1 for ribs inside.
     """
@@ -122,20 +67,6 @@ class Partition:
     def centroids(self) -> ndarray:
         """Area centroid of each cell, shape (2, ncells)."""
         return self.polygons.centroids
-
-    @cached_property
-    def fan(self) -> "Fan":
-        """Triangles that fill the cells, each spanned by a node and a rib of its cell."""
-        inner = np.nonzero(self.f2c[1] >= 0)[0]
-        cell = np.concatenate([self.f2c[0], self.f2c[1, inner]])
-        ends = np.hstack([self.facets, self.facets[::-1, inner]])
-        p = np.hstack([self.polygons.p, self.nodes])
-        t = np.vstack([self.polygons.p.shape[1] + cell, ends])
-        # a node on the boundary makes no triangle with the ribs that end in it
-        full = signed_areas(p, t) > 1e-14 * self.areas[cell]
-        order = np.argsort(cell[full], kind="stable")
-        t, cell = t[:, full][:, order], cell[full][order]
-        return Fan(readonly(p), readonly(t, np.int32), readonly(cell))
 
     @classmethod
     def from_mesh(cls, mesh: Mesh) -> "Partition":

@@ -1,0 +1,121 @@
+"""The cells of a partition cut into triangles, on which fields inside the cells live."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.spatial import cKDTree
+from skfem import CellBasis, Mesh
+
+from .cellwise import CellwiseBasis
+from .corners import signed_areas
+from .dual_mesh import DualMesh
+from .polygons import readonly
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """Triangles that fill the cells of a partition.
+
+    Attributes
+    ----------
+    p : (2, npoints) array of float
+        Vertices of the triangles; the nodes of the mesh come first.
+    t : (3, m) array of int
+        The triangles, counter-clockwise.
+    cell : (m,) array of int
+        Cell of each triangle, ascending; every cell has some.
+    interpolation : (npoints, nnodes) csr_matrix
+        Takes values at the nodes of the mesh to all points, by linear interpolation.
+    """
+
+    p: ndarray
+    t: ndarray
+    cell: ndarray
+    interpolation: csr_matrix
+
+    @classmethod
+    def from_basis(cls, basis: CellBasis) -> "Fan":
+        """Of a basis that is a partition, see `Partition.from_basis`."""
+        if not isinstance(basis, CellwiseBasis):
+            return cls.from_mesh(basis.mesh)
+        if basis.grid == "dual":
+            return cls.from_dual(basis.dual)
+        return cls.from_mesh(basis.dual.mesh)
+
+    @classmethod
+    def from_dual(cls, dual: DualMesh) -> "Fan":
+        """Dual cells consist of triangles of the common refinement."""
+        mesh, refinement = dual.mesh, dual.refinement
+        n, nf, m = len(dual), mesh.nfacets, mesh.nelements
+        a, b = mesh.p[:, mesh.facets].swapaxes(0, 1)
+        s = np.hypot(*(dual.crossings - a)) / np.hypot(*(b - a))
+        points = np.concatenate(
+            [np.arange(n), np.tile(n + np.arange(nf), 2), np.tile(n + nf + np.arange(m), 3)]
+        )
+        nodes = np.concatenate([np.arange(n), mesh.facets.ravel(), mesh.t.ravel()])
+        shares = np.concatenate([np.ones(n), 1 - s, s, np.full(3 * m, 1 / 3)])
+        matrix = coo_matrix((shares, (points, nodes)), shape=(n + nf + m, n))
+        return cls._sorted(refinement.p, refinement.t, dual.refinement_cells, matrix)
+
+    @classmethod
+    def from_mesh(cls, mesh: Mesh) -> "Fan":
+        """Triangles and quadrilaterals, cut around the mean of their vertices."""
+        k, m = mesh.t.shape
+        n = mesh.p.shape[1]
+        middle = n + np.arange(m)
+        p = np.hstack([mesh.p, mesh.p[:, mesh.t].mean(axis=1)])
+        t = np.hstack([[mesh.t[i], mesh.t[(i + 1) % k], middle] for i in range(k)])
+        points = np.concatenate([np.arange(n), np.tile(middle, k)])
+        nodes = np.concatenate([np.arange(n), mesh.t.ravel()])
+        shares = np.concatenate([np.ones(n), np.full(k * m, 1 / k)])
+        matrix = coo_matrix((shares, (points, nodes)), shape=(n + m, n))
+        return cls._sorted(p, t, np.tile(np.arange(m), k), matrix)
+
+    @classmethod
+    def _sorted(cls, p, t, cell, matrix) -> "Fan":
+        areas = signed_areas(p, t)
+        t = np.where(areas < 0, t[[0, 2, 1]], t)
+        # quadrilaterals in the middle of a polar grid have sides without length
+        full = np.abs(areas) > 1e-14 * np.bincount(cell, np.abs(areas))[cell]
+        order = np.argsort(cell[full], kind="stable")
+        return cls(
+            readonly(p),
+            readonly(t[:, full][:, order], np.int32),
+            readonly(cell[full][order], np.int32),
+            matrix.tocsr(),
+        )
+
+    @cached_property
+    def areas(self) -> ndarray:
+        """Area of each triangle."""
+        return readonly(signed_areas(self.p, self.t))
+
+    @cached_property
+    def starts(self) -> ndarray:
+        """Triangles of cell ``i`` are ``starts[i]`` to ``starts[i + 1]``."""
+        return readonly(np.searchsorted(self.cell, np.arange(self.cell[-1] + 2)))
+
+    def coordinates(self, triangle: ndarray, x: ndarray) -> ndarray:
+        """Barycentric coordinates of points in triangles, one each; shape (3, m)."""
+        v = self.p[:, self.t[:, triangle]] - x[:, None]
+        onward, last = np.roll(v, -1, axis=1), np.roll(v, -2, axis=1)
+        return (onward[0] * last[1] - onward[1] * last[0]) / (2 * self.areas[triangle])
+
+    def locate(self, x: ndarray) -> ndarray:
+        """Triangle that contains each point of shape (2, m), -1 outside all of them."""
+        v = self.p[:, self.t]
+        middle = v.mean(axis=1)
+        # a little more than the farthest vertex: points on the boundary are inside
+        reach = 1.000001 * np.hypot(*(v - middle[:, None])).max(axis=0)
+        near = cKDTree(x.T).query_ball_point(middle.T, reach)
+        triangle = np.repeat(np.arange(len(near)), [len(points) for points in near])
+        point = np.concatenate([*near, np.empty(0)]).astype(int)
+        inside = self.coordinates(triangle, x[:, point]).min(axis=0)
+        found = np.full(x.shape[1], -1)
+        order = np.argsort(inside)  # the triangle deepest around a point wins
+        order = order[inside[order] > -1e-9]
+        found[point[order]] = triangle[order]
+        return found

@@ -1,0 +1,162 @@
+"""Distance to the edge, and moments of the weights, against brute force and quadrature."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plans import disc, perturbed, polar, rectangle
+from scipy.integrate import dblquad
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
+
+from skfem_dual import DualMesh
+from skfem_dual.grids.edge import (
+    EdgeWeights,
+    _mean,
+    _mean_share,
+    distance_to_segments,
+    edge_ribs,
+)
+from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.partition import Partition
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(1, 60), st.integers(0, 2**32 - 1), st.floats(0, 4))
+def test_distance_equals_brute_force(n, seed, spread):
+    """Segments of lengths over several orders of magnitude."""
+    rng = np.random.default_rng(seed)
+    a = rng.uniform(-1, 1, (2, n))
+    b = a + rng.standard_normal((2, n)) * 10 ** rng.uniform(-spread, 0, n)
+    x = np.hstack([rng.uniform(-3, 3, (2, 200)), a, (a + b) / 2])
+    along, to = (b - a)[:, None], x[:, :, None] - a[:, None]
+    s = np.clip(np.sum(to * along, 0) / np.sum(along**2, 0), 0, 1)
+    expected = np.hypot(*(to - s * along)).min(axis=1)
+    assert distance_to_segments(x, a, b) == pytest.approx(expected, abs=1e-15)
+
+
+def test_distance_in_a_disc():
+    mesh = disc(4)
+    a, b = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]].swapaxes(0, 1)
+    x = mesh.p[:, mesh.interior_nodes()]
+    found = distance_to_segments(x, a, b)
+    apothem = np.hypot(*(a + b)).min() / 2
+    assert (found <= np.hypot(*mesh.p).max() - np.hypot(*x) + 1e-12).all()
+    assert (found >= apothem - np.hypot(*x) - 1e-12).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.tuples(*[st.floats(0.05, 3)] * 3))
+def test_means_over_a_triangle_equal_quadrature(roots):
+    a, b, c = (np.array(r) for r in roots)
+
+    def average(f):
+        return dblquad(
+            lambda v, u: f(u, v) / np.sqrt(a**2 * (1 - u - v) + b**2 * u + c**2 * v),
+            0, 1, 0, lambda u: 1 - u, epsrel=1e-9,
+        )[0] * 2  # fmt: skip
+
+    assert _mean(a, b, c) == pytest.approx(average(lambda u, v: 1.0), rel=1e-7)
+    assert _mean_share(a, b, c) == pytest.approx(average(lambda u, v: 1 - u - v), rel=1e-7)
+
+
+def test_means_at_the_edge():
+    """One and two vertices on the edge; the shares add up."""
+    tiny, one = np.array(1e-20), np.array(1.0)
+    assert _mean(tiny, tiny, one) == pytest.approx(8 / 3)
+    assert _mean(tiny, one, one) == pytest.approx(4 / 3)
+    assert _mean_share(one, tiny, tiny) == pytest.approx(8 / 15)
+    assert _mean_share(tiny, tiny, one) == pytest.approx(16 / 15)
+    a, b, c = np.random.default_rng(0).random((3, 100))
+    total = _mean_share(a, b, c) + _mean_share(b, c, a) + _mean_share(c, a, b)
+    assert total == pytest.approx(_mean(a, b, c))
+
+
+BASES = {
+    "dual": DualMesh.from_mesh(perturbed(rectangle(5), 0.05)).basis(),
+    "re-entrant": DualMesh.from_mesh(MeshTri.init_lshaped().refined(1)).basis(),
+    "primal": DualMesh.from_mesh(rectangle(5)).primal_basis(),
+    "triangles": CellBasis(disc(1), ElementTriP0()),
+    "polar": CellBasis(polar(3, 8), ElementQuad0()),
+}
+
+
+def weights_of(basis):
+    partition = Partition.from_basis(basis)
+    return EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_fan_fills_the_cells(name):
+    partition, fan = Partition.from_basis(BASES[name]), Fan.from_basis(BASES[name])
+    nodes = fan.interpolation.shape[1]
+    assert fan.p[:, :nodes] @ fan.interpolation.T == pytest.approx(fan.p)
+    assert np.bincount(fan.cell, fan.areas) == pytest.approx(partition.areas, rel=1e-12)
+    assert np.array_equal(np.diff(fan.starts), np.bincount(fan.cell))
+    # points inside, and beside the plan
+    x = fan.p[:, fan.t].mean(axis=1)
+    assert np.array_equal(fan.locate(x), np.arange(fan.t.shape[1]))
+    assert np.array_equal(fan.locate(np.array([[9.0], [9.0]])), [-1])
+    share = np.random.default_rng(0).dirichlet([1, 1, 1], fan.t.shape[1]).T
+    points = np.sum(fan.p[:, fan.t] * share, axis=1)
+    found = fan.locate(points)
+    assert fan.coordinates(found, points).min() > -1e-9
+    assert np.sum(fan.p[:, fan.t[:, found]] * fan.coordinates(found, points), 1) == (
+        pytest.approx(points)
+    )
+    # every vertex of a cell belongs to the plan
+    assert (fan.locate(partition.polygons.p) >= 0).all()
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_moments_equal_sums_over_small_triangles(name):
+    """Midpoint rule on 64^2 parts of each triangle, against the closed means."""
+    weights = weights_of(BASES[name])
+    partition, fan = weights.partition, weights.fan
+    fine = MeshTri.init_refdom().refined(6)
+    u, v = fine.p[:, fine.t].mean(axis=1)
+    share = np.stack([1 - u - v, u, v])
+    x = np.einsum("ikt,ks->its", fan.p[:, fan.t], share)
+    w = 1 / np.sqrt(np.einsum("kt,ks->ts", weights.root[fan.t] ** 2, share))
+    mean = np.bincount(fan.cell, fan.areas * w.mean(axis=1)) / partition.areas
+    first = np.stack([np.bincount(fan.cell, fan.areas * (w * xi).mean(axis=1)) for xi in x])
+    centroids = np.where(weights.weighted, first / (mean * partition.areas), partition.centroids)
+    assert np.hypot(*weights.moment)[~weights.weighted] == pytest.approx(0)
+    off = np.hypot(*(weights.centroids - centroids)) / np.sqrt(partition.areas)
+    # where w is singular the midpoint rule loses some of the first row
+    at_edge = np.minimum.reduceat(weights.root[fan.t].min(axis=0), fan.starts[:-1]) < 1e-9
+    assert weights.mean[~at_edge] == pytest.approx(mean[~at_edge], rel=1e-4)
+    assert weights.mean[at_edge] == pytest.approx(mean[at_edge], rel=0.1)
+    assert off[~at_edge].max(initial=0) < 1e-4
+    assert off[at_edge].max() < 2e-2
+
+
+def test_weighted_cells_lie_along_the_edge():
+    dual = DualMesh.from_mesh(disc(5))
+    weights = weights_of(dual.basis())
+    r = np.hypot(*dual.centroids)
+    assert weights.weighted[dual.mesh.boundary_nodes()].all()
+    # a cell of width h varies by more than 10 % where it lies nearer than about 5 h
+    h = np.sqrt(np.median(dual.areas))
+    assert r[weights.weighted].min() > 1 - 8 * h
+    assert weights.weighted[r > 1 - 2 * h].all()
+    # the weight draws the load to the edge
+    outward = np.sum(weights.moment * dual.centroids, axis=0)
+    assert (outward[dual.mesh.boundary_nodes()] > 0).all()
+
+
+def test_seam_and_middle_of_a_polar_grid_are_no_edge():
+    partition = Partition.from_mesh(polar(3, 8))
+    ribs = edge_ribs(partition)
+    assert len(ribs) == 8
+    middles = partition.polygons.p[:, partition.facets[:, ribs]].mean(axis=1)
+    assert np.hypot(*middles) == pytest.approx(np.cos(np.pi / 8))
+
+
+def test_relative_weight():
+    weights = weights_of(BASES["dual"])
+    cells = np.arange(len(weights.partition))
+    at_nodes = weights.relative(cells, weights.root[cells])
+    assert (at_nodes[~weights.weighted] == 1).all()
+    assert np.isinf(
+        weights.relative(cells[weights.weighted], np.zeros(weights.weighted.sum()))
+    ).all()

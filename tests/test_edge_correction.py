@@ -1,0 +1,144 @@
+"""Settlements under weighted cells against independent quadrature."""
+
+import numpy as np
+import pytest
+from plans import perturbed, rectangle
+from scipy.integrate import quad
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
+
+from skfem_dual import DualMesh, HalfSpace
+from skfem_dual.contact.edge_correction import EdgeCorrection
+from skfem_dual.contact.influence import influence_matrix
+from skfem_dual.grids.edge import EdgeWeights, edge_ribs
+from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.partition import Partition
+
+
+def weighted_settlement(p, root, x):
+    """Integral of phi^(-1/2) / r over a triangle with a vertex on the point x.
+
+    Along a ray of length R from x the integrand is 1/sqrt(phi), phi linear: the integral over
+    the ray is 2 R / (sqrt(phi(0)) + sqrt(phi(R))), what remains is one-dimensional.
+    """
+    a, b = p[:, 1] - x, p[:, 2] - x
+    d = b - a
+    cross = a[0] * b[1] - a[1] * b[0]
+
+    def ray(t):
+        point = a + t * d
+        phi = (1 - t) * root[1] ** 2 + t * root[2] ** 2
+        return 2 * cross / np.hypot(*point) / (root[0] + np.sqrt(phi))
+
+    foot = float(np.clip(-(a @ d) / (d @ d), 0, 1))
+    return sum(
+        quad(ray, lower, upper, epsrel=1e-10, limit=200)[0]
+        for lower, upper in ((0, foot), (foot, 1))
+        if upper > lower
+    )
+
+
+def settlement_of_cell(weights, j, x):
+    """Of w / mean(w) on cell j, E* = 1, by splitting its triangles at the point."""
+    fan = weights.fan
+    total = 0.0
+    for triangle in range(fan.starts[j], fan.starts[j + 1]):
+        t = fan.t[:, triangle]
+        phi_x = fan.coordinates(np.array([triangle]), x[:, None])[:, 0] @ weights.root[t] ** 2
+        for k in range(3):
+            i, o = t[k], t[(k + 1) % 3]
+            p = np.column_stack([x, fan.p[:, i], fan.p[:, o]])
+            area = np.linalg.det(p[:, 1:] - p[:, :1])
+            if abs(area) > 1e-15:
+                root = np.array([np.sqrt(max(phi_x, 0)), weights.root[i], weights.root[o]])
+                total += weighted_settlement(p, root, x)
+    return total / (weights.mean[j] * np.pi)
+
+
+def weights_of(basis):
+    partition = Partition.from_basis(basis)
+    return EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+
+
+def weights_of_square(n):
+    return weights_of(DualMesh.from_mesh(perturbed(rectangle(n), 0.2 / n)).basis())
+
+
+@pytest.mark.parametrize(
+    "weights",
+    [
+        weights_of_square(4),
+        weights_of(DualMesh.from_mesh(MeshTri.init_lshaped().refined(1)).basis()),
+        weights_of(CellBasis(perturbed(rectangle(3), 0.05), ElementTriP0())),
+        weights_of(CellBasis(MeshQuad().refined(2), ElementQuad0())),
+    ],
+    ids=["dual cells", "re-entrant", "triangles", "squares"],
+)
+def test_own_settlement_equals_quadrature(weights):
+    """In the cell's own centroid: strips against a quadrature that has none.
+
+    The point must lie in all triangles' half-planes for phi to stay positive on the rays, so the
+    cells are taken whose triangles each see it with positive phi.
+    """
+    partition, fan = weights.partition, weights.fan
+    x = partition.centroids
+    uniform = influence_matrix(HalfSpace(1.0, 0.0), partition, x)
+    coarse, fine = uniform.copy(), uniform.copy()
+    EdgeCorrection.from_weights(weights, 1 / np.pi, x).add_to(coarse)
+    EdgeCorrection.from_weights(weights, 1 / np.pi, x, strips=500).add_to(fine)
+    tested = 0
+    for j in np.nonzero(weights.weighted)[0]:
+        triangles = np.arange(fan.starts[j], fan.starts[j + 1])
+        phi = np.sum(
+            fan.coordinates(triangles, np.tile(x[:, j : j + 1], len(triangles)))
+            * weights.root[fan.t[:, triangles]] ** 2,
+            axis=0,
+        )
+        if (phi > 0).all():
+            exact = settlement_of_cell(weights, j, x[:, j])
+            assert coarse[j, j] == pytest.approx(exact, rel=5e-3)
+            assert fine[j, j] == pytest.approx(exact, rel=5e-5)
+            tested += 1
+    assert tested > 3
+
+
+def test_far_settlement_is_that_of_the_weighted_centroid():
+    weights = weights_of_square(6)
+    partition = weights.partition
+    soil = HalfSpace(1.0, 0.0)
+    x = np.array([[30.0, -20.0, 3.0], [1.0, 40.0, -50.0]])
+    D = influence_matrix(soil, partition, x)
+    EdgeCorrection.from_weights(weights, soil.singular_coefficient, x).add_to(D)
+    r = np.hypot(*(x[:, :, None] - weights.centroids[:, None]))
+    assert pytest.approx(partition.areas * soil.influence(r), rel=3e-5) == D
+
+
+def test_apply_equals_the_dense_correction():
+    weights = weights_of_square(8)
+    partition = weights.partition
+    rng = np.random.default_rng(0)
+    x = np.hstack([partition.centroids, rng.uniform(-1.5, 1.5, (2, 50)), partition.nodes])
+    correction = EdgeCorrection.from_weights(weights, 1.0, x)
+    dense = np.zeros((x.shape[1], len(partition)))
+    correction.add_to(dense)
+    q = rng.standard_normal(len(partition))
+    assert correction.apply(q) == pytest.approx(dense @ q, abs=1e-13)
+    # linear cost: as many near entries for each cell on any mesh
+    assert correction.near.nnz < 40 * len(partition)
+
+
+def test_near_and_far_meet():
+    """Where the exact correction ends, the dipole takes over almost without a step."""
+    weights = weights_of_square(8)
+    partition = weights.partition
+    x = partition.centroids
+    correction = EdgeCorrection.from_weights(weights, 1.0, x)
+    near = correction.near.tocoo()
+    r = np.hypot(*(x[:, near.row] - x[:, near.col]))
+    size = np.sqrt(partition.areas[near.col])
+    rim = r > 1.5 * size
+    # the difference of both is small against the entry A / r itself
+    assert rim.any()
+    assert (
+        np.abs(near.data[rim]).max()
+        < 2e-2 * (partition.areas[near.col] / np.maximum(r, 1e-9))[rim].min()
+    )

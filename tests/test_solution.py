@@ -1,0 +1,223 @@
+"""What a solution tells: pressures at points and nodes, along the edge, with weighted cells."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plans import annulus, disc, ellipse, perturbed, polar, rectangle
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch
+from skfem_dual.contact import exact
+from skfem_dual.io import read_mesh
+
+UNIT = HalfSpace(1.0, 0.0)
+
+
+def solve(mesh, grid="dual", force=1.0, at=(0.0, 0.0), **options):
+    dual = DualMesh.from_mesh(mesh)
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    return RigidPunch(UNIT, basis, **options).solve(force, at)
+
+
+GRIDS = ["dual", "primal"]
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize(
+    ("mesh", "stiffness"),
+    [
+        (disc(4), (2.0, 4 / 3, 4 / 3)),
+        (disc(4, graded=True), (2.0, 4 / 3, 4 / 3)),
+        (perturbed(disc(4), 0.015), (2.0, 4 / 3, 4 / 3)),
+        (
+            ellipse(4, 1.0, 0.5),
+            (1 / exact.ellipse_settlement(1.0, (1.0, 0.5), 1.0, 0.0), np.nan, np.nan),
+        ),
+        (rectangle(23), np.pi * np.array([0.733576, 0.662348, 0.662348])),
+        (rectangle(16, 1.0, 2.0), np.pi * np.array([1.063836, 1.171241, 3.201667])),
+        (annulus(8, 72), (np.pi * 0.6245354, np.nan, np.nan)),
+    ],
+    ids=["disc", "graded disc", "random disc", "ellipse", "square", "rectangle", "annulus"],
+)
+def test_settlement_and_tilt_at_600_cells(mesh, stiffness, grid):
+    """Exact or independently computed; constants are 7e-3 and 2e-2 off on these meshes."""
+    dual = DualMesh.from_mesh(mesh)
+    K = RigidPunch(UNIT, dual.basis() if grid == "dual" else dual.primal_basis()).stiffness()
+    e = np.abs(stiffness / K.diagonal() - 1)
+    assert e[0] < 3e-4
+    assert np.nanmax(e[1:], initial=0.0) < 2e-3
+    # reciprocity holds up to the error of the discretisation
+    assert np.abs(K - K.T).max() < 2e-3 * K[0, 0]
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_order_of_convergence(grid):
+    """Settlement of the disc: better than first order in the size of the cells."""
+    found = [solve(disc(k), grid) for k in (2, 4)]
+    e = [abs(s.settlement * 2 - 1) for s in found]
+    assert e[1] < 3e-4
+    assert np.log2(e[0] / e[1]) / 2 > 1.4
+
+
+def test_constant_cells_are_tens_of_times_less_accurate():
+    weighted, constant = (
+        abs(solve(disc(4), edge=edge).settlement * 2 - 1) for edge in ("singular", "constant")
+    )
+    assert constant > 20 * weighted
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_pressure_away_from_the_edge(grid):
+    """Rms of the relative error farther than 0.1 from the edge, eccentric load."""
+    solution = solve(disc(4), grid, at=(0.1, 0.05))
+    x = solution.punch.partition.centroids
+    x = x[:, np.hypot(*x) < 0.9]
+    ratio = solution.pressure_at(x) / exact.circle_pressure(x, 1.0, 1.0, (0.1, 0.05))
+    assert np.sqrt(np.mean((ratio - 1) ** 2)) < 3e-3
+
+
+def test_pressure_near_the_edge_grows_like_the_exact_one():
+    solution = solve(disc(5))
+    angle = np.linspace(0.1, 6.3, 50)
+    for distance in (0.05, 0.01, 1e-3):
+        apothem = np.hypot(*solution.punch.partition.polygons.p).max() * np.cos(np.pi / 128)
+        x = (apothem - distance) * np.stack([np.cos(angle), np.sin(angle)])
+        ratio = solution.pressure_at(x) / exact.circle_pressure(x, 1.0, 1.0)
+        assert np.median(ratio) == pytest.approx(1, abs=0.06)
+
+
+@pytest.mark.parametrize("edge", ["singular", "constant"])
+@pytest.mark.parametrize("grid", GRIDS)
+def test_pressure_at_points_has_the_means_of_the_cells(grid, edge):
+    """Quadrature of the pressure over cells gives back the unknowns."""
+    solution = solve(perturbed(rectangle(4), 0.05), grid, at=(0.2, 0.1), edge=edge)
+    fan = solution.punch.fan
+    fine = MeshTri.init_refdom().refined(5)
+    share = np.vstack([1 - fine.p.sum(axis=0), fine.p])[:, fine.t].mean(axis=1)
+    x = np.einsum("ikt,ks->its", fan.p[:, fan.t], share)
+    p = solution.pressure_at(x.reshape(2, -1)).reshape(x.shape[1:])
+    means = np.bincount(fan.cell, fan.areas * p.mean(axis=1)) / solution.punch.partition.areas
+    if edge == "constant":
+        assert means == pytest.approx(solution.pressure, rel=1e-12)
+    else:  # where p is singular the midpoint rule loses some of it
+        root = solution.punch.weights.root[fan.t].min(axis=0)
+        inner = np.minimum.reduceat(root, fan.starts[:-1]) > 1e-9
+        assert inner.any()
+        assert means[inner] == pytest.approx(solution.pressure[inner], rel=1e-4)
+        assert means == pytest.approx(solution.pressure, rel=0.1)
+
+
+def test_pressure_outside_and_on_the_edge():
+    solution = solve(rectangle(6))
+    p = solution.pressure_at([[0.0, 1.0, 1.5], [0.3, 0.3, 0.0]])
+    assert p[0] > 0
+    assert p[1] == np.inf
+    assert p[2] == 0
+    with pytest.raises(ValueError, match=r"shape \(2, m\)"):
+        solution.pressure_at([0.0, 0.0])
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_nodal_pressure(grid):
+    """Inner nodes take the pressure there, edge nodes stay finite."""
+    solution = solve(disc(4), grid, at=(0.1, 0.0))
+    basis, p = solution.nodal_pressure()
+    x = basis.doflocs
+    inner = np.hypot(*x) < 0.9
+    expected = exact.circle_pressure(x[:, inner], 1.0, 1.0, (0.1, 0.0))
+    assert p[inner] == pytest.approx(expected, rel=2.5e-2)
+    edge = basis.mesh.boundary_nodes()
+    assert np.isfinite(p).all()
+    if grid == "dual":
+        assert np.array_equal(p[edge], solution.pressure[edge])
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_edge_coefficient_of_the_disc(grid):
+    """p sqrt(d) -> (P + 3 M . x / a^2) / (2 pi a sqrt(2 a)); within 1 % at 513 cells."""
+    mesh = read_mesh(Path(__file__).parent / "data" / "disc.msh")
+    edge = solve(mesh, grid).edge_coefficient()
+    assert edge.values == pytest.approx(1 / (2 * np.pi * np.sqrt(2)), rel=1e-2)
+    edge = solve(mesh, grid, at=(0.1, -0.05)).edge_coefficient()
+    expected = (1 + 3 * (0.1 * edge.x[0] - 0.05 * edge.x[1])) / (2 * np.pi * np.sqrt(2))
+    assert edge.values == pytest.approx(expected, abs=1e-2 * expected.max())
+    assert (edge.contour == 0).all()
+    # in order along the circle, counter-clockwise
+    assert (np.diff(edge.arc) > 0).all()
+    turn = np.diff(np.unwrap(np.arctan2(edge.x[1], edge.x[0])))
+    assert (turn > 0).all()
+    assert edge.arc[-1] == pytest.approx(2 * np.pi, rel=0.03)
+
+
+def test_edge_coefficient_has_a_contour_for_every_hole():
+    edge = solve(annulus(6, 48)).edge_coefficient()
+    assert np.array_equal(np.unique(edge.contour), [0, 1])
+    for contour, length in zip((0, 1), sorted((np.pi, 2 * np.pi)), strict=True):
+        radius = np.hypot(*edge.x[:, edge.contour == contour])
+        assert np.ptp(radius) < 2e-2
+        assert np.diff(edge.arc[edge.contour == contour]).min() > 0
+        assert length > 0
+    # the outer edge carries more
+    outer = np.hypot(*edge.x) > 0.75
+    assert edge.values[outer].mean() > edge.values[~outer].mean()
+    with pytest.raises(ValueError, match='edge="singular"'):
+        solve(annulus(6, 48), edge="constant").edge_coefficient()
+
+
+def test_any_partition_has_weights():
+    """Quadrilaterals and polar grids with a seam settle alike."""
+    soil = HalfSpace(1.0, 0.25)
+    ring = RigidPunch(soil, CellBasis(polar(10, 40), ElementQuad0())).solve(1.0)
+    # the 40-gon, half a per cent smaller than the circle, settles a little more
+    assert ring.settlement == pytest.approx(0.46875 * np.sqrt(np.pi / 3.12869), rel=2e-4)
+    squares = CellBasis(MeshQuad().refined(4).scaled(2.0).translated((-1.0, -1.0)), ElementQuad0())
+    assert RigidPunch(soil, squares).solve(1.0).settlement == pytest.approx(0.406795, rel=1e-3)
+    _, p = ring.nodal_pressure()
+    assert np.isfinite(p).all()
+
+
+def test_ground_and_punch_agree_also_with_weights():
+    problem = RigidPunch(UNIT, DualMesh.from_mesh(perturbed(rectangle(8), 0.03)).basis())
+    solution = problem.solve(1.0, at=(0.1, 0.2))
+    x = problem.collocation_points
+    assert solution.displacement(x) == pytest.approx(solution.punch_displacement(x))
+    far = solution.displacement([[40.0], [8.0]])
+    assert far[0] == pytest.approx(UNIT.influence(np.hypot(40 - 0.1, 8 - 0.2)), rel=3e-4)
+
+
+def test_symmetry_line_is_no_edge():
+    mesh = rectangle(12).with_defaults()
+    whole = RigidPunch(UNIT, DualMesh.from_mesh(mesh).basis())
+    three = RigidPunch(
+        UNIT, DualMesh.from_mesh(mesh).basis(), edge_boundaries=["left", "top", "bottom"]
+    )
+    right = np.nonzero((mesh.p[0] == 1.0) & (np.abs(mesh.p[1]) < 0.5))[0]
+    assert whole.weights.root[right] == pytest.approx(0)
+    assert three.weights.root[right] ** 2 == pytest.approx(1 - np.abs(mesh.p[1, right]))
+    assert three.solve(1.0).edge_coefficient().x[0].max() < 1.0
+    # on triangles as well, and by a single name
+    single = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries="left")
+    assert single.solve(1.0).edge_coefficient().x[0] == pytest.approx(-1.0)
+    none = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=[])
+    assert none.weights is None
+    with pytest.raises(ValueError, match=r"\['bottom', 'left', 'right', 'top'\], got \['rim'\]"):
+        RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=["left", "rim"])
+    with pytest.raises(ValueError, match='edge "singular" where edge_boundaries'):
+        RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge="constant", edge_boundaries="left")
+
+
+def test_invariance():
+    """Turned, moved, scaled and renumbered: the same answer."""
+    mesh = perturbed(rectangle(7), 0.04)
+    rng = np.random.default_rng(0)
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    number = rng.permutation(mesh.p.shape[1])
+    t = number[mesh.t][:, rng.permutation(mesh.nelements)]
+    p = 3.0 * (turn @ mesh.p + 5.0)
+    other = MeshTri(p[:, np.argsort(number)].copy(), t.copy())
+    one = solve(mesh, at=(0.1, 0.2))
+    two = solve(other, at=3.0 * turn @ [0.1, 0.2], origin=(15.0, 15.0))
+    assert two.settlement == pytest.approx(one.settlement / 3)
+    assert two.pressure[number] == pytest.approx(one.pressure / 9)
+    assert two.tilt == pytest.approx(turn @ one.tilt / 9)
