@@ -91,8 +91,12 @@ def _ribs(partition: Partition) -> tuple[ndarray, ...]:
 def _in_blocks(work: Callable[[slice], None], m: int) -> None:
     """Call ``work`` on slices of ``range(m)`` from threads; the kernels release the GIL."""
     threads = numba.config.NUMBA_NUM_THREADS
-    size = max(1, min(256, -(-m // threads)))
-    blocks = [slice(start, start + size) for start in range(0, m, size)]
+    size = max(128, min(256, -(-m // threads)))
+    blocks = [slice(start, min(start + size, m)) for start in range(0, m, size)]
+    if len(blocks) < 2:  # starting threads would take longer
+        for block in blocks:
+            work(block)
+        return
     with ThreadPoolExecutor(threads) as pool:
         # list: wait for all, and let an exception through
         list(pool.map(work, blocks))

@@ -35,29 +35,29 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     (m,) array of float
         Exact up to rounding; the cost is nearly linear in m.
     """
-    along, half = b - a, np.hypot(*(b - a)) / 2
-    squared = np.maximum(np.sum(along**2, axis=0), np.finfo(float).tiny)
-    found = np.full(x.shape[1], np.inf)
-    # segments of one octave of lengths at a time: a segment is nearer than its middle by at most
-    # half its length, which prunes well only if the lengths are alike
+    half = np.hypot(*(b - a)) / 2
+    workers = -1 if x.shape[1] > 5000 else 1  # starting threads takes its time
+    # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
+    # not farther than the hypotenuse of the distance and half the length. Segments of one octave
+    # of lengths at a time, so that this leaves few candidates
+    found = cKDTree(np.hstack([a, b]).T).query(x.T, workers=workers)[0]
     octave = np.round(np.log2(half / half.max()).clip(-60))
-    for level in np.unique(octave)[::-1]:
+    for level in np.unique(octave):
         mine = np.nonzero(octave == level)[0]
-        tree = cKDTree(((a + b)[:, mine] / 2).T)
-        reach = half[mine].max()
-        active, k = np.arange(x.shape[1]), 16
-        while len(active):
-            k = min(k, len(mine))
-            to_middle, nearest = tree.query(x[:, active].T, k=np.arange(1, k + 1), workers=-1)
-            segment = mine[nearest]
-            offset = x[:, active, None] - a[:, segment]
-            s = np.sum(offset * along[:, segment], axis=0) / squared[segment]
-            gap = offset - np.clip(s, 0, 1) * along[:, segment]
-            found[active] = np.minimum(found[active], np.hypot(*gap).min(axis=1))
-            open_ = to_middle[:, -1] - reach < found[active]
-            active = active[open_] if k < len(mine) else active[:0]
-            k *= 4
+        tree, reach = cKDTree(((a + b)[:, mine] / 2).T), half[mine].max()
+        radius = 1.000001 * np.hypot(found, reach)
+        near = tree.query_ball_point(x.T, radius, workers=workers)
+        pairs = np.repeat(np.arange(len(near)), [len(candidates) for candidates in near])
+        segment = mine[np.concatenate([*near, np.empty(0)]).astype(int)]
+        np.minimum.at(found, pairs, _distance(x[:, pairs], a[:, segment], b[:, segment]))
     return found
+
+
+def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """Distance of each point to its segment."""
+    along, offset = b - a, x - a
+    s = np.sum(offset * along, axis=0) / np.sum(along**2, axis=0).clip(np.finfo(float).tiny)
+    return np.hypot(*(offset - np.clip(s, 0, 1) * along))
 
 
 @dataclass(frozen=True, eq=False)
