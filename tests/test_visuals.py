@@ -420,3 +420,20 @@ def test_importing_the_modules_imports_no_graphics():
         "raise SystemExit(bool({'pyvista', 'vtkmodules', 'matplotlib'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", script], timeout=60).returncode == 0
+
+
+def test_coefficient_along_the_edge():
+    from skfem_dual import HalfSpace, RigidPunch
+    from skfem_dual.visuals.matplotlib import plot_edge
+
+    dual = DualMesh.from_mesh(MeshTri().refined(3))
+    coefficient = RigidPunch(HalfSpace(1, 0), dual.basis()).solve(1.0).edge_coefficient()
+    axes = plot_edge(coefficient, title="K")
+    (line,) = axes.lines
+    assert np.array_equal(line.get_ydata(), coefficient.values)
+    assert np.array_equal(line.get_xdata(), coefficient.arc)
+    assert axes.get_ylabel() == "K"
+    assert axes.get_ylim()[0] == 0
+    plt.close(axes.figure)
+    with pytest.raises(TypeError, match="expected an EdgeCoefficient, got ndarray"):
+        plot_edge(coefficient.values)

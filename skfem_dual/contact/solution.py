@@ -177,19 +177,25 @@ class PunchSolution:
                 'expected a punch with edge="singular", got constant pressures at the edge'
             )
         partition = self.punch.partition
-        contour, order = _contours(partition.facets[:, weights.ribs])
-        ribs = weights.ribs[order]
+        cells = partition.f2c[0, weights.ribs]
+        contour, order = _contours(partition.facets[:, weights.ribs], cells)
+        ribs, cells = weights.ribs[order], cells[order]
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
-        length = np.hypot(*(b - a))
-        end = np.cumsum(length)
-        begin = end - length
-        first = np.searchsorted(contour, contour)  # the first rib of the same contour
-        cells = partition.f2c[0, ribs]
+        end = np.cumsum(np.hypot(*(b - a)))
+        begin = np.append(0, end[:-1])
+        # a cell may own several ribs in a row: one value halfway along them
+        first = np.nonzero((np.diff(cells, prepend=-1) != 0) | (np.diff(contour, prepend=-1) != 0))
+        last = np.append(first[0][1:], len(ribs)) - 1
+        halfway = (begin[first] + end[last]) / 2
+        rib = np.searchsorted(end, halfway)
+        s = (halfway - begin[rib]) / (end[rib] - begin[rib])
+        contour, cells = contour[first], cells[first]
+        starts = begin[first][np.searchsorted(contour, contour)]
         return EdgeCoefficient(
-            x=readonly((a + b) / 2),
+            x=readonly(a[:, rib] + s * (b - a)[:, rib]),
             values=readonly(self.pressure[cells] / weights.mean[cells]),
             contour=readonly(contour),
-            arc=readonly((begin + end) / 2 - begin[first]),
+            arc=readonly(halfway - starts),
         )
 
     def table(self) -> list[tuple[str, str]]:
@@ -230,7 +236,8 @@ class EdgeCoefficient:
     Attributes
     ----------
     x : (2, k) array of float
-        Middles of the ribs on the edge, in order along each contour, the plan to the left.
+        Points on the edge, one for each cell there, in order along each contour, the plan to
+        the left.
     values : (k,) array of float
         The coefficient there, pressure times the square root of a length.
     contour : (k,) array of int
@@ -245,14 +252,16 @@ class EdgeCoefficient:
     arc: ndarray
 
 
-def _contours(facets: ndarray) -> tuple[ndarray, ndarray]:
+def _contours(facets: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
     """Numbers of the contours directed facets form, ascending, and the facets in their order."""
     start = {int(a): i for i, a in enumerate(facets[0])}
     following = [start.get(int(b), -1) for b in facets[1]]
-    # open contours from their beginning, then closed ones from anywhere
-    beginnings = sorted(set(range(len(following))) - set(following)) + list(range(len(following)))
+    before = {i: k for k, i in enumerate(following) if i != -1}
+    # open contours from their beginning, then closed ones from where a cell begins
+    beginnings = [i for i in range(len(following)) if i not in before]
+    beginnings += [i for i in before if cells[i] != cells[before[i]]]
     contour, order, seen = [], [], set()
-    for number, i in enumerate(beginnings):
+    for number, i in enumerate([*beginnings, *range(len(following))]):
         while i != -1 and i not in seen:
             seen.add(i)
             order.append(i)

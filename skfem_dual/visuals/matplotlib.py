@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
+from ..contact.solution import EdgeCoefficient
 from ..grids.dual_mesh import DualMesh
 from .field import CONTINUOUS, Field
 from .isolines import label_points
@@ -23,6 +25,9 @@ from .style import COLORMAP, MISSING, OUTLINE, band_colors, fineness, layers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+#: colours and dashes of curves in one picture, told apart in grey as well
+LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"))
 
 
 def draw(
@@ -233,13 +238,70 @@ def isobars(
     return ax
 
 
-def _prepare(ax: Axes | None, p: ndarray) -> Axes:
-    """The axes to draw the points ``p`` in, with a method show as skfem's have."""
+def plot_edge(
+    coefficient: EdgeCoefficient, *, title: str | None = None, ax: Axes | None = None
+) -> Axes:
+    """Plot the strength of the pressure's singularity along the contours of a plan.
+
+    Parameters
+    ----------
+    coefficient : EdgeCoefficient
+        From ``solution.edge_coefficient()``.
+    title : str, optional
+        Name and unit of the coefficient, beside its axis.
+    ax : Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    Axes
+        One line for each contour over the length along it, the plan to the left.
+
+    Raises
+    ------
+    ImportError
+        If matplotlib is missing.
+    TypeError
+        If ``coefficient`` is something else.
+    """
+    if not isinstance(coefficient, EdgeCoefficient):
+        raise TypeError(f"expected an EdgeCoefficient, got {type(coefficient).__name__}")
+    plt = _pyplot()
+    ax = ax or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
+    contours = np.unique(coefficient.contour)
+    for contour, (color, style) in zip(contours, cycle(LINES)):
+        own = coefficient.contour == contour
+        ax.plot(
+            coefficient.arc[own],
+            coefficient.values[own],
+            style,
+            color=color,
+            label=f"contour {contour}",
+        )
+    if len(contours) > 1:
+        ax.legend(frameon=False, fontsize=9)
+    ax.set_xlim(0, coefficient.arc.max())
+    ax.set_ylim(min(0, 1.1 * coefficient.values.min()), 1.1 * coefficient.values.max())
+    ax.set_xlabel("length along the contour")
+    ax.set_ylabel(title or r"$\lim\, p\,\sqrt{d}$")
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.show = plt.show  # type: ignore[union-attr]
+    return ax
+
+
+def _pyplot() -> Any:
     try:
         import matplotlib.pyplot as plt
-        from matplotlib.ticker import MaxNLocator
     except ImportError as error:
         raise ImportError(MISSING.format("matplotlib")) from error
+    return plt
+
+
+def _prepare(ax: Axes | None, p: ndarray) -> Axes:
+    """The axes to draw the points ``p`` in, with a method show as skfem's have."""
+    plt = _pyplot()
+    from matplotlib.ticker import MaxNLocator
+
     if ax is None:
         width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
         size = (max(5.5 * width, 1.5) + 1.6, max(5.5 * height, 1.5) + 0.7)
@@ -250,7 +312,7 @@ def _prepare(ax: Axes | None, p: ndarray) -> Axes:
         axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
     ax.ticklabel_format(useOffset=False)
     ax.tick_params(labelsize=9)
-    ax.show = plt.show  # type: ignore[attr-defined]
+    ax.show = plt.show  # type: ignore[union-attr]
     return ax
 
 
