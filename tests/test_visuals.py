@@ -427,13 +427,15 @@ def test_coefficient_along_the_edge():
     from skfem_dual.visuals.matplotlib import plot_edge
 
     dual = DualMesh.from_mesh(MeshTri().refined(3))
-    coefficient = RigidPunch(HalfSpace(1, 0), dual.basis()).solve(1.0).edge_coefficient()
+    coefficient = RigidPunch(HalfSpace(1, 0), dual.basis()).solve(1, (0.5, 0.5)).edge_coefficient()
     axes = plot_edge(coefficient, title="K")
     (line,) = axes.lines
     assert np.array_equal(line.get_ydata(), coefficient.values)
     assert np.array_equal(line.get_xdata(), coefficient.arc)
     assert axes.get_ylabel() == "K"
     assert axes.get_ylim()[0] == 0
+    import matplotlib.pyplot as plt
+
     plt.close(axes.figure)
     with pytest.raises(TypeError, match="expected an EdgeCoefficient, got ndarray"):
         plot_edge(coefficient.values)
