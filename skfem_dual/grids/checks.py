@@ -1,7 +1,7 @@
 """Conditions a triangulation must meet to have a dual grid, each with its offenders and remedy."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
@@ -10,78 +10,43 @@ from skfem.mesh import MeshTri1
 
 from ..errors import MeshError
 from .corners import Corners, signed_areas
-from .polygons import readonly, some
+from .planar import covered_twice
+from .polygons import readonly
+from .quality import MeshQuality
+from .report import Condition, Report
 
 #: a crossing nearer to a node than this part of the facet counts as missed
 CROSSING_MARGIN = 1e-10
 
 
-@dataclass(frozen=True, eq=False)
-class Condition:
-    """One condition and where it is not met.
-
-    Attributes
-    ----------
-    expected : str
-        The condition in words.
-    entity : str
-        What the indices count: ``"node"``, ``"triangle"`` or ``"facet"``.
-    offending : array of int
-        Indices of the entities that violate the condition; empty if it is met.
-    remedy : str
-        What the user can do.
-    detail : str
-        More about the first offender.
-    """
-
-    expected: str
-    entity: str
-    offending: ndarray
-    remedy: str
-    detail: str = ""
-
-    @property
-    def ok(self) -> bool:
-        """Whether the condition is met."""
-        return len(self.offending) == 0
-
-    def message(self) -> str:
-        """The condition, the first offenders and the remedy in one line."""
-        n = len(self.offending)
-        noun = self.entity + ("" if n == 1 else "s")
-        detail = f" ({self.detail})" if self.detail else ""
-        return (
-            f"expected {self.expected}; {n} {noun} violate{'s' if n == 1 else ''} this: "
-            f"{some(self.offending)}{detail}. Remedy: {self.remedy}"
-        )
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshReport:
-    """What `check_mesh` found.
+class MeshReport(Report):
+    """What `check_mesh` found; ``ok`` if the mesh has a dual grid.
 
     Attributes
     ----------
     conditions : tuple of Condition
-        The conditions tested, in order; testing ends with the first one that is not met,
-        because the later ones build on it.
+        First the required conditions: testing ends with the first one that makes the later ones
+        meaningless. Then those that are sufficient or desirable, ``required=False``.
+    measures : tuple of Measure
+        Smallest angles and aspect ratios of the triangles.
     """
-
-    conditions: tuple[Condition, ...] = field(default=())
-
-    @property
-    def ok(self) -> bool:
-        """Whether the mesh has a dual grid."""
-        return all(c.ok for c in self.conditions)
-
-    def __repr__(self) -> str:
-        lines = [f"  {'ok  ' if c.ok else 'FAIL'}  {c.expected}" for c in self.conditions]
-        lines += [f"  {c.message()}" for c in self.conditions if not c.ok]
-        return "<skfem_dual MeshReport object>\n" + "\n".join(lines)
 
 
 def check_mesh(mesh: MeshTri) -> MeshReport:
-    """Test whether a triangulation has a 1-type dual grid (Definition 2).
+    """Test whether a triangulation has a 1-type dual grid (Definition 2), and how good it is.
+
+    Parameters
+    ----------
+    mesh : MeshTri
+        Straight triangles in either orientation.
+
+    Returns
+    -------
+    MeshReport
+        Each condition with its offenders and a remedy: the structure of the mesh, that facets
+        and corresponded ribs cross, which is exact; and, as information, the sufficient
+        conditions of Section 3, the quality of the triangles and of the dual cells.
 
     Raises
     ------
@@ -97,19 +62,15 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
     True
     """
     check_type(mesh)
-    found = []
-    for condition in dual_conditions(mesh):
+    corners, found = Corners(mesh), []
+    for condition in triangulation_conditions(corners):
         found.append(condition)
         if not condition.ok:
-            break
-    return MeshReport(tuple(found))
-
-
-def require(conditions: Iterator[Condition]) -> None:
-    """Raise MeshError for the first condition that is not met."""
-    for condition in conditions:
-        if not condition.ok:
-            raise MeshError(condition.message())
+            return MeshReport(tuple(found))
+    quality = MeshQuality(mesh)
+    return MeshReport(
+        (*found, crossing_condition(corners), *quality.conditions()), tuple(quality.measures())
+    )
 
 
 def check_type(mesh) -> None:
@@ -150,8 +111,9 @@ def array_conditions(mesh: MeshTri) -> Iterator[Condition]:
     )
 
 
-def triangulation_conditions(mesh: MeshTri) -> Iterator[Condition]:
+def triangulation_conditions(corners: Corners) -> Iterator[Condition]:
     """What makes a MeshTri a triangulation of a domain; later ones build on earlier ones."""
+    mesh = corners.mesh
     yield from array_conditions(mesh)
     p, t = mesh.p, mesh.t
     yield Condition(
@@ -184,7 +146,6 @@ def triangulation_conditions(mesh: MeshTri) -> Iterator[Condition]:
         "remove the triangles lying on top of others",
         _facet_detail(mesh, crowded),
     )
-    corners = Corners.from_mesh(mesh)
     same_side = (corners.twin != -1) & (corners.node == corners.node[corners.twin])
     yield Condition(
         "the two triangles of a facet on different sides of it",
@@ -199,64 +160,51 @@ def triangulation_conditions(mesh: MeshTri) -> Iterator[Condition]:
         np.unique(corners.node[corners.rank == -1]),
         "parts that touch in a single node need a node each: duplicate it",
     )
-    turns = np.bincount(corners.node, weights=_angles(p, t, corners)) / (2 * np.pi)
+    # a fan that goes round its node once has one triangle in any direction: that of x
+    y = p[1, corners.node.reshape(t.shape)]
+    across = (np.roll(y, -1, axis=0) <= y) & (np.roll(y, 1, axis=0) > y)
     yield Condition(
         "the triangles around a node to go round it once",
         "node",
-        np.nonzero(turns > 1.5)[0],
+        np.nonzero(np.bincount(corners.node, weights=across.ravel()) > 1.5)[0],
         "the mesh covers itself there: remove or remesh the triangles",
+    )
+    # now one-to-one near every point; and everywhere, unless the boundary tells otherwise
+    starts = np.nonzero(corners.twin == -1)[0]
+    ends = np.roll(corners.node.reshape(3, -1), -1, axis=0).ravel()[starts]
+    inside = corners.barycentres[:, corners.triangle[starts]]
+    twice = covered_twice(p, np.stack([corners.node[starts], ends]), inside)
+    yield Condition(
+        "no place to be covered twice",
+        "facet",
+        twice := np.unique(corners.facet[starts[twice]]),
+        "parts of the mesh with these boundary facets overlap: remove or move one",
+        _facet_detail(mesh, twice),
     )
 
 
-def dual_conditions(mesh: MeshTri) -> Iterator[Condition]:
-    """`triangulation_conditions`, and that every facet is crossed by its corresponded rib.
+def dual_conditions(corners: Corners) -> Iterator[Condition]:
+    """`triangulation_conditions` and `crossing_condition`."""
+    yield from triangulation_conditions(corners)
+    yield crossing_condition(corners)
+
+
+def crossing_condition(corners: Corners) -> Condition:
+    """That every facet is crossed by its corresponded rib.
 
     The quadrilateral of an inner facet and the barycentres on its two sides must be convex;
     this is exact, (2) of the paper is sufficient only.
     """
-    yield from triangulation_conditions(mesh)
-    s = crossing_parameters(mesh)
-    yield Condition(
+    s = corners.crossing_parameters
+    return Condition(
         "every facet to be crossed by the segment between the barycentres of its triangles "
         "(Definition 1, condition 4)",
         "facet",
         missed := np.nonzero((s <= CROSSING_MARGIN) | (s >= 1 - CROSSING_MARGIN))[0],
         "flip the facet or improve the triangles there (mesh.smoothed(), remeshing), "
         "a^2 + b^2 < 5 c^2 for the sides a > b > c of every triangle suffices",
-        _facet_detail(mesh, missed),
+        _facet_detail(corners.mesh, missed),
     )
-
-
-def crossing_parameters(mesh: MeshTri) -> ndarray:
-    """Where the line through the barycentres of a facet's triangles meets it.
-
-    0 at the first node of the facet, 1 at the second; 1/2 on the boundary.
-    """
-    a = mesh.p[:, mesh.facets[0]]
-    along = mesh.p[:, mesh.facets[1]] - a
-    inner = mesh.f2t[1] != -1
-    left, right = barycentres(mesh)[:, mesh.f2t[:, inner]].swapaxes(0, 1) - a[:, inner]
-    d = along[:, inner]
-    height_left = np.abs(d[0] * left[1] - d[1] * left[0])
-    height_right = np.abs(d[0] * right[1] - d[1] * right[0])
-    met = (height_right * left + height_left * right) / (height_left + height_right)
-    s = np.full(along.shape[1], 0.5)
-    s[inner] = np.sum(met * d, axis=0) / np.sum(d * d, axis=0)
-    return s
-
-
-def barycentres(mesh: MeshTri) -> ndarray:
-    """Barycentre of each triangle, shape (2, ntriangles)."""
-    a, b, c = mesh.t
-    return mesh.p[:, a] + ((mesh.p[:, b] - mesh.p[:, a]) + (mesh.p[:, c] - mesh.p[:, a])) / 3
-
-
-def _angles(p: ndarray, t: ndarray, corners: Corners) -> ndarray:
-    """Angle at each corner."""
-    v = p[:, corners.node.reshape(t.shape)]
-    onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
-    cross = onward[0] * back[1] - onward[1] * back[0]
-    return np.arctan2(cross, np.sum(onward * back, axis=0)).ravel()
 
 
 def _facet_detail(mesh: MeshTri, facets: ndarray) -> str:

@@ -16,31 +16,61 @@ class Corners:
     nowhere else. Every corner starts one facet, which leads to the next corner of its triangle;
     an inner facet is started by two corners, one in each of its triangles.
 
-    Attributes
+    Everything is computed when first asked for.
+
+    Parameters
     ----------
-    node : (3 * M,) array of int
-        Node at the corner.
-    facet : (3 * M,) array of int
-        Facet the corner starts.
-    twin : (3 * M,) array of int
-        The other corner that starts the same facet, -1 on the boundary.
+    mesh : MeshTri
+        A mesh whose facets belong to one or two triangles each.
     """
 
-    node: ndarray
-    facet: ndarray
-    twin: ndarray
+    mesh: MeshTri
 
-    @classmethod
-    def from_mesh(cls, mesh: MeshTri) -> "Corners":
-        """Corners of a mesh whose facets belong to one or two triangles each."""
-        ccw = signed_areas(mesh.p, mesh.t) > 0
-        node = np.where(ccw, mesh.t, mesh.t[[0, 2, 1]]).ravel()
-        facet = np.where(ccw, mesh.t2f, mesh.t2f[::-1]).ravel().astype(np.int32)
+    @cached_property
+    def _ccw(self) -> ndarray:
+        return signed_areas(self.mesh.p, self.mesh.t) > 0
+
+    @cached_property
+    def node(self) -> ndarray:
+        """Node at each corner."""
+        return np.where(self._ccw, self.mesh.t, self.mesh.t[[0, 2, 1]]).ravel()
+
+    @cached_property
+    def facet(self) -> ndarray:
+        """Facet each corner starts."""
+        t2f = self.mesh.t2f.astype(np.int32)
+        return np.where(self._ccw, t2f, t2f[::-1]).ravel()
+
+    @cached_property
+    def twin(self) -> ndarray:
+        """The other corner that starts the same facet, -1 on the boundary."""
         # the two corners of a facet add up to a number from which each yields the other
-        both = np.bincount(facet, weights=np.arange(len(facet)))
-        twin = (both[facet] - np.arange(len(facet))).astype(np.int32)
-        twin[mesh.f2t[1, facet] == -1] = -1
-        return cls(node, facet, twin)
+        both = np.bincount(self.facet, weights=np.arange(len(self.facet)))
+        twin = (both[self.facet] - np.arange(len(self.facet))).astype(np.int32)
+        twin[self.mesh.f2t[1, self.facet] == -1] = -1
+        return twin
+
+    @cached_property
+    def barycentres(self) -> ndarray:
+        """Barycentre of each triangle, shape (2, M)."""
+        return barycentres(self.mesh)
+
+    @cached_property
+    def crossing_parameters(self) -> ndarray:
+        """Where the line through the barycentres of a facet's triangles meets it.
+
+        0 at the first node of the facet, 1 at the second; 1/2 on the boundary.
+        """
+        mesh = self.mesh
+        inner = np.nonzero(mesh.f2t[1] != -1)[0]
+        a, d = mesh.p[:, mesh.facets[0, inner]], mesh.p[:, mesh.facets[1, inner]]
+        d -= a
+        first, second = (self.barycentres[:, side] - a for side in mesh.f2t[:, inner])
+        height, other = (np.abs(d[0] * c[1] - d[1] * c[0]) for c in (first, second))
+        along, beyond = (d[0] * c[0] + d[1] * c[1] for c in (first, second))
+        s = np.full(mesh.nfacets, 0.5)
+        s[inner] = (other * along + height * beyond) / ((height + other) * (d[0] ** 2 + d[1] ** 2))
+        return s
 
     @property
     def triangle(self) -> ndarray:
@@ -86,3 +116,9 @@ def signed_areas(p: ndarray, t: ndarray) -> ndarray:
     """Area of each triangle, negative where its vertices run clockwise."""
     a, b = p[:, t[1]] - p[:, t[0]], p[:, t[2]] - p[:, t[0]]
     return (a[0] * b[1] - a[1] * b[0]) / 2
+
+
+def barycentres(mesh: MeshTri) -> ndarray:
+    """Barycentre of each triangle, shape (2, ntriangles)."""
+    a, b, c = (mesh.p[:, vertex] for vertex in mesh.t)
+    return a + ((b - a) + (c - a)) / 3

@@ -11,18 +11,11 @@ from scipy.sparse.csgraph import connected_components
 from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
-from .checks import (
-    array_conditions,
-    barycentres,
-    check_type,
-    crossing_parameters,
-    dual_conditions,
-    require,
-    user_tags,
-)
+from .checks import array_conditions, check_type, dual_conditions, user_tags
 from .corners import Corners
 from .partition import Partition
 from .polygons import Polygons, readonly
+from .report import require
 
 if TYPE_CHECKING:
     from .cellwise import CellwiseBasis
@@ -96,12 +89,13 @@ class DualMesh:
             _boundaries=user_tags(mesh.boundaries) or None,
             _subdomains=user_tags(mesh.subdomains) or None,
         )
-        require(dual_conditions(mesh))
+        corners = Corners(mesh)
+        require(dual_conditions(corners))
         mesh.doflocs.setflags(write=False)
         mesh.t.setflags(write=False)
-        start, end = mesh.p[:, mesh.facets].swapaxes(0, 1)
-        crossings = start + crossing_parameters(mesh) * (end - start)
-        return cls(mesh, _dual_partition(mesh, crossings), readonly(crossings))
+        start, end = (mesh.p[:, node] for node in mesh.facets)
+        crossings = start + corners.crossing_parameters * (end - start)
+        return cls(mesh, _dual_partition(corners, crossings), readonly(crossings))
 
     def __repr__(self) -> str:
         parts, holes = self.topology
@@ -261,10 +255,10 @@ class DualMesh:
         return CellwiseBasis(self, "primal", intorder=intorder)
 
 
-def _dual_partition(mesh: MeshTri, crossings: ndarray) -> Partition:
+def _dual_partition(corners: Corners, crossings: ndarray) -> Partition:
     """The dual cells of a mesh that satisfies `dual_conditions`."""
+    mesh = corners.mesh
     n, m = mesh.p.shape[1], mesh.nelements
-    corners = Corners.from_mesh(mesh)
     boundary = np.nonzero(mesh.f2t[1] == -1)[0]
     starts = np.nonzero(corners.twin == -1)[0]  # corner that starts each boundary facet
     starts = starts[np.argsort(corners.facet[starts])]
@@ -273,7 +267,7 @@ def _dual_partition(mesh: MeshTri, crossings: ndarray) -> Partition:
     # nodes: barycentres, middles of boundary facets, boundary nodes in the order of `onset`
     nb = len(boundary)
     middle, rank = m + np.arange(nb), m + nb + np.arange(nb)
-    p = np.hstack([barycentres(mesh), crossings[:, boundary], mesh.p[:, onset]])
+    p = np.hstack([corners.barycentres, crossings[:, boundary], mesh.p[:, onset]])
 
     on_boundary = np.zeros(n, dtype=bool)
     on_boundary[onset] = True

@@ -8,15 +8,10 @@ from numpy import ndarray
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..errors import MeshError
-from .checks import (
-    Condition,
-    array_conditions,
-    barycentres,
-    check_type,
-    require,
-    triangulation_conditions,
-)
+from .checks import array_conditions, check_type, triangulation_conditions
+from .corners import Corners, barycentres
 from .polygons import Polygons, readonly
+from .report import Condition, require
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,9 +82,9 @@ class Partition:
             raise MeshError(f"expected straight quadrilaterals (MeshQuad), got {type(mesh)}")
         else:
             check_type(mesh)
-            require(triangulation_conditions(mesh))
+            require(triangulation_conditions(Corners(mesh)))
         polygons = Polygons.from_cells(mesh.p, mesh.t)
-        a, b = mesh.p[:, mesh.facets].swapaxes(0, 1)
+        a, b = (mesh.p[:, node] for node in mesh.facets)
         inside = polygons.centroids[:, mesh.f2t[0]] - a
         on_left = (b - a)[0] * inside[1] - (b - a)[1] * inside[0] >= 0
         return cls(

@@ -1,0 +1,203 @@
+"""Points, segments and polygons in the plane: which contain, cross or cover each other."""
+
+from collections.abc import Iterator
+from itertools import chain
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+from .polygons import Polygons
+
+#: what is nearer than this part of a segment or polygon counts as touching it
+MARGIN = 1e-10
+#: pairs of segments looked at together, for the memory to stay small
+CHUNK = 2**20
+
+
+def cross(u: ndarray, v: ndarray) -> ndarray:
+    """The third component of the vector product."""
+    return u[0] * v[1] - u[1] * v[0]
+
+
+def ragged(counts: ndarray) -> tuple[ndarray, ndarray]:
+    """Owner of each item, and its position there, if owner ``i`` has ``counts[i]`` items.
+
+    >>> [a.tolist() for a in ragged(np.array([2, 0, 3]))]
+    [[0, 0, 2, 2, 2], [0, 1, 0, 1, 2]]
+    """
+    owner = np.repeat(np.arange(len(counts)), counts)
+    return owner, np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
+
+
+def containing(polygons: Polygons, x: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    """Which polygons contain the points of shape (2, m), or come near to them.
+
+    Returns
+    -------
+    polygon, point : (k,) array of int
+        The pairs of which the point lies in the circle around the polygon.
+    depth : (k,) array of float
+        Distance of the point from the boundary of the polygon over the radius of that circle;
+        negative outside.
+    """
+    starts, p = polygons.offsets[:-1], polygons.p[:, polygons.indices]
+    middle = (np.minimum.reduceat(p, starts, axis=1) + np.maximum.reduceat(p, starts, axis=1)) / 2
+    far = np.hypot(*(p - np.repeat(middle, polygons.sizes, axis=1)))
+    radius = np.maximum.reduceat(far, starts)
+    near = cKDTree(x.T).query_ball_point(middle.T, (1 + MARGIN) * radius)
+    counts = np.fromiter(map(len, near), int, len(near))
+    polygon = np.repeat(np.arange(len(near)), counts)
+    point = np.fromiter(chain.from_iterable(near), int, len(polygon))
+    return polygon, point, _depths(polygons, polygon, x[:, point]) / radius[polygon]
+
+
+def _depths(polygons: Polygons, polygon: ndarray, x: ndarray) -> ndarray:
+    """Distance of each point from the boundary of its polygon, negative outside."""
+    sizes, first = polygons.sizes[polygon], polygons.offsets[polygon]
+    pair, side = ragged(sizes)
+    start = polygons.p[:, polygons.indices[first[pair] + side]] - x[:, pair]
+    end = polygons.p[:, polygons.indices[first[pair] + (side + 1) % sizes[pair]]] - x[:, pair]
+    along = end - start
+    # the ray to the right enters and leaves; a vertex on it counts once
+    met = (start[1] <= 0) != (end[1] <= 0)
+    met &= (cross(start, along) > 0) == (along[1] > 0)
+    distance = np.hypot(*(start + _projected(start, along) * along))
+    starts = np.cumsum(sizes) - sizes
+    inside = np.add.reduceat(met.astype(int), starts) % 2 == 1
+    return np.where(inside, 1, -1) * np.minimum.reduceat(distance, starts)
+
+
+def _projected(start: ndarray, along: ndarray) -> ndarray:
+    """Parameter of the point of each segment next to the origin."""
+    size = np.sum(along**2, axis=0)
+    return np.clip(-np.sum(start * along, axis=0) / np.where(size > 0, size, 1), 0, 1)
+
+
+def line_crossings(a: ndarray, b: ndarray, c: ndarray, d: ndarray) -> tuple[ndarray, ndarray]:
+    """Where the lines ``ab`` and ``cd`` meet: 0 at the first, 1 at the second point of each.
+
+    Not finite for parallel lines.
+    """
+    u, v = b - a, d - c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return cross(c - a, v) / cross(u, v), cross(c - a, u) / cross(u, v)
+
+
+def on_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """Which points of shape (2, m) lie on any of the segments ``ab``."""
+    length = np.hypot(*(b - a))
+    near = cKDTree(x.T).query_ball_point((a + b).T / 2, (0.5 + MARGIN) * length)
+    segment, _ = ragged(np.fromiter(map(len, near), int, len(near)))
+    point = np.fromiter(chain.from_iterable(near), int, len(segment))
+    start, along = a[:, segment] - x[:, point], (b - a)[:, segment]
+    distance = np.hypot(*(start + _projected(start, along) * along))
+    on = np.zeros(x.shape[1], dtype=bool)
+    on[point[distance <= MARGIN * length[segment]]] = True
+    return on
+
+
+def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
+    """Boundary facets at which a domain that is one-to-one locally covers a place twice.
+
+    How often a point is covered, the winding number of the boundary around it, changes at
+    boundary facets only. So it is at most one everywhere if it is one beside all of them, or
+    beside every piece if others end on a facet, and if no two facets cross. Facets may touch
+    or coincide: so do the sides of a slit.
+
+    Parameters
+    ----------
+    p : (2, npoints) array of float
+        Coordinates of the points.
+    facets : (2, n) array of int
+        End points of the boundary facets, the domain to the left.
+    inside : (2, n) array of float
+        For each facet a point with which it spans a triangle inside the domain.
+
+    Returns
+    -------
+    array of int
+        The facets that cross another one, or beside which another part of the domain lies.
+    """
+    # turned for the sweep along y: rows of facets in the direction of an axis are common
+    turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
+    middle = p[:, facets].mean(axis=(1, 2))[:, None]
+    a, b = (turn @ (p[:, end] - middle) for end in facets)
+    crossed, facet, place = _met(a, b)
+    # pieces of the facets between the places where others end on them
+    n = facets.shape[1]
+    facet, place = np.append(np.arange(n), facet), np.append(np.zeros(n), place)
+    order = np.lexsort((place, facet))
+    facet, place = facet[order], place[order]
+    last = np.append(facet[1:] != facet[:-1], True)
+    after = np.where(last, 1, np.append(place[1:], 1))
+    full = after - place > MARGIN
+    facet, t = facet[full], ((place + after) / 2)[full]
+    x = a[:, facet] + t * (b - a)[:, facet]
+    x += 1e-4 * ((turn @ (inside - middle))[:, facet] - x)
+    return np.union1d(crossed, facet[_winding_numbers(x, a, b, facet) != 1])
+
+
+def _met(a: ndarray, b: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    """Segments that cross others; segments on which others end, and where from 0 to 1."""
+    crossed, on, place = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
+    length = np.hypot(*(b - a))
+    for i, j in _near_pairs(a, b):
+        # distance of both ends of one segment from the line of the other, up to its length
+        scale = np.maximum(length[i], length[j])
+        sides = np.array(
+            [
+                cross(b[:, k] - a[:, k], end[:, other] - a[:, k]) / (length[k] * scale)
+                for k, other in ((i, j), (j, i))
+                for end in (a, b)
+            ]
+        )
+        sides[np.abs(sides) <= MARGIN] = 0
+        cuts = (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
+        crossed += [i[cuts], j[cuts]]
+        for side, k, other, end in zip(sides, (i, i, j, j), (j, j, i, i), (a, b, a, b)):
+            along = (b - a)[:, k]
+            t = np.sum(along * (end[:, other] - a[:, k]), axis=0) / length[k] ** 2
+            ends = (side == 0) & (t > MARGIN) & (t < 1 - MARGIN)
+            on.append(k[ends])
+            place.append(t[ends])
+    return np.unique(np.concatenate(crossed)), np.concatenate(on), np.concatenate(place)
+
+
+def _near_pairs(a: ndarray, b: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
+    """Pairs of segments whose bounding boxes meet, each pair once."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    order = np.argsort(low[1], kind="stable")
+    last = np.searchsorted(low[1, order], high[1, order], side="right")
+    for block, item, position in _blocks(last - 1 - np.arange(len(order))):
+        i, j = order[block + item], order[block + item + 1 + position]
+        meet = (low[0, i] <= high[0, j]) & (low[0, j] <= high[0, i])
+        yield i[meet], j[meet]
+
+
+def _winding_numbers(x: ndarray, a: ndarray, b: ndarray, own: ndarray) -> ndarray:
+    """How often the segments go round each point, which is next to its ``own`` on the left."""
+    order = np.argsort(x[1])
+    upward = b[1] > a[1]
+    low, high = (np.searchsorted(x[1, order], f(a[1], b[1])) for f in (np.minimum, np.maximum))
+    winding = np.zeros(x.shape[1], dtype=int)
+    for block, item, position in _blocks(high - low):
+        k = block + item
+        point = order[low[k] + position]
+        left = cross((b - a)[:, k], x[:, point] - a[:, k]) > 0
+        left |= own[point] == k  # not left to rounding
+        # a segment counts where the ray to the right meets it
+        np.add.at(winding, point[upward[k] & left], 1)
+        np.add.at(winding, point[~upward[k] & ~left], -1)
+    return winding
+
+
+def _blocks(counts: ndarray) -> Iterator[tuple[int, ndarray, ndarray]]:
+    """`ragged` in blocks of about `CHUNK`: first owner, owners from there on, positions."""
+    total = np.cumsum(counts)
+    start = 0
+    while start < len(counts):
+        before = total[start] - counts[start]
+        end = max(start + 1, int(np.searchsorted(total, before + CHUNK, side="right")))
+        yield start, *ragged(counts[start:end])
+        start = end

@@ -1,0 +1,14 @@
+"""Settings of all tests."""
+
+import matplotlib
+from hypothesis import HealthCheck, settings
+
+matplotlib.use("agg")
+# the same examples in every run: what passes here passes elsewhere
+settings.register_profile(
+    "reproducible",
+    derandomize=True,
+    deadline=None,
+    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
+)
+settings.load_profile("reproducible")
