@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import Mesh2D
 
+from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
 
 #: readable in grey and by the colour-blind
@@ -26,17 +27,21 @@ class Layer:
     width: float
 
 
-def layers(grid: Mesh2D | DualMesh, nodes: bool) -> Iterator[Layer]:
+def layers(grid: Mesh2D | DualMesh | GridCouple, nodes: bool) -> Iterator[Layer]:
     """What a mesh or a couple of grids is drawn with, from the lowest layer to the highest.
 
     Raises
     ------
     TypeError
-        If ``grid`` is neither a two-dimensional skfem mesh nor a DualMesh.
+        If ``grid`` is neither a two-dimensional skfem mesh nor a DualMesh nor a GridCouple.
     """
+    if isinstance(grid, GridCouple):
+        yield from _couple_layers(grid, nodes)
+        return
     if not isinstance(grid, (Mesh2D, DualMesh)):
         raise TypeError(
-            f"expected a MeshTri, MeshQuad or DualMesh to draw, got {type(grid).__name__}"
+            "expected a MeshTri, MeshQuad, DualMesh or GridCouple to draw, got "
+            f"{type(grid).__name__}"
         )
     dual = grid if isinstance(grid, DualMesh) else None
     mesh = grid.mesh if isinstance(grid, DualMesh) else grid
@@ -56,6 +61,25 @@ def layers(grid: Mesh2D | DualMesh, nodes: bool) -> Iterator[Layer]:
         yield Layer(f"nodes of the {kind}", mesh.p, None, OUTLINE, 8 * fine)
     if nodes and dual:
         yield Layer("nodes of the dual grid", dual.p, None, DUAL, 6 * fine)
+
+
+def _couple_layers(couple: GridCouple, nodes: bool) -> Iterator[Layer]:
+    """Both grids with the ribs of their boundaries, which differ: B may reach beyond A."""
+    fine = fineness(len(couple.a))
+    pa, pb = couple.a.polygons.p, couple.b.polygons.p
+    p = np.hstack([pa, pb])  # the first layer sets the extent of the picture
+    a, b = couple.a.facets, couple.b.facets + pa.shape[1]
+    edge_a, edge_b = ((grid.f2c < 0).any(axis=0) for grid in (couple.a, couple.b))
+    yield Layer("grid A", p, a[:, ~edge_a], PRIMAL, 1.2 * fine)
+    if couple.kind == "1-type":
+        yield Layer("grid B", p, b[:, ~edge_b], DUAL, 2 * fine)
+        yield Layer("boundary", p, a[:, edge_a], OUTLINE, 2.4)
+    else:
+        yield Layer("boundary of A", p, a[:, edge_a], OUTLINE, 2.4)
+        yield Layer("grid B", p, b, DUAL, 2 * fine)
+    if nodes:
+        yield Layer("nodes of A", pa, None, OUTLINE, 8 * fine)
+        yield Layer("nodes of B", pb, None, DUAL, 6 * fine)
 
 
 def fineness(ncells: int) -> float:
