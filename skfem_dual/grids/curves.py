@@ -1,0 +1,158 @@
+"""Closed boundaries of domains: circles and polygons."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+
+from .edge import distance_to_segments
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A boundary; with ``true_area`` its polygons have the area of the circle."""
+
+    centre: tuple[float, float]
+    radius: float
+    true_area: bool = False
+
+    @property
+    def length(self) -> float:
+        """Perimeter."""
+        return 2 * np.pi * self.radius
+
+    @property
+    def least(self) -> int:
+        """Smallest number of points."""
+        return 3
+
+    @property
+    def box(self) -> ndarray:
+        """Lower left and upper right corner as columns."""
+        return np.array(self.centre)[:, None] + self.radius * np.array([-1, 1])
+
+    def points(self, k: int) -> ndarray:
+        """``k`` equally spaced points, counter-clockwise; shape (2, k)."""
+        step = 2 * np.pi / k
+        radius = self.radius * (np.sqrt(step / np.sin(step)) if self.true_area else 1.0)
+        angle = step * np.arange(k)
+        return np.array(self.centre)[:, None] + radius * np.stack([np.cos(angle), np.sin(angle)])
+
+    def depth(self, x: ndarray) -> ndarray:
+        """Distance of points to the boundary, negative outside."""
+        return self.radius - np.hypot(*(x - np.array(self.centre)[:, None]))
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """A boundary with the ``corners`` (2, k), counter-clockwise."""
+
+    corners: ndarray
+
+    @property
+    def _ends(self) -> ndarray:
+        return np.roll(self.corners, -1, axis=1)
+
+    @property
+    def _lengths(self) -> ndarray:
+        return np.hypot(*(self._ends - self.corners))
+
+    @property
+    def length(self) -> float:
+        """Perimeter."""
+        return float(self._lengths.sum())
+
+    @property
+    def least(self) -> int:
+        """Smallest number of points."""
+        return self.corners.shape[1]
+
+    @property
+    def box(self) -> ndarray:
+        """Lower left and upper right corner as columns."""
+        return np.stack([self.corners.min(axis=1), self.corners.max(axis=1)], axis=1)
+
+    def points(self, k: int) -> ndarray:
+        """``k`` points, equally spaced on each side, counter-clockwise; shape (2, k)."""
+        parts = shares(k, self._lengths, np.ones(self.least, dtype=int))
+        side = np.repeat(np.arange(self.least), parts)
+        first = np.cumsum(parts) - parts
+        s = (np.arange(parts.sum()) - first[side]) / parts[side]
+        return self.corners[:, side] * (1 - s) + self._ends[:, side] * s
+
+    def depth(self, x: ndarray) -> ndarray:
+        """Distance of points to the boundary, negative outside."""
+        inside = np.zeros(x.shape[1], dtype=bool)
+        for (ax, ay), (bx, by) in zip(self.corners.T, self._ends.T):
+            if ay != by:  # a ray to the right of the point meets the side
+                inside ^= ((ay > x[1]) != (by > x[1])) & (
+                    x[0] < ax + (x[1] - ay) * (bx - ax) / (by - ay)
+                )
+        distance = distance_to_segments(x, self.corners, self._ends)
+        return np.where(inside, distance, -distance)
+
+
+Curve = Circle | Polygon
+
+
+def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
+    """``total`` parts dealt out in proportion to lengths; none gets less than ``least``."""
+    exact = total * lengths / lengths.sum()
+    parts = np.maximum(least, np.floor(exact).astype(int))
+    rest = max(0, total - parts.sum())
+    parts[np.argsort(parts - exact, kind="stable")[:rest]] += 1
+    return parts
+
+
+def corners_of(name: str, corners) -> ndarray:
+    """The corners of a polygon, counter-clockwise."""
+    v = np.asarray(corners, dtype=float)
+    if v.ndim != 2 or v.shape[0] != 2 or v.shape[1] < 3 or not np.isfinite(v).all():
+        raise ValueError(
+            f"expected {name} as finite coordinates of shape (2, k) with k >= 3, got an array of "
+            f"shape {v.shape}"
+        )
+    onward = np.roll(v, -1, axis=1)
+    if np.any((v == onward).all(axis=0)):
+        raise ValueError(f"expected {name} without repeated corners; leave out the last one")
+    twice = np.sum(v[0] * onward[1] - v[1] * onward[0])
+    return v if twice > 0 else v[:, ::-1].copy()
+
+
+def check_loops(loops: list[ndarray]) -> None:
+    """Sides must not meet except in corners, and the holes lie inside the outline only."""
+    a = np.hstack(loops)
+    b = np.hstack([np.roll(v, -1, axis=1) for v in loops])
+
+    def turn(p, q, r):
+        """Sense of the triangles of all combinations of a side and a corner."""
+        u, w = (q - p)[:, :, None], r[:, None, :] - p[:, :, None]
+        cross = u[0] * w[1] - u[1] * w[0]
+        scale = np.hypot(*u) * np.hypot(*w)
+        return np.where(np.abs(cross) <= 1e-12 * scale, 0, np.sign(cross))
+
+    def between(p, q, r):
+        """Whether corners lie in the box of a side, on whose line they are."""
+        low, high = np.minimum(p, q)[:, :, None], np.maximum(p, q)[:, :, None]
+        return ((r[:, None] >= low) & (r[:, None] <= high)).all(axis=0)
+
+    to_a, to_b = turn(a, b, a), turn(a, b, b)
+    crossing = (to_a * to_b < 0) & (to_a * to_b < 0).T
+    # a corner on a side that does not end in it; two sides that fold back have one, too
+    is_end = (a[:, :, None] == a[:, None]).all(axis=0) | (b[:, :, None] == a[:, None]).all(axis=0)
+    touching = (to_a == 0) & between(a, b, a) & ~is_end
+    twice = np.triu((a[:, :, None] == a[:, None]).all(axis=0), 1)
+    bad = np.argwhere(crossing | touching | twice)
+    if len(bad):
+        i, j = bad[0]
+        raise ValueError(
+            "expected outline and holes that neither cross nor touch themselves or each other; "
+            f"they do near ({a[0, i]:.6g}, {a[1, i]:.6g}) and ({a[0, j]:.6g}, {a[1, j]:.6g})"
+        )
+    for i, hole in enumerate(loops[1:]):
+        corner = hole[:, :1]
+        if Polygon(loops[0]).depth(corner)[0] < 0:
+            raise ValueError(f"expected hole {i} to lie inside the outline")
+        for j, other in enumerate(loops[1:]):
+            if j != i and Polygon(other).depth(corner)[0] > 0:
+                raise ValueError(f"expected hole {i} to lie outside hole {j}")

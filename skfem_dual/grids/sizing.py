@@ -1,0 +1,248 @@
+"""Triangles of a wanted size in a domain bounded by circles and polygons."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Delaunay, cKDTree
+from skfem import MeshTri
+
+from ..errors import MeshError
+from .checks import dual_conditions
+from .corners import Corners, signed_areas
+from .curves import Curve, shares
+from .general import facet_numbers
+from .preprocess import Quality, relocated
+from .report import require
+
+#: growth of the size of triangles per distance from the boundary
+GROWTH = 0.2
+#: where lattices start, over their spacing: out of symmetry, so that counts change by ones
+STARTS = 0.137 + 0.071j, 0.31 + 0.22j, 0.05 + 0.4j, 0.43 + 0.13j
+#: smallest angle in degrees with which no better start of the lattice is looked for
+GOOD = 30.0
+#: number of nodes above which one start must do
+MANY = 20000
+#: height of an equilateral triangle over its side
+HEIGHT = np.sqrt(3) / 2
+
+
+def triangulated(
+    curves: Sequence[Curve],
+    size: float | None,
+    n: int = 0,
+    ratio: float = 1.0,
+    nboundary: int | None = None,
+) -> MeshTri:
+    """Triangulate the domain inside the first curve and outside the others.
+
+    Parameters
+    ----------
+    curves : sequence of Circle and Polygon
+        They neither meet nor surround each other, apart from the first.
+    size : float, optional
+        Length of the facets away from the boundary.
+    n : int
+        Number of nodes aimed at, if ``size`` is None.
+    ratio : float
+        Length of the boundary facets over ``size``.
+    nboundary : int, optional
+        Number of boundary nodes, instead.
+
+    Returns
+    -------
+    MeshTri
+        Boundary nodes first, with the domain to the left, then inner nodes, each the mean of
+        its neighbours. Boundaries ``edge`` and ``hole``, or ``hole0``, ``hole1``, ...
+    """
+    trouble = None
+    for finer in 0.8 ** np.arange(6):
+        best, merit = None, -np.inf
+        for start in STARTS:
+            try:
+                if size is None:
+                    points, loops = _wanted(curves, n, finer * ratio, nboundary, start)
+                else:
+                    points, loops = _points(curves, size, finer * ratio, nboundary, start)
+                mesh, quality = _relaxed(points, loops)
+            except MeshError as error:
+                trouble = error
+                continue
+            missed = abs(points.shape[1] / n - 1) if size is None else 0.0
+            # a node of a hundred too many is as bad as twenty degrees
+            if quality.uncrossed == 0 and quality.smallest_angle - 2000 * missed > merit:
+                best, merit = (mesh, loops), quality.smallest_angle - 2000 * missed
+            if best and (merit > GOOD or points.shape[1] > MANY):
+                break
+        if best:
+            require(dual_conditions(Corners(best[0])))
+            return _tagged(*best)
+        if nboundary is not None:
+            break
+    raise MeshError(
+        "no triangulation with a valid dual grid found at this size. Remedy: choose a smaller "
+        "size, more nodes or more boundary nodes"
+    ) from trouble
+
+
+def _wanted(
+    curves: Sequence[Curve], n: int, ratio: float, nboundary: int | None, start: complex
+) -> tuple[ndarray, ndarray]:
+    """Points of the size that gives about ``n`` of them."""
+    low, high = 0.0, np.inf  # sizes that give too many and too few
+    size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
+    points, loops = found = _points(curves, size, ratio, nboundary, start)
+    for _ in range(20):
+        excess = points.shape[1] - n
+        if abs(excess) < abs(found[0].shape[1] - n):
+            found = points, loops
+        if abs(excess) <= n // 2000:
+            break
+        low, high = (size, high) if excess > 0 else (low, size)
+        inner, wanted = points.shape[1] - loops[-1], n - loops[-1]
+        guess = size * float(np.clip(np.sqrt(max(inner, 1) / max(wanted, 1)), 0.5, 2.0))
+        size = guess if low < guess < high else float(np.sqrt(low * high))
+        points, loops = _points(curves, size, ratio, nboundary, start)
+    return found
+
+
+def _points(
+    curves: Sequence[Curve], size: float, ratio: float, nboundary: int | None, start: complex
+) -> tuple[ndarray, ndarray]:
+    """Boundary points, a row of points facing them and lattices inside.
+
+    Returns the points and the number of boundary points up to each curve, from 0.
+    """
+    lengths = np.array([c.length for c in curves])
+    least = np.array([c.least for c in curves])
+    total = nboundary or round(lengths.sum() / (ratio * size))
+    counts = shares(total, lengths, least)
+    edge = lengths.sum() / counts.sum()
+    boundary = [c.points(k) for c, k in zip(curves, counts)]
+    boundary[1:] = [q[:, ::-1] for q in boundary[1:]]
+
+    def depth(x):
+        outer, *holes = (c.depth(x) for c in curves)
+        return np.minimum.reduce([outer, *(-h for h in holes)])
+
+    near = min(edge, 1.5 * size)  # boundary facets may be long
+    # apexes of equilateral triangles on the boundary facets, thinned out at corners
+    onward = [np.roll(q, -1, axis=1) - q for q in boundary]
+    row = np.hstack(
+        [
+            q + d / 2 + HEIGHT * near / edge * np.stack([-d[1], d[0]])
+            for q, d in zip(boundary, onward)
+        ]
+    )
+    row = row[:, depth(row) > 0.75 * HEIGHT * near]
+    close = cKDTree(row.T).query_pairs(0.65 * near, output_type="ndarray")
+    row = np.delete(row, np.unique(close.max(axis=1, initial=0)), axis=1) if len(close) else row
+
+    inside = _lattice(curves, depth, size, near, start)
+    points = np.ascontiguousarray(np.hstack([*boundary, row, inside]))
+    return points, np.cumsum([0, *counts])
+
+
+def _lattice(curves: Sequence[Curve], depth, size: float, edge: float, start: complex) -> ndarray:
+    """Hexagonal lattice behind the row, refined towards the boundary if ``edge`` is small.
+
+    Each refinement adds the middles of the triangles, so distances shrink by sqrt(3).
+    """
+
+    def wanted(d):
+        return np.clip(edge + GROWTH * d, None, size) if edge < size else np.full(len(d), size)
+
+    def level_of(d):
+        return np.floor(0.5 - 2 * np.log(wanted(np.maximum(d, 0)) / size) / np.log(3))
+
+    def chosen(z, d, level):
+        here = (d > HEIGHT * edge + 0.5 * wanted(d)) & (level_of(d) >= level)
+        return np.stack([z.real[here], z.imag[here]])
+
+    def at(z):
+        return depth(np.stack([z.real, z.imag]))
+
+    (left, right), (bottom, top) = curves[0].box
+    middle = complex((left + right) / 2, (bottom + top) / 2)
+    m = int(np.ceil((top - bottom) / 2 / (size * HEIGHT))) + 2
+    k = int(np.ceil((right - left) / 2 / size)) + 2
+    rows, columns = np.mgrid[-m : m + 1, -k : k + 1]
+    basis = complex(size)
+    z = middle + size * start + basis * (columns + rows % 2 / 2 + 1j * HEIGHT * rows).ravel()
+    d = at(z)
+    found = [chosen(z, d, 0)]
+    for level in range(1, int(level_of(np.zeros(1))[0]) + 1):
+        reach = 2 * abs(basis)
+        near = (d > -reach) & (level_of(d - reach) >= level)
+        basis *= (1 + np.exp(1j * np.pi / 3)) / 3  # to the middle of a triangle
+        new = np.concatenate([z[near] + basis, z[near] + 2 * basis])
+        d_new = at(new)
+        found.append(chosen(new, d_new, level))
+        z, d = np.concatenate([z[near], new]), np.concatenate([d[near], d_new])
+    return np.hstack(found)
+
+
+def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, Quality]:
+    """The better of two triangulations, the second of the relocated points of the first."""
+    free = np.arange(points.shape[1]) >= loops[-1]
+    first, report = relocated(_inside(points, loops), "neighbours", free)
+    second, again = relocated(_inside(first.p, loops), "neighbours", free)
+    if again.after.better(report.after):
+        return second, again.after
+    return first, report.after
+
+
+def _boundary(loops: ndarray) -> ndarray:
+    """End points of the boundary facets, the domain to the left."""
+    ends = np.arange(1, loops[-1] + 1)
+    ends[loops[1:] - 1] = loops[:-1]
+    return np.stack([np.arange(loops[-1]), ends])
+
+
+def _inside(points: ndarray, loops: ndarray) -> MeshTri:
+    """Delaunay's triangles to the left of the loops.
+
+    Raises MeshError if a boundary facet or a node is lost.
+    """
+    t = Delaunay(points.T).simplices.T
+    mesh = MeshTri(points, np.ascontiguousarray(t, dtype=np.int32))
+    ends = _boundary(loops)
+    facets = facet_numbers(mesh, *ends)
+    if np.any(facets < 0):
+        raise MeshError(f"{np.count_nonzero(facets < 0)} boundary facets are lost")
+    open_ = mesh.f2t[1] != -1
+    open_[facets] = False
+    joined = coo_matrix(
+        (np.ones(np.count_nonzero(open_)), mesh.f2t[:, open_]), (mesh.nelements,) * 2
+    )
+    label = connected_components(joined, directed=False)[1]
+    # flat triangles of boundary nodes in line may lie outside: the fuller side is the left one
+    first, second = mesh.f2t[:, facets]
+    second = np.where(second == -1, first, second)
+    size = [
+        signed_areas(points, np.stack([*ends, mesh.t[:, side].sum(axis=0) - ends.sum(axis=0)]))
+        for side in (first, second)
+    ]
+    left = np.where(size[0] > size[1], first, second)
+    kept = np.isin(label, label[left])
+    if len(np.unique(mesh.t[:, kept])) != points.shape[1]:
+        raise MeshError("nodes are lost")
+    along = points[:, ends[0]] - points[:, ends[1]]
+    if np.any(np.maximum(*size) < 1e-10 * np.sum(along**2, axis=0)):
+        raise MeshError("triangles at the boundary are flat")
+    return MeshTri(points, np.ascontiguousarray(mesh.t[:, kept]))
+
+
+def _tagged(mesh: MeshTri, loops: ndarray) -> MeshTri:
+    facets = facet_numbers(mesh, *_boundary(loops))
+    if len(loops) == 2:
+        names = ["edge"]
+    elif len(loops) == 3:
+        names = ["edge", "hole"]
+    else:
+        names = ["edge", *(f"hole{i}" for i in range(len(loops) - 2))]
+    return mesh.with_boundaries(
+        {name: np.sort(facets[a:b]) for name, a, b in zip(names, loops, loops[1:])}
+    )

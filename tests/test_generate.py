@@ -1,0 +1,290 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skfem_dual import DualMesh
+from skfem_dual.errors import MeshError
+from skfem_dual.grids.corners import signed_areas
+from skfem_dual.grids.general import general_triangulation
+from skfem_dual.grids.generate import annulus, disc, polar, polygon, rectangle
+from skfem_dual.grids.partition import Partition
+from skfem_dual.grids.preprocess import Quality, relocate
+
+EXCISED = np.array(
+    [
+        [-1, -0.5, -0.5, 0.5, 0.5, 1, 1, 0.5, 0.5, -0.5, -0.5, -1],
+        [-0.5, -0.5, -1, -1, -0.5, -0.5, 0.5, 0.5, 1, 1, 0.5, 0.5],
+    ]
+)
+L_SHAPE = np.array([[0, 2, 2, 1, 1, 0], [0, 0, 1, 1, 2, 2]])
+SMALL = 0.2 * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1]])
+BESIDE = SMALL + np.array([[1.2], [0.1]])
+
+UNIFORM = {
+    "disc": lambda **k: disc(**k),
+    "annulus": lambda **k: annulus(0.5, **k),
+    "eccentric": lambda **k: annulus(0.3, hole=(0.3, 0.2), **k),
+    "rectangle": lambda **k: rectangle(3, 1, **k),
+    "excised square": lambda **k: polygon(EXCISED, **k),
+    "re-entrant": lambda **k: polygon(L_SHAPE, **k),
+    "holes": lambda **k: polygon(2 * EXCISED, [SMALL, BESIDE], **k),
+    "triangle": lambda **k: polygon([[0, 1, 0.5], [0, 0, 0.9]], **k),
+}
+
+
+def area(mesh):
+    return np.abs(signed_areas(mesh.p, mesh.t)).sum()
+
+
+def lengths(mesh):
+    a, b = mesh.p[:, mesh.facets].swapaxes(0, 1)
+    return np.hypot(*(b - a))
+
+
+@pytest.mark.parametrize(
+    ("make", "triangles", "nodes", "boundary"),
+    [
+        (lambda: disc(n=513, nboundary=80), 944, 513, 80),
+        (lambda: polygon(EXCISED, n=608, nboundary=96), 1118, 608, 96),
+        (lambda: annulus(0.3, n=539, hole=(0.3, 0), nboundary=149), 929, 539, 149),
+    ],
+)
+def test_meshes_of_the_paper(make, triangles, nodes, boundary):
+    """Figs. 10, 12 and 13."""
+    mesh = make()
+    assert mesh.nelements == pytest.approx(triangles, rel=0.02)
+    assert mesh.p.shape[1] == pytest.approx(nodes, rel=0.02)
+    assert len(mesh.boundary_nodes()) == boundary
+    quality = Quality.of(mesh)
+    assert quality.smallest_angle > 30
+    assert quality.from_means < 1e-10
+
+
+@pytest.mark.parametrize("name", UNIFORM)
+@pytest.mark.parametrize("n", [150, 700])
+def test_near_uniform(name, n):
+    """Conditions a, b, c of section 4.2: size, shape, means."""
+    mesh = UNIFORM[name](n=n)
+    assert mesh.p.shape[1] == pytest.approx(n, rel=0.01)
+    assert DualMesh.from_mesh(mesh)
+    quality = Quality.of(mesh)
+    assert quality.uncrossed == 0
+    assert quality.smallest_angle > 30
+    assert quality.from_means < 1e-10
+    h = lengths(mesh)
+    assert h.max() < 3 * h.min()
+    assert np.abs(signed_areas(mesh.p, mesh.t)).std() < 0.3 * area(mesh) / mesh.nelements
+
+
+@pytest.mark.parametrize("name", UNIFORM)
+def test_size(name):
+    mesh = UNIFORM[name](size=0.1)
+    assert np.median(lengths(mesh)) == pytest.approx(0.1, rel=0.08)
+
+
+@pytest.mark.parametrize("graded", [0.3, 0.05])
+@pytest.mark.parametrize("name", UNIFORM)
+def test_graded_by_size(name, graded):
+    """Boundary facets are as asked, lengths grow by 0.2 per distance, triangles stay good."""
+    size = 0.3
+    mesh = UNIFORM[name](size=size, graded=graded)
+    quality = Quality.of(mesh)
+    assert quality.uncrossed == 0
+    assert quality.smallest_angle > 24
+    assert quality.from_means < 1e-9
+    h, outer = lengths(mesh), mesh.boundary_facets()
+    assert h[outer].mean() == pytest.approx(graded * size, rel=0.05)
+    x = mesh.p[:, mesh.facets].mean(axis=1)
+    away = np.min(np.hypot(*(x[:, :, None] - mesh.p[:, None, mesh.boundary_nodes()])), axis=1)
+    wanted = np.minimum(size, graded * size + 0.2 * away)
+    assert np.median(h / wanted) == pytest.approx(1, abs=0.2)
+    assert (h < 2.2 * wanted).all()
+
+
+@pytest.mark.parametrize("law", ["sine", "quadratic"])
+def test_laws_of_a_disc(law):
+    uniform, mesh = disc(n=400), disc(n=400, graded=law)
+    assert np.array_equal(mesh.t, uniform.t)
+    assert Quality.of(mesh).uncrossed == 0
+    s, r = np.hypot(*uniform.p), np.hypot(*mesh.p)
+    expected = np.sin(np.pi * s / 2) if law == "sine" else 1 - (1 - s) ** 2
+    assert r == pytest.approx(expected, abs=1e-12)
+    cross = mesh.p[0] * uniform.p[1] - mesh.p[1] * uniform.p[0]
+    assert cross == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("law", ["sine", "quadratic"])
+def test_laws_of_an_annulus_and_a_rectangle(law):
+    f = (lambda u: np.sin(np.pi * u / 2)) if law == "sine" else (lambda u: u * (2 - abs(u)))
+    uniform, mesh = annulus(0.5, 2.0, n=400), annulus(0.5, 2.0, n=400, graded=law)
+    u, v = ((np.hypot(*m.p) - 1.25) / 0.75 for m in (uniform, mesh))
+    assert v == pytest.approx(f(u), abs=1e-12)
+    eccentric = annulus(0.3, n=500, hole=(0.4, 0.1), graded=law)
+    assert Quality.of(eccentric).uncrossed == 0
+    uniform, mesh = rectangle(4, 1, n=300), rectangle(4, 1, n=300, graded=law)
+    half = np.array([[2.0], [0.5]])
+    assert mesh.p / half == pytest.approx(f(uniform.p / half), abs=1e-12)
+    assert Quality.of(mesh).uncrossed == 0
+
+
+def test_areas():
+    assert area(disc(n=100)) == pytest.approx(
+        len(disc(n=100).boundary_nodes())
+        / 2
+        * np.sin(2 * np.pi / len(disc(n=100).boundary_nodes()))
+    )
+    for graded in (None, "sine", 0.2):
+        mesh = disc(n=100, radius=2, graded=graded, true_area=True)
+        assert area(mesh) == pytest.approx(4 * np.pi)
+        mesh = annulus(0.3, hole=(0.4, 0), n=200, graded=graded, true_area=True)
+        assert area(mesh) == pytest.approx(np.pi * (1 - 0.09))
+    assert area(rectangle(3, 2, n=100)) == pytest.approx(6)
+    assert area(polygon(EXCISED, n=100)) == pytest.approx(3)
+    assert area(polygon(EXCISED, [SMALL], n=200)) == pytest.approx(3 - 0.16)
+
+
+def test_tags():
+    mesh = annulus(0.3, 2, hole=(0.5, 0), n=400)
+    x = mesh.p[:, mesh.facets]
+    assert np.hypot(*x[..., mesh.boundaries["edge"]]) == pytest.approx(2)
+    assert np.hypot(*(x[..., mesh.boundaries["hole"]] - [[[0.5]], [[0]]])) == pytest.approx(0.3)
+    mesh = polygon(2 * EXCISED, [SMALL, BESIDE], size=0.2)
+    assert set(mesh.boundaries) == {"edge", "hole0", "hole1"}
+    assert np.array_equal(
+        np.sort(np.concatenate(list(mesh.boundaries.values()))), mesh.boundary_facets()
+    )
+    assert np.abs(mesh.p[:, mesh.facets[:, mesh.boundaries["hole0"]]]).max() <= 0.2
+    assert list(disc(n=50).boundaries) == list(disc(n=50, graded="sine").boundaries) == ["edge"]
+
+
+def test_corners_are_nodes():
+    mesh = polygon(EXCISED[:, ::-1], n=300)
+    for corner in EXCISED.T:
+        assert np.hypot(*(mesh.p - corner[:, None])).min() < 1e-15
+
+
+def test_boundary_nodes_come_first_and_evenly():
+    mesh = disc(n=200, nboundary=45)
+    assert np.array_equal(mesh.boundary_nodes(), np.arange(45))
+    angle = np.unwrap(np.arctan2(mesh.p[1, :45], mesh.p[0, :45]))
+    assert np.diff(angle) == pytest.approx(2 * np.pi / 45)
+
+
+def test_skfem_has_nothing_to_complain_of(caplog):
+    mesh = rectangle(n=1500)
+    general_triangulation(relocate(mesh, "cells")[0])
+    disc(n=1500, graded="sine")
+    polar(40, 40)
+    assert caplog.text == ""
+
+
+def test_deterministic():
+    for make in (lambda: disc(n=300), lambda: polygon(L_SHAPE, n=300, graded=0.2)):
+        one, two = make(), make()
+        assert np.array_equal(one.p, two.p)
+        assert np.array_equal(one.t, two.t)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.floats(0.5, 1.0), min_size=5, max_size=9),
+    st.floats(0, 6),
+    st.floats(0.01, 100),
+    st.integers(60, 300),
+)
+def test_star_polygons(radii, turn, scale, n):
+    """Any polygon without sharp corners, anywhere and of any scale."""
+    angle = turn + 2 * np.pi * np.arange(len(radii)) / len(radii)
+    outline = scale * (np.array(radii) * np.stack([np.cos(angle), np.sin(angle)]) + 3)
+    mesh = polygon(outline, n=n)
+    x, y = outline
+    exact = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2
+    assert area(mesh) == pytest.approx(exact, rel=1e-11)
+    assert mesh.p.shape[1] == pytest.approx(n, rel=0.06)
+    quality = Quality.of(mesh)
+    assert quality.uncrossed == 0
+    assert quality.smallest_angle > 15
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.05, 0.6), st.floats(0, 0.9), st.floats(0, 6.3), st.integers(150, 400))
+def test_eccentric_annuli(inner, share, direction, n):
+    away = share * (0.92 - inner)
+    hole = away * np.cos(direction), away * np.sin(direction)
+    mesh = annulus(inner, hole=hole, n=n, true_area=True)
+    assert area(mesh) == pytest.approx(np.pi * (1 - inner**2), rel=1e-12)
+    assert DualMesh.from_mesh(mesh).topology == (1, 1)
+
+
+def test_polar_grid():
+    """Table 1: 400 elements of the relative area 3.12869."""
+    mesh = polar(10, 40)
+    partition = Partition.from_mesh(mesh)
+    assert mesh.nelements == len(partition) == 400
+    assert partition.areas.sum() == pytest.approx(3.12869, abs=1e-5)
+    assert np.bincount(mesh.t2f.ravel()).max() == 2
+    assert len(mesh.boundaries["edge"]) == 40
+    assert np.hypot(*mesh.p[:, mesh.facets[:, mesh.boundaries["edge"]]]) == pytest.approx(1)
+    assert np.sort(np.hypot(*mesh.p).reshape(11, 40)[:, 0]) == pytest.approx(np.linspace(0, 1, 11))
+
+
+@pytest.mark.parametrize("law", ["sine", "quadratic"])
+def test_graded_polar_grid(law):
+    mesh = polar(6, 30, radius=2, graded=law, true_area=True)
+    assert Partition.from_mesh(mesh).areas.sum() == pytest.approx(4 * np.pi)
+    s = np.linspace(0, 1, 7)
+    expected = np.sin(np.pi * s / 2) if law == "sine" else 1 - (1 - s) ** 2
+    r = np.hypot(*mesh.p).reshape(7, 30)
+    assert r / r.max() == pytest.approx(np.repeat(expected[:, None], 30, axis=1))
+
+
+def test_narrow_gaps_are_met_by_finer_boundaries():
+    hole = [[0.02, 0.5, 0.5], [0.3, 0.3, 0.5]]
+    mesh = polygon([[0, 1, 1, 0], [0, 0, 1, 1]], [hole], size=0.3)
+    assert DualMesh.from_mesh(mesh).topology == (1, 1)
+    assert area(mesh) == pytest.approx(1 - 0.048)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: disc(), "either size or n, got size=None and n=None"),
+        (lambda: disc(0.1, 100), "either size or n"),
+        (lambda: disc(-1.0), "expected size as a positive number, got -1.0"),
+        (lambda: disc(np.nan), "expected size as a positive number, got nan"),
+        (lambda: disc(5.0), "expected a size smaller than the domain"),
+        (lambda: disc(n=2), "expected n as an integer of at least 4, got 2"),
+        (lambda: disc(n=10.5), "expected n as an integer"),
+        (lambda: disc(0.1, radius=0), "expected radius as a positive number, got 0"),
+        (lambda: disc(0.1, centre=(0, 0, 0)), "expected centre as two finite coordinates"),
+        (lambda: disc(0.1, graded="cosine"), "expected graded as one of sine, quadratic"),
+        (lambda: disc(0.1, graded=1.5), "a number from 0 to 1, got 1.5"),
+        (lambda: disc(0.1, graded=0.5, nboundary=9), "either nboundary or graded as a number"),
+        (lambda: disc(0.1, nboundary=2), "expected nboundary as an integer of at least 3"),
+        (lambda: annulus(1.0, 0.5, 0.1), "the hole to lie inside the circle of radius 0.5"),
+        (lambda: annulus(0.5, 1.0, 0.1, hole=(0.6, 0)), "the hole to lie inside"),
+        (lambda: rectangle(0, 1, 0.1), "expected width as a positive number"),
+        (lambda: polygon([[0, 1], [0, 1]], size=0.1), "expected outline as finite coordinates"),
+        (lambda: polygon(EXCISED.T, size=0.1), r"an array of shape \(12, 2\)"),
+        (lambda: polygon(EXCISED, size=0.1, graded="sine"), "graded as a number"),
+        (lambda: polygon([[0, 1, 0, 1], [0, 1, 1, 0]], size=0.1), "neither cross nor touch"),
+        (lambda: polygon([[0, 2, 1, 1], [0, 0, 0, 1]], size=0.1), "neither cross nor touch"),
+        (lambda: polygon([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]], size=0.1), "repeated corners"),
+        (lambda: polygon(EXCISED, [SMALL, 0.5 * SMALL], 0.1), "hole 1 to lie outside hole 0"),
+        (lambda: polygon(EXCISED, [SMALL + 5], 0.1), "hole 0 to lie inside the outline"),
+        (lambda: polygon(EXCISED, [5 * SMALL], 0.1), "neither cross nor touch"),
+        (lambda: polygon(EXCISED, [9 * SMALL], 0.1), "hole 0 to lie inside the outline"),
+        (lambda: polar(0, 40), "expected rings as an integer of at least 1, got 0"),
+        (lambda: polar(3, 2), "expected sectors as an integer of at least 3, got 2"),
+        (lambda: polar(3, 6, graded="linear"), "expected graded as one of"),
+    ],
+)
+def test_wrong_arguments(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_too_few_boundary_nodes():
+    with pytest.raises(MeshError, match="choose a smaller size, more nodes or more boundary"):
+        annulus(0.3, hole=(0.69, 0), n=400, nboundary=10)
