@@ -15,13 +15,28 @@ LAYERS = [
     ["errors"],
     [
         "grids.polygons",
+        "grids.planar",
         "grids.corners",
+        "grids.report",
+        "grids.quality",
         "grids.checks",
         "grids.partition",
         "grids.dual_mesh",
         "grids.cellwise",
         "grids.fan",
         "grids.edge",
+        "grids.general",
+        "grids.flips",
+        "grids.relocation",
+        "grids.preprocess",
+        "grids.curves",
+        "grids.sizing",
+        "grids.generate",
+        "grids.couples",
+        "grids.rectangles",
+        "grids.extremal",
+        "grids.voronoi",
+        "grids.duality",
     ],
     [
         "contact.exact",
@@ -51,7 +66,7 @@ LATE = {
     ("contact.solution", "contact.punch"),
 }
 THIRD_PARTY = {
-    "grids": {"numpy", "scipy", "skfem"},
+    "grids": {"numpy", "scipy", "skfem", "tqdm"},
     "contact": {"numpy", "scipy", "skfem", "numba"},
     "visuals": {"numpy", "scipy", "skfem", "pyvista", "vtk", "vtkmodules", "matplotlib"},
 }

@@ -1,0 +1,47 @@
+"""The benchmarks still run, and their small versions show what the full ones claim."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+
+@pytest.fixture
+def load(monkeypatch):
+    monkeypatch.syspath_prepend(FOLDER)
+    # tests have a module of this name too
+    monkeypatch.delitem(sys.modules, "plans", raising=False)
+    yield importlib.import_module
+    for name in [
+        n for n, m in sys.modules.items() if str(FOLDER) in str(getattr(m, "__file__", ""))
+    ]:
+        del sys.modules[name]
+
+
+def test_edge(load, capsys):
+    edge = load("edge")
+    found = edge.main(sizes=(150,), kinds=("uniform", "sine", "random", "adaptive"))
+    for (_, kind, _, scheme), errors in found.items():
+        settlement = np.abs(errors[:, 0])
+        if scheme == "singular":
+            assert settlement.max() < (2e-3 if kind != "adaptive" else 4e-3)
+            assert np.sqrt(np.mean(settlement**2)) < 6e-4
+        else:
+            assert settlement.min() > 1e-3
+    assert "edge-weighted" in capsys.readouterr().out
+
+
+def test_edge_time(load, capsys):
+    edge_time = load("edge_time")
+    dense, correction = edge_time.set_up(sizes=(150,))[150]
+    assert min(dense, correction) > 0
+    found = edge_time.to_accuracy(plans=("disc",), ladder=(30, 150))
+    weighted, constant = (
+        dict((n, e) for n, e, _ in found["disc", k]) for k in ("singular", "constant")
+    )
+    assert all(10 * weighted[n] < constant[n] for n in weighted)
+    assert "0.01 %" in capsys.readouterr().out

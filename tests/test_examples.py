@@ -1,0 +1,71 @@
+"""Every example solves what it says and draws it; figures against exact values."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "examples"
+NAMES = sorted(path.stem for path in FOLDER.glob("ex*.py"))
+
+
+def load(name, monkeypatch):
+    monkeypatch.syspath_prepend(FOLDER)
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, name, module)
+    spec.loader.exec_module(module)
+    return module
+
+
+def check_ex08(result):
+    assert result.constant.settlement == pytest.approx(0.46875, rel=1e-2)
+    assert result.weighted.settlement == pytest.approx(0.46875, rel=3e-4)
+
+
+def check_ex20(result):
+    for mesh in ("uniform", "graded", "random"):
+        n, weighted = result.errors[mesh, "edge-weighted"]
+        below, above = (result.errors[mesh, f"constant, {c}"][1] for c in ("node", "centroid"))
+        assert (below < 0).all()
+        assert (above > 0).all()
+        assert (10 * np.abs(weighted) < above).all()
+        order = np.log(above[0] / above[-1]) / np.log(n[-1] / n[0])
+        assert order == pytest.approx(1.0 if mesh == "graded" else 0.5, abs=0.15)
+
+
+SMALL = {"ex20_edge_convergence": {"sizes": (60, 150, 350)}}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_example(name, monkeypatch, tmp_path):
+    example = load(name, monkeypatch)
+    assert example.__doc__
+    result = example.main(**SMALL.get(name, {}))
+    assert str(result)
+    globals()[f"check_{name.split('_')[0]}"](result)
+    pictures = example.visualize(result)
+    from gallery import save
+
+    for title, picture in pictures.items():
+        assert hasattr(picture, "show")
+        save(picture, tmp_path / title)
+        assert (tmp_path / f"{title}.png").stat().st_size > 10_000
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
+
+
+def test_examples_run_as_scripts(monkeypatch, tmp_path, capsys):
+    example = load("ex08_pressure_along_radius", monkeypatch)
+    from gallery import run
+
+    monkeypatch.setattr(sys, "argv", ["ex08", "--save", str(tmp_path / "pictures")])
+    run(example.main, example.visualize)
+    assert "0.46875" in capsys.readouterr().out
+    assert {p.suffix for p in (tmp_path / "pictures").iterdir()} == {".png", ".svg"}
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
