@@ -35,3 +35,28 @@ def save(picture, path: Path) -> None:
         return
     for suffix in (".png", ".svg"):
         picture.figure.savefig(path.with_suffix(suffix), dpi=150)
+
+
+def panels(n: int, width: float = 3.6, height: float = 3.9):
+    """Axes beside each other in one new figure of matplotlib."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, n, figsize=(n * width, height), layout="compressed")
+    for ax in axes:
+        ax.show = plt.show
+    return figure, axes
+
+
+def without_axes(ax, title: str) -> None:
+    """A drawing of grids has no need of coordinates."""
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.set_title(title, fontsize=10)
+
+
+def common_legend(figure, ax) -> None:
+    """The legend of one panel under all of them."""
+    lines, labels = ax.get_legend_handles_labels()
+    figure.legend(
+        lines, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=9
+    )

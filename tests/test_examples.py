@@ -7,6 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from skfem_dual import check_mesh
+from skfem_dual.grids.duality import check_dual
+
 FOLDER = Path(__file__).parents[1] / "examples"
 NAMES = sorted(path.stem for path in FOLDER.glob("ex*.py"))
 
@@ -34,6 +37,40 @@ def check_ex20(result):
         assert (10 * np.abs(weighted) < above).all()
         order = np.log(above[0] / above[-1]) / np.log(n[-1] / n[0])
         assert order == pytest.approx(1.0 if mesh == "graded" else 0.5, abs=0.15)
+
+
+def check_ex01(result):
+    assert check_dual(result.one_type).ok
+    assert check_dual(result.extremal).ok
+    assert check_dual(result.extremal.swapped()).ok
+    assert result.extremal.swapped().kind == "minimal"
+
+
+def check_ex02(result):
+    for name in ("extremal", "general", "acute"):
+        assert check_dual(getattr(result, name)).ok
+    assert not check_dual(result.obtuse).ok
+
+
+def check_ex03(result):
+    assert check_mesh(result.dual.mesh).ok
+    assert not result.report.ok
+    assert "(the first joins nodes 0 and 1)" in str(result.error)
+
+
+def check_ex04(result):
+    for dual, general, report in result.rows.values():
+        assert report.success
+        assert report.after.smallest_angle > report.before.smallest_angle
+        n = len(dual) + dual.mesh.nelements + dual.nboundary
+        assert general.p.shape[1] == n
+    assert result.rows["neighbours"][2].after.from_means < 1e-9
+
+
+def check_ex05(result):
+    for dual in result.duals.values():
+        assert 1.6 < dual.K_TV < 1.9  # the paper's range
+        assert check_mesh(dual.mesh).measures[0].values.min() > 30  # degrees
 
 
 SMALL = {"ex20_edge_convergence": {"sizes": (60, 150, 350)}}
