@@ -77,7 +77,7 @@ def visualize(result: Result):
     centres = result.improper.p[:, result.improper.t].mean(axis=1)
     ax.plot(*centres, "o-", color=DUAL, lw=1.8, ms=4)
     for k, centre in enumerate(centres.T):
-        label(ax, centre, f"$C_{k + 1}$", DUAL, centre + [0.3, 2.0 * k - 1.0], distance=24)
+        label(ax, centre, f"$C_{k + 1}$", DUAL, centre + np.array([0.3, 2.0 * k - 1]), distance=24)
     for k, point in enumerate(result.improper.p.T):
         side = -1.0 if k == 0 else 1.0  # where there is room
         label(ax, point, f"$P_{k + 1}$", OUTLINE, point - [side, 0.0])

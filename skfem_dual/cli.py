@@ -99,8 +99,10 @@ def dual(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """``check MESH``: what a triangulation must be to have a dual grid."""
-    report = check_mesh(read_mesh(options.mesh))
-    print("\n".join(line.strip() for line in repr(report).splitlines()[1:]))
+    mesh = read_mesh(options.mesh)
+    report = check_mesh(mesh)
+    print("\n".join(line[2:] for line in repr(report).splitlines()[1:]))
+    _draw(options, "draw", mesh, report=report)
     return 0 if report.ok else 1
 
 
@@ -218,6 +220,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     command.set_defaults(run=check)
     command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
+    marked = "the mesh with the bad places marked"
+    _add_outputs(command, png=marked, svg=f"{marked} (SVG or PDF)")
     return parser
 
 

@@ -110,6 +110,9 @@ def test_check(capsys, tmp_path):
     assert code == 1
     assert "crossed by the segment" in out[-1]
     assert "Remedy" in out[-1]
+    picture = tmp_path / "kites.png"
+    assert run(capsys, "check", path, "--png", picture)[0] == 1
+    assert picture.stat().st_size > 5_000
     # and solving refuses it
     code, out, err = run(capsys, "solve", path, *GROUND, "--force", "1")
     assert (code, out, len(err)) == (2, [], 1)

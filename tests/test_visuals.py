@@ -439,3 +439,26 @@ def test_coefficient_along_the_edge():
     plt.close(axes.figure)
     with pytest.raises(TypeError, match="expected an EdgeCoefficient, got ndarray"):
         plot_edge(coefficient.values)
+
+
+def test_bad_places_are_marked():
+    from skfem_dual import MeshError, check_mesh
+    from skfem_dual.visuals.style import FAULT, layers
+
+    kites = MeshTri(
+        np.array([[0.0, 1.0, 2.8, 2.8], [0.0, 0.0, 1.0, -1.0]]), np.array([[0, 0], [1, 1], [2, 3]])
+    )
+    marks = [m for m in layers(kites, False, check_mesh(kites)) if m.color == FAULT]
+    assert np.array_equal(marks[0].facets, [[0], [1]])
+    assert marks[1].p == pytest.approx(np.array([[0.5], [0.0]]))
+    assert [m.label for m in marks] == ["facets at fault", "their middles"]
+    good = MeshTri().refined(2)
+    assert not [m for m in layers(good, False, check_mesh(good)) if m.color == FAULT]
+    line = np.array([[0, 1.0, 2.0, 9.0], [0, 0, 0, 0]])
+    for p, entity in ((line, "node"), (line[:, :3], "triangle")):
+        bad = MeshTri(p, np.array([[0], [1], [2]]))
+        (mark,) = [m for m in layers(bad, False, check_mesh(bad)) if m.color == FAULT]
+        assert mark.label == f"{entity}s at fault"
+    good.doflocs[0, 0] = np.nan
+    with pytest.raises(MeshError, match="finite coordinates"):
+        list(layers(good, False))

@@ -11,6 +11,8 @@ from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
 from ..contact.solution import EdgeCoefficient
+from ..grids.checks import MeshReport
+from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
 from .field import CONTINUOUS, Field
 from .isolines import label_points
@@ -31,9 +33,10 @@ LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"
 
 
 def draw(
-    grid: Mesh2D | DualMesh,
+    grid: Mesh2D | DualMesh | GridCouple,
     *,
     nodes: bool = False,
+    report: MeshReport | None = None,
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
@@ -41,10 +44,12 @@ def draw(
 
     Parameters
     ----------
-    grid : MeshTri, MeshQuad or DualMesh
+    grid : MeshTri, MeshQuad, DualMesh or GridCouple
         What to draw.
     nodes : bool
         Whether to mark the nodes, of both grids if there are two.
+    report : MeshReport, optional
+        What `check_mesh` found: where required conditions are violated is marked.
     legend : bool
         Whether to name the lines below the picture.
     ax : Axes, optional
@@ -61,8 +66,10 @@ def draw(
         If matplotlib is missing.
     TypeError
         If ``grid`` is something else.
+    MeshError
+        If its coordinates are not finite or vertices do not exist.
     """
-    drawn = list(layers(grid, nodes))
+    drawn = list(layers(grid, nodes, report))
     ax = _prepare(ax, drawn[0].p)
     for layer in drawn:
         if layer.facets is None:

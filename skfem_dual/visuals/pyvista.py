@@ -9,6 +9,8 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
+from ..grids.checks import MeshReport
+from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
 from .field import CONTINUOUS, Field
 from .isolines import isoline, label_points
@@ -32,9 +34,10 @@ UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
 
 def draw(
-    grid: Mesh2D | DualMesh,
+    grid: Mesh2D | DualMesh | GridCouple,
     *,
     nodes: bool = False,
+    report: MeshReport | None = None,
     legend: bool = True,
     off_screen: bool = True,
 ) -> pyvista.Plotter:
@@ -42,10 +45,12 @@ def draw(
 
     Parameters
     ----------
-    grid : MeshTri, MeshQuad or DualMesh
+    grid : MeshTri, MeshQuad, DualMesh or GridCouple
         What to draw.
     nodes : bool
         Whether to mark the nodes, of both grids if there are two.
+    report : MeshReport, optional
+        What `check_mesh` found: where required conditions are violated is marked.
     legend : bool
         Whether to name the lines beside the picture.
     off_screen : bool
@@ -64,8 +69,10 @@ def draw(
         If there is no working OpenGL.
     TypeError
         If ``grid`` is something else.
+    MeshError
+        If its coordinates are not finite or vertices do not exist.
     """
-    drawn = list(layers(grid, nodes))
+    drawn = list(layers(grid, nodes, report))
     plotter = _plotter(off_screen)
     for height, layer in enumerate(drawn):
         if layer.facets is None:

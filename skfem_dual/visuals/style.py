@@ -7,12 +7,14 @@ import numpy as np
 from numpy import ndarray
 from skfem import Mesh2D
 
+from ..grids.checks import MeshReport, array_conditions
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
+from ..grids.report import Condition, require
 
 #: readable in grey and by the colour-blind
 COLORMAP = "viridis"
-OUTLINE, PRIMAL, DUAL = "#1a1a1a", "#9a9a9a", "#c8401f"
+OUTLINE, PRIMAL, DUAL, FAULT = "#1a1a1a", "#9a9a9a", "#c8401f", "#1f6fc8"
 MISSING = "{} is needed to draw. Remedy: pip install 'skfem-dual[visuals]'"
 
 
@@ -27,13 +29,17 @@ class Layer:
     width: float
 
 
-def layers(grid: Mesh2D | DualMesh | GridCouple, nodes: bool) -> Iterator[Layer]:
+def layers(
+    grid: Mesh2D | DualMesh | GridCouple, nodes: bool, report: MeshReport | None = None
+) -> Iterator[Layer]:
     """What a mesh or a couple of grids is drawn with, from the lowest layer to the highest.
 
     Raises
     ------
     TypeError
         If ``grid`` is neither a two-dimensional skfem mesh nor a DualMesh nor a GridCouple.
+    MeshError
+        If coordinates are not finite or vertices do not exist.
     """
     if isinstance(grid, GridCouple):
         yield from _couple_layers(grid, nodes)
@@ -45,6 +51,7 @@ def layers(grid: Mesh2D | DualMesh | GridCouple, nodes: bool) -> Iterator[Layer]
         )
     dual = grid if isinstance(grid, DualMesh) else None
     mesh = grid.mesh if isinstance(grid, DualMesh) else grid
+    require(array_conditions(mesh))
     fine = fineness(mesh.nelements)
     kind = "triangulation" if mesh.elem.refdom.nnodes == 3 else "grid"
     yield Layer(
@@ -61,6 +68,21 @@ def layers(grid: Mesh2D | DualMesh | GridCouple, nodes: bool) -> Iterator[Layer]
         yield Layer(f"nodes of the {kind}", mesh.p, None, OUTLINE, 8 * fine)
     if nodes and dual:
         yield Layer("nodes of the dual grid", dual.p, None, DUAL, 6 * fine)
+    for condition in report.violated if report else ():
+        yield from _fault_layers(mesh, condition)
+
+
+def _fault_layers(mesh: Mesh2D, condition: Condition) -> Iterator[Layer]:
+    """Where a condition is violated."""
+    label, found = f"{condition.entity}s at fault", condition.offending
+    if condition.entity == "node":
+        yield Layer(label, mesh.p[:, found], None, FAULT, 10)
+    elif condition.entity == "facet":
+        yield Layer(label, mesh.p, mesh.facets[:, found], FAULT, 5)
+        middles = mesh.p[:, mesh.facets[:, found]].mean(axis=1)
+        yield Layer("their middles", middles, None, FAULT, 10)
+    else:
+        yield Layer(label, mesh.p[:, mesh.t[:, found]].mean(axis=1), None, FAULT, 10)
 
 
 def _couple_layers(couple: GridCouple, nodes: bool) -> Iterator[Layer]:
