@@ -5,8 +5,15 @@ from .contact.solution import EdgeCoefficient, PunchSolution
 from .contact.substrates import HalfSpace
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
-from .grids.checks import check_mesh
+from .grids.checks import MeshReport, check_mesh
+from .grids.couples import GridCouple
 from .grids.dual_mesh import DualMesh
+from .grids.duality import DualReport, check_dual
+from .grids.extremal import maximal_couple, minimal_couple
+from .grids.general import dual_nodes, general_triangulation
+from .grids.preprocess import PreprocessReport, improve, relocate, repair
+from .grids.rectangles import rectangular_couple
+from .grids.voronoi import delaunay_voronoi
 
 __version__ = "0.1.0"
 
@@ -15,11 +22,25 @@ __all__ = [
     "ConvergenceError",
     "ConvergenceWarning",
     "DualMesh",
+    "DualReport",
     "EdgeCoefficient",
+    "GridCouple",
     "HalfSpace",
     "MeshError",
+    "MeshReport",
     "MeshWarning",
+    "PreprocessReport",
     "PunchSolution",
     "RigidPunch",
+    "check_dual",
     "check_mesh",
+    "delaunay_voronoi",
+    "dual_nodes",
+    "general_triangulation",
+    "improve",
+    "maximal_couple",
+    "minimal_couple",
+    "rectangular_couple",
+    "relocate",
+    "repair",
 ]
