@@ -128,9 +128,8 @@ class Polygons:
         starts = self.offsets[:-1]
         origin = self.p[:, self.indices[starts]]
         v = self.p[:, self.indices] - np.repeat(origin, self.sizes, axis=1)
-        following = np.arange(1, len(self.indices) + 1)
-        following[self.offsets[1:] - 1] = starts
-        w = v[:, following]
+        w = np.zeros_like(v)  # the vertex after the last is the first, which lies in the origin
+        w[:, :-1] = v[:, 1:]
         cross = v[0] * w[1] - v[1] * w[0]
         areas = np.add.reduceat(cross, starts) / 2
         with np.errstate(divide="ignore", invalid="ignore"):  # refused by __post_init__
