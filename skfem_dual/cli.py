@@ -60,6 +60,7 @@ def solve(options: argparse.Namespace) -> int:
         HalfSpace(options.young, options.poisson),
         dual.basis() if options.grid == "dual" else dual.primal_basis(),
         edge=options.edge,
+        edge_boundaries=options.edge_boundaries,
         collocation=options.collocation,
         origin=options.origin,
     )
@@ -204,6 +205,12 @@ def _parser() -> argparse.ArgumentParser:
         choices=("singular", "constant"),
         default="singular",
         help="whether the pressure inside a cell grows to the edge (default) or is constant",
+    )
+    command.add_argument(
+        "--edge-boundaries",
+        nargs="+",
+        metavar="NAME",
+        help="boundaries of the mesh that are a singular edge, all by default",
     )
     command.add_argument("--collocation", choices=("centroid", "node"), default="centroid")
     _add_outputs(

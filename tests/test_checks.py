@@ -361,10 +361,10 @@ def test_angles_and_aspects():
 
 
 def test_star_shaped_cells(good):
-    stars_against_cells(good)
+    assert_stars_agree_with_cells(good)
 
 
-def stars_against_cells(good):
+def assert_stars_agree_with_cells(good):
     """Against the dual cells themselves, where there are some."""
     by_node, by_centroid = MeshQuality(good).starless
     report = check_mesh(good)
@@ -386,7 +386,7 @@ def test_a_cell_that_is_no_star_about_its_centroid():
     fan = MeshTri(p, np.stack([np.zeros(7, int), 1 + np.arange(7), 1 + np.arange(1, 8) % 7]))
     assert check_mesh(fan).ok
     assert 0 in MeshQuality(fan).starless[1]
-    stars_against_cells(fan)
+    assert_stars_agree_with_cells(fan)
 
 
 def test_cells_are_stars_exactly_where_ribs_cross():

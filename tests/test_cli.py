@@ -79,6 +79,20 @@ def test_other_loads(capsys, tmp_path):
     assert json.loads(path.read_text())["tilt"][0] > 0
 
 
+def test_named_edges(capsys):
+    annulus = DATA / "eccentric_annulus.msh"
+    load = [*GROUND, "--force", "1"]
+    found = []
+    for names in ((), ("--edge-boundaries", "edge"), ("--edge-boundaries", "edge", "hole")):
+        code, out, err = run(capsys, "solve", annulus, *load, *names)
+        assert (code, err) == (0, [])
+        found.append(next(line for line in out if line.startswith("Settlement")))
+    assert found[0] == found[2] != found[1]
+    code, _, err = run(capsys, "solve", annulus, *load, "--edge-boundaries", "rim")
+    assert code == 2
+    assert "['edge', 'hole'], got ['rim']" in err[0]
+
+
 def test_pictures(capsys, tmp_path):
     files = [tmp_path / "isobars.png", tmp_path / "isobars.svg", tmp_path / "both.png"]
     load = [*GROUND, "--force", "1", "--at", "0.1", "0"]

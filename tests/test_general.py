@@ -14,9 +14,9 @@ from skfem_dual.grids.general import (
     dual_nodes,
     facet_numbers,
     general_triangulation,
-    smallest_angles,
 )
 from skfem_dual.grids.preprocess import improve
+from skfem_dual.grids.quality import smallest_angles
 
 DIAGONALS = ["best", "rib", "facet"]
 

@@ -335,9 +335,12 @@ def test_screenshots_are_not_blank_and_fill_the_window(dual):
 @pytest.mark.parametrize("visuals", BACKENDS)
 def test_one_triangle_can_be_drawn(visuals):
     mesh = MeshTri(np.array([[0.0, 1, 0], [0, 0, 1]]), np.array([[0], [1], [2]]))
-    visuals.draw(DualMesh.from_mesh(mesh), nodes=True)
-    visuals.plot(CellBasis(mesh, ElementTriP0()), [1.0], edges=True)
-    visuals.isobars(nodal(mesh), [0.0, 1.0, 3.0])
+    pictures = (
+        visuals.draw(DualMesh.from_mesh(mesh), nodes=True),
+        visuals.plot(CellBasis(mesh, ElementTriP0()), [1.0], edges=True),
+        visuals.isobars(nodal(mesh), [0.0, 1.0, 3.0]),
+    )
+    assert all(hasattr(picture, "show") for picture in pictures)
 
 
 def test_matplotlib_draws_into_given_axes():

@@ -212,7 +212,7 @@ class PunchSolution:
             ("Force, acting at", f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})"),
             ("Contact area", f"{self.contact_area:.6g}"),
             ("Pressure mean", f"{self.mean_pressure:.6g}"),
-            ("Pressure min, max", f"{p.min():.6g}, {p.max():.6g}"),
+            ("Pressure of cells", f"{p.min():.6g} to {p.max():.6g}"),
             (
                 "Residuals",
                 f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}",

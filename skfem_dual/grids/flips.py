@@ -8,8 +8,9 @@ from skfem import MeshTri
 
 from .checks import CROSSING_MARGIN, crossing_condition
 from .corners import Corners, barycentres, signed_areas
-from .general import carried_boundaries, lasting_facets, smallest_angles
+from .general import carried_boundaries, lasting_facets
 from .planar import cross
+from .quality import smallest_angles
 
 
 def flipped(mesh: MeshTri, everywhere: bool = False, most: int = 20) -> tuple[MeshTri, int]:

@@ -11,8 +11,8 @@ from skfem.generic_utils import OrientedBoundary
 from .checks import check_type, crossing_condition, triangulation_conditions, user_tags
 from .corners import Corners, signed_areas
 from .dual_mesh import DualMesh
-from .planar import cross
 from .polygons import readonly
+from .quality import smallest_angles
 from .report import require
 
 
@@ -120,15 +120,6 @@ def dual_nodes(dual: DualMesh) -> ndarray:
     halves = slice(dual.mesh.nfacets, None)
     nodes[dual.facets[:, halves].max(axis=0)] = dual.f2c[0, halves]
     return readonly(nodes, np.int32)
-
-
-def smallest_angles(p: ndarray, t: ndarray) -> ndarray:
-    """Smallest angle of each triangle in radians; ``t`` has the shape (3, ...)."""
-    v = p[:, t]
-    onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
-    # twice the area is common to the three angles: the smallest has the largest product of sides
-    double = np.abs(cross(onward[:, 0], back[:, 0]))
-    return np.arctan2(double, np.sum(onward * back, axis=0).max(axis=0))
 
 
 def facet_numbers(mesh: MeshTri, a: ndarray, b: ndarray) -> ndarray:

@@ -36,9 +36,8 @@ class MeshQuality:
 
     @cached_property
     def smallest_angles(self) -> ndarray:
-        """Smallest angle of each triangle in degrees; that between the two longer sides."""
-        _, b, a = self.sides
-        return readonly(np.degrees(np.arcsin(np.minimum(self._twice_areas / (a * b), 1))))
+        """Smallest angle of each triangle in degrees."""
+        return readonly(np.degrees(smallest_angles(self.mesh.p, self.mesh.t)))
 
     @cached_property
     def aspects(self) -> ndarray:
@@ -152,3 +151,12 @@ class MeshQuality:
         yield Measure(
             "largest aspect ratio R / 2r", "triangle", self.aspects, int(np.argmax(self.aspects))
         )
+
+
+def smallest_angles(p: ndarray, t: ndarray) -> ndarray:
+    """Smallest angle of each triangle in radians; ``t`` has the shape (3, ...)."""
+    v = p[:, t]
+    onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
+    # twice the area is common to the three angles: the smallest has the largest product of sides
+    double = np.abs(cross(onward[:, 0], back[:, 0]))
+    return np.arctan2(double, np.sum(onward * back, axis=0).max(axis=0))
