@@ -1,7 +1,9 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from .contact.loads import flexible_settlement
 from .contact.punch import RigidPunch
 from .contact.solution import EdgeCoefficient, PunchSolution
+from .contact.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
 from .contact.substrates import HalfSpace
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
@@ -24,8 +26,11 @@ __all__ = [
     "DualMesh",
     "DualReport",
     "EdgeCoefficient",
+    "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
+    "Layer",
+    "LayeredHalfSpace",
     "MeshError",
     "MeshReport",
     "MeshWarning",
@@ -36,6 +41,7 @@ __all__ = [
     "check_mesh",
     "delaunay_voronoi",
     "dual_nodes",
+    "flexible_settlement",
     "general_triangulation",
     "improve",
     "maximal_couple",

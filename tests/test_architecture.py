@@ -41,8 +41,12 @@ LAYERS = [
     [
         "contact.exact",
         "contact.substrates",
+        "contact.hankel",
+        "contact.stratified",
+        "contact.remainder",
         "contact.influence",
         "contact.edge_correction",
+        "contact.loads",
         "contact.solution",
         "contact.punch",
     ],
@@ -64,6 +68,7 @@ ORDER = [module for layer in LAYERS for module in layer]
 LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
     ("contact.solution", "contact.punch"),
+    ("contact.substrates", "contact.hankel"),
 }
 THIRD_PARTY = {
     "grids": {"numpy", "scipy", "skfem", "tqdm"},

@@ -73,6 +73,13 @@ def check_ex05(result):
         assert check_mesh(dual.mesh).measures[0].values.min() > 30  # degrees
 
 
+def check_ex21(result):
+    for name, exact in (("homogeneous", 0.46875), ("graded", 0.2212284989)):
+        finite, boundary = result.finite[name], result.boundary[name]
+        assert finite.settlement == pytest.approx(exact, rel=1.5e-4)
+        assert boundary.settlement == pytest.approx(finite.settlement, rel=1e-3)
+
+
 SMALL = {"ex20_edge_convergence": {"sizes": (60, 150, 350)}}
 
 

@@ -12,21 +12,28 @@ import numba
 import numpy as np
 from numpy import ndarray
 
+from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .substrates import HalfSpace
+from .remainder import remainder_rows
+from .substrates import Substrate
 
 
-def influence_matrix(substrate: HalfSpace, partition: Partition, x: ndarray) -> ndarray:
+def influence_matrix(
+    substrate: Substrate, partition: Partition, x: ndarray, weights: EdgeWeights | None = None
+) -> ndarray:
     """Settlements at points under unit pressure on each cell: the d_ij of (5).
 
     Parameters
     ----------
-    substrate : HalfSpace
+    substrate : Substrate
         The ground.
     partition : Partition
         The loaded cells.
     x : (2, m) array of float
         Field points anywhere on the surface, also on ribs and nodes.
+    weights : EdgeWeights, optional
+        How the load varies inside edge-weighted cells, for what the influence function has
+        beyond c / r; for c / r the variation is left to `EdgeCorrection`.
 
     Returns
     -------
@@ -38,6 +45,7 @@ def influence_matrix(substrate: HalfSpace, partition: Partition, x: ndarray) -> 
     The centre of a square with sides 2 settles by 8 asinh(1) / (pi E*):
 
     >>> from skfem import MeshQuad
+    >>> from skfem_dual import HalfSpace
     >>> square = Partition.from_mesh(MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0]))
     >>> D = influence_matrix(HalfSpace(1.0, 0.0), square, [[0.0], [0.0]])
     >>> bool(np.isclose(D[0, 0], 8 * np.arcsinh(1) / np.pi, rtol=1e-14))
@@ -48,11 +56,19 @@ def influence_matrix(substrate: HalfSpace, partition: Partition, x: ndarray) -> 
     ribs = _ribs(partition)
     c = substrate.singular_coefficient
     _in_blocks(lambda rows: _fill(x[:, rows], *ribs, c, matrix[rows]), x.shape[1])
+    if substrate.remainder is not None:
+        add = remainder_rows(substrate.remainder, partition, weights, x)
+        factor = 1 / substrate.surface.young
+        _in_blocks(lambda rows: add(rows, factor, matrix[rows]), x.shape[1])
     return matrix
 
 
 def surface_displacement(
-    substrate: HalfSpace, partition: Partition, pressure: ndarray, x: ndarray
+    substrate: Substrate,
+    partition: Partition,
+    pressure: ndarray,
+    x: ndarray,
+    weights: EdgeWeights | None = None,
 ) -> ndarray:
     """Settlements at points ``x`` of shape (2, m) under one pressure per cell; no matrix."""
     x = as_points(x)
@@ -62,6 +78,15 @@ def surface_displacement(
     out = np.empty(x.shape[1])
     ribs = _ribs(partition)
     _in_blocks(lambda rows: _sum(x[:, rows], *ribs, jump, out[rows]), x.shape[1])
+    if substrate.remainder is not None:
+        add = remainder_rows(substrate.remainder, partition, weights, x)
+
+        def work(rows: slice) -> None:
+            block = np.zeros((rows.stop - rows.start, len(partition)))
+            add(rows, 1 / substrate.surface.young, block)
+            out[rows] += block @ pressure
+
+        _in_blocks(work, x.shape[1])
     return out
 
 

@@ -22,7 +22,7 @@ from ..grids.polygons import readonly
 from .edge_correction import EdgeCorrection
 from .influence import influence_matrix
 from .solution import PunchSolution
-from .substrates import HalfSpace
+from .substrates import Substrate
 
 Pair = tuple[float, float]
 
@@ -37,7 +37,7 @@ class RigidPunch:
 
     Parameters
     ----------
-    substrate : HalfSpace
+    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
         The ground.
     basis : CellwiseBasis or CellBasis
         Piecewise constants on the plan of the punch: ``dual.basis()``, ``dual.primal_basis()``,
@@ -68,7 +68,7 @@ class RigidPunch:
     0.469
     """
 
-    substrate: HalfSpace
+    substrate: Substrate
     basis: CellBasis
     edge: Literal["singular", "constant"] = "singular"
     edge_boundaries: str | Sequence[str] | None = None
@@ -77,7 +77,7 @@ class RigidPunch:
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self):
-        if not hasattr(self.substrate, "influence"):
+        if not hasattr(self.substrate, "remainder"):
             raise TypeError(
                 f"expected a substrate such as HalfSpace, got {type(self.substrate).__name__}"
             )
@@ -137,8 +137,9 @@ class RigidPunch:
     def matrix(self) -> ndarray:
         """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
         with self._timed("assembly"):
-            matrix = influence_matrix(self.substrate, self.partition, self.collocation_points)
-            if correction := self.edge_correction(self.collocation_points):
+            x = self.collocation_points
+            matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
+            if correction := self.edge_correction(x):
                 correction.add_to(matrix)
             return matrix
 
@@ -187,7 +188,7 @@ class RigidPunch:
         Examples
         --------
         >>> from skfem import MeshTri
-        >>> from skfem_dual import DualMesh
+        >>> from skfem_dual import DualMesh, HalfSpace
         >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
         >>> K = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).stiffness()
         >>> [round(float(k), 2) for k in K.diagonal()]  # exact for the circle: 2, 4/3, 4/3

@@ -97,7 +97,7 @@ class PunchSolution:
             Positive into the ground.
         """
         x, punch = as_points(x), self.punch
-        w = surface_displacement(punch.substrate, punch.partition, self.pressure, x)
+        w = surface_displacement(punch.substrate, punch.partition, self.pressure, x, punch.weights)
         if correction := punch.edge_correction(x):
             w += correction.apply(self.pressure)
         return w

@@ -2,9 +2,48 @@
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy import ndarray
+
+if TYPE_CHECKING:
+    from .hankel import RadialTable
+
+
+class Substrate(Protocol):
+    """What boundary elements ask of the ground.
+
+    Attributes
+    ----------
+    singular_coefficient : float
+        c of the part c / r of the influence function, closed on polygons.
+    remainder : RadialTable or None
+        The rest of it and its primitive, times the surface modulus.
+    surface : HalfSpace
+        The homogeneous half-space with the moduli of the surface.
+    """
+
+    @property
+    def singular_coefficient(self) -> float: ...
+
+    @property
+    def remainder(self) -> "RadialTable | None": ...
+
+    @property
+    def surface(self) -> "HalfSpace": ...
+
+    def influence(self, r) -> ndarray:
+        """Settlement of the surface at distance ``r`` from a unit vertical force."""
+        ...
+
+    def symbol(self, k) -> ndarray:
+        """Fourier transform of the influence function."""
+        ...
+
+    def primitive(self, radius) -> ndarray:
+        """Integral of ``influence(r) r`` from 0 to ``radius``."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -36,16 +75,14 @@ class HalfSpace:
     poisson: float
 
     def __post_init__(self):
-        for name in ("young", "poisson"):
-            value = getattr(self, name)
-            try:
-                object.__setattr__(self, name, float(value))
-            except (TypeError, ValueError):
-                raise TypeError(f"expected a number for {name}, got {value!r}") from None
-        if not (isfinite(self.young) and self.young > 0):
-            raise ValueError(f"expected a positive Young's modulus, got young={self.young:g}")
-        if not 0 <= self.poisson <= 0.5:
-            raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got {self.poisson:g}")
+        young, poisson = checked_moduli(self.young, self.poisson)
+        object.__setattr__(self, "young", young)
+        object.__setattr__(self, "poisson", poisson)
+
+    @property
+    def surface(self) -> "HalfSpace":
+        """The half-space itself."""
+        return self
 
     @property
     def contact_modulus(self) -> float:
@@ -56,6 +93,11 @@ class HalfSpace:
     def singular_coefficient(self) -> float:
         """c of the part c / r of the influence function, closed on polygons."""
         return 1 / (np.pi * self.contact_modulus)
+
+    @property
+    def remainder(self) -> None:
+        """What the influence function has beyond c / r: nothing."""
+        return None
 
     def influence(self, r) -> ndarray:
         """Settlement of the surface at distance ``r`` from a unit vertical force.
@@ -73,3 +115,25 @@ class HalfSpace:
     def primitive(self, radius) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``."""
         return self.singular_coefficient * np.asarray(radius, dtype=float)
+
+
+def checked_moduli(young, poisson) -> tuple[float, float]:
+    """Young's modulus and Poisson's ratio as numbers in their range.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `HalfSpace`.
+    """
+    numbers = []
+    for name, value in (("young", young), ("poisson", poisson)):
+        try:
+            numbers.append(float(value))
+        except (TypeError, ValueError):
+            raise TypeError(f"expected a number for {name}, got {value!r}") from None
+    young, poisson = numbers
+    if not (isfinite(young) and young > 0):
+        raise ValueError(f"expected a positive Young's modulus, got young={young:g}")
+    if not 0 <= poisson <= 0.5:
+        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got {poisson:g}")
+    return young, poisson

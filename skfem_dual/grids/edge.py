@@ -111,20 +111,28 @@ class EdgeWeights:
         return readonly(most > VARIATION * least)
 
     @cached_property
+    def of_triangles(self) -> tuple[ndarray, ndarray]:
+        """Mean of w over each triangle of the fan, and where its load acts, from the centroid."""
+        a, b, c = self.root[self.fan.t]
+        mean = _mean(a, b, c)
+        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
+        v = self.fan.p[:, self.fan.t]
+        return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
+
+    @cached_property
     def mean(self) -> ndarray:
         """Mean of w over each cell."""
         fan = self.fan
-        a, b, c = self.root[fan.t]
-        return readonly(np.bincount(fan.cell, fan.areas * _mean(a, b, c)) / self.partition.areas)
+        total = np.bincount(fan.cell, fan.areas * self.of_triangles[0])
+        return readonly(total / self.partition.areas)
 
     @cached_property
     def moment(self) -> ndarray:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
         fan = self.fan
-        a, b, c = self.root[fan.t]
-        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
-        v = fan.p[:, fan.t] - self.partition.centroids[:, None, fan.cell]
-        first = np.stack([np.bincount(fan.cell, fan.areas * (x * shares).sum(0)) for x in v])
+        mean, off = self.of_triangles
+        arm = fan.p[:, fan.t].mean(axis=1) + off - self.partition.centroids[:, fan.cell]
+        first = np.stack([np.bincount(fan.cell, fan.areas * mean * a) for a in arm])
         return readonly(np.where(self.weighted, first / self.mean, 0.0))
 
     @cached_property

@@ -123,6 +123,17 @@ class Polygons:
         return readonly(self._moments[1])
 
     @cached_property
+    def second_moments(self) -> ndarray:
+        """Integrals of x^2, x y and y^2 about the centroid of each polygon, shape (3, n)."""
+        v = self.p[:, self.indices] - np.repeat(self.centroids, self.sizes, axis=1)
+        following = np.arange(1, len(self.indices) + 1)
+        following[self.offsets[1:] - 1] = self.offsets[:-1]
+        (x, y), (u, w) = v, v[:, following]
+        cross = x * w - y * u
+        sides = [x * x + x * u + u * u, x * y + u * w + (x * w + u * y) / 2, y * y + y * w + w * w]
+        return readonly(np.add.reduceat(cross * sides / 12, self.offsets[:-1], axis=1))
+
+    @cached_property
     def _moments(self) -> tuple[ndarray, ndarray]:
         # about the first vertex of each polygon: no cancellation far from the origin
         starts = self.offsets[:-1]

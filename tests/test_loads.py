@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+from plans import disc
+from skfem import ElementTriP1
+
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
+from skfem_dual.contact.exact import uniform_circle_displacement
+from skfem_dual.contact.loads import flexible_settlement
+
+DUAL = DualMesh.from_mesh(disc(5))
+SOIL = HalfSpace(2.0, 0.3)
+
+
+def test_uniform_circle():
+    r = np.array([0.0, 0.5, 1.5, 4.0])
+    w = flexible_settlement(SOIL, DUAL.basis(), 3.0, [r, 0 * r])
+    assert w == pytest.approx(uniform_circle_displacement(r, 3.0, 1.0, 2.0, 0.3), rel=3e-4)
+    rock = LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], "bonded")
+    centre = flexible_settlement(rock, DUAL.primal_basis(), 1.0, [[0.0], [0.0]])
+    assert centre == pytest.approx([0.8436644949], rel=3e-4)
+
+
+def test_pressures_of_all_kinds():
+    basis = DUAL.basis()
+    x = DUAL.centroids[:, ::50]
+    linear = flexible_settlement(SOIL, basis, lambda x: 1 + x[0], x)
+    assert linear == pytest.approx(flexible_settlement(SOIL, basis, 1 + DUAL.centroids[0], x))
+    fine = basis.with_element(ElementTriP1())
+    field = fine.interpolate(fine.project(lambda x: 1 + x[0]))
+    assert flexible_settlement(SOIL, basis, basis.project(field), x) == pytest.approx(linear)
+    assert len(flexible_settlement(SOIL, basis, 1.0)) == basis.N
+
+
+@pytest.mark.parametrize(
+    ("pressure", "message"),
+    [
+        (np.ones(3), r"one for each of the 2113 cells, got shape \(3,\)"),
+        (np.nan, "finite pressures; the first that is not: cell 0"),
+    ],
+)
+def test_bad_pressures(pressure, message):
+    with pytest.raises(ValueError, match=message):
+        flexible_settlement(SOIL, DUAL.basis(), pressure)
