@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import NoReturn
 
 from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
-from .io import read_mesh, write_dual, write_solution, write_whole
+from .io import read_mesh, read_substrate, write_dual, write_solution, write_whole
 
 SUFFIXES = {"png": (".png",), "svg": (".svg", ".pdf"), "vtu": (".vtu",), "json": (".json",)}
 
@@ -57,7 +57,7 @@ def solve(options: argparse.Namespace) -> int:
     dual = DualMesh.from_mesh(mesh)
     times["dual"] = perf_counter() - start
     punch = RigidPunch(
-        HalfSpace(options.young, options.poisson),
+        _substrate(options),
         dual.basis() if options.grid == "dual" else dual.primal_basis(),
         edge=options.edge,
         edge_boundaries=options.edge_boundaries,
@@ -86,6 +86,15 @@ def solve(options: argparse.Namespace) -> int:
         write_solution(options.vtu, solution)
     _draw(options, "isobars", *_relative_pressure(solution), title="p / mean p")
     return 0
+
+
+def _substrate(options: argparse.Namespace):
+    moduli = options.young, options.poisson
+    if (options.substrate is None) == (None in moduli) or (
+        options.substrate and moduli != (None, None)
+    ):
+        raise ValueError("expected either --young and --poisson or --substrate FILE")
+    return read_substrate(options.substrate) if options.substrate else HalfSpace(*moduli)
 
 
 def dual(options: argparse.Namespace) -> int:
@@ -183,14 +192,17 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser(
         "solve",
         help="pressures and settlement of a rigid punch whose plan is the mesh",
-        description="Rigid, smooth punch on a homogeneous elastic half-space. Any consistent "
-        "units. Give a force or a settlement.",
+        description="Rigid, smooth punch on an elastic half-space. Any consistent units. Give "
+        "a force or a settlement.",
     )
     command.set_defaults(run=solve)
     command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
     number = partial(command.add_argument, type=float, metavar="X")
-    number("--young", required=True, help="Young's modulus E")
-    number("--poisson", required=True, help="Poisson's ratio nu")
+    number("--young", help="Young's modulus E of a homogeneous half-space")
+    number("--poisson", help="its Poisson's ratio nu")
+    command.add_argument(
+        "--substrate", metavar="FILE", help="graded or layered ground, a TOML file, instead"
+    )
     number("--force", help="vertical force P, positive downwards")
     number("--settlement", help="settlement of the origin, instead of a force")
     pair = partial(command.add_argument, type=float, nargs=2)

@@ -4,6 +4,7 @@ import contextlib
 import io
 import os
 import tempfile
+import tomllib
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -12,7 +13,9 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from .contact.punch import PunchSolution
+from .contact.solution import PunchSolution
+from .contact.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
+from .contact.substrates import HalfSpace
 from .errors import MeshError, MeshWarning
 from .grids.checks import user_tags
 from .grids.dual_mesh import DualMesh
@@ -135,6 +138,66 @@ def _only_used(mesh: MeshTri, path: Path) -> MeshTri:
         user_tags(mesh.boundaries) or None,
         user_tags(mesh.subdomains) or None,
     )
+
+
+def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
+    """Read the ground from a TOML file.
+
+    Layers from the surface down, if any, and what lies below them; ``gradient`` may be left out::
+
+        [[layers]]
+        thickness = 2.0
+        young = 20e6
+        poisson = 0.3
+        gradient = 0.1  # E = young (1 + gradient z) from the top of the layer
+
+        [base]
+        young = 60e6
+        poisson = 0.25
+        gradient = 0.05
+
+    or, for a rigid base, ``base = "bonded"`` or ``base = "smooth"`` before the layers.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If the file is no TOML, has other or too few entries, or values out of range.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"no such file: {path}")
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"expected TOML in {path}: {error}") from error
+    _require_keys(path, "the file", found, {"base"}, {"layers"})
+    base, layers = found["base"], found.get("layers", [])
+    if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
+        raise ValueError(f"expected tables [[layers]] in {path}, got layers = {layers!r}")
+    for layer in layers:
+        _require_keys(path, "a layer", layer, {"thickness", "young", "poisson"}, {"gradient"})
+    if isinstance(base, dict):
+        _require_keys(path, "base", base, {"young", "poisson"}, {"gradient"})
+        gradient = base.pop("gradient", 0.0)
+        ground = GradedHalfSpace.init_linear(**base, gradient=gradient) if gradient else None
+        base = ground or HalfSpace(**base)
+    if not layers:
+        if isinstance(base, str):
+            raise ValueError(f"expected layers on the base {base!r} in {path}, got none")
+        return base
+    return LayeredHalfSpace([Layer(**layer) for layer in layers], base)
+
+
+def _require_keys(path: Path, what: str, found: dict, needed: set, optional: set) -> None:
+    if missing := needed - set(found):
+        raise ValueError(f"expected {sorted(missing)} in {what} of {path}, got {sorted(found)}")
+    if unknown := set(found) - needed - optional:
+        raise ValueError(
+            f"expected no other entries than {sorted(needed | optional)} in {what} of {path}, "
+            f"got {sorted(unknown)}"
+        )
 
 
 def write_dual(path: PathLike, dual: DualMesh) -> None:

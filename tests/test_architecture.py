@@ -48,6 +48,7 @@ LAYERS = [
         "contact.edge_correction",
         "contact.loads",
         "contact.solution",
+        "contact.stresses",
         "contact.punch",
     ],
     [

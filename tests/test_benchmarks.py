@@ -35,6 +35,22 @@ def test_edge(load, capsys):
     assert "edge-weighted" in capsys.readouterr().out
 
 
+def test_substrates(load, capsys):
+    substrates = load("substrates")
+    found = substrates.tables(n=100)
+    assert all(build > 0 and ratio > 0 for build, ratio in found.values())
+    errors = substrates.punches(sizes=(150,))
+    assert all(abs(e[0, 1]) < 5e-3 for e in errors.values())
+    assert "bonded" in capsys.readouterr().out
+
+
+def test_grids(load, capsys):
+    grids = load("grids")
+    found = grids.main(sizes=(200,))
+    assert all(t > 0 for t in found.values())
+    assert "Voronoi" in capsys.readouterr().out
+
+
 def test_edge_time(load, capsys):
     edge_time = load("edge_time")
     dense, correction = edge_time.set_up(sizes=(150,))[150]

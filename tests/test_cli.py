@@ -93,6 +93,19 @@ def test_named_edges(capsys):
     assert "['edge', 'hole'], got ['rim']" in err[0]
 
 
+def test_layered_ground(capsys, tmp_path):
+    """One layer H = a bonded to a rigid base: W E0 a / P = 0.195493."""
+    ground = tmp_path / "ground.toml"
+    ground.write_text(
+        'base = "bonded"\n[[layers]]\nthickness = 1.0\nyoung = 1.0\npoisson = 0.25\n'
+    )
+    code, out, err = run(capsys, "solve", DISC, "--substrate", ground, "--force", "1")
+    assert (code, err) == (0, [])
+    settlement = next(line for line in out if line.startswith("Settlement"))
+    assert float(settlement[19:]) == pytest.approx(0.195493, rel=3e-3)
+    assert any("Layer(thickness=1.0" in line for line in out)
+
+
 def test_pictures(capsys, tmp_path):
     files = [tmp_path / "isobars.png", tmp_path / "isobars.svg", tmp_path / "both.png"]
     load = [*GROUND, "--force", "1", "--at", "0.1", "0"]
@@ -150,7 +163,10 @@ LOAD = [*GROUND, "--force", "1"]
         (["solve", DISC, *GROUND, "--force", "heavy"], "invalid float value: 'heavy'"),
         (["solve", DISC, *LOAD, "--at", "1"], "expected 2 arguments"),
         (["solve", DISC, *LOAD, "--grid", "hexagons"], "invalid choice: 'hexagons'"),
-        (["solve", DISC, "--force", "1"], "required: --young, --poisson"),
+        (["solve", DISC, "--force", "1"], "either --young and --poisson or --substrate"),
+        (["solve", DISC, *LOAD, "--substrate", "x.toml"], "either --young and --poisson or"),
+        (["solve", DISC, "--young", "1", "--force", "1"], "either --young and --poisson or"),
+        (["solve", DISC, "--substrate", "no.toml", "--force", "1"], "no such file: no.toml"),
         (["solve", DISC, *LOAD, "--png", "isobars.jpg"], "ending in .png for --png"),
         (["solve", DISC, *LOAD, "--svg", "isobars.png"], "ending in .svg or .pdf"),
         (["solve", DISC, *LOAD, "--vtu", "no/such/folder/x.vtu"], "no such folder for --vtu"),

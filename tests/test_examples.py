@@ -28,6 +28,19 @@ def check_ex08(result):
     assert result.weighted.settlement == pytest.approx(0.46875, rel=3e-4)
 
 
+def check_ex11(result):
+    solutions = result.solutions
+    circle = solutions["circle, homogeneous"]
+    assert circle.settlement == pytest.approx(0.46875, rel=1e-3)
+    assert circle.tilt == pytest.approx([0.75 * 0.9375 * 0.15, 0.0], abs=2e-4)
+    graded = solutions["circle, graded"]
+    assert graded.settlement == pytest.approx(0.2212284989, rel=2e-3)
+    assert graded.tilt[0] == pytest.approx(0.15 * 0.496333765, rel=3e-3)
+    # less pressure at the edge, more in the middle
+    spread = [s.pressure.max() / s.mean_pressure for s in (circle, graded)]
+    assert spread[1] < spread[0]
+
+
 def check_ex20(result):
     for mesh in ("uniform", "graded", "random"):
         n, weighted = result.errors[mesh, "edge-weighted"]
@@ -78,6 +91,13 @@ def check_ex21(result):
         finite, boundary = result.finite[name], result.boundary[name]
         assert finite.settlement == pytest.approx(exact, rel=1.5e-4)
         assert boundary.settlement == pytest.approx(finite.settlement, rel=1e-3)
+
+
+def check_ex22(result):
+    # far below, the force of one: 3 P / (2 pi z^2)
+    expected = 3 / (2 * np.pi * result.depths[-1] ** 2)
+    assert result.below[-1] == pytest.approx(expected, rel=3e-2)
+    assert (np.diff(result.below[2:]) < 0).all()
 
 
 SMALL = {"ex20_edge_convergence": {"sizes": (60, 150, 350)}}

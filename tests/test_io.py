@@ -7,12 +7,21 @@ import pytest
 from plans import annulus, disc, polar
 from skfem import CellBasis, ElementQuad0, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, MeshError, MeshWarning, RigidPunch
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    MeshError,
+    MeshWarning,
+    RigidPunch,
+)
 from skfem_dual.grids.polygons import Polygons
 from skfem_dual.io import (
     read_dual,
     read_mesh,
     read_polygons,
+    read_substrate,
     write_dual,
     write_polygons,
     write_solution,
@@ -192,3 +201,47 @@ def test_files_are_written_whole_or_not_at_all(tmp_path):
     write_whole(path, lambda part: open(part, "w").close())
     assert path.read_text() == ""
     assert path.stat().st_mode & stat.S_IRUSR
+
+
+def write(tmp_path, text):
+    path = tmp_path / "ground.toml"
+    path.write_text(text)
+    return path
+
+
+def test_grounds(tmp_path):
+    base = "[base]\nyoung = 60e6\npoisson = 0.25\n"
+    assert read_substrate(write(tmp_path, base)) == HalfSpace(60e6, 0.25)
+    graded = read_substrate(write(tmp_path, base + "gradient = 0.5\n"))
+    assert isinstance(graded, GradedHalfSpace)
+    assert graded.influence(1.0) == pytest.approx(
+        GradedHalfSpace.init_linear(60e6, 0.25, 0.5).influence(1.0)
+    )
+    layer = "[[layers]]\nthickness = 2\nyoung = 20e6\npoisson = 0.3\ngradient = 0.1\n"
+    ground = read_substrate(write(tmp_path, layer + layer + base))
+    assert ground.layers == (Layer(2.0, 20e6, 0.3, 0.1),) * 2
+    assert ground.base == HalfSpace(60e6, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("young = ", "expected TOML"),
+        ("young = 1.0", r"expected \['base'\] in the file"),
+        ('base = "bonded"', "expected layers on the base 'bonded'"),
+        ('base = "glued"\n[[layers]]\nthickness=1\nyoung=1\npoisson=0.2', "got 'glued'"),
+        ("[base]\nyoung = 1.0", r"expected \['poisson'\] in base"),
+        ("[base]\nyoung = 1.0\npoisson = 0.2\ndensity = 2.0", r"got \['density'\]"),
+        ("layers = 3\n[base]\nyoung = 1.0\npoisson = 0.2", "layers = 3"),
+        ("[base]\nyoung = -1.0\npoisson = 0.2", "positive Young's modulus"),
+        ("[[layers]]\nyoung = 1.0\n[base]\nyoung = 1.0\npoisson = 0.2", "in a layer of"),
+    ],
+)
+def test_bad_grounds(tmp_path, text, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        read_substrate(write(tmp_path, text))
+
+
+def test_no_ground(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        read_substrate(tmp_path / "none.toml")

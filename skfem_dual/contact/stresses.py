@@ -1,0 +1,276 @@
+"""Stresses and displacements in a homogeneous half-space below uniformly loaded cells.
+
+The axes are x, y on the surface and z down into the ground. With the potentials V, the integral
+of p/R over the cells, and chi, that of p ln(R + z), Boussinesq's solution is::
+
+    2 pi sigma_z = z V_zz - V_z        2 pi tau_zx = z V_xz
+    2 pi sigma_x = z V_xx - 2 nu V_z + (1 - 2 nu) chi_xx
+    2 pi tau_xy  = z V_xy            + (1 - 2 nu) chi_xy
+    4 pi G u_z   = 2 (1 - nu) V - z V_z
+    4 pi G u_x   = -z V_x - (1 - 2 nu) chi_x
+
+By Gauss's theorem every derivative is a sum over ribs of elementary functions. As on the surface,
+neighbouring cells share ribs, so every rib counts once, with the jump of the pressure across it.
+
+Sources: A. E. H. Love, The stress produced in a semi-infinite solid by pressure on part of the
+boundary, Phil. Trans. R. Soc. A 228 (1929); K. L. Johnson, Contact Mechanics (1985), chapter 3.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, ElementTriP1, MeshTri
+
+from ..grids.partition import Partition
+from .influence import _in_blocks, as_points
+from .solution import PunchSolution
+from .substrates import HalfSpace, Substrate
+
+
+class Stresses(NamedTuple):
+    """Components of the stress at m points, compression positive: minus Cauchy's tensor.
+
+    Attributes
+    ----------
+    sigma_x, sigma_y, sigma_z : (m,) array of float
+        Normal stresses.
+    tau_xy, tau_yz, tau_zx : (m,) array of float
+        Shear stresses; tau_zx > 0 on the side of positive x of a load.
+    """
+
+    sigma_x: ndarray
+    sigma_y: ndarray
+    sigma_z: ndarray
+    tau_xy: ndarray
+    tau_yz: ndarray
+    tau_zx: ndarray
+
+    @property
+    def tensor(self) -> ndarray:
+        """The components as a symmetric tensor of shape (3, 3, m)."""
+        return np.stack(self)[[[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
+
+
+def stress_below(solution: PunchSolution, x) -> Stresses:
+    """Stresses in the ground below a punch.
+
+    The mean pressures of the cells act uniformly on their cells, also where the punch weights
+    the cells along a singular edge. Below such an edge sigma_z is then off by a tenth of the
+    mean pressure in a depth of one cell size, by 3 % in two and by 1 % in four; below the middle
+    of a circle of 545 cells by less than 0.5 % of itself everywhere. Grading the mesh to the
+    edge helps.
+
+    Parameters
+    ----------
+    solution : PunchSolution
+        Of a punch on a `HalfSpace`.
+    x : (3, m) array of float
+        Points in the ground, depths ``x[2] > 0``.
+
+    Returns
+    -------
+    Stresses
+        All components, compression positive, without the ground's own weight.
+
+    Raises
+    ------
+    ValueError
+        If a point is not in the ground, or the ground is not homogeneous.
+
+    Examples
+    --------
+    Rigid circle of radius 1 under a force of pi: on the axis
+    ``sigma_z = (1 + 3 z^2) / (2 (1 + z^2)^2)``.
+
+    >>> from skfem import MeshTri
+    >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+    >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
+    >>> solution = RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(force=3.14159)
+    >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.2f}")
+    0.50
+    """
+    punch = solution.punch
+    return stresses(punch.substrate, punch.partition, solution.pressure, x)
+
+
+def displacement_below(solution: PunchSolution, x) -> ndarray:
+    """Displacements in the ground below a punch, shape (3, m), in the directions x, y, z.
+
+    The same loads, points and errors as `stress_below`.
+    """
+    punch = solution.punch
+    return displacements(punch.substrate, punch.partition, solution.pressure, x)
+
+
+def vertical_section(
+    solution: PunchSolution, start, end, depth: float, n: int = 100
+) -> tuple[CellBasis, ndarray]:
+    """Vertical stress in a section of the ground, to draw its bulbs of pressure.
+
+    Parameters
+    ----------
+    solution : PunchSolution
+        Of a punch on a `HalfSpace`.
+    start, end : pair of float
+        Ends of a line on the surface.
+    depth : float
+        Depth of the section below the line.
+    n : int
+        Number of intervals along the line; those of the depth are about as long.
+
+    Returns
+    -------
+    basis : CellBasis
+        First-order basis on a MeshTri. Its first coordinate is the distance from ``start``, its
+        second the *negative* depth, so that the surface is drawn on top.
+    values : (N,) array of float
+        The vector of sigma_z, compression positive; at the surface its limit from below, the
+        mean pressure of the cell.
+
+    Raises
+    ------
+    ValueError
+        If the section is empty, or as in `stress_below`.
+    """
+    start, end = (as_points(np.reshape(point, (-1, 1))) for point in (start, end))
+    length = float(np.hypot(*(end - start))[0])
+    if not (length > 0 and 0 < depth < np.inf and n >= 1):
+        raise ValueError(
+            "expected a section with length > 0, finite depth > 0 and n >= 1, got "
+            f"length={length:g}, depth={depth:g}, n={n}"
+        )
+    rows = max(1, round(n * depth / length))
+    mesh = MeshTri.init_tensor(np.linspace(0, length, n + 1), np.linspace(-depth, 0, rows + 1))
+    s, z = mesh.p[0] / length, np.maximum(-mesh.p[1], 1e-9 * depth)
+    values = stress_below(solution, np.vstack([(1 - s) * start + s * end, z])).sigma_z
+    return CellBasis(mesh, ElementTriP1()), values
+
+
+def stresses(substrate: Substrate, partition: Partition, pressure: ndarray, x) -> Stresses:
+    """Stresses at points of shape (3, m) under one pressure per cell; see `stress_below`."""
+    ground, x = _checked(substrate, x)
+    out = np.empty((6, x.shape[1]))
+    ribs = _loaded_ribs(partition, pressure)
+    nu = ground.poisson
+    _in_blocks(lambda rows: _stresses(x[:, rows], *ribs, nu, out[:, rows]), x.shape[1])
+    return Stresses(*out / (2 * np.pi))
+
+
+def displacements(substrate: Substrate, partition: Partition, pressure: ndarray, x) -> ndarray:
+    """Displacements at points of shape (3, m) under one pressure per cell; shape (3, m)."""
+    ground, x = _checked(substrate, x)
+    out = np.empty((3, x.shape[1]))
+    ribs = _loaded_ribs(partition, pressure)
+    nu = ground.poisson
+    _in_blocks(lambda rows: _displacements(x[:, rows], *ribs, nu, out[:, rows]), x.shape[1])
+    return out * (1 + nu) / (2 * np.pi * ground.young)
+
+
+def _checked(substrate: Substrate, x) -> tuple[HalfSpace, ndarray]:
+    if not isinstance(substrate, HalfSpace):
+        raise ValueError(
+            f"expected a homogeneous HalfSpace, got {type(substrate).__name__}: the solution "
+            "below its surface is not closed. Remedy: skfem_dual.contact.stresses.stresses("
+            "HalfSpace(young, poisson), punch.partition, solution.pressure, x) lets the same "
+            "pressures act on a homogeneous ground"
+        )
+    x = np.asarray(x, dtype=float)
+    if x.ndim != 2 or x.shape[0] != 3:
+        raise ValueError(f"expected points of shape (3, m), got {x.shape}")
+    as_points(x[:2])
+    if (bad := np.nonzero(~((x[2] > 0) & np.isfinite(x[2])))[0]).size:
+        raise ValueError(
+            "expected points in the ground, with finite depths z > 0; the first that is not: "
+            f"{bad[0]}, with z={x[2, bad[0]]:g}"
+        )
+    return substrate, x
+
+
+def _loaded_ribs(partition: Partition, pressure) -> tuple[ndarray, ...]:
+    """Beginnings, directions, lengths of the ribs with a jump of the pressure, and the jumps."""
+    left, right = np.append(pressure, 0.0)[partition.f2c]
+    a, b = partition.polygons.p[:, partition.facets].swapaxes(0, 1)
+    length = np.hypot(*(b - a))
+    loaded = (left != right) & (length > 0)
+    along = (b - a)[:, loaded] / length[loaded]
+    return a[:, loaded], along, length[loaded], (left - right)[loaded]
+
+
+@numba.njit(nogil=True, cache=True)
+def _rib(dx, dy, z, tx, ty, length):
+    """What all sums consist of, for a point at (dx, dy, z) from the beginning of a rib.
+
+    Returns
+    -------
+    h : float
+        Distance of the point to the left of the rib.
+    t1, t2, r1, r2 : float
+        The rib's ends seen from the point: coordinates along the rib, distances.
+    w : float
+        (t2 r1 - t1 r2) / (h^2 + z^2): the integral of 1 / R^3 is w / (r1 r2), that of 1 / R is
+        asinh(w).
+    angle : float
+        Solid angle of the rib and the point's projection, integral of h / (R (R + z)).
+    turn : float
+        ln((r2 + z) / (r1 + z)).
+    """
+    h = tx * dy - ty * dx
+    t1 = -(tx * dx + ty * dy)
+    t2 = t1 + length
+    ll = h * h + z * z
+    r1, r2 = np.sqrt(t1 * t1 + ll), np.sqrt(t2 * t2 + ll)
+    # without cancellation
+    w = length * (t1 + t2) / (t2 * r1 + t1 * r2) if t1 * t2 > 0 else (t2 * r1 - t1 * r2) / ll
+    # difference of atan(t h / (ll + z r)) at the ends
+    angle = np.arctan2(h * ll * (length + z * w), (ll + z * r1) * (ll + z * r2) + h * h * t1 * t2)
+    turn = np.log1p(length * abs(t1 + t2) / ((r1 + r2) * (min(r1, r2) + z)))
+    return h, t1, t2, r1, r2, w, angle, turn if t2 > -t1 else -turn
+
+
+@numba.njit(nogil=True, cache=True)
+def _stresses(x, begin, along, length, jump, nu, out):
+    """2 pi times the stresses."""
+    for i in range(x.shape[1]):
+        z = x[2, i]
+        sx = sy = sz = txy = tyz = tzx = 0.0
+        for f in range(length.shape[0]):
+            tx, ty = along[0, f], along[1, f]
+            h, t1, t2, r1, r2, w, angle, turn = _rib(
+                x[0, i] - begin[0, f], x[1, i] - begin[1, f], z, tx, ty, length[f]
+            )
+            j = z * w / (r1 * r2)  # z times the integral of 1/R^3
+            k = z * length[f] * (t1 + t2) / ((r1 + r2) * r1 * r2)  # z (1/r1 - 1/r2)
+            normal = (1 - 2 * nu) * angle - h * j
+            shear = k - (1 - 2 * nu) * turn
+            g = jump[f]
+            sx += g * (2 * nu * angle + ty * ty * normal - tx * ty * shear)
+            sy += g * (2 * nu * angle + tx * tx * normal + tx * ty * shear)
+            sz += g * (angle + h * j)
+            txy -= g * (tx * ty * normal + (ty * ty - tx * tx) / 2 * shear)
+            tyz -= g * tx * z * j
+            tzx += g * ty * z * j
+        out[0, i], out[1, i], out[2, i] = sx, sy, sz
+        out[3, i], out[4, i], out[5, i] = txy, tyz, tzx
+
+
+@numba.njit(nogil=True, cache=True)
+def _displacements(x, begin, along, length, jump, nu, out):
+    """4 pi G times the displacements."""
+    for i in range(x.shape[1]):
+        z = x[2, i]
+        ux = uy = uz = 0.0
+        for f in range(length.shape[0]):
+            tx, ty = along[0, f], along[1, f]
+            h, t1, _, _, r2, w, angle, turn = _rib(
+                x[0, i] - begin[0, f], x[1, i] - begin[1, f], z, tx, ty, length[f]
+            )
+            inverse = np.arcsinh(w)  # integral of 1/R
+            # integral of 1 + ln(R + z): the 1 cancels around a cell
+            log = length[f] * np.log(r2 + z) + t1 * turn + z * inverse + h * angle
+            outward = jump[f] * ((1 - 2 * nu) * log + z * inverse)
+            ux += ty * outward
+            uy -= tx * outward
+            uz += jump[f] * (2 * (1 - nu) * h * inverse - (1 - 2 * nu) * z * angle)
+        out[0, i], out[1, i], out[2, i] = ux, uy, uz
