@@ -77,8 +77,9 @@ def punches(sizes=(300, 600, 1200, 2400)):
                 rows.append((len(dual), c[0] / settlement - 1, c[1] / tilt - 1))
             errors = np.array(rows)
             found[name, kind, grid] = errors
-            n0, n1 = errors[[0, -1], 0]
-            order = 2 * np.log(np.abs(errors[0, 1] / errors[-1, 1])) / np.log(n1 / n0)
+            with np.errstate(invalid="ignore"):  # one size has no order
+                ratio = np.log(np.abs(errors[0, 1] / errors[-1, 1]))
+                order = 2 * ratio / np.log(errors[-1, 0] / errors[0, 0])
             cells = "  ".join(f"{w:+.1e}/{t:+.1e}" for _, w, t in rows)
             print(f"{grid:<10}{kind:<8}{name:<16}{cells}  {order:.1f}", flush=True)
     return found
