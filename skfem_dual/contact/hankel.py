@@ -206,22 +206,22 @@ def build_table(
 
     gauss, gauss_weights = np.polynomial.legendre.leggauss(12)
 
-    def rest(r: float) -> float:
-        """Integral of what is left of F times J0(k r)."""
+    def rest(r: ndarray) -> ndarray:
+        """Integrals of what is left of F times J0(k r), for distances of one panel."""
         # far waves cancel each other: a smooth cut leaves an error below any power of 1 / CUTOFF
-        cut = CUTOFF / r
-        ends = edges[: np.searchsorted(edges, min(last, 2 * cut)) + 1]
-        pieces = np.maximum(2, np.ceil(np.diff(ends) * r / np.pi)).astype(int)
+        cut = CUTOFF / r[:, None]
+        ends = edges[: np.searchsorted(edges, min(last, 2 * cut.max())) + 1]
+        pieces = np.ceil(np.diff(ends) * r.max() / np.pi).astype(int)
         octave = np.repeat(np.arange(len(pieces)), pieces)
         step = (np.diff(ends) / pieces)[octave]
         position = np.arange(len(octave)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
         begin = ends[octave] + position * step
         q = begin[:, None] + step[:, None] * (gauss + 1) / 2
         t = 2 * (q - ends[octave][:, None]) / np.diff(ends)[octave][:, None] - 1
-        values = _clenshaw(coefficients[octave], t)
-        values = values * erfc(6 * (q / cut - 1.5)) / 2
-        total = np.sum(values * j0(q * r) * gauss_weights * step[:, None] / 2)
-        return total + ends[0] * coefficients[0] @ (-1.0) ** np.arange(NODES)
+        values = _clenshaw(coefficients[octave], t) * gauss_weights * step[:, None] / 2
+        q, values = q.ravel(), values.ravel()
+        waves = j0(q * r[:, None]) * erfc(6 * (q / cut - 1.5)) / 2
+        return waves @ values + ends[0] * coefficients[0] @ (-1.0) ** np.arange(NODES)
 
     width = np.log(2) / 3
     start = np.log(NEAREST * least)
@@ -229,7 +229,7 @@ def build_table(
     nodes = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
     r = np.exp(start + width * (np.arange(panels)[:, None] + (nodes + 1) / 2))
     flat = r.ravel()
-    omega = np.array([rest(ri) for ri in flat])
+    omega = np.concatenate([rest(panel) for panel in r])
     for w, m in zip(weights, powers, strict=True):
         omega += w * (flat / (2 * b)) ** (m / 2) * kv(m / 2, b * flat) / gamma(1 + m / 2)
     omega = (omega / (2 * np.pi)).reshape(r.shape)
