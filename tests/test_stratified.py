@@ -173,8 +173,14 @@ def test_displacement_agrees_with_the_punch():
 
 
 def test_pickle_and_text():
-    again = pickle.loads(pickle.dumps(BONDED))
-    assert np.array_equal(again.influence(R), BONDED.influence(R))
+    for ground in (
+        BONDED,
+        LINEAR,
+        GradedHalfSpace.init_exponential(1.0, 0.2, 3.0, 2.0),
+        GradedHalfSpace.init_power(1.0, 0.2, 0.5, 2.0),
+    ):
+        again = pickle.loads(pickle.dumps(ground))
+        assert np.array_equal(again.influence(R), ground.influence(R))
     assert "E = 1 (1 + 1 z)" in repr(LINEAR)
     assert "bonded" in repr(BONDED)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import isfinite
 from typing import Literal
 
@@ -154,7 +154,7 @@ class GradedHalfSpace(Stratified):
         young, poisson = checked_moduli(young, poisson)
         gradient = _positive("gradient", gradient)
         return cls(
-            lambda z: young * (1 + gradient * z),
+            partial(_linear, young, gradient),
             poisson,
             1 / gradient,
             f"E = {young:g} (1 + {gradient:g} z), nu = {poisson:g}",
@@ -168,7 +168,7 @@ class GradedHalfSpace(Stratified):
         young, poisson = checked_moduli(young, poisson)
         ratio, length = _positive("ratio", ratio), _positive("length", length)
         return cls(
-            lambda z: young * (ratio + (1 - ratio) * np.exp(-z / length)),
+            partial(_exponential, young, ratio, length),
             poisson,
             length,
             f"E from {young:g} to {ratio * young:g} over {length:g}, nu = {poisson:g}",
@@ -185,7 +185,7 @@ class GradedHalfSpace(Stratified):
         if not 0 < exponent < 2:
             raise ValueError(f"expected an exponent between 0 and 2, got {exponent:g}")
         return cls(
-            lambda z: young * (1 + z / offset) ** exponent,
+            partial(_power, young, exponent, offset),
             poisson,
             offset,
             f"E = {young:g} (1 + z / {offset:g})^{exponent:g}, nu = {poisson:g}",
@@ -361,6 +361,19 @@ class LayeredHalfSpace(Stratified):
         return through_graded(
             np.where(bottom < layer.thickness, inside, below), k, 0.0, bottom, moduli
         )
+
+
+# functions of a module, for grounds to be pickled with them
+def _linear(young: float, gradient: float, z: ndarray) -> ndarray:
+    return young * (1 + gradient * z)
+
+
+def _exponential(young: float, ratio: float, length: float, z: ndarray) -> ndarray:
+    return young * (ratio + (1 - ratio) * np.exp(-z / length))
+
+
+def _power(young: float, exponent: float, offset: float, z: ndarray) -> ndarray:
+    return young * (1 + z / offset) ** exponent
 
 
 def _positive(name: str, value) -> float:
