@@ -38,8 +38,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         try:
             _check_outputs(options)
             code = options.run(options)
-            sys.stdout.flush()
+            if sys.stdout:  # closed by the caller otherwise
+                sys.stdout.flush()
             return code
+        except KeyboardInterrupt:
+            print("skfem-dual: interrupted", file=sys.stderr)
+            return 130
         except BrokenPipeError:  # the reader of our output left, e.g. head
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
@@ -80,11 +84,12 @@ def solve(options: argparse.Namespace) -> int:
     ]
     print("\n".join(f"{name:<19}{value}" for name, value in rows))
     if options.json:
-        text = json.dumps(_as_dict(options, solution, times), indent=2) + "\n"
+        text = json.dumps(_as_dict(options, solution, times), indent=2, allow_nan=False) + "\n"
         write_whole(options.json, lambda part: Path(part).write_text(text))
     if options.vtu:
         write_solution(options.vtu, solution)
-    _draw(options, "isobars", *_relative_pressure(solution), title="p / mean p")
+    if options.png or options.svg:
+        _draw(options, "isobars", *_relative_pressure(solution), title="p / mean p")
     return 0
 
 
@@ -120,6 +125,8 @@ def _relative_pressure(solution: PunchSolution):
     basis, pressure = solution.nodal_pressure()
     # without a resultant there is no mean to refer to
     mean = solution.mean_pressure or abs(pressure).max()
+    if mean == 0:
+        raise ValueError("expected a load to draw isobars of, got no pressure at all")
     return basis, pressure / mean
 
 
@@ -206,10 +213,15 @@ def _parser() -> argparse.ArgumentParser:
     number("--force", help="vertical force P, positive downwards")
     number("--settlement", help="settlement of the origin, instead of a force")
     pair = partial(command.add_argument, type=float, nargs=2)
-    pair("--at", metavar=("EX", "EY"), help="where the force acts")
+    pair("--at", metavar=("EX", "EY"), help="where the force acts, from --origin")
     pair("--moments", metavar=("M1", "M2"), help="moments, with the signs of the paper's (4)")
     pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
-    pair("--origin", metavar=("X", "Y"), default=(0.0, 0.0), help="centre of the punch")
+    pair(
+        "--origin",
+        metavar=("X", "Y"),
+        default=(0.0, 0.0),
+        help="centre of the punch, (0, 0) by default; settlement and moments refer to it",
+    )
     command.add_argument("--grid", choices=("dual", "triangles"), default="dual")
     command.add_argument(
         "--edge",

@@ -39,6 +39,7 @@ LAYERS = [
         "grids.duality",
     ],
     [
+        "contact.compiled",
         "contact.exact",
         "contact.substrates",
         "contact.hankel",

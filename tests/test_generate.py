@@ -288,3 +288,19 @@ def test_wrong_arguments(make, message):
 def test_too_few_boundary_nodes():
     with pytest.raises(MeshError, match="choose a smaller size, more nodes or more boundary"):
         annulus(0.3, hole=(0.69, 0), n=400, nboundary=10)
+
+
+@pytest.mark.parametrize("n", [4, 6, 9])
+def test_very_few_nodes(n):
+    assert disc(n=n).p.shape[1] >= 3
+
+
+@pytest.mark.parametrize(("length", "n"), [(10, 20), (50, 100), (100, 200)])
+def test_strips(length, n):
+    mesh = rectangle(length, 1.0, n=n)
+    assert mesh.p.shape[1] == pytest.approx(n, rel=0.15)
+
+
+def test_far_from_the_origin():
+    mesh = disc(n=300, radius=5.0, centre=(456789.0, 5432100.0))
+    assert mesh.p.shape[1] == pytest.approx(300, rel=0.03)

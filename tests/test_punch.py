@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plans import annulus, disc, ellipse, perturbed, polar, rectangle
-from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshQuad, MeshTri
 
 from skfem_dual import ConvergenceError, DualMesh, HalfSpace, MeshError, PunchSolution, RigidPunch
 from skfem_dual.contact import exact
@@ -296,7 +296,7 @@ def test_bad_loads(load, error, message):
 
 def test_bad_problems():
     basis = DualMesh.from_mesh(disc(1)).basis()
-    with pytest.raises(TypeError, match="expected a substrate such as HalfSpace, got float"):
+    with pytest.raises(TypeError, match="expected a substrate such as HalfSpace, got 3"):
         RigidPunch(30e6, basis)
     with pytest.raises(ValueError, match='"centroid" or "node", got \'barycentre\''):
         RigidPunch(UNIT, basis, collocation="barycentre")
@@ -315,3 +315,41 @@ def test_bad_problems():
 def test_too_few_cells_cannot_resist_tilting():
     with pytest.raises(ConvergenceError, match="move without resistance"):
         punch(MeshTri.init_refdom(), "primal").solve(1.0)
+
+
+def test_mechanisms_are_refused_however_they_are_turned():
+    """Two triangles, three quadrilaterals in a row, one cell: too few or on one line."""
+    for angle in (0.0, 0.1, 0.3, 0.7, 1.0):
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, -s], [s, c]])
+        two = MeshTri(turn @ MeshTri().p, MeshTri().t)
+        row = MeshQuad.init_tensor(np.arange(4.0), np.arange(2.0))
+        row = MeshQuad(turn @ row.p, row.t)
+        for basis in (
+            CellBasis(two, ElementTriP0()),
+            CellBasis(row, ElementQuad0()),
+            CellBasis(MeshQuad(turn @ MeshQuad().p, MeshQuad().t), ElementQuad0()),
+        ):
+            with pytest.raises(ConvergenceError, match="move without resistance"):
+                RigidPunch(UNIT, basis).solve(1.0, (0.1, 0.1))
+
+
+def test_cells_on_top_of_each_other_are_refused():
+    q = MeshQuad().refined(2)
+    for shift in (0.0, 0.3):
+        twice = MeshQuad(np.hstack([q.p, q.p + shift]), np.hstack([q.t, q.t + q.p.shape[1]]))
+        with pytest.raises(MeshError, match="covered twice"):
+            RigidPunch(UNIT, CellBasis(twice, ElementQuad0()))
+
+
+def test_slips():
+    dual = DualMesh.from_mesh(disc(1))
+    with pytest.raises(TypeError, match="got DualMesh"):
+        RigidPunch(UNIT, dual)
+    with pytest.raises(TypeError, match="expected a substrate"):
+        RigidPunch(HalfSpace, dual.basis())
+    solution = RigidPunch(UNIT, dual.basis()).solve(1.0, (0.3, 0.1))
+    with pytest.raises(ValueError, match=r"shape \(2, m\)"):
+        solution.punch_displacement([0.5, 0.2])
+    with pytest.raises(ConvergenceError):
+        RigidPunch(UNIT, dual.basis()).solve(1.0, (1e308, 1e308))

@@ -186,7 +186,7 @@ def test_ground_and_punch_agree_also_with_weights():
     assert far[0] == pytest.approx(UNIT.influence(np.hypot(40 - 0.1, 8 - 0.2)), rel=3e-4)
 
 
-def test_symmetry_line_is_no_edge():
+def test_named_edges():
     mesh = rectangle(12).with_defaults()
     whole = RigidPunch(UNIT, DualMesh.from_mesh(mesh).basis())
     three = RigidPunch(
@@ -199,8 +199,13 @@ def test_symmetry_line_is_no_edge():
     # on triangles as well, and by a single name
     single = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries="left")
     assert single.solve(1.0).edge_coefficient().x[0] == pytest.approx(-1.0)
-    none = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=[])
-    assert none.weights is None
+    for nothing in ([], ()):
+        with pytest.raises(ValueError, match="facets on the edge of the plan"):
+            RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=nothing)
+    with pytest.raises(ValueError, match=r"got \[''\]"):
+        RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries="")
+    with pytest.raises(TypeError, match="names for edge_boundaries, got 5"):
+        RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=5)
     with pytest.raises(ValueError, match=r"\['bottom', 'left', 'right', 'top'\], got \['rim'\]"):
         RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=["left", "rim"])
     with pytest.raises(ValueError, match='edge "singular" where edge_boundaries'):

@@ -465,3 +465,17 @@ def test_bad_places_are_marked():
     good.doflocs[0, 0] = np.nan
     with pytest.raises(MeshError, match="finite coordinates"):
         list(layers(good, False))
+
+
+def test_far_from_the_origin_and_single_levels():
+    mesh = MeshTri.init_circle(3)
+    values = np.hypot(*mesh.p) ** 2
+    near = with_pyvista.isobars(nodal(mesh), values).screenshot(return_img=True)
+    far = with_pyvista.isobars(nodal(mesh.translated((1e6, 2e6))), values)
+    image = far.screenshot(return_img=True)
+    # the same picture but for the numbers on the axes
+    middle = slice(200, 600)
+    assert np.mean(np.abs(image[middle, middle].astype(int) - near[middle, middle])) < 2
+    for levels in (1, [0.5]):
+        axes = with_matplotlib.isobars(nodal(mesh), values, levels)
+        assert len(axes.collections) >= 2

@@ -8,13 +8,13 @@ sparse near and a smooth far correction, each of which any operator can take.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..grids.edge import EdgeWeights
+from .compiled import compiled
 from .influence import _in_blocks, _rib_integral
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
@@ -111,7 +111,7 @@ def _near(
     return csr_matrix((values, (rows, column)), shape=(x.shape[1], len(partition)))
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _segment(x, y, ax, ay, bx, by):
     """Integral of 1/r over the triangle of the point (x, y) and a directed segment."""
     lx, ly = bx - ax, by - ay
@@ -123,7 +123,7 @@ def _segment(x, y, ax, ay, bx, by):
     return _rib_integral(x, y, ax, ay, lx, ly, length, r1, r2)
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _strip_sums(x, p, t, root, mean, starts, most, cells, offsets, rows, values):
     """Integrals of (w / mean(w) - 1) / r over some cells, w constant in strips."""
     for k in range(cells.shape[0]):
@@ -192,7 +192,7 @@ def _strip_sums(x, p, t, root, mean, starts, most, cells, offsets, rows, values)
                 values[i] -= sign * before * _segment(x0, y0, ex, ey, bx, by)
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _add_dipoles(x, centroids, dipoles, cells, matrix):
     for i in range(x.shape[1]):
         for j in cells:
@@ -202,7 +202,7 @@ def _add_dipoles(x, centroids, dipoles, cells, matrix):
                 matrix[i, j] += (dipoles[0, j] * dx + dipoles[1, j] * dy) / (r2 * np.sqrt(r2))
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _sum_dipoles(x, centroids, dipoles, out):
     for i in range(x.shape[1]):
         total = 0.0

@@ -14,6 +14,7 @@ from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
+from .compiled import compiled
 from .remainder import remainder_rows
 from .substrates import Substrate
 
@@ -127,14 +128,14 @@ def _in_blocks(work: Callable[[slice], None], m: int) -> None:
         list(pool.map(work, blocks))
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _distances(x, y, p, r):
     for k in range(p.shape[1]):
         dx, dy = p[0, k] - x, p[1, k] - y
         r[k] = np.sqrt(dx * dx + dy * dy)
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
     """Integral of 1/r over the triangle of the field point and a rib, positive on its left.
 
@@ -169,7 +170,7 @@ def _rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
     return h * np.log((r2 + t2) * (r1 - t1) / (h * h))
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _fill(x, p, facets, f2c, along, length, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
     r = np.empty(p.shape[1])
@@ -186,7 +187,7 @@ def _fill(x, p, facets, f2c, along, length, c, matrix):
                 matrix[i, f2c[1, f]] -= value
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _sum(x, p, facets, f2c, along, length, jump, out):
     """Integrals of 1/r with the weight ``jump`` of each rib."""
     r = np.empty(p.shape[1])

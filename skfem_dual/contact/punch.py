@@ -47,8 +47,9 @@ class RigidPunch:
         distance to the edge of the plan, as under the edge of a flat punch. ``"constant"``: not
         at all, the paper's scheme, whose settlements are tens of times less accurate.
     edge_boundaries : str or sequence of str, optional
-        Names of the boundaries of the mesh that are such an edge; all of them by default. A line
-        of symmetry, for example, is not.
+        Names of the boundaries of the mesh that are such an edge; all of them by default. Where
+        a punch is rounded off, for example, the pressure does not grow. The mesh is always the
+        whole plan: there are no images beyond a line of symmetry.
     collocation : {"centroid", "node"}
         The point of each cell: its centroid, or, with constant pressures only, the node of the
         other grid that belongs to it (the node of the triangulation for dual cells). With
@@ -77,10 +78,8 @@ class RigidPunch:
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self):
-        if not hasattr(self.substrate, "remainder"):
-            raise TypeError(
-                f"expected a substrate such as HalfSpace, got {type(self.substrate).__name__}"
-            )
+        if isinstance(self.substrate, type) or not hasattr(self.substrate, "remainder"):
+            raise TypeError(f"expected a substrate such as HalfSpace, got {self.substrate!r}")
         if self.collocation not in ("centroid", "node"):
             raise ValueError(
                 f'expected collocation "centroid" or "node", got {self.collocation!r}'
@@ -115,13 +114,20 @@ class RigidPunch:
             return None
         if self.edge_boundaries is not None:
             ribs = ribs[np.isin(self.partition.boundary[ribs], self._named_facets())]
+            if len(ribs) == 0:
+                raise ValueError(
+                    f"expected boundaries with facets on the edge of the plan, got "
+                    f'{self.edge_boundaries!r}. Remedy: edge="constant" if there is no such edge'
+                )
         return EdgeWeights(self.partition, self.fan, ribs) if len(ribs) else None
 
     def _named_facets(self) -> ndarray:
-        names = self.edge_boundaries or ()
+        names = self.edge_boundaries
+        if not isinstance(names, (str, Sequence)):
+            raise TypeError(f"expected names for edge_boundaries, got {names!r}")
         names = [names] if isinstance(names, str) else list(names)
         known = nodal_mesh(self.basis).boundaries or {}
-        if missing := [name for name in names if name not in known]:
+        if missing := [name for name in names if name not in list(known)]:
             raise ValueError(
                 f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
             )
@@ -211,10 +217,14 @@ class RigidPunch:
 
         if len(matrix) < 3:  # too small for Lanczos
             return float(np.linalg.cond(matrix))
-        top = largest(lambda v: matrix.T @ (matrix @ v))
-        bottom = largest(
-            lambda v: scipy.linalg.lu_solve(factors, scipy.linalg.lu_solve(factors, v, trans=1))
-        )
+        scale = np.abs(matrix).max()  # in any units
+        scaled = matrix / scale
+
+        def inverse(v, trans=0):
+            return scale * scipy.linalg.lu_solve(factors, v, trans=trans)
+
+        top = largest(lambda v: scaled.T @ (scaled @ v))
+        bottom = largest(lambda v: inverse(inverse(v, trans=1)))
         return float(np.sqrt(top * bottom))
 
     def solve(
@@ -289,9 +299,10 @@ class RigidPunch:
             given[1:] = _pair("tilt", tilt)
         else:
             arm = self.origin + lever - self._centre
-            equations[1:] = stiffness[1:] - np.outer(arm, stiffness[0])
+            with np.errstate(over="ignore"):  # refused below
+                equations[1:] = stiffness[1:] - np.outer(arm, stiffness[0])
             given[1:] = -m1, m2
-        position = _solve_scaled(equations, given)
+        position = _solve_scaled(equations, given, np.sqrt(self.partition.areas.sum()))
 
         pressure = unit_pressures @ position
         resultant = self._resultants @ pressure
@@ -304,6 +315,8 @@ class RigidPunch:
             imposed[1:] = imposed[0] * lever + np.array([-m1, m2])
         planes = position @ self._planes(self.collocation_points)
         mismatch = np.abs(self.matrix @ pressure - planes).max()
+        if not (np.isfinite(pressure).all() and np.isfinite(resultant).all()):
+            raise ConvergenceError("the load is too large for floating-point numbers")
         pulled = int(np.sum(pressure < 0))
         return PunchSolution(
             punch=self,
@@ -342,16 +355,21 @@ class RigidPunch:
         return f"{len(self.partition)} {kind}, {self.edge} edge, {self.collocation} collocation"
 
 
-def _solve_scaled(equations: ndarray, given: ndarray) -> ndarray:
-    """Solve a small system after scaling its rows, which have different units."""
-    rows = np.abs(equations).max(axis=1, keepdims=True)
-    try:
-        return np.linalg.solve(equations / rows, given / rows[:, 0])
-    except np.linalg.LinAlgError:
+def _solve_scaled(equations: ndarray, given: ndarray, size: float) -> ndarray:
+    """Solve for a settlement and two tilts, with rows and columns brought to one unit.
+
+    ``size`` is a length of the plan.
+    """
+    columns = np.array([1.0, 1 / size, 1 / size])
+    scaled = equations * columns
+    rows = np.abs(scaled).max(axis=1, keepdims=True)
+    if not np.isfinite(scaled).all() or not rows.all() or np.linalg.cond(scaled / rows) > 1e13:
         raise ConvergenceError(
             "the punch can move without resistance; likely cause: a plan of a few cells on one "
-            "line. Remedy: use at least three cells that do not lie on one line"
-        ) from None
+            "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
+            "use at least three cells that do not lie on one line"
+        )
+    return columns * np.linalg.solve(scaled / rows, given / rows[:, 0])
 
 
 def _number(name: str, value) -> float:

@@ -8,12 +8,12 @@ fan acts with its own mean and centroid of the weight.
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
+from .compiled import compiled
 from .hankel import RadialTable
 
 #: cells nearer than so many of their radii are integrated along their ribs
@@ -92,7 +92,7 @@ def _pieces(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray,
     )  # fmt: skip
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _lookup(coefficients, start, width, r):
     """A table at one distance; constant below its range, where it is negligible."""
     s = max((np.log(r) - start) / width, 0.0) if r > 0.0 else 0.0
@@ -104,7 +104,7 @@ def _lookup(coefficients, start, width, r):
     return out
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _from_afar(coefficients, start, width, dx, dy, area, xx, xy, yy):
     """Integral over a far cell by its area and second moments, with derivatives in ln r."""
     r2 = dx * dx + dy * dy
@@ -122,7 +122,7 @@ def _from_afar(coefficients, start, width, dx, dy, area, xx, xy, yy):
     return area * f + ((d2 - d1) * along + d1 * across) / (2 * r2)
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _along_ribs(x, y, p, indices, begin, end, phi, start, width, gauss, weights):
     """Integral over one cell: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
     total = 0.0
@@ -151,7 +151,7 @@ def _along_ribs(x, y, p, indices, begin, end, phi, start, width, gauss, weights)
     return total
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _add(
     x, centroids, radius, acting, areas, second,
     p, indices, begin, sizes, first, density, shift,

@@ -104,7 +104,7 @@ class PunchSolution:
 
     def punch_displacement(self, x) -> ndarray:
         """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, m)."""
-        x = np.asarray(x, dtype=float)
+        x = as_points(x)
         return self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
 
     def pressure_at(self, x) -> ndarray:
@@ -201,8 +201,10 @@ class PunchSolution:
     def table(self) -> list[tuple[str, str]]:
         """Names and values of the rows of ``repr``."""
         p, scale = self.pressure, max(abs(self.settlement), np.finfo(float).tiny)
-        load = np.abs(self.resultant).max()
-        residual = np.abs(self.resultant_residual).max() / load if load > 0 else 0.0
+        areas = self.punch.partition.areas
+        size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])
+        load = np.abs(p) @ areas
+        residual = np.abs(self.resultant_residual / size).max() / load if load > 0 else 0.0
         e = self.centre_of_pressure
         return [
             ("Grid", self.punch.grid_description),

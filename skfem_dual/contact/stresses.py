@@ -18,12 +18,12 @@ boundary, Phil. Trans. R. Soc. A 228 (1929); K. L. Johnson, Contact Mechanics (1
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from ..grids.partition import Partition
+from .compiled import compiled
 from .influence import _in_blocks, as_points
 from .solution import PunchSolution
 from .substrates import HalfSpace, Substrate
@@ -198,7 +198,7 @@ def _loaded_ribs(partition: Partition, pressure) -> tuple[ndarray, ...]:
     return a[:, loaded], along, length[loaded], (left - right)[loaded]
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _rib(dx, dy, z, tx, ty, length):
     """What all sums consist of, for a point at (dx, dy, z) from the beginning of a rib.
 
@@ -229,7 +229,7 @@ def _rib(dx, dy, z, tx, ty, length):
     return h, t1, t2, r1, r2, w, angle, turn if t2 > -t1 else -turn
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _stresses(x, begin, along, length, jump, nu, out):
     """2 pi times the stresses."""
     for i in range(x.shape[1]):
@@ -255,7 +255,7 @@ def _stresses(x, begin, along, length, jump, nu, out):
         out[3, i], out[4, i], out[5, i] = txy, tyz, tzx
 
 
-@numba.njit(nogil=True, cache=True)
+@compiled
 def _displacements(x, begin, along, length, jump, nu, out):
     """4 pi G times the displacements."""
     for i in range(x.shape[1]):

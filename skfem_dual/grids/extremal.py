@@ -31,7 +31,7 @@ def minimal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
         raise MeshError(
             "expected an inner node in every triangle, without which there is no minimal dual "
             f"grid; triangles {some(bare)} have none. Remedy: refine the mesh or flip facets "
-            "there; maximal_couple exists for every triangulation"
+            "there; maximal_couple may exist"
         )
     ribs = np.nonzero((number[mesh.facets] >= 0).any(axis=0))[0]
     held = np.repeat(number >= 0, dual.polygons.sizes)

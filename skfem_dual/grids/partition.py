@@ -10,6 +10,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 from ..errors import MeshError
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
+from .planar import covered_twice, cross
 from .polygons import Polygons, readonly
 from .report import Condition, require
 
@@ -112,7 +113,8 @@ class Partition:
         MeshError
             If its cells are not those of its whole mesh, or the mesh has faults.
         """
-        if isinstance(own := getattr(basis, "partition", None), Partition):
+        own = getattr(basis, "partition", None)
+        if isinstance(basis, CellBasis) and isinstance(own, Partition):
             partition = own
         elif isinstance(basis, CellBasis) and isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
             dofs = basis.dofs.element_dofs
@@ -157,4 +159,19 @@ def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
         np.nonzero(np.bincount(mesh.t2f.ravel()) > 2)[0],
         "remove the cells lying on top of others; give each cell of a polar grid "
         "its own node in the middle",
+    )
+    centroids = mesh.p[:, mesh.t].mean(axis=1)
+    outer = np.nonzero(mesh.f2t[1] == -1)[0]
+    start, end = mesh.facets[:, outer]
+    along = mesh.p[:, end] - mesh.p[:, start]
+    real = np.hypot(*along) > 1e-12 * np.sqrt(size.max())
+    outer, start, end, along = outer[real], start[real], end[real], along[:, real]
+    inside = centroids[:, mesh.f2t[0, outer]]
+    on_left = cross(along, inside - mesh.p[:, start]) > 0
+    facets = np.where(on_left, [start, end], [end, start])
+    yield Condition(
+        "no place to be covered twice",
+        "facet",
+        outer[covered_twice(mesh.p, facets, inside)],
+        "parts of the mesh with these boundary facets overlap: remove or move one",
     )

@@ -103,7 +103,10 @@ def _wanted(
         low, high = (size, high) if excess > 0 else (low, size)
         inner, wanted = points.shape[1] - loops[-1], n - loops[-1]
         guess = size * float(np.clip(np.sqrt(max(inner, 1) / max(wanted, 1)), 0.5, 2.0))
-        size = guess if low < guess < high else float(np.sqrt(low * high))
+        if not low < guess < high:
+            guess = float(np.sqrt(low * high)) if 0 < low < high < np.inf else size
+            guess *= 1.0 if guess != size else 1.3 if excess > 0 else 1 / 1.3
+        size = guess
         points, loops = _points(curves, size, ratio, nboundary, start)
     return found
 
@@ -206,7 +209,7 @@ def _inside(points: ndarray, loops: ndarray) -> MeshTri:
 
     Raises MeshError if a boundary facet or a node is lost.
     """
-    t = Delaunay(points.T).simplices.T
+    t = Delaunay((points - points.mean(axis=1, keepdims=True)).T).simplices.T
     mesh = MeshTri(points, np.ascontiguousarray(t, dtype=np.int32))
     ends = _boundary(loops)
     facets = facet_numbers(mesh, *ends)

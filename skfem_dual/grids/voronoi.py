@@ -128,7 +128,8 @@ def _delaunay(p: ndarray) -> MeshTri:
     if p.ndim != 2 or p.shape[0] != 2 or p.shape[1] < 3 or not np.isfinite(p).all():
         raise MeshError(f"expected at least three finite points of shape (2, n), got {p.shape}")
     try:
-        t = Delaunay(p.T).simplices.T
+        # far from the origin qhull would lose the digits that tell points apart
+        t = Delaunay((p - p.mean(axis=1, keepdims=True)).T).simplices.T
     except QhullError as error:
         raise MeshError("expected points that do not lie on one line") from error
     sides = np.sum((p[:, t] - p[:, np.roll(t, 1, axis=0)]) ** 2, axis=0)

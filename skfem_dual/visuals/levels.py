@@ -45,7 +45,7 @@ def roundest(low: float, high: float) -> float:
             if first <= last:
                 multiple = np.clip(np.round((low + high) / 2 / unit), first, last)
                 # the shortest decimal, not 0.7000000000000001
-                return float(f"{multiple * unit:.12g}")
+                return float(f"{multiple * unit:.12g}") + 0.0  # no -0
         exponent -= 1
 
 

@@ -210,12 +210,17 @@ def isobars(
     texts = short_numbers(chosen, exponent)
     ax = _prepare(ax, field.p)
     triangles = _triangulation(field)
+    # matplotlib fills between at least two levels: the ends of the range are levels too
+    filled = np.concatenate([[field.values.min()], chosen, [field.values.max()]])
+    inside = (chosen > filled[0]) & (chosen < filled[-1])
+    colors = band_colors(cmap, len(chosen) + 1)
+    single = len(chosen) == 1
     bands = ax.tricontourf(
         triangles,
         field.values,
-        levels=chosen,
-        colors=band_colors(cmap, len(chosen) + 1),
-        extend="both",
+        levels=filled if single and inside.all() else chosen,
+        colors=colors,
+        extend="neither" if single else "both",
     )
     lines = ax.tricontour(
         triangles,
@@ -288,7 +293,9 @@ def plot_edge(
     if len(contours) > 1:
         ax.legend(frameon=False, fontsize=9)
     ax.set_xlim(0, coefficient.arc.max())
-    ax.set_ylim(min(0, 1.1 * coefficient.values.min()), 1.1 * coefficient.values.max())
+    low, high = min(0, 1.1 * coefficient.values.min()), max(0, 1.1 * coefficient.values.max())
+    if low < high:
+        ax.set_ylim(low, high)
     ax.set_xlabel("length along the contour")
     ax.set_ylabel(title or r"$\lim\, p\,\sqrt{d}$")
     ax.spines[["top", "right"]].set_visible(False)
@@ -311,7 +318,7 @@ def _prepare(ax: Axes | None, p: ndarray) -> Axes:
 
     if ax is None:
         width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
-        size = (max(5.5 * width, 1.5) + 1.6, max(5.5 * height, 1.5) + 0.7)
+        size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)
         ax = plt.figure(figsize=size, layout="compressed").add_subplot()
     ax.set_aspect("equal")
     ax.spines[:].set_visible(False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,6 +74,8 @@ def draw(
         If its coordinates are not finite or vertices do not exist.
     """
     drawn = list(layers(grid, nodes, report))
+    origin = drawn[0].p.mean(axis=1, keepdims=True)
+    drawn = [replace(layer, p=layer.p - origin) for layer in drawn]
     plotter = _plotter(off_screen)
     for height, layer in enumerate(drawn):
         if layer.facets is None:
@@ -80,9 +83,11 @@ def draw(
         else:
             _lines(plotter, layer.p[:, layer.facets.T], layer.color, layer.width, height)
     if not legend:
-        return _view(plotter, drawn[0].p)
+        return _view(plotter, drawn[0].p, origin)
     _legend(plotter, drawn)
-    return _view(plotter, drawn[0].p, right=90 + 8 * max(len(layer.label) for layer in drawn))
+    return _view(
+        plotter, drawn[0].p, origin, right=90 + 8 * max(len(layer.label) for layer in drawn)
+    )
 
 
 def plot(
@@ -132,7 +137,7 @@ def plot(
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
         ``clim`` is not increasing.
     """
-    field = Field.from_basis(basis, values)
+    field, origin = _local(Field.from_basis(basis, values))
     low, high, below, beyond = color_range(field, clim)
     exponent = common_exponent([low, high])
     plotter = _plotter(off_screen)
@@ -149,7 +154,7 @@ def plot(
         width = 1.2 * fineness(len(np.unique(field.cells)))
         _lines(plotter, field.p[:, field.ribs.T], OUTLINE, width, 1)
     _lines(plotter, field.p[:, field.outline.T], OUTLINE, 2, 2)
-    return _bar(plotter, colored, title_with_factor(title, exponent), field.p)
+    return _bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
 
 
 def isobars(
@@ -197,7 +202,7 @@ def isobars(
         If ``basis`` is of another kind, the values are constant, not finite or not one per DOF,
         or the levels do not increase or none is between the values.
     """
-    field = Field.from_basis(basis, values, CONTINUOUS)
+    field, origin = _local(Field.from_basis(basis, values, CONTINUOUS))
     chosen = choose_levels(field, levels)
     n, exponent = len(chosen), common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
@@ -223,7 +228,7 @@ def isobars(
             background_color="white",
             background_opacity=0.6,
         )
-    return _bar(plotter, colored, title_with_factor(title, exponent), field.p)
+    return _bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
 
 
 def _plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
@@ -235,6 +240,12 @@ def _plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types fr
     plotter: Any = pyvista.Plotter(off_screen=off_screen, line_smoothing=True)
     plotter.set_background("white")
     return plotter
+
+
+def _local(field: Field) -> tuple[Field, ndarray]:
+    """The field about the middle of its points: VTK calculates in single precision."""
+    origin = field.p.mean(axis=1, keepdims=True)
+    return replace(field, p=field.p - origin), origin
 
 
 def _raised(p: ndarray, layer: int = 0) -> ndarray:
@@ -324,7 +335,7 @@ def _legend(plotter: Any, drawn: list[Layer]) -> None:
         )
 
 
-def _view(plotter: Any, p: ndarray, right: int = 40) -> Any:
+def _view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     """Look at the plan ``p`` from above, with axes and a margin of ``right`` pixels."""
     low, high = p.min(axis=1), p.max(axis=1)
     unit = (high - low).max() / PLAN
@@ -338,9 +349,10 @@ def _view(plotter: Any, p: ndarray, right: int = 40) -> Any:
     plotter.camera.parallel_scale = height * unit / 2
     for axis, horizontal, vertical in ((0, "center", "top"), (1, "right", "center")):
         most = 2 + int((high - low)[axis] / unit / 160)
-        ticks = round_ticks(low[axis], high[axis], most)
+        shift = origin[axis, 0]
+        ticks = round_ticks(low[axis] + shift, high[axis] + shift, most)
         ends = np.tile(low[:, None, None], (1, len(ticks), 2))
-        ends[axis] = ticks[:, None]
+        ends[axis] = ticks[:, None] - shift
         ends[1 - axis] -= unit * np.array([8, 18])  # from the plan outwards
         _lines(plotter, ends, OUTLINE, 1.5, 0)
         ends[1 - axis] -= unit * 6
@@ -356,10 +368,10 @@ def _view(plotter: Any, p: ndarray, right: int = 40) -> Any:
     return plotter
 
 
-def _bar(plotter: Any, colored, title: str, p: ndarray) -> Any:
+def _bar(plotter: Any, colored, title: str, p: ndarray, origin: ndarray) -> Any:
     """The view of the plan ``p`` with a scalar bar of the actor ``colored`` on its right."""
     right = max(190, 40 + 10 * len(title))
-    _view(plotter, p, right)
+    _view(plotter, p, origin, right)
     width, height = plotter.window_size
     plotter.add_scalar_bar(
         title,
