@@ -88,8 +88,7 @@ def solve(options: argparse.Namespace) -> int:
         write_whole(options.json, lambda part: Path(part).write_text(text))
     if options.vtu:
         write_solution(options.vtu, solution)
-    if options.png or options.svg:
-        _draw(options, "isobars", *_relative_pressure(solution), title="p / mean p")
+    _draw_isobars(options, solution)
     return 0
 
 
@@ -121,13 +120,18 @@ def check(options: argparse.Namespace) -> int:
     return 0 if report.ok else 1
 
 
-def _relative_pressure(solution: PunchSolution):
+def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
+    """Pressures over their mean, or over the largest where moments alone leave no mean."""
+    if not (options.png or options.svg):
+        return
     basis, pressure = solution.nodal_pressure()
-    # without a resultant there is no mean to refer to
-    mean = solution.mean_pressure or abs(pressure).max()
-    if mean == 0:
+    largest = abs(pressure).max()
+    if largest == 0:
         raise ValueError("expected a load to draw isobars of, got no pressure at all")
-    return basis, pressure / mean
+    scale, title = solution.mean_pressure, "p / mean p"
+    if abs(scale) < 1e-3 * largest:
+        scale, title = largest, "p / max |p|"
+    _draw(options, "isobars", basis, pressure / scale, title=title)
 
 
 def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:

@@ -117,6 +117,27 @@ def test_pictures(capsys, tmp_path):
     assert sorted(tmp_path.iterdir()) == sorted(files)
 
 
+def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
+    """Without a force the mean is next to nothing, and no measure."""
+    from skfem_dual.visuals import matplotlib
+
+    drawn = {}
+
+    def isobars(basis, values, title):
+        drawn.update(values=values, title=title)
+        return original(basis, values, title=title)
+
+    original = matplotlib.isobars
+    monkeypatch.setattr(matplotlib, "isobars", isobars)
+    load = [*GROUND, "--settlement", "0", "--tilt", "0.1", "0"]
+    assert run(capsys, "solve", DISC, *load, "--svg", tmp_path / "x.svg")[0] == 0
+    assert drawn["title"] == "p / max |p|"
+    assert np.abs(drawn["values"]).max() == pytest.approx(1.0)
+    code, _, err = run(capsys, "solve", DISC, *GROUND, "--force", "0", "--svg", tmp_path / "y.svg")
+    assert code == 2
+    assert "expected a load to draw isobars of" in err[0]
+
+
 def test_dual(capsys, tmp_path):
     path = tmp_path / "dual.vtu"
     code, out, err = run(capsys, "dual", DATA / "eccentric_annulus.msh", "--vtu", path)

@@ -93,6 +93,19 @@ def test_splitting_a_layer_changes_nothing():
     assert error(power, R, LINEAR.influence(R)).max() < 1e-9
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_length_of_a_profile_is_found(unit):
+    """In any unit of length, as good as a given one."""
+    found = GradedHalfSpace.init_profile(lambda z: 2 * (1 + z / unit), 0.25)
+    assert found.length == pytest.approx(unit, rel=0.05)
+    given = GradedHalfSpace.init_linear(2.0, 0.25, 1 / unit)
+    assert error(found, R * unit, given.influence(R * unit)).max() < 1e-9
+    slight = GradedHalfSpace.init_profile(lambda z: 1 + 0.2 * (1 - np.exp(-z / unit)), 0.25)
+    assert 0.5 * unit < slight.length < 4 * unit
+    soft = GradedHalfSpace.init_profile(np.ones_like, lambda z: 0.2 + 0.1 * z / (z + unit))
+    assert 0.5 * unit < soft.length < 4 * unit
+
+
 def test_stiffer_ground_settles_less():
     grounds = [
         STIFF_TOP,

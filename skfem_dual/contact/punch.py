@@ -109,17 +109,18 @@ class RigidPunch:
     @cached_property
     def weights(self) -> EdgeWeights | None:
         """How the pressure varies inside the cells; None if it does not."""
-        ribs = edge_ribs(self.partition)
+        partition = self.partition  # also where it is not needed: a bad basis is refused now
         if self.edge == "constant":
             return None
+        ribs = edge_ribs(partition)
         if self.edge_boundaries is not None:
-            ribs = ribs[np.isin(self.partition.boundary[ribs], self._named_facets())]
+            ribs = ribs[np.isin(partition.boundary[ribs], self._named_facets())]
             if len(ribs) == 0:
                 raise ValueError(
                     f"expected boundaries with facets on the edge of the plan, got "
                     f'{self.edge_boundaries!r}. Remedy: edge="constant" if there is no such edge'
                 )
-        return EdgeWeights(self.partition, self.fan, ribs) if len(ribs) else None
+        return EdgeWeights(partition, self.fan, ribs)
 
     def _named_facets(self) -> ndarray:
         names = self.edge_boundaries

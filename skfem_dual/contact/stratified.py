@@ -193,10 +193,13 @@ class GradedHalfSpace(Stratified):
 
     @classmethod
     def init_profile(
-        cls, young: Callable, poisson: float | Callable, length: float
+        cls, young: Callable, poisson: float | Callable, length: float | None = None
     ) -> "GradedHalfSpace":
-        """Any smooth moduli, functions of the depth z as an array."""
-        return cls(young, poisson, float(length))
+        """Any smooth moduli, functions of the depth z as an array.
+
+        ``length`` is the depth over which they vary by a sizeable part; found by default.
+        """
+        return cls(young, poisson, _length(young, poisson) if length is None else float(length))
 
     def __repr__(self) -> str:
         return f"GradedHalfSpace({self.description})"
@@ -361,6 +364,17 @@ class LayeredHalfSpace(Stratified):
         return through_graded(
             np.where(bottom < layer.thickness, inside, below), k, 0.0, bottom, moduli
         )
+
+
+def _length(young: Callable, poisson: float | Callable) -> float:
+    """Twice the depth at which the moduli have changed by half of all they do, or a half."""
+    depth = np.concatenate([[0.0], np.logspace(-9, 9, 2001)])
+    with np.errstate(all="ignore"):  # moduli out of range are refused later
+        change = np.abs(np.log(np.asarray(young(depth), dtype=float)) - np.log(young(depth[:1])))
+    if callable(poisson):
+        change = change + 2 * np.abs(poisson(depth) - poisson(depth[:1]))
+    most = np.nanmax(change)
+    return 2 * float(depth[np.argmax(change >= min(0.4, most / 2))]) if most > 1e-12 else 1.0
 
 
 # functions of a module, for grounds to be pickled with them
