@@ -74,6 +74,7 @@ def solve(options: argparse.Namespace) -> int:
         options.moments,
         settlement=options.settlement,
         tilt=options.tilt,
+        unilateral=not options.bilateral,
     )
     times |= solution.timings
     rows = [("Mesh", f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles")]
@@ -172,6 +173,8 @@ def _as_dict(options: argparse.Namespace, solution: PunchSolution, times: dict) 
             "max": float(solution.pressure.max()),
         },
         "condition_number": solution.condition_number,
+        "iterations": solution.iterations,
+        "complementarity_residual": solution.complementarity_residual,
         "resultant_residual": solution.resultant_residual.tolist(),
         "displacement_residual": solution.displacement_residual,
         "success": solution.success,
@@ -225,6 +228,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar=("X", "Y"),
         default=(0.0, 0.0),
         help="centre of the punch, (0, 0) by default; settlement and moments refer to it",
+    )
+    command.add_argument(
+        "--bilateral",
+        action="store_true",
+        help="keep all cells in contact: the ground may pull where the punch would lift off",
     )
     command.add_argument("--grid", choices=("dual", "triangles"), default="dual")
     command.add_argument(

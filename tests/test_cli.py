@@ -68,7 +68,11 @@ def test_other_loads(capsys, tmp_path):
     """Moments with the paper's signs; a position instead of a load; another origin."""
     path = tmp_path / "out.json"
     to_file = ["--json", path]
-    run(capsys, "solve", DISC, *GROUND, "--force", "-1e6", "--moments", "-3e4", "2e4", *to_file)
+    pulled = ["--force", "-1e6", "--moments", "-3e4", "2e4"]
+    code, _, err = run(capsys, "solve", DISC, *GROUND, *pulled, *to_file)
+    assert code == 2
+    assert "does not pull" in err[0]
+    run(capsys, "solve", DISC, *GROUND, *pulled, "--bilateral", *to_file)
     found = json.loads(path.read_text())
     assert found["force"] == pytest.approx(-1e6)
     assert found["first_moments"] == pytest.approx([3e4, 2e4])
@@ -77,6 +81,19 @@ def test_other_loads(capsys, tmp_path):
     assert (found["settlement"], found["tilt"]) == (pytest.approx(0.5), pytest.approx([0.1, -0.1]))
     run(capsys, "solve", DISC, *GROUND, "--force", "1", "--origin", "0.2", "0", *to_file)
     assert json.loads(path.read_text())["tilt"][0] > 0
+
+
+def test_lift_off(capsys, tmp_path):
+    path = tmp_path / "out.json"
+    load = ["--force", "1", "--at", "0.5", "0"]
+    code, out, err = run(capsys, "solve", DISC, *GROUND, *load, "--json", path)
+    assert (code, err) == (0, [])
+    assert any("contact on" in line for line in out)
+    found = json.loads(path.read_text())
+    assert found["contact_area"] == pytest.approx(0.735 * np.pi, rel=1e-2)
+    assert found["pressure"]["min"] == 0
+    assert found["iterations"] > 0
+    assert found["complementarity_residual"] < 1e-12
 
 
 def test_named_edges(capsys):
@@ -129,7 +146,7 @@ def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
 
     original = matplotlib.isobars
     monkeypatch.setattr(matplotlib, "isobars", isobars)
-    load = [*GROUND, "--settlement", "0", "--tilt", "0.1", "0"]
+    load = [*GROUND, "--settlement", "0", "--tilt", "0.1", "0", "--bilateral"]
     assert run(capsys, "solve", DISC, *load, "--svg", tmp_path / "x.svg")[0] == 0
     assert drawn["title"] == "p / max |p|"
     assert np.abs(drawn["values"]).max() == pytest.approx(1.0)

@@ -51,3 +51,23 @@ def test_uniform_circle():
     w = exact.uniform_circle_displacement([0.0, 2.0, 2e3], 3.0, 2.0, 1.0, 0.0)
     assert w[:2] == pytest.approx([12.0, 24 / np.pi])
     assert w[2] == pytest.approx(3 * 4 * np.pi / (np.pi * 2e3), rel=1e-5)
+
+
+def test_sphere_and_cone_carry_their_load():
+    """Pressures integrate to the force; radius and approach are those of Johnson."""
+    force, young, poisson = 2.0, 3.0, 0.3
+    modulus = young / (1 - poisson**2)
+    for name, shape in (("hertz", 1.7), ("cone", 0.4)):
+        radius = getattr(exact, f"{name}_radius")(force, shape, young, poisson)
+        pressure = getattr(exact, f"{name}_pressure")
+        r = np.linspace(0, 1.2 * radius, 200001)[1:]
+        p = pressure(np.stack([r, 0 * r]), force, shape, young, poisson)
+        assert np.trapezoid(2 * np.pi * r * p, r) == pytest.approx(force, rel=1e-5)
+        assert (p[r > radius] == 0).all()
+        approach = getattr(exact, f"{name}_approach")(force, shape, young, poisson)
+        if name == "hertz":
+            assert radius**3 == pytest.approx(3 * force * shape / (4 * modulus))
+            assert approach == pytest.approx(radius**2 / shape)
+        else:
+            assert force == pytest.approx(np.pi * radius**2 * modulus * np.tan(shape) / 2)
+            assert approach == pytest.approx(np.pi * radius * np.tan(shape) / 2)

@@ -119,7 +119,9 @@ def test_resultants_equal_the_load(load, size):
     """(4) with its signs: first moments P ex - M1 and P ey + M2, to 1e-10."""
     force, ex, ey, m1, m2 = load
     mesh = disc(2)
-    solution = punch(MeshTri(size * mesh.p + 3.0 * size, mesh.t)).solve(force, (ex, ey), (m1, m2))
+    solution = punch(MeshTri(size * mesh.p + 3.0 * size, mesh.t)).solve(
+        force, (ex, ey), (m1, m2), unilateral=False
+    )
     expected = np.array([force, force * ex - m1, force * ey + m2])
     partition = solution.punch.partition
     weights = solution.pressure * partition.areas
@@ -234,7 +236,7 @@ def test_condition_number():
 def test_bilateral_contact_pulls_and_says_so():
     """Beyond a / 3 the ground would have to pull."""
     problem = punch(disc(3))
-    pulled = problem.solve(1.0, at=(0.6, 0.0))
+    pulled = problem.solve(1.0, at=(0.6, 0.0), unilateral=False)
     assert pulled.pressure.min() < 0
     n = np.sum(pulled.pressure < 0)
     assert f"pull on {n} cells" in pulled.message
@@ -286,7 +288,13 @@ def test_no_load_no_pressure():
         ({"force": 1.0, "at": (0.1, np.inf)}, ValueError, "finite at"),
         ({"force": 1.0, "moments": (1, 2, 3)}, TypeError, "two numbers for moments"),
         ({"settlement": 1.0, "tilt": (np.nan, 0)}, ValueError, "finite tilt"),
-        ({"force": 1.0, "unilateral": True}, ValueError, "expected unilateral=False"),
+        ({"force": -1.0}, ValueError, "expected a force into the ground"),
+        ({"force": 0.0, "moments": (1, 0)}, ValueError, "expected a positive force"),
+        ({"force": 0.0, "tilt": (1, 0)}, ValueError, "expected a positive force"),
+        ({"force": 1.0, "at": (0.0, 1.1)}, ValueError, "outside the convex hull of the plan"),
+        ({"force": 1.0, "moments": (-2, 0)}, ValueError, "outside the convex hull of the plan"),
+        ({"force": 1.0, "at": (0.95, 0.0)}, ValueError, "than its outermost cells"),
+        ({"force": 1.0, "method": "magic", "at": (0.5, 0.0)}, ValueError, "expected method"),
     ],
 )
 def test_bad_loads(load, error, message):
@@ -352,4 +360,4 @@ def test_slips():
     with pytest.raises(ValueError, match=r"shape \(2, m\)"):
         solution.punch_displacement([0.5, 0.2])
     with pytest.raises(ConvergenceError):
-        RigidPunch(UNIT, dual.basis()).solve(1.0, (1e308, 1e308))
+        RigidPunch(UNIT, dual.basis()).solve(10.0, (1e308, 1e308), unilateral=False)

@@ -204,7 +204,7 @@ def test_named_edges():
             RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=nothing)
     with pytest.raises(ValueError, match=r"got \[''\]"):
         RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries="")
-    with pytest.raises(TypeError, match="names for edge_boundaries, got 5"):
+    with pytest.raises(TypeError, match="names or facets for edge_boundaries, got 5"):
         RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=5)
     with pytest.raises(ValueError, match=r"\['bottom', 'left', 'right', 'top'\], got \['rim'\]"):
         RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=["left", "rim"])

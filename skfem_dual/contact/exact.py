@@ -1,8 +1,8 @@
 """Exact solutions for the homogeneous half-space, pure functions; imports nothing of ours.
 
 Compression and settlement are positive, ``young`` and ``poisson`` are those of the half-space.
-Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5 and 4.2; Gladwell, Contact
-Problems in the Classical Theory of Elasticity (1980).
+Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5, 4.2 (Hertz) and 5.2 (cone);
+Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 """
 
 import numpy as np
@@ -63,6 +63,42 @@ def ellipse_pressure(x, force: float, semiaxes: tuple[float, float]) -> ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         p = force / (2 * np.pi * semiaxes[0] * semiaxes[1] * np.sqrt(d2))
     return np.where(d2 < 0, 0.0, p)
+
+
+def hertz_radius(force: float, radius: float, young: float, poisson: float) -> float:
+    """Contact radius of a sphere, a^3 = 3 P R / (4 E*)."""
+    return float(np.cbrt(3 * force * radius / (4 * contact_modulus(young, poisson))))
+
+
+def hertz_approach(force: float, radius: float, young: float, poisson: float) -> float:
+    """Settlement of a sphere, a^2 / R."""
+    return hertz_radius(force, radius, young, poisson) ** 2 / radius
+
+
+def hertz_pressure(x, force: float, radius: float, young: float, poisson: float) -> ndarray:
+    """Pressure under a sphere whose lowest point is the origin, at points of shape (2, ...)."""
+    a = hertz_radius(force, radius, young, poisson)
+    r2 = np.sum(np.asarray(x, dtype=float) ** 2, axis=0)
+    return 3 * force / (2 * np.pi * a**2) * np.sqrt((1 - r2 / a**2).clip(0))
+
+
+def cone_radius(force: float, angle: float, young: float, poisson: float) -> float:
+    """Contact radius of a cone whose flanks rise at ``angle``, P = pi a^2 E* tan(angle) / 2."""
+    return float(np.sqrt(2 * force / (np.pi * contact_modulus(young, poisson) * np.tan(angle))))
+
+
+def cone_approach(force: float, angle: float, young: float, poisson: float) -> float:
+    """Settlement of a cone, pi a tan(angle) / 2."""
+    return float(np.pi / 2 * np.tan(angle) * cone_radius(force, angle, young, poisson))
+
+
+def cone_pressure(x, force: float, angle: float, young: float, poisson: float) -> ndarray:
+    """Pressure under a cone whose tip is the origin, where it is infinite; x as (2, ...)."""
+    a = cone_radius(force, angle, young, poisson)
+    r = np.sqrt(np.sum(np.asarray(x, dtype=float) ** 2, axis=0))
+    with np.errstate(divide="ignore"):
+        ratio = np.arccosh((a / r).clip(1))
+    return contact_modulus(young, poisson) * np.tan(angle) / 2 * ratio
 
 
 def uniform_circle_displacement(

@@ -1,19 +1,17 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter
 from typing import Literal
 
 import numpy as np
-import scipy.linalg
 from numpy import ndarray
-from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import CellBasis
 
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.edge import EdgeWeights, edge_ribs
 from ..grids.fan import Fan
@@ -21,15 +19,18 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from .edge_correction import EdgeCorrection
 from .influence import influence_matrix
-from .solution import PunchSolution
+from .kern import kern
+from .load import Load, Pair, checked_pair, require_compression
+from .shapes import Gap, gap_values
+from .solution import TINY, PunchSolution
 from .substrates import Substrate
-
-Pair = tuple[float, float]
+from .system import ContactSystem, Method, timed
+from .unilateral import Contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RigidPunch:
-    """A rigid, smooth, flat punch on an elastic substrate.
+    """A rigid, smooth punch on an elastic substrate, flat or shaped.
 
     The unknowns are the mean pressures of the cells of a partition, and the displacement of the
     ground equals that of the punch in one point of every cell. Matrix and factors are computed
@@ -42,14 +43,16 @@ class RigidPunch:
     basis : CellwiseBasis or CellBasis
         Piecewise constants on the plan of the punch: ``dual.basis()``, ``dual.primal_basis()``,
         ``CellBasis(mesh, ElementTriP0())`` or ``CellBasis(mesh, ElementQuad0())``.
-    edge : {"singular", "constant"}
-        How the pressure varies inside a cell. ``"singular"``: like the inverse square root of the
-        distance to the edge of the plan, as under the edge of a flat punch. ``"constant"``: not
-        at all, the paper's scheme, whose settlements are tens of times less accurate.
-    edge_boundaries : str or sequence of str, optional
-        Names of the boundaries of the mesh that are such an edge; all of them by default. Where
-        a punch is rounded off, for example, the pressure does not grow. The mesh is always the
-        whole plan: there are no images beyond a line of symmetry.
+    edge : {"singular", "constant"}, optional
+        How the pressure varies inside a cell. ``"singular"``, the default of flat punches: like
+        the inverse square root of the distance to the edge of the plan, as under the edge of a
+        flat punch. ``"constant"``, the default of shaped ones, whose contact ends inside: not at
+        all, the paper's scheme, whose settlements of flat punches are tens of times less
+        accurate.
+    edge_boundaries : str, sequence of str or array of int, optional
+        The boundaries of the mesh that are such an edge, by their names or as facets; all of
+        them by default. Where a punch is rounded off, for example, the pressure does not grow.
+        The mesh is always the whole plan: there are no images beyond a line of symmetry.
     collocation : {"centroid", "node"}
         The point of each cell: its centroid, or, with constant pressures only, the node of the
         other grid that belongs to it (the node of the triangulation for dual cells). With
@@ -57,6 +60,11 @@ class RigidPunch:
         cells too small.
     origin : pair of float
         The centre of the punch, to which settlement, force and moments refer.
+    gap : callable, array or (CellBasis, vector), optional
+        Shape of a punch that is not flat: its distance from the ground before they press on each
+        other, positive where there is a slot. A function of coordinates of shape (2, n) from
+        the coordinates' origin, such as those of `shapes`; one value for each collocation point;
+        or a field of scikit-fem.
 
     Examples
     --------
@@ -71,10 +79,11 @@ class RigidPunch:
 
     substrate: Substrate
     basis: CellBasis
-    edge: Literal["singular", "constant"] = "singular"
-    edge_boundaries: str | Sequence[str] | None = None
+    edge: Literal["singular", "constant"] | None = None
+    edge_boundaries: str | Sequence[str] | ndarray | None = None
     collocation: Literal["centroid", "node"] = "centroid"
     origin: Pair = (0.0, 0.0)
+    gap: Gap | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self):
@@ -84,6 +93,9 @@ class RigidPunch:
             raise ValueError(
                 f'expected collocation "centroid" or "node", got {self.collocation!r}'
             )
+        if self.edge is None:
+            flat = self.gap is None
+            object.__setattr__(self, "edge", "singular" if flat else "constant")
         if self.edge not in ("singular", "constant"):
             raise ValueError(f'expected edge "singular" or "constant", got {self.edge!r}')
         if self.edge == "singular" and self.collocation == "node":
@@ -93,8 +105,9 @@ class RigidPunch:
             )
         if self.edge == "constant" and self.edge_boundaries is not None:
             raise ValueError('expected edge "singular" where edge_boundaries are named')
-        object.__setattr__(self, "origin", _pair("origin", self.origin))
+        object.__setattr__(self, "origin", checked_pair("origin", self.origin))
         self.weights  # noqa: B018 - a basis that cannot be used is refused now
+        self.initial_gap  # noqa: B018 - and so is a shape
 
     @cached_property
     def partition(self) -> Partition:
@@ -124,8 +137,10 @@ class RigidPunch:
 
     def _named_facets(self) -> ndarray:
         names = self.edge_boundaries
+        if isinstance(names, np.ndarray) and np.issubdtype(names.dtype, np.integer):
+            return names
         if not isinstance(names, (str, Sequence)):
-            raise TypeError(f"expected names for edge_boundaries, got {names!r}")
+            raise TypeError(f"expected names or facets for edge_boundaries, got {names!r}")
         names = [names] if isinstance(names, str) else list(names)
         known = nodal_mesh(self.basis).boundaries or {}
         if missing := [name for name in names if name not in list(known)]:
@@ -140,15 +155,24 @@ class RigidPunch:
         at_nodes = self.collocation == "node"
         return self.partition.nodes if at_nodes else self.partition.centroids
 
+    @property
+    def acting(self) -> ndarray:
+        """Point through which the pressure of each cell acts, shape (2, n)."""
+        return self.partition.centroids if self.weights is None else self.weights.centroids
+
     @cached_property
     def matrix(self) -> ndarray:
         """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
-        with self._timed("assembly"):
+        with timed(self.timings, "assembly"):
             x = self.collocation_points
-            matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
-            if correction := self.edge_correction(x):
-                correction.add_to(matrix)
-            return matrix
+            return self.influence(x)
+
+    def influence(self, x: ndarray) -> ndarray:
+        """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
+        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
+        if correction := self.edge_correction(x):
+            correction.add_to(matrix)
+        return matrix
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
@@ -157,31 +181,37 @@ class RigidPunch:
         return EdgeCorrection.from_weights(self.weights, self.substrate.singular_coefficient, x)
 
     @cached_property
-    def _factors(self) -> tuple[ndarray, ndarray]:
-        matrix = self.matrix
-        with self._timed("factorisation"):
-            return scipy.linalg.lu_factor(matrix)
+    def initial_gap(self) -> ndarray:
+        """Gap between punch and ground in the collocation points before contact."""
+        x = self.collocation_points
+        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
     @cached_property
-    def _centre(self) -> ndarray:
+    def system(self) -> ContactSystem:
+        """The equations for pressures and the position of the plan's centroid."""
+        return ContactSystem(
+            self.matrix,
+            self.planes(self.collocation_points),
+            self.resultants,
+            self.initial_gap,
+            self.partition.areas,
+            self.timings,
+        )
+
+    @cached_property
+    def centre(self) -> ndarray:
         """Centroid of the plan, about which all is computed: no cancellation far from it."""
         areas = self.partition.areas
         return self.partition.centroids @ areas / areas.sum()
 
-    def _planes(self, x: ndarray) -> ndarray:
+    def planes(self, x: ndarray) -> ndarray:
         """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
-        return np.vstack([np.ones(x.shape[1]), x - self._centre[:, None]])
+        return np.vstack([np.ones(x.shape[1]), x - self.centre[:, None]])
 
     @cached_property
-    def _unit_pressures(self) -> ndarray:
-        """Pressures under unit settlement of the plan's centroid and unit tilts, shape (n, 3)."""
-        return scipy.linalg.lu_solve(self._factors, self._planes(self.collocation_points).T)
-
-    @cached_property
-    def _resultants(self) -> ndarray:
+    def resultants(self) -> ndarray:
         """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
-        acting = self.partition.centroids if self.weights is None else self.weights.centroids
-        return self._planes(acting) * self.partition.areas
+        return self.planes(self.acting) * self.partition.areas
 
     def stiffness(self) -> ndarray:
         """Force and moments by unit settlement and unit tilts, shape (3, 3).
@@ -202,31 +232,46 @@ class RigidPunch:
         [2.0, 1.33, 1.33]
         """
         shift = np.eye(3)
-        shift[0, 1:] = self._centre - self.origin
-        return shift.T @ (self._resultants @ self._unit_pressures) @ shift
+        shift[0, 1:] = self.centre - self.origin
+        return shift.T @ self.system.stiffness @ shift
 
-    @cached_property
+    def kern(self) -> ndarray:
+        """Where a force may act without the punch lifting off.
+
+        Returns
+        -------
+        (2, k) array of float
+            Vertices of a convex polygon, counter-clockwise, from ``origin``.
+
+        Raises
+        ------
+        ValueError
+            If the punch is not flat: it lifts off depending on the force.
+        ConvergenceError
+            If pure settlement does not press on every cell; improve the mesh.
+
+        Examples
+        --------
+        A third of the radius of a circle:
+
+        >>> from skfem import MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace
+        >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
+        >>> corners = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).kern()
+        >>> print(f"{np.hypot(*corners).mean():.2f}")
+        0.33
+        """
+        if self.gap is not None:
+            raise ValueError(
+                "expected a flat punch, got one with a gap, whose contact depends on the force"
+            )
+        found = kern(self.system, self.partition, self.acting, self.centre)
+        return readonly(found - np.array(self.origin)[:, None])
+
+    @property
     def condition_number(self) -> float:
         """Condition number of the matrix in the 2-norm, the paper's degree of conditionality."""
-        matrix, factors = self.matrix, self._factors
-
-        def largest(product) -> float:
-            gram = LinearOperator(matrix.shape, matvec=product, dtype=float)
-            # fixed start: the same digits in every run
-            start = np.random.default_rng(0).standard_normal(len(matrix))
-            return float(eigsh(gram, k=1, tol=1e-8, v0=start, return_eigenvectors=False)[0])
-
-        if len(matrix) < 3:  # too small for Lanczos
-            return float(np.linalg.cond(matrix))
-        scale = np.abs(matrix).max()  # in any units
-        scaled = matrix / scale
-
-        def inverse(v, trans=0):
-            return scale * scipy.linalg.lu_solve(factors, v, trans=trans)
-
-        top = largest(lambda v: scaled.T @ (scaled @ v))
-        bottom = largest(lambda v: inverse(inverse(v, trans=1)))
-        return float(np.sqrt(top * bottom))
+        return self.system.condition_number
 
     def solve(
         self,
@@ -236,108 +281,112 @@ class RigidPunch:
         *,
         settlement: float | None = None,
         tilt: Pair | None = None,
-        unilateral: Literal[False] = False,
-    ) -> "PunchSolution":
+        unilateral: bool = True,
+        method: Method = "auto",
+        start: PunchSolution | None = None,
+        rtol: float = 1e-10,
+    ) -> PunchSolution:
         """Pressures and position of the punch under a load, in a position, or a mixture of both.
 
         Parameters
         ----------
-        force : float
-            Vertical force P, positive into the ground. Not together with ``settlement``.
-        at : pair of float
-            Where the force acts, (epsilon_x, epsilon_y) from ``origin``; default (0, 0).
-        moments : pair of float
-            M1, M2 of (4): the first moments of the pressure are ``P epsilon_x - M1`` and
-            ``P epsilon_y + M2``; default (0, 0). Not together with ``tilt``.
-        settlement : float
-            Settlement W0 of the origin instead of the force, positive into the ground.
-        tilt : pair of float
-            Inclinations Lx, Ly instead of the moments. With ``force`` the punch is guided; with
-            ``settlement`` its position is given wholly. A given settlement alone leaves the
-            punch free to tilt under the reaction, which acts ``at`` the given point.
-        unilateral : False
-            Contact is bilateral: the ground may pull where the load would lift the punch off;
-            the solution's message says where.
+        force, at, moments, settlement, tilt
+            What is imposed; see `Load`.
+        unilateral : bool
+            Whether the contact region is found: the ground does not pull, and the punch lifts
+            off where it would. If not, all cells stay in contact, the paper's (5).
+        method : {"auto", "active-set", "cg"}
+            How the contact region is found: a primal-dual active set; projected conjugate
+            gradients, whose time grows with the square of the number of cells; or, by default,
+            these, polished by a direct solution where that is cheap.
+        start : PunchSolution, optional
+            A solution nearby to begin with, on any grid.
+        rtol : float
+            Accuracy of the gaps in contact under conjugate gradients, over the largest
+            settlement.
 
         Returns
         -------
         PunchSolution
+            With ``success=False`` and a `ConvergenceWarning` if the contact region was not found.
 
         Raises
         ------
         ValueError
-            If the load is incomplete, contradictory or not finite.
+            If the load is incomplete, contradictory or not finite, or if no pressures can
+            balance it: tension, moments without a force, or a resultant beyond the plan.
         ConvergenceError
             If the system of equations is singular.
         """
+        load = Load(force, at, moments, settlement, tilt)
         if unilateral:
-            raise ValueError(
-                "expected unilateral=False, the only choice of this version: contact is "
-                "bilateral, and the solution's message tells where the ground would pull"
-            )
-        if (force is None) == (settlement is None):
-            raise ValueError(
-                "expected either a force or a settlement, got "
-                + ("neither" if force is None else "both")
-            )
-        if tilt is not None and (at is not None or moments is not None):
-            raise ValueError("expected either a tilt or a load point with moments, got both")
-        lever = np.array(_pair("at", (0.0, 0.0) if at is None else at))
-        m1, m2 = _pair("moments", (0.0, 0.0) if moments is None else moments)
+            corners, o = self.partition.polygons.p, np.array(self.origin)[:, None]
+            require_compression(load, self.acting - o, corners - o, self.gap is None)
+        system, centre = self.system, self.centre
+        constraints = load.constraints(self.origin - centre)
+        begin = perf_counter()
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+            if unilateral:
+                pressures = None if start is None else self.pressures_of(start)
+                contact, position = system.unilateral(constraints, method, pressures, rtol)
+            else:
+                contact, position = system.bilateral(constraints)
+            if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
+                raise ConvergenceError("the load is too large for floating-point numbers")
+        return self.solution(load, contact, position, {"solution": perf_counter() - begin})
 
-        unit_pressures = self._unit_pressures
-        start = perf_counter()
-        # three equations for the settlement of the plan's centroid and the tilts: force or
-        # settlement of the origin, moments about the point of the force or tilts
-        stiffness = self._resultants @ unit_pressures
-        equations, given = np.eye(3), np.empty(3)
-        if force is not None:
-            equations[0], given[0] = stiffness[0], _number("force", force)
-        else:
-            equations[0, 1:] = self.origin - self._centre
-            given[0] = _number("settlement", settlement)
-        if tilt is not None:
-            given[1:] = _pair("tilt", tilt)
-        else:
-            arm = self.origin + lever - self._centre
-            with np.errstate(over="ignore"):  # refused below
-                equations[1:] = stiffness[1:] - np.outer(arm, stiffness[0])
-            given[1:] = -m1, m2
-        position = _solve_scaled(equations, given, np.sqrt(self.partition.areas.sum()))
+    def solution(
+        self,
+        load: Load,
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+        others: tuple[tuple["RigidPunch", ndarray], ...] = (),
+    ) -> PunchSolution:
+        """The answer, from contact and position of the plan's centroid.
 
-        pressure = unit_pressures @ position
-        resultant = self._resultants @ pressure
-        shift = self._centre - self.origin
+        ``others`` are the punches beside it, with their pressures.
+        """
+        pressure, shift = contact.pressure, self.centre - self.origin
+        resultant = self.resultants @ pressure
         resultant[1:] += resultant[0] * shift
         imposed = resultant.copy()
-        if force is not None:
-            imposed[0] = force
-        if tilt is None:
-            imposed[1:] = imposed[0] * lever + np.array([-m1, m2])
-        planes = position @ self._planes(self.collocation_points)
-        mismatch = np.abs(self.matrix @ pressure - planes).max()
-        if not (np.isfinite(pressure).all() and np.isfinite(resultant).all()):
-            raise ConvergenceError("the load is too large for floating-point numbers")
-        pulled = int(np.sum(pressure < 0))
+        if load.force is not None:
+            imposed[0] = load.force
+        if load.tilt is None:
+            imposed[1:] = imposed[0] * np.array(load.at or (0.0, 0.0)) + load.first_moments
+        # what the ground settles is what remains of the gap, less the punch's shape and motion
+        settled = contact.gap - self.initial_gap + position @ self.planes(self.collocation_points)
+        if not contact.success:
+            warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
         return PunchSolution(
             punch=self,
+            load=load,
             pressure=readonly(pressure),
+            gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
             settlement=float(position[0] - position[1:] @ shift),
             tilt=readonly(position[1:]),
             resultant=readonly(resultant),
             resultant_residual=readonly(resultant - imposed),
-            displacement_residual=float(mismatch),
-            success=True,
-            message="full contact"
-            + (f"; the ground would have to pull on {pulled} cells" if pulled else ""),
-            timings=self.timings | {"solution": perf_counter() - start},
+            displacement_residual=contact.violation,
+            complementarity_residual=max(
+                contact.pulling, contact.violation / max(np.abs(settled).max(), TINY)
+            ),
+            iterations=len(contact.history),
+            success=contact.success,
+            message=contact.message or _describe(contact),
+            timings=self.timings | timings,
+            others=others,
         )
 
-    @contextmanager
-    def _timed(self, what: str) -> Iterator[None]:
-        start = perf_counter()
-        yield
-        self.timings[what] = perf_counter() - start
+    def pressures_of(self, start: PunchSolution) -> ndarray:
+        """Pressures of the cells in a solution of any punch."""
+        if not isinstance(start, PunchSolution):
+            raise TypeError(f"expected a PunchSolution for start, got {type(start).__name__}")
+        if start.punch.basis is self.basis:
+            return start.pressure.clip(0)
+        found = start.pressure_at(self.partition.centroids)
+        return np.where(np.isfinite(found), found, 0.0).clip(0)
 
     def __repr__(self) -> str:
         return (
@@ -356,36 +405,11 @@ class RigidPunch:
         return f"{len(self.partition)} {kind}, {self.edge} edge, {self.collocation} collocation"
 
 
-def _solve_scaled(equations: ndarray, given: ndarray, size: float) -> ndarray:
-    """Solve for a settlement and two tilts, with rows and columns brought to one unit.
-
-    ``size`` is a length of the plan.
-    """
-    columns = np.array([1.0, 1 / size, 1 / size])
-    scaled = equations * columns
-    rows = np.abs(scaled).max(axis=1, keepdims=True)
-    if not np.isfinite(scaled).all() or not rows.all() or np.linalg.cond(scaled / rows) > 1e13:
-        raise ConvergenceError(
-            "the punch can move without resistance; likely cause: a plan of a few cells on one "
-            "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
-            "use at least three cells that do not lie on one line"
-        )
-    return columns * np.linalg.solve(scaled / rows, given / rows[:, 0])
-
-
-def _number(name: str, value) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"expected a number for {name}, got {value!r}") from None
-    if not np.isfinite(number):
-        raise ValueError(f"expected a finite {name}, got {number}")
-    return number
-
-
-def _pair(name: str, value) -> Pair:
-    try:
-        x, y = value
-    except (TypeError, ValueError):
-        raise TypeError(f"expected two numbers for {name}, got {value!r}") from None
-    return _number(name, x), _number(name, y)
+def _describe(contact: Contact) -> str:
+    touching, pulled = contact.touching, int(np.sum(contact.pressure < 0))
+    if not touching.any():
+        return "no contact"
+    if not touching.all():
+        return f"contact on {touching.sum()} of {len(touching)} cells"
+    also = f"; the ground would have to pull on {pulled} cells" if pulled else ""
+    return "full contact" + also

@@ -1,6 +1,7 @@
 """Pressures under a punch and its position: what a solver answers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,14 +9,18 @@ from numpy import ndarray
 from skfem import CellBasis
 
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
+from ..grids.planar import contours
 from ..grids.polygons import readonly
 from .influence import as_points, surface_displacement
+from .load import Load
+from .region import ContactRegion
 
 if TYPE_CHECKING:
     from .punch import RigidPunch
 
 #: up to so many cells a printed solution tells the condition number, in a few milliseconds
 REPR_CONDITION = 2000
+TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -26,8 +31,12 @@ class PunchSolution:
     ----------
     punch : RigidPunch
         The problem solved.
+    load : Load
+        What was imposed.
     pressure : (n,) array of float
         Mean pressure on each cell, compression positive; a vector of ``punch.basis``.
+    gap : (n,) array of float
+        Distance of punch and ground in the collocation points, zero in contact.
     settlement : float
         Settlement W0 of ``punch.origin``, positive into the ground.
     tilt : (2,) array of float
@@ -37,25 +46,38 @@ class PunchSolution:
     resultant_residual : (3,) array of float
         Resultant minus the imposed load; zero where a position was imposed.
     displacement_residual : float
-        Largest difference of the displacements of ground and punch in a collocation point.
+        Largest distance of ground and punch in a collocation point in contact, or overlap
+        beside it.
+    complementarity_residual : float
+        Largest violation of ``p >= 0``, ``gap >= 0`` and ``p gap = 0`` in a cell: pressures over
+        their largest, gaps over the largest settlement of the ground.
+    iterations : int
+        Iterations in which the contact region was found; none where that is the whole plan.
     success : bool
-        Whether the equations were solved.
+        Whether the contact region was found.
     message : str
-        What was found.
+        What was found, or why not.
     timings : dict of str to float
         Seconds of assembly, factorisation and solution.
+    others : tuple of (RigidPunch, array)
+        Punches beside this one on the same ground, with their pressures.
     """
 
     punch: "RigidPunch"
+    load: Load
     pressure: ndarray
+    gap: ndarray
     settlement: float
     tilt: ndarray
     resultant: ndarray
     resultant_residual: ndarray
     displacement_residual: float
+    complementarity_residual: float
+    iterations: int
     success: bool
     message: str
     timings: dict[str, float]
+    others: tuple[tuple["RigidPunch", ndarray], ...] = ()
 
     @property
     def force(self) -> float:
@@ -69,14 +91,31 @@ class PunchSolution:
             return self.resultant[1:] / self.resultant[0]
 
     @property
+    def contact(self) -> ndarray:
+        """Cells in contact, indices."""
+        return np.nonzero((self.pressure != 0) | (self.gap == 0))[0]
+
+    @cached_property
+    def contact_region(self) -> ContactRegion:
+        """Where punch and ground touch, with an edge that runs inside the cells."""
+        return ContactRegion.from_cells(
+            self.punch.partition,
+            nodal_mesh(self.punch.basis),
+            self.pressure,
+            self.gap,
+            self.punch.substrate.surface.contact_modulus,
+        )
+
+    @property
     def contact_area(self) -> float:
-        """Area of the cells in contact; contact is bilateral, so of the whole plan."""
-        return float(self.punch.partition.areas.sum())
+        """Area of the contact region."""
+        return self.contact_region.area
 
     @property
     def mean_pressure(self) -> float:
-        """Force over contact area."""
-        return self.force / self.contact_area
+        """Force over contact area; zero without contact."""
+        area = self.contact_area
+        return self.force / area if area > 0 else 0.0
 
     @property
     def condition_number(self) -> float:
@@ -96,10 +135,12 @@ class PunchSolution:
         (m,) array of float
             Positive into the ground.
         """
-        x, punch = as_points(x), self.punch
-        w = surface_displacement(punch.substrate, punch.partition, self.pressure, x, punch.weights)
-        if correction := punch.edge_correction(x):
-            w += correction.apply(self.pressure)
+        x = as_points(x)
+        w = np.zeros(x.shape[1])
+        for punch, p in ((self.punch, self.pressure), *self.others):
+            w += surface_displacement(punch.substrate, punch.partition, p, x, punch.weights)
+            if correction := punch.edge_correction(x):
+                w += correction.apply(p)
         return w
 
     def punch_displacement(self, x) -> ndarray:
@@ -178,7 +219,7 @@ class PunchSolution:
             )
         partition = self.punch.partition
         cells = partition.f2c[0, weights.ribs]
-        contour, order = _contours(partition.facets[:, weights.ribs], cells)
+        contour, order = contours(partition.facets[:, weights.ribs], cells)
         ribs, cells = weights.ribs[order], cells[order]
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
         end = np.cumsum(np.hypot(*(b - a)))
@@ -200,7 +241,7 @@ class PunchSolution:
 
     def table(self) -> list[tuple[str, str]]:
         """Names and values of the rows of ``repr``."""
-        p, scale = self.pressure, max(abs(self.settlement), np.finfo(float).tiny)
+        p, scale = self.pressure, max(abs(self.settlement), TINY)
         areas = self.punch.partition.areas
         size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])
         load = np.abs(p) @ areas
@@ -252,21 +293,3 @@ class EdgeCoefficient:
     values: ndarray
     contour: ndarray
     arc: ndarray
-
-
-def _contours(facets: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
-    """Numbers of the contours directed facets form, ascending, and the facets in their order."""
-    start = {int(a): i for i, a in enumerate(facets[0])}
-    following = [start.get(int(b), -1) for b in facets[1]]
-    before = {i: k for k, i in enumerate(following) if i != -1}
-    # open contours from their beginning, then closed ones from where a cell begins
-    beginnings = [i for i in range(len(following)) if i not in before]
-    beginnings += [i for i in before if cells[i] != cells[before[i]]]
-    contour, order, seen = [], [], set()
-    for number, i in enumerate([*beginnings, *range(len(following))]):
-        while i != -1 and i not in seen:
-            seen.add(i)
-            order.append(i)
-            contour.append(number)
-            i = following[i]
-    return np.unique(contour, return_inverse=True)[1], np.array(order)

@@ -201,3 +201,24 @@ def _blocks(counts: ndarray) -> Iterator[tuple[int, ndarray, ndarray]]:
         end = max(start + 1, int(np.searchsorted(total, before + CHUNK, side="right")))
         yield start, *ragged(counts[start:end])
         start = end
+
+
+def contours(facets: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
+    """Numbers of the contours directed facets form, ascending, and the facets in their order.
+
+    A closed contour begins where ``cells``, one for each facet, change.
+    """
+    start = {int(a): i for i, a in enumerate(facets[0])}
+    following = [start.get(int(b), -1) for b in facets[1]]
+    before = {i: k for k, i in enumerate(following) if i != -1}
+    # open contours from their beginning, then closed ones from where a cell begins
+    beginnings = [i for i in range(len(following)) if i not in before]
+    beginnings += [i for i in before if cells[i] != cells[before[i]]]
+    contour, order, seen = [], [], set()
+    for number, i in enumerate([*beginnings, *range(len(following))]):
+        while i != -1 and i not in seen:
+            seen.add(i)
+            order.append(i)
+            contour.append(number)
+            i = following[i]
+    return np.unique(contour, return_inverse=True)[1], np.array(order)

@@ -1,0 +1,59 @@
+"""The kern of a plan: where a force may act without the punch lifting off."""
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import ConvexHull
+
+from ..errors import ConvergenceError
+from ..grids.edge import edge_ribs
+from ..grids.partition import Partition
+from ..grids.polygons import readonly
+from .region import fitted_planes
+from .system import ContactSystem
+
+
+def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: ndarray) -> ndarray:
+    """Convex polygon of the force positions with pressure everywhere.
+
+    The pressure under a force at e is that under pure settlement times ``1 + a . (e - e0)``, e0
+    where the force acts that causes no tilt. Singular at the edge as both pressures are, their
+    ratio a is smooth there and continued to the edge by planes through the cells.
+
+    Parameters
+    ----------
+    system : ContactSystem
+        Of a flat punch, its position that of ``centre``.
+    partition : Partition
+        Its cells.
+    acting : (2, n) array of float
+        Where the pressure of each cell acts.
+    centre : (2,) array of float
+        The point the position refers to.
+
+    Returns
+    -------
+    (2, k) array of float
+        Vertices, counter-clockwise.
+
+    Raises
+    ------
+    ConvergenceError
+        If pure settlement does not press on every cell.
+    """
+    unit, stiffness = system.unit_pressures, system.stiffness
+    if not (unit[:, 0] > 0).all():
+        bad = np.nonzero(unit[:, 0] <= 0)[0]
+        raise ConvergenceError(
+            "expected pressure on all cells under pure settlement, got none on cell "
+            f"{bad[0]}. Remedy: improve the mesh, its cells differ too much from their neighbours"
+        )
+    by_moment = unit @ np.linalg.inv(stiffness)[:, 1:] * stiffness[0, 0]
+    ratio = (by_moment / unit[:, :1]).T
+    ends = np.unique(partition.facets[:, edge_ribs(partition)])
+    edge = partition.polygons.p[:, ends]
+    on_edge = np.stack([fitted_planes(acting, a, edge)[0] for a in ratio])
+    # the half-planes 1 + a . d >= 0 have the polygon polar to the hull of the points -a
+    hull = ConvexHull(-np.hstack([ratio, on_edge]).T)
+    d = -hull.equations[:, :2] / hull.equations[:, 2:]
+    d = d[np.argsort(np.arctan2(d[:, 1], d[:, 0]))].T
+    return readonly(d + (centre + stiffness[1:, 0] / stiffness[0, 0])[:, None])

@@ -1,0 +1,222 @@
+"""What is imposed on a rigid punch: a load, a position, or a mixture of both."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.linalg import block_diag
+from scipy.spatial import ConvexHull, QhullError
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Load:
+    """What is imposed on a rigid punch.
+
+    Parameters
+    ----------
+    force : float
+        Vertical force P, positive into the ground. Not together with ``settlement``.
+    at : pair of float
+        Where the force acts, (epsilon_x, epsilon_y) from the punch's origin; default (0, 0).
+    moments : pair of float
+        M1, M2 of (4): the first moments of the pressure are ``P epsilon_x - M1`` and
+        ``P epsilon_y + M2``; default (0, 0). Not together with ``tilt``.
+    settlement : float
+        Settlement W0 of the origin instead of the force, positive into the ground.
+    tilt : pair of float
+        Inclinations Lx, Ly instead of the moments. With ``force`` the punch is guided; with
+        ``settlement`` its position is given wholly. A given settlement alone leaves the
+        punch free to tilt under the reaction, which acts ``at`` the given point.
+
+    Raises
+    ------
+    ValueError
+        If the load is incomplete, contradictory or not finite.
+    TypeError
+        If something is not a number, or a pair of them.
+
+    Examples
+    --------
+    >>> Load(force=1.2e6, at=(0.10, 0.05)).point
+    (0.1, 0.05)
+    """
+
+    force: float | None = None
+    at: Pair | None = None
+    moments: Pair | None = None
+    settlement: float | None = None
+    tilt: Pair | None = None
+
+    def __post_init__(self):
+        if (self.force is None) == (self.settlement is None):
+            raise ValueError(
+                "expected either a force or a settlement, got "
+                + ("neither" if self.force is None else "both")
+            )
+        if self.tilt is not None and (self.at is not None or self.moments is not None):
+            raise ValueError("expected either a tilt or a load point with moments, got both")
+        for name in ("force", "settlement"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, checked_number(name, value))
+        for name in ("at", "moments", "tilt"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, checked_pair(name, value))
+
+    @property
+    def first_moments(self) -> ndarray:
+        """First moments of the pressure beyond those of its resultant acting ``at`` its point."""
+        m1, m2 = self.moments or (0.0, 0.0)
+        return np.array([-m1, m2])
+
+    @property
+    def point(self) -> Pair | None:
+        """Where the resultant must act, from the origin; None if that is not imposed."""
+        if self.tilt is not None or not self.force:
+            return None
+        x, y = np.array(self.at or (0.0, 0.0)) + self.first_moments / self.force
+        return float(x), float(y)
+
+    def constraints(self, origin: ndarray) -> "Constraints":
+        """The equations for the position of a point of the punch.
+
+        ``origin`` is the punch's origin as seen from that point.
+        """
+        lever = origin + np.array(self.at or (0.0, 0.0))
+        if self.settlement is not None and self.tilt is not None:
+            motions = balance = np.empty((3, 0))
+            fixed = [self.settlement - np.dot(self.tilt, origin), *self.tilt]
+            given = np.empty(0)
+        elif self.settlement is not None:
+            # free to turn about the origin, balanced about the point of the reaction
+            motions = np.vstack([-origin, np.eye(2)])
+            balance = np.vstack([-lever, np.eye(2)])
+            fixed = [self.settlement, 0.0, 0.0]
+            given = self.first_moments
+        elif self.tilt is not None:
+            motions = balance = np.eye(3)[:, :1]
+            fixed, given = [0.0, *self.tilt], np.array([self.force])
+        else:
+            motions = balance = np.eye(3)
+            with np.errstate(over="ignore"):  # refused by whoever solves
+                moments = self.force * lever + self.first_moments
+            fixed, given = [0.0, 0.0, 0.0], np.array([self.force, *moments])
+        return Constraints(motions, np.array(fixed), balance.T, given)
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """Linear conditions on a position s of m components and the resultants r conjugate to it.
+
+    Attributes
+    ----------
+    motions, fixed : (m, k) and (m,) array of float
+        ``s = fixed + motions @ y`` with k unknowns y.
+    balance, given : (k, m) and (k,) array of float
+        ``balance @ r = given``.
+    """
+
+    motions: ndarray
+    fixed: ndarray
+    balance: ndarray
+    given: ndarray
+
+    @classmethod
+    def together(cls, parts: "Sequence[Constraints]") -> "Constraints":
+        """The conditions on several bodies, one after the other."""
+        return cls(
+            block_diag(*(part.motions for part in parts)),
+            np.concatenate([part.fixed for part in parts]),
+            block_diag(*(part.balance for part in parts)),
+            np.concatenate([part.given for part in parts]),
+        )
+
+    @property
+    def conjugate(self) -> bool:
+        """Whether the forces given do work on the free motions, and on no other."""
+        return bool(np.array_equal(self.motions, self.balance.T))
+
+
+def require_compression(load: Load, acting: ndarray, corners: ndarray, flat: bool) -> None:
+    """Refuse loads that no pressures can balance.
+
+    Parameters
+    ----------
+    load : Load
+        The load of one punch.
+    acting, corners : (2, ...) array of float
+        Where the pressures of its cells act, and the corners of these, from its origin.
+    flat : bool
+        Whether it is flat.
+
+    Raises
+    ------
+    ValueError
+        If the load pulls or turns the punch over.
+    """
+    if load.force is None:
+        return
+    if load.force < 0:
+        raise ValueError(
+            f"expected a force into the ground, which does not pull, got force={load.force:g}. "
+            "Remedy: unilateral=False for ground that does"
+        )
+    if load.force == 0:
+        if load.tilt is not None or load.first_moments.any() or not flat:
+            raise ValueError(
+                "expected a positive force: without one the ground balances no moments, and the "
+                "position of a punch that is tilted or shaped is undetermined"
+            )
+        return
+    if load.point is None:
+        return
+    x, y = load.point
+    beyond = _outside(acting, np.array([x, y]))
+    if beyond > 0:
+        where = (
+            "outside the convex hull of the plan"
+            if _outside(corners, np.array([x, y])) > 0
+            else "nearer to the edge of the plan's convex hull than its outermost cells"
+        )
+        raise ValueError(
+            f"expected a resultant within the plan, got one at ({x:.6g}, {y:.6g}) from the "
+            f"origin, {where}: the punch turns over. Remedy: move the load by more than "
+            f"{beyond:.3g} towards the middle, or unilateral=False for ground that pulls"
+        )
+
+
+def _outside(points: ndarray, x: ndarray) -> float:
+    """How far ``x`` lies outside the convex hull of points; negative inside."""
+    try:
+        hull = ConvexHull(points.T)
+    except QhullError:  # points on one line resist no tilt, which is found later
+        return -1.0
+    return float((hull.equations @ np.append(x, 1.0)).max())
+
+
+def checked_number(name: str, value) -> float:
+    """``value`` as a finite number.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"expected a number for {name}, got {value!r}") from None
+    if not np.isfinite(number):
+        raise ValueError(f"expected a finite {name}, got {number}")
+    return number
+
+
+def checked_pair(name: str, value) -> Pair:
+    """``value`` as two finite numbers; errors as `checked_number`."""
+    try:
+        x, y = value
+    except (TypeError, ValueError):
+        raise TypeError(f"expected two numbers for {name}, got {value!r}") from None
+    return checked_number(name, x), checked_number(name, y)

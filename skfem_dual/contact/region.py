@@ -1,0 +1,199 @@
+"""Where a punch touches the ground, with an edge finer than the cells.
+
+Where contact ends smoothly the pressure falls like the square root of the distance s to its edge
+and the gap opens like the power 3/2, with one strength K for both (K. L. Johnson, Contact
+Mechanics, 1985, section 5.1): ``p = K s^(1/2)``, ``gap = 4 K s^(3/2) / (3 E*)``. So pressures and
+gaps on both sides of the edge become distances to it, whose zero is the edge.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+from skfem import Mesh
+
+from ..grids.corners import signed_areas
+from ..grids.partition import Partition
+from ..grids.planar import contours
+from ..grids.polygons import readonly
+
+#: neighbours over which planes are fitted and strengths averaged
+AROUND = 7
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactRegion:
+    """The part of the plan in contact.
+
+    Attributes
+    ----------
+    p : (2, N) array of float
+        Points: the nodes of the mesh, and the middles of quadrilaterals.
+    t : (3, m) array of int
+        Triangles on them, counter-clockwise.
+    level : (N,) array of float
+        About the distance to the edge of contact inside the plan, positive in contact and
+        linear in each triangle.
+    """
+
+    p: ndarray
+    t: ndarray
+    level: ndarray
+
+    @classmethod
+    def from_cells(
+        cls, partition: Partition, mesh: Mesh, pressure: ndarray, gap: ndarray, modulus: float
+    ) -> "ContactRegion":
+        """From pressures and gaps of cells.
+
+        Parameters
+        ----------
+        partition : Partition
+            The n cells.
+        mesh : Mesh
+            The mesh they belong to, of triangles or quadrilaterals.
+        pressure, gap : (n,) array of float
+            Of each cell.
+        modulus : float
+            Contact modulus E* of the surface.
+        """
+        p, t = mesh.p, mesh.t
+        if len(t) == 4:
+            middle = p.shape[1] + np.arange(t.shape[1])
+            p = np.hstack([p, p[:, t].mean(axis=1)])
+            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
+        t = np.where(signed_areas(p, t) < 0, t[[0, 2, 1]], t)
+        full = (gap <= 0).all()
+        if full or not (pressure > 0).any():
+            level = np.full(p.shape[1], 1.0 if full else -1.0)
+        else:
+            distance = _edge_distance(partition, pressure, gap * 0.75 * modulus)
+            level = fitted_planes(partition.centroids, distance, p)[0]
+        return cls(readonly(p), readonly(t), readonly(level))
+
+    def __repr__(self) -> str:
+        return (
+            f"<skfem_dual ContactRegion object>\n  Area: {self.area:.6g} of "
+            f"{signed_areas(self.p, self.t).sum():.6g}\n  Lines of its edge: {len(self.edge)}"
+        )
+
+    @cached_property
+    def _cut(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
+        """Triangles the edge runs through, turned so that one vertex is alone on its side.
+
+        Their vertices, whether that one is in contact, and where on the sides from it to the
+        second and third vertex the edge passes, in parts of them.
+        """
+        inside = self.level[self.t] > 0
+        crossed = inside.any(axis=0) & ~inside.all(axis=0)
+        t, inside = self.t[:, crossed], inside[:, crossed]
+        alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
+        t = np.take_along_axis(t, (alone + np.arange(3)[:, None]) % 3, axis=0)
+        a, b, c = self.level[t]
+        return t, a > 0, a / (a - b), a / (a - c)
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the region."""
+        t, inside, onward, back = self._cut
+        corner = signed_areas(self.p, t) * onward * back
+        whole = self.t[:, (self.level[self.t] > 0).all(axis=0)]
+        parts = np.where(inside, corner, signed_areas(self.p, t) - corner)
+        return float(signed_areas(self.p, whole).sum() + parts.sum())
+
+    @cached_property
+    def edge(self) -> list[ndarray]:
+        """The edge of contact inside the plan: lines of shape (2, k), the region to their left.
+
+        Where contact reaches the edge of the plan, that edge is not part of it; a line that ends
+        there is open, others end where they begin.
+        """
+        (lone, second, third), inside, onward, back = self._cut
+        if len(lone) == 0:
+            return []
+        (a, b), p = np.where(inside, [second, third], [third, second]), self.p
+        s, e = np.where(inside, [onward, back], [back, onward])
+        sides = np.sort([[lone, a], [lone, b]], axis=1).astype(np.int64)
+        number, order = contours(sides[:, 0] * p.shape[1] + sides[:, 1], np.zeros(len(lone)))
+        begin, end = (
+            p[:, lone] + s * (p[:, a] - p[:, lone]),
+            p[:, lone] + e * (p[:, b] - p[:, lone]),
+        )
+        lines = np.split(order, np.nonzero(np.diff(number))[0] + 1)
+        return [readonly(np.hstack([begin[:, i], end[:, i[-1:]]])) for i in lines]
+
+    def crossed(self, mesh: Mesh) -> ndarray:
+        """Elements of a mesh through which the edge runs, for ``mesh.refined``.
+
+        They are those with one of the edge's segments in them; ``mesh`` may be the one of the
+        solution or another of the same plan.
+        """
+        if not self.edge:
+            return np.empty(0, dtype=np.int64)
+        middles = np.hstack([(line[:, 1:] + line[:, :-1]) / 2 for line in self.edge])
+        return np.unique(mesh.element_finder()(*middles))
+
+
+def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) -> ndarray:
+    """About the distance of each cell to the edge of contact, positive in contact.
+
+    ``opening`` is 3 E* / 4 times the gap.
+    """
+    x, inside = partition.centroids, pressure > 0
+    opening = (opening.clip(0) / pressure.max()) ** (2 / 3)
+    pressure = pressure / pressure.max()
+    # pairs of neighbours, one in contact and one not: their distances to the edge add up
+    pairs = partition.f2c[:, partition.f2c[1] >= 0]
+    pairs = pairs[:, inside[pairs[0]] != inside[pairs[1]]]
+    i = np.where(inside[pairs[0]], *pairs)
+    j = pairs.sum(axis=0) - i
+    step, middle = x[:, i] - x[:, j], (x[:, i] + x[:, j]) / 2
+    near = cKDTree(middle.T).query(x.T, min(AROUND, len(i)))[1].reshape(x.shape[1], -1)
+    across = 0.8 * np.hypot(*step)
+    distance = np.empty(len(pressure))
+    for _ in range(3):  # the direction across the edge follows from the distances
+        strength = np.median(_strength(pressure[i] ** 2, opening[j], across)[near], axis=1)
+        distance = np.where(inside, pressure**2 * strength**3, -opening * strength)
+        slope = fitted_planes(x, distance, middle, 2 * AROUND)[1:]
+        normal = slope / np.hypot(*slope)
+        across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))
+    return distance
+
+
+def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:
+    """The root z = K^(-2/3) of ``f z^3 + g z = across``, by Newton's method from above."""
+    with np.errstate(divide="ignore"):
+        z = np.minimum(np.cbrt(across / f), across / g)
+    for _ in range(30):
+        z = z - (f * z**3 + g * z - across) / (3 * f * z**2 + g)
+    return z
+
+
+def fitted_planes(x: ndarray, values: ndarray, at: ndarray, around: int = AROUND) -> ndarray:
+    """Values and gradients at points ``at`` of planes fitted to the nearest values given.
+
+    Parameters
+    ----------
+    x : (2, n) array of float
+        Points with values.
+    values : (n,) array of float
+        The values.
+    at : (2, m) array of float
+        Where planes are wanted.
+    around : int
+        How many of the nearest values each follows.
+
+    Returns
+    -------
+    (3, m) array of float
+        Value and both slopes of each plane.
+    """
+    near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
+    arm = x[:, near] - at[:, :, None]
+    reach = np.hypot(*arm).max(axis=1, keepdims=True)
+    columns = np.stack([np.ones(near.shape), *(arm / reach)], axis=-1)
+    # points on one line give no slope across it
+    planes = np.linalg.pinv(columns, rcond=1e-6) @ values[near][..., None]
+    return planes[..., 0].T / np.vstack([np.ones(len(near)), reach.T, reach.T])

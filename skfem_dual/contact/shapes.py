@@ -1,0 +1,194 @@
+"""Shapes of punches that are not flat: the gap to the ground before they press on each other."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.interpolate import LinearNDInterpolator
+from skfem import CellBasis
+
+from ..grids.polygons import readonly
+from .load import Pair, checked_number, checked_pair
+
+Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
+
+
+def gap_values(gap: Gap, x: ndarray) -> ndarray:
+    """Gap at points of shape (2, n).
+
+    Raises
+    ------
+    TypeError
+        If ``gap`` is neither a function nor values nor a field.
+    ValueError
+        If there is not one finite value for each point.
+    """
+    if isinstance(gap, tuple):
+        if len(gap) != 2 or not isinstance(gap[0], CellBasis):
+            raise TypeError("expected a pair of a skfem CellBasis and its vector for gap")
+        basis, vector = gap
+        gap = basis.interpolator(np.asarray(vector, dtype=float))
+    values = gap(x) if callable(gap) else gap
+    try:
+        values = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"expected a function of x or numbers for gap, got {gap!r}") from None
+    if values.shape != x.shape[1:]:
+        raise ValueError(
+            f"expected a gap for each of the {x.shape[1]} collocation points, got shape "
+            f"{values.shape}"
+        )
+    if not np.isfinite(values).all():
+        bad = np.nonzero(~np.isfinite(values))[0]
+        raise ValueError(
+            f"expected finite gaps; the first that is not: collocation point {bad[0]} at "
+            f"({x[0, bad[0]]:.6g}, {x[1, bad[0]]:.6g})"
+        )
+    return values
+
+
+def _positive(name: str, value) -> float:
+    number = checked_number(name, value)
+    if number <= 0:
+        raise ValueError(f"expected a positive {name}, got {number:g}")
+    return number
+
+
+def _distance(x, centre: Pair) -> ndarray:
+    x = np.asarray(x, dtype=float)
+    return np.hypot(x[0] - centre[0], x[1] - centre[1])
+
+
+@dataclass(frozen=True)
+class Paraboloid:
+    """``r^2 / (2 R)``: a sphere of radius R near its lowest point (Hertz).
+
+    Parameters
+    ----------
+    radius : float
+        R.
+    centre : pair of float
+        Where its axis meets the ground.
+    """
+
+    radius: float
+    centre: Pair = (0.0, 0.0)
+
+    def __post_init__(self):
+        object.__setattr__(self, "radius", _positive("radius", self.radius))
+        object.__setattr__(self, "centre", checked_pair("centre", self.centre))
+
+    def __call__(self, x) -> ndarray:
+        """Gap at points of shape (2, ...)."""
+        return _distance(x, self.centre) ** 2 / (2 * self.radius)
+
+
+@dataclass(frozen=True)
+class Sphere(Paraboloid):
+    """``R - sqrt(R^2 - r^2)``: a sphere of radius R; parameters as `Paraboloid`."""
+
+    def __call__(self, x) -> ndarray:
+        """Gap at points of shape (2, ...), none farther from the axis than the radius."""
+        r = _distance(x, self.centre)
+        if (far := np.max(r, initial=0.0)) > self.radius:
+            raise ValueError(
+                f"expected a plan within the radius {self.radius:g} of the sphere, got points at "
+                f"{far:.6g} from its axis. Remedy: Paraboloid, or a smaller plan"
+            )
+        return self.radius - np.sqrt(self.radius**2 - r**2)
+
+
+@dataclass(frozen=True)
+class Cone:
+    """``r tan(angle)``: a cone.
+
+    Parameters
+    ----------
+    angle : float
+        At which its flanks rise from the ground, in radians, below pi / 2.
+    centre : pair of float
+        Where its axis meets the ground.
+    """
+
+    angle: float
+    centre: Pair = (0.0, 0.0)
+
+    def __post_init__(self):
+        object.__setattr__(self, "angle", _positive("angle", self.angle))
+        object.__setattr__(self, "centre", checked_pair("centre", self.centre))
+        if self.angle >= np.pi / 2:
+            raise ValueError(f"expected an angle below pi / 2, got {self.angle:g}")
+
+    def __call__(self, x) -> ndarray:
+        """Gap at points of shape (2, ...)."""
+        return _distance(x, self.centre) * np.tan(self.angle)
+
+
+@dataclass(frozen=True)
+class RoundedCylinder:
+    """``(r - b)^2 / (2 R)`` beyond the flat end of a cylinder whose edge is rounded.
+
+    Parameters
+    ----------
+    flat : float
+        Radius b of the flat end.
+    rounding : float
+        Radius R of the rounded edge.
+    centre : pair of float
+        Where its axis meets the ground.
+    """
+
+    flat: float
+    rounding: float
+    centre: Pair = (0.0, 0.0)
+
+    def __post_init__(self):
+        object.__setattr__(self, "flat", _positive("flat", self.flat))
+        object.__setattr__(self, "rounding", _positive("rounding", self.rounding))
+        object.__setattr__(self, "centre", checked_pair("centre", self.centre))
+
+    def __call__(self, x) -> ndarray:
+        """Gap at points of shape (2, ...)."""
+        return (_distance(x, self.centre) - self.flat).clip(0) ** 2 / (2 * self.rounding)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredProfile:
+    """Heights measured at scattered points, linear between them.
+
+    Parameters
+    ----------
+    x : (2, m) array of float
+        The points; their convex hull must cover the plan.
+    height : (m,) array of float
+        Heights of the punch's surface above any level, positive away from the ground.
+    """
+
+    x: ndarray
+    height: ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "x", readonly(self.x, float))
+        object.__setattr__(self, "height", readonly(self.height, float))
+        if self.x.ndim != 2 or self.x.shape[0] != 2 or self.x.shape[1] < 3:
+            raise ValueError(f"expected at least 3 points of shape (2, m), got {self.x.shape}")
+        if self.height.shape != self.x.shape[1:]:
+            raise ValueError(
+                f"expected one height for each of the {self.x.shape[1]} points, got shape "
+                f"{self.height.shape}"
+            )
+        if not (np.isfinite(self.x).all() and np.isfinite(self.height).all()):
+            raise ValueError("expected finite points and heights")
+
+    def __call__(self, x) -> ndarray:
+        """Gap at points of shape (2, ...)."""
+        x = np.asarray(x, dtype=float)
+        found = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
+        if np.isnan(found).any():
+            bad = np.argmax(np.isnan(found))
+            raise ValueError(
+                f"expected points measured around the whole plan; ({x[0].flat[bad]:.6g}, "
+                f"{x[1].flat[bad]:.6g}) is outside them"
+            )
+        return found

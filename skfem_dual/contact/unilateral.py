@@ -1,0 +1,311 @@
+"""Contact that is found: pressures p >= 0, gaps g >= 0 and p g = 0 in every cell.
+
+Gaps are those of the collocation points, ``g = D p + gap - y @ planes``: settlement of the ground
+and shape of the punch, less the motions y of the punch. The motions are unknown as well and the
+resultants of the pressures are given in their place.
+
+Two methods find the same answer: a primal-dual active set (Hintermueller, Ito and Kunisch, 2002;
+block pivoting of Judice and Pires, 1994, keeps it from cycling), which solves equations between
+the cells in contact, and projected conjugate gradients in the manner of Polonsky and Keer (1999),
+which only multiply by D.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy import ndarray
+
+from ..errors import ConvergenceError
+from ..grids.polygons import readonly
+
+
+class Product(Protocol):
+    """A matrix or a LinearOperator."""
+
+    def __matmul__(self, q: ndarray, /) -> ndarray: ...
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """Complementarity of pressures and gaps in n cells with k unknown motions.
+
+    Attributes
+    ----------
+    matrix : (n, n) array or LinearOperator
+        Settlement of each collocation point under unit pressure on each cell.
+    areas : (n,) array of float
+        Areas of the cells.
+    gap : (n,) array of float
+        Gaps of the punch before it moves and presses.
+    planes : (k, n) array of float
+        Settlement of the collocation points by each unit motion, all of one size.
+    resultants : (k, n) array of float
+        Force or moment conjugate to each motion by unit pressure on each cell.
+    given : (k,) array of float
+        The forces and moments imposed.
+    """
+
+    matrix: ndarray | Product
+    areas: ndarray
+    gap: ndarray
+    planes: ndarray
+    resultants: ndarray
+    given: ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """What a method found.
+
+    Attributes
+    ----------
+    pressure : (n,) array of float
+        Pressures, none negative.
+    motion : (k,) array of float
+        Motions y.
+    gap : (n,) array of float
+        Gaps under the load; in contact what remains of them.
+    touching : (n,) array of bool
+        The cells in contact.
+    success : bool
+        Whether the method converged.
+    message : str
+        If not, why.
+    history : tuple of float
+        In each iteration: cells that changed side (active set), or the largest violation of the
+        conditions on the gap over the largest settlement (conjugate gradients).
+    """
+
+    pressure: ndarray
+    motion: ndarray
+    gap: ndarray
+    touching: ndarray
+    success: bool = True
+    message: str = ""
+    history: tuple[float, ...] = ()
+
+    def __post_init__(self):
+        for name in ("pressure", "motion", "gap", "touching"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @property
+    def pulling(self) -> float:
+        """Largest negative pressure over the largest of all; zero if none is negative."""
+        largest = np.abs(self.pressure).max()
+        return float(-self.pressure.min() / largest) if self.pressure.min() < 0 else 0.0
+
+    @property
+    def violation(self) -> float:
+        """Largest distance between ground and punch in contact, or overlap elsewhere."""
+        return float(np.where(self.touching, np.abs(self.gap), -self.gap).max().clip(0))
+
+
+def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
+    """Primal-dual active set for a dense matrix.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        With an array for its matrix.
+    contact : (n,) array of bool
+        Cells to begin with.
+    most : int
+        Iterations after which to give up.
+    """
+    D, planes = np.asarray(problem.matrix), problem.planes
+    contact = contact.copy()
+    pressure, gap, motion = np.zeros(len(D)), problem.gap, np.zeros(len(planes))
+    touching = np.zeros(len(D), dtype=bool)
+    history: list[float] = []
+    fewest, patience = len(D) + 1, 3
+    message = f"no convergence in {most} iterations of the active set"
+    for _ in range(most):
+        if contact.sum() < len(planes):
+            message = "contact shrank to fewer cells than the motions of the punch"
+            break
+        inside = np.nonzero(contact)[0]
+        # one factorisation for the gap and the motions
+        rhs = np.column_stack([-problem.gap[inside], planes[:, inside].T])
+        unit = np.linalg.solve(D[np.ix_(inside, inside)], rhs)
+        acting = problem.resultants[:, inside]
+        try:
+            motion = solve_scaled(acting @ unit[:, 1:], problem.given - acting @ unit[:, 0])
+        except ConvergenceError:
+            message = "contact shrank to cells on which the punch can tilt without resistance"
+            break
+        pressure = np.zeros(len(D))
+        pressure[inside] = unit[:, 0] + unit[:, 1:] @ motion
+        settlement = D @ pressure
+        gap = settlement + problem.gap - motion @ planes
+        touching = contact.copy()
+        tiny = 1e-13 * np.abs(pressure).max(), 1e-13 * np.abs(settlement).max()
+        wrong = np.where(contact, pressure < -tiny[0], gap < -tiny[1])
+        history.append(int(wrong.sum()))
+        if not wrong.any():
+            return Contact(pressure.clip(0), motion, gap, contact, history=tuple(history))
+        # block pivoting: all wrong cells change side as long as they become fewer, else the last
+        if history[-1] < fewest:
+            fewest, patience = int(history[-1]), 3
+        elif patience > 0:
+            patience -= 1
+        else:
+            wrong[: np.nonzero(wrong)[0][-1]] = False
+        contact ^= wrong
+    return Contact(pressure, motion, gap, touching, False, message, tuple(history))
+
+
+def conjugate_gradients(
+    problem: ContactProblem,
+    start: ndarray | None = None,
+    rtol: float = 1e-10,
+    most: int = 1000,
+) -> Contact:
+    """Projected conjugate gradients for any matrix or LinearOperator.
+
+    The unknowns are the forces on the cells, so that the matrix is nearly symmetric, and the
+    square roots of the areas precondition it. In every iteration the motions are those that
+    leave the gaps in contact without a resultant, and the step ends on the forces that balance
+    the load and do not pull, the nearest ones in the norm of the preconditioner.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        The work of the given forces on the motions must be the only work done; see
+        `Constraints.conjugate`.
+    start : (n,) array of float, optional
+        Pressures to begin with, changed to balance the load; none by default.
+    rtol : float
+        Violation of the conditions on the gap, over the largest settlement, to be reached.
+    most : int
+        Iterations after which to give up.
+    """
+    areas, planes, given = problem.areas, problem.planes, problem.given
+    acting = problem.resultants / areas
+    scale = np.sqrt(areas)  # inverse of the preconditioner
+
+    def displacement(force: ndarray) -> ndarray:
+        return problem.matrix @ (force / areas)
+
+    history: list[float] = []
+    message = f"no convergence in {most} iterations of the conjugate gradients"
+    begin = np.zeros(len(areas)) if start is None else areas * start
+    found = _balanced(begin, acting, given, scale)
+    motion, gap = np.zeros(len(given)), problem.gap
+    if found is None:
+        nothing = np.zeros(len(areas))
+        return Contact(nothing, motion, gap, nothing > 0, False, "the load cannot be balanced")
+    force = found
+    settlement = displacement(force)
+    before: tuple[ndarray, ndarray, float] | None = None  # direction, gap, decrease
+    for _ in range(most):
+        contact = force > 0
+        gap = settlement + problem.gap
+        sides = acting[:, contact] * scale[contact]
+        # of cells that cannot tell some motion, the least one
+        motion = np.linalg.pinv(sides @ planes[:, contact].T) @ (sides @ gap[contact])
+        gap = gap - motion @ planes
+        wrong = np.where(contact, np.abs(gap), -gap).max()
+        largest = max(np.abs(settlement).max(), wrong)
+        history.append(float(wrong / largest) if largest > 0 else 0.0)
+        if history[-1] <= rtol:
+            return Contact(force / areas, motion, gap, contact, history=tuple(history))
+        # cells that were let go and overlap the punch come back
+        overlap = ~contact & (gap < 0)
+        working = contact | overlap
+        slope = _without_resultant(scale * gap, working, acting, scale)
+        direction = slope
+        if before is not None and not overlap.any():
+            beta = max(0.0, slope @ (gap - before[1]) / before[2])
+            direction = _without_resultant(slope + beta * before[0], working, acting, scale)
+        before = direction, gap, float(gap @ slope)
+        product = displacement(direction)
+        step = (gap @ direction) / (direction @ product)
+        trial = force - step * direction
+        if (trial >= 0).all():
+            force, settlement = trial, settlement - step * product
+            continue
+        # cells beyond the working set stay behind, however the balance shifts forces
+        direction = np.where(working, direction, scale * gap)
+        for _ in range(20):
+            found = _balanced(force - step * direction, acting, given, scale)
+            if found is not None:
+                pressed, change = displacement(found), found - force
+                # energy as seen from here; the matrix is not quite symmetric, so it has no
+                # energy of its own
+                if change @ (gap + (pressed - settlement) / 2) <= 0:
+                    break
+            step /= 2
+        if found is None:
+            message = "the load cannot be balanced"
+            break
+        force, settlement = found, pressed
+    return Contact(force / areas, motion, gap, force > 0, False, message, tuple(history))
+
+
+def _without_resultant(
+    force: ndarray, working: ndarray, acting: ndarray, scale: ndarray
+) -> ndarray:
+    """``force`` on the working cells, changed so that it has no resultant."""
+    out = np.where(working, force, 0.0)
+    sides = acting[:, working] * scale[working]
+    out[working] -= np.linalg.pinv(sides @ acting[:, working].T) @ (acting @ out) @ sides
+    return out
+
+
+def _balanced(force: ndarray, acting: ndarray, given: ndarray, scale: ndarray) -> ndarray | None:
+    """The forces nearest to ``force`` that do not pull and have the given resultants.
+
+    They are ``max(force + scale * (mu @ acting), 0)``; the few multipliers mu maximise a concave
+    function, by Newton's method. None if there are no such forces.
+    """
+    sides = acting * scale
+    # a little of all cells: those pressed on may be too few to balance anything
+    spare = 1e-8 * sides @ acting.T
+
+    def state(mu: ndarray) -> tuple[ndarray, ndarray, float]:
+        found = (force + mu @ sides).clip(0)
+        return found, acting @ found - given, 0.5 * np.sum(found**2 / scale) - mu @ given
+
+    mu = np.zeros(len(given))
+    found, error, dual = state(mu)
+    for _ in range(200):
+        size = np.abs(given).max(initial=0.0) + (np.abs(acting) @ found).max(initial=0.0)
+        if np.abs(error).max(initial=0.0) <= 1e-14 * size:
+            break
+        free = found > 0
+        step = np.linalg.pinv(sides[:, free] @ acting[:, free].T + spare) @ error
+        for _ in range(40):
+            trial = state(mu - step)
+            if trial[2] < dual or np.abs(trial[1]).max() < np.abs(error).max():
+                break
+            step = step / 2
+        else:
+            break  # as near as rounding lets
+        mu = mu - step
+        found, error, dual = trial
+    return found if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
+
+
+def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
+    """Motions under forces given, from the stiffness of a punch.
+
+    Raises
+    ------
+    ConvergenceError
+        If it can move without resistance.
+    """
+    if len(given) == 0:
+        return np.zeros(0)
+    rows = np.abs(stiffness).max(axis=1, keepdims=True)
+    if (
+        not np.isfinite(stiffness).all()
+        or not rows.all()
+        or np.linalg.cond(stiffness / rows) > 1e13
+    ):
+        raise ConvergenceError(
+            "the punch can move without resistance; likely cause: a plan of a few cells on one "
+            "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
+            "use at least three cells that do not lie on one line"
+        )
+    return np.linalg.solve(stiffness / rows, given / rows[:, 0])

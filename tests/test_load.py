@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from skfem_dual import Load
+from skfem_dual.contact.load import Constraints
+
+ORIGIN = np.array([0.3, -0.2])
+LOADS = {
+    "force": Load(force=2.0, at=(0.1, 0.2), moments=(0.3, -0.4)),
+    "guided": Load(force=2.0, tilt=(0.1, 0.2)),
+    "placed": Load(settlement=0.5, tilt=(0.1, 0.2)),
+    "pushed": Load(settlement=0.5, at=(0.1, 0.2), moments=(0.3, -0.4)),
+}
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_as_many_motions_as_equations(name):
+    found = LOADS[name].constraints(ORIGIN)
+    k = {"force": 3, "guided": 1, "placed": 0, "pushed": 2}[name]
+    assert found.motions.shape == (3, k)
+    assert found.balance.shape == (k, 3)
+    assert found.given.shape == (k,)
+    assert found.conjugate == (name != "pushed")
+
+
+def test_motions_keep_what_is_imposed():
+    """Whatever the free motions, settlement of the origin and tilt are those given."""
+    for name in ("placed", "pushed", "guided"):
+        load = LOADS[name]
+        c = load.constraints(ORIGIN)
+        for y in np.random.default_rng(0).standard_normal((3, c.motions.shape[1])):
+            position = c.fixed + c.motions @ y
+            if load.settlement is not None:
+                assert position[0] + position[1:] @ ORIGIN == pytest.approx(0.5)
+            if load.tilt is not None:
+                assert position[1:] == pytest.approx(load.tilt)
+
+
+def test_balance_is_about_the_load():
+    """A force at the load point with the moments of (4) balances, wherever it is seen from."""
+    load = LOADS["force"]
+    c = load.constraints(ORIGIN)
+    x = ORIGIN + load.point
+    assert c.balance @ (load.force * np.array([1.0, *x])) == pytest.approx(c.given)
+    pushed = LOADS["pushed"].constraints(ORIGIN)
+    x = ORIGIN + np.array([0.1, 0.2]) + np.array([-0.3, -0.4]) / 7.0
+    assert pushed.balance @ (7.0 * np.array([1.0, *x])) == pytest.approx(pushed.given)
+
+
+def test_several_bodies():
+    parts = [load.constraints(ORIGIN) for load in LOADS.values()]
+    found = Constraints.together(parts)
+    assert found.motions.shape == (12, 6)
+    assert not found.conjugate
+    assert Constraints.together(parts[:3]).conjugate
+    assert Constraints.together(parts[:1]).motions == pytest.approx(parts[0].motions)
+
+
+def test_where_the_resultant_must_act():
+    assert Load(force=2.0, at=(0.1, 0.2), moments=(0.3, -0.4)).point == pytest.approx((-0.05, 0.0))
+    assert Load(force=2.0).point == (0.0, 0.0)
+    assert Load(force=0.0).point is None
+    assert Load(force=1.0, tilt=(0, 0)).point is None
+    assert Load(settlement=1.0).point is None

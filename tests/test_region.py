@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plans import disc, perturbed, polar, rectangle
+from skfem import CellBasis, ElementQuad0, MeshQuad
+
+from skfem_dual import ContactRegion, DualMesh, HalfSpace, Paraboloid, RigidPunch
+from skfem_dual.contact.region import fitted_planes
+from skfem_dual.grids.partition import Partition
+
+UNIT = HalfSpace(1.0, 0.0)
+
+
+def circle(mesh, basis, radius, centre):
+    """Region of cells whose pressure and gap follow the law at a circle's edge exactly."""
+    partition = Partition.from_basis(basis)
+    s = radius - np.hypot(*(partition.centroids - np.array(centre)[:, None]))
+    strength, modulus = 7.0, 3.0
+    pressure = strength * np.sqrt(s.clip(0))
+    gap = 4 * strength / (3 * modulus) * (-s).clip(0) ** 1.5
+    return ContactRegion.from_cells(partition, mesh, pressure, gap, modulus)
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal", "quadrilaterals"])
+def test_the_law_at_the_edge_is_read_off(grid):
+    radius, centre = 0.57, (0.03, -0.02)
+    if grid == "quadrilaterals":
+        mesh = MeshQuad.init_tensor(np.linspace(-1, 1, 26), np.linspace(-1, 1, 26))
+        basis = CellBasis(mesh, ElementQuad0())
+    else:
+        mesh = perturbed(rectangle(25), 0.01)
+        dual = DualMesh.from_mesh(mesh)
+        basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    region = circle(mesh, basis, radius, centre)
+    assert region.area == pytest.approx(np.pi * radius**2, rel=1.5e-2)
+    (line,) = region.edge
+    assert np.array_equal(line[:, 0], line[:, -1])  # closed
+    r = np.hypot(*(line - np.array(centre)[:, None]))
+    assert r == pytest.approx(radius, abs=0.1 * 0.08)  # a tenth of a cell
+    x, y = line
+    enclosed = np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) / 2
+    assert enclosed == pytest.approx(region.area)  # contact to the left: counter-clockwise
+    crossed = region.crossed(mesh)
+    corners = np.hypot(*(mesh.p[:, mesh.t[:, crossed]] - np.array(centre)[:, None, None]))
+    assert (corners.min(axis=0) < radius + 0.03).all()
+    assert (corners.max(axis=0) > radius - 0.03).all()
+    assert "Lines of its edge: 1" in repr(region)
+
+
+def test_full_and_no_contact():
+    mesh = disc(3)
+    of = RigidPunch(UNIT, DualMesh.from_mesh(mesh).basis())
+    full = of.solve(1.0).contact_region
+    assert full.area == pytest.approx(np.pi)
+    assert full.edge == []
+    assert len(full.crossed(mesh)) == 0
+    none = of.solve(settlement=-1.0, tilt=(0, 0)).contact_region
+    assert (none.area, none.edge) == (0.0, [])
+
+
+def test_lines_that_end_on_the_edge_of_the_plan():
+    """A wide punch lifts off at both ends of a long footing that is bent downwards."""
+    mesh = rectangle(12, 1.0, 3.0)
+    of = RigidPunch(
+        UNIT, DualMesh.from_mesh(mesh).basis(), edge="singular", gap=lambda x: 0.05 * x[1] ** 2
+    )
+    region = of.solve(0.2).contact_region
+    assert len(region.edge) == 2
+    for line in region.edge:
+        assert np.abs(line[0, [0, -1]]) == pytest.approx(1.0)
+        assert np.ptp(line[1]) < 0.8
+    assert 0 < region.area < 12
+
+
+def test_polar_grids():
+    basis = CellBasis(polar(), ElementQuad0())
+    found = RigidPunch(UNIT, basis, edge="constant").solve(1.0, (0.5, 0.0))
+    assert found.contact_area / np.pi == pytest.approx(0.735, abs=0.03)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.tuples(*[st.floats(-10, 10)] * 3), st.integers(0, 1000))
+def test_planes_are_fitted_exactly(plane, seed):
+    rng = np.random.default_rng(seed)
+    x, at = rng.random((2, 40)), rng.random((2, 10))
+    a, b, c = plane
+    found = fitted_planes(x, a + b * x[0] + c * x[1], at)
+    assert found[0] == pytest.approx(a + b * at[0] + c * at[1], abs=1e-6)
+    assert found[1] == pytest.approx(b, abs=1e-6)
+    assert found[2] == pytest.approx(c, abs=1e-6)
+
+
+def test_planes_through_points_on_a_line():
+    x = np.stack([np.arange(5.0), np.zeros(5)])
+    assert fitted_planes(x, 2 * x[0], x[:, :2])[:2] == pytest.approx(np.array([[0, 2], [2, 2]]))
+
+
+def test_contact_is_the_same_on_both_grids():
+    """Cells of two kinds, one sphere."""
+    dual = DualMesh.from_mesh(perturbed(rectangle(24), 0.01))
+    areas = [
+        RigidPunch(UNIT, basis, gap=Paraboloid(1.0)).solve(0.2).contact_area
+        for basis in (dual.basis(), dual.primal_basis())
+    ]
+    assert areas[0] == pytest.approx(areas[1], rel=2e-2)

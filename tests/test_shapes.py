@@ -1,0 +1,91 @@
+import pickle
+
+import numpy as np
+import pytest
+from plans import disc
+from skfem import CellBasis, ElementTriP1
+
+from skfem_dual import (
+    Cone,
+    DualMesh,
+    HalfSpace,
+    MeasuredProfile,
+    Paraboloid,
+    RigidPunch,
+    RoundedCylinder,
+    Sphere,
+)
+
+X = np.random.default_rng(0).uniform(-1, 1, (2, 50))
+R = np.hypot(X[0] - 0.2, X[1] + 0.1)
+
+
+@pytest.mark.parametrize(
+    ("shape", "expected"),
+    [
+        (Paraboloid(3.0, (0.2, -0.1)), R**2 / 6),
+        (Sphere(3.0, (0.2, -0.1)), 3 - np.sqrt(9 - R**2)),
+        (Cone(0.2, (0.2, -0.1)), R * np.tan(0.2)),
+        (RoundedCylinder(0.5, 2.0, (0.2, -0.1)), np.where(R > 0.5, (R - 0.5) ** 2 / 4, 0)),
+    ],
+)
+def test_shapes(shape, expected):
+    assert shape(X) == pytest.approx(expected)
+    assert pickle.loads(pickle.dumps(shape)) == shape
+
+
+def test_measured_profile():
+    """Linear between the points: exact for a plane."""
+    nodes = np.random.default_rng(1).uniform(-2, 2, (2, 200))
+    shape = MeasuredProfile(nodes, 1 + 2 * nodes[0] - nodes[1])
+    assert shape(X) == pytest.approx(1 + 2 * X[0] - X[1])
+    with pytest.raises(ValueError, match=r"outside them"):
+        shape([[3.0], [0.0]])
+
+
+def test_a_gap_in_every_form():
+    """A function, one value per cell and a field of scikit-fem are the same punch."""
+    dual = DualMesh.from_mesh(disc(4))
+    soil, shape = HalfSpace(1.0, 0.3), Paraboloid(1.0)
+    called = RigidPunch(soil, dual.basis(), gap=shape)
+    listed = RigidPunch(soil, dual.basis(), gap=shape(called.collocation_points))
+    basis = CellBasis(dual.mesh, ElementTriP1())
+    field = RigidPunch(soil, dual.basis(), gap=(basis, basis.project(lambda x: shape(x))))
+    one, two, three = (p.solve(0.1) for p in (called, listed, field))
+    assert called.edge == "constant"
+    assert two.pressure == pytest.approx(one.pressure)
+    assert three.settlement == pytest.approx(one.settlement, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "message"),
+    [
+        (lambda: Paraboloid(-1.0), ValueError, "positive radius, got -1"),
+        (lambda: Paraboloid(1.0, 3.0), TypeError, "two numbers for centre"),
+        (lambda: Cone(2.0), ValueError, "below pi / 2"),
+        (lambda: RoundedCylinder(1.0, 0.0), ValueError, "positive rounding"),
+        (lambda: Sphere(1.0)([[2.0], [0.0]]), ValueError, "within the radius 1"),
+        (lambda: MeasuredProfile(np.zeros((2, 2)), [0, 0]), ValueError, "at least 3 points"),
+        (lambda: MeasuredProfile(X, [0.0]), ValueError, "one height for each of the 50"),
+        (lambda: MeasuredProfile(X, np.full(50, np.nan)), ValueError, "finite points"),
+    ],
+)
+def test_bad_shapes(make, error, message):
+    with pytest.raises(error, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("gap", "error", "message"),
+    [
+        (np.zeros(3), ValueError, "a gap for each of the 41 collocation points"),
+        (lambda x: x, ValueError, r"got shape \(2, 41\)"),
+        (lambda x: x[0] / 0 * 0, ValueError, "finite gaps; the first that is not"),
+        ("sphere", TypeError, "function of x or numbers"),
+        ((1, 2), TypeError, "pair of a skfem CellBasis"),
+    ],
+)
+def test_bad_gaps(gap, error, message):
+    basis = DualMesh.from_mesh(disc(2)).basis()
+    with np.errstate(all="ignore"), pytest.raises(error, match=message):
+        RigidPunch(HalfSpace(1.0, 0.0), basis, gap=gap)

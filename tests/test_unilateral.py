@@ -1,0 +1,324 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plans import disc, perturbed, rectangle
+from scipy.sparse.linalg import aslinearoperator
+from skfem import MeshTri
+
+from skfem_dual import (
+    Cone,
+    ConvergenceWarning,
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Load,
+    Paraboloid,
+    RigidPunch,
+)
+from skfem_dual.contact import exact, system
+from skfem_dual.contact.unilateral import ContactProblem, active_set, conjugate_gradients
+from skfem_dual.grids.generate import disc as fine_disc
+
+UNIT = HalfSpace(1.0, 0.0)
+
+
+def punch(mesh, grid="dual", substrate=UNIT, **options):
+    dual = DualMesh.from_mesh(mesh)
+    return RigidPunch(
+        substrate, dual.basis() if grid == "dual" else dual.primal_basis(), **options
+    )
+
+
+def problem(of, load):
+    """The complementarity problem of a punch under a load, motions those of its centroid."""
+    s, c = of.system, load.constraints(of.origin - of.centre)
+    return ContactProblem(
+        s.matrix,
+        s.areas,
+        s.gap - c.fixed @ s.planes,
+        c.motions.T @ s.planes,
+        c.balance @ s.resultants,
+        c.given,
+    )
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+@pytest.mark.parametrize(
+    # Circle lifting off: trusted values of W0, tilt, area / pi and the edge on the x axis
+    ("e", "settlement", "tilt", "area", "edge"),
+    [(0.35, 0.4999, 0.2626, 0.988, -0.91), (0.5, 0.4821, 0.4190, 0.735, -0.33)],
+)
+def test_circle_lifting_off(e, settlement, tilt, area, edge, grid):
+    size = {"dual": 1200, "primal": 600}[grid]
+    solution = punch(fine_disc(n=size, true_area=True), grid).solve(1.0, (e, 0.0))
+    assert solution.success
+    assert solution.settlement == pytest.approx(settlement, abs=3e-4)
+    assert solution.tilt == pytest.approx([tilt, 0.0], abs=5e-4)
+    assert solution.contact_area / np.pi == pytest.approx(area, abs=4e-3)
+    (line,) = solution.contact_region.edge
+    assert np.interp(0.0, *line[::-1, np.argsort(line[1])]) == pytest.approx(edge, abs=0.02)
+    assert (solution.pressure >= 0).all()
+    assert (solution.gap >= 0).all()
+    assert (solution.pressure * solution.gap == 0).all()
+    assert solution.complementarity_residual < 1e-12
+    assert solution.resultant == pytest.approx([1.0, e, 0.0], abs=1e-12)
+
+
+def test_lift_off_with_edge_weights_at_600_cells():
+    solution = punch(fine_disc(n=600, true_area=True)).solve(1.0, (0.5, 0.0))
+    assert solution.settlement == pytest.approx(0.4821, rel=1e-3)
+    assert solution.tilt[0] == pytest.approx(0.4190, rel=2e-3)
+
+
+def test_full_contact_is_the_bilateral_solution():
+    """Without negative pressures nothing is searched; e = a / 3 is in full contact."""
+    of = punch(perturbed(rectangle(9), 0.02))
+    for load in ({"force": 1.0}, {"force": 2.0, "at": (0.1, 0.05)}, {"settlement": 1.0}):
+        found, expected = of.solve(**load), of.solve(**load, unilateral=False)
+        assert np.array_equal(found.pressure, expected.pressure)
+        assert found.settlement == expected.settlement
+        assert found.message == "full contact"
+        assert found.iterations == 0
+        for method in ("active-set", "cg"):  # also when the methods begin with other pressures
+            other = of.solve(**load, method=method, start=of.solve(1.0, (0.9, 0.0)))
+            assert other.pressure == pytest.approx(expected.pressure, rel=1e-8)
+    circle = punch(fine_disc(n=600, true_area=True)).solve(1.0, (1 / 3, 0.0))
+    assert circle.message == "full contact"
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.floats(0, 0.85),
+    st.floats(0, 2 * np.pi),
+    st.integers(0, 10**6),
+    st.floats(0, 0.3),
+    st.sampled_from(["dual", "primal"]),
+)
+def test_complementarity(e, angle, seed, roughness, grid):
+    """Random loads on rough punches: conditions to 1e-10, both methods agree to 1e-8."""
+    rng = np.random.default_rng(seed)
+    mesh = perturbed(rectangle(7), 0.03, seed)
+    n = len(mesh.p[0]) if grid == "dual" else mesh.nelements
+    of = punch(mesh, grid, edge="singular", gap=roughness * rng.random(n))
+    load = {"force": 1.0, "at": (e * np.cos(angle), e * np.sin(angle))}
+    direct, iterative = (of.solve(**load, method=method) for method in ("active-set", "cg"))
+    for found in (direct, iterative, of.solve(**load)):
+        assert found.success
+        assert found.complementarity_residual < 1e-10
+        assert (found.pressure >= 0).all()
+        assert (found.gap >= 0).all()
+        assert (found.pressure * found.gap == 0).all()
+        assert np.abs(found.resultant_residual).max() < 1e-10
+    assert iterative.pressure == pytest.approx(direct.pressure, abs=1e-8 * direct.pressure.max())
+    assert iterative.settlement == pytest.approx(direct.settlement, abs=1e-8)
+    assert iterative.tilt == pytest.approx(direct.tilt, abs=1e-8)
+
+
+@settings(max_examples=20, deadline=None)
+@given(*[st.floats(-1, 1).map(lambda v: round(v, 9))] * 3)
+def test_given_position(settlement, lx, ly):
+    """The ground meets the punch where it is pushed in, and nowhere else."""
+    of = punch(disc(3), gap=Cone(0.3))
+    direct, iterative = (
+        of.solve(settlement=settlement, tilt=(lx, ly), method=method)
+        for method in ("active-set", "cg")
+    )
+    assert direct.success
+    assert iterative.success
+    largest = max(direct.pressure.max(), 1e-300)
+    assert iterative.pressure == pytest.approx(direct.pressure, abs=1e-8 * largest)
+    assert direct.complementarity_residual < 1e-10
+    overlap = of.system.planes.T @ [settlement, lx, ly] - of.initial_gap
+    if overlap.max() < 1e-12:
+        assert direct.pressure.max() < 1e-10
+    if overlap.max() < -1e-12:
+        assert direct.message == "no contact"
+        assert (direct.pressure == 0).all()
+        assert direct.contact_area == 0
+        assert direct.mean_pressure == 0
+    if overlap.max() > 1e-12:
+        assert direct.force > 0
+
+
+def test_a_reaction_beside_the_given_settlement():
+    """Not conjugate: the active set finds it, conjugate gradients say that they do not."""
+    of = punch(disc(3))
+    found = of.solve(settlement=0.5, at=(0.5, 0.1))
+    assert found.success
+    assert found.settlement == pytest.approx(0.5)
+    assert found.centre_of_pressure == pytest.approx([0.5, 0.1])
+    again = of.solve(found.force, (0.5, 0.1))
+    assert again.pressure == pytest.approx(found.pressure)
+    with pytest.raises(ValueError, match="imposed where the reaction acts"):
+        of.solve(settlement=0.5, at=(0.5, 0.1), method="cg")
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+@pytest.mark.parametrize("shape", ["sphere", "cone"])
+def test_sphere_and_cone_on_meshes_that_know_nothing_of_them(shape, grid):
+    """About 500 cells in contact, irregular, off centre: below 5e-3."""
+    centre, a = np.array([0.03, 0.05]), 0.56
+    size = 44 if grid == "dual" else 31
+    mesh = perturbed(rectangle(size), 0.15 * 2 / size)
+    args = (1.0, 0.0)
+    if shape == "sphere":
+        force, gap = 4 / 3 * a**3, Paraboloid(1.0, tuple(centre))
+        approach = exact.hertz_approach(force, 1.0, *args)
+        exact_pressure = lambda x: exact.hertz_pressure(x, force, 1.0, *args)  # noqa: E731
+    else:
+        force, gap = np.pi * a**2 * np.tan(0.3) / 2, Cone(0.3, tuple(centre))
+        approach = exact.cone_approach(force, 0.3, *args)
+        exact_pressure = lambda x: exact.cone_pressure(x, force, 0.3, *args)  # noqa: E731
+    of = punch(mesh, grid, gap=gap, origin=tuple(centre))
+    found = of.solve(force)
+    assert 350 < len(found.contact) < 650
+    assert found.settlement == pytest.approx(approach, rel=1e-3)
+    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(a, rel=5e-3)
+    assert np.abs(found.tilt).max() < 1e-3
+    x = of.partition.centroids - centre[:, None]
+    if shape == "sphere":
+        assert found.pressure.max() == pytest.approx(exact_pressure(0 * x).max(), rel=3e-3)
+    between = (np.hypot(*x) < 0.8 * a) & (np.hypot(*x) > 0.2 * a)
+    p = exact_pressure(x)
+    error = (found.pressure - p)[between] / p[between].mean()
+    assert np.sqrt(np.mean(error**2)) < 1e-2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_sphere_with_4000_cells_in_contact(grid):
+    centre, a = np.array([0.03, 0.05]), 0.56
+    size = 127 if grid == "dual" else 90
+    mesh = perturbed(rectangle(size), 0.15 * 2 / size)
+    of = punch(mesh, grid, gap=Paraboloid(1.0, tuple(centre)), origin=tuple(centre))
+    found = of.solve(4 / 3 * a**3)
+    assert len(found.contact) > 3500
+    assert found.settlement == pytest.approx(a**2, rel=1e-4)
+    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(a, rel=1e-3)
+    assert found.pressure.max() == pytest.approx(2 * a / np.pi, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("e", "settlement", "tilt", "area", "edge"),
+    [(0.35, 0.4999, 0.2626, 0.988, -0.91), (0.5, 0.4821, 0.4190, 0.735, -0.33)],
+)
+def test_circle_lifting_off_with_4000_cells(e, settlement, tilt, area, edge):
+    found = punch(fine_disc(n=4000, true_area=True)).solve(1.0, (e, 0.0))
+    assert found.success
+    assert found.settlement == pytest.approx(settlement, abs=1e-4)
+    assert found.tilt[0] == pytest.approx(tilt, abs=2e-4)
+    assert found.contact_area / np.pi == pytest.approx(area, abs=3e-3)
+    (line,) = found.contact_region.edge
+    assert np.interp(0.0, *line[::-1, np.argsort(line[1])]) == pytest.approx(edge, abs=0.02)
+
+
+def test_convergence_under_refinement():
+    """Settlement and tilt at e = 0.5 a settle down, faster than in proportion to h."""
+    found = [
+        punch(fine_disc(n=n, true_area=True)).solve(1.0, (0.5, 0.0)) for n in (150, 600, 2400)
+    ]
+    for values in ([s.settlement for s in found], [s.tilt[0] for s in found]):
+        first, second = np.abs(np.diff(values))
+        assert second < first / 2.2
+
+
+def test_any_ground():
+    ground = GradedHalfSpace.init_linear(young=1.0, poisson=0.25, gradient=1.0)
+    of = punch(disc(4), substrate=ground)
+    direct = of.solve(1.0, (0.5, 0.0), method="active-set")
+    iterative = of.solve(1.0, (0.5, 0.0), method="cg")
+    assert iterative.pressure == pytest.approx(direct.pressure, abs=1e-8 * direct.pressure.max())
+    assert direct.contact_area < np.pi
+
+
+def test_products_are_enough_for_conjugate_gradients():
+    of = punch(disc(4))
+    dense = problem(of, Load(force=1.0, at=(0.5, 0.1)))
+    sparse = problem(of, Load(force=1.0, at=(0.5, 0.1)))
+    object.__setattr__(sparse, "matrix", aslinearoperator(of.matrix))
+    one, two = conjugate_gradients(dense), conjugate_gradients(sparse)
+    assert two.pressure == pytest.approx(one.pressure, abs=1e-9 * one.pressure.max())
+    assert len(two.history) < 60
+    assert two.history[-1] <= 1e-10
+
+
+def test_cells_come_back():
+    """Begun with a few cells only, both methods let the others in."""
+    of = punch(disc(3))
+    p = problem(of, Load(force=1.0, at=(0.4, 0.0)))
+    few = np.zeros(len(of.partition), dtype=bool)
+    few[:5] = True
+    direct = active_set(p, few)
+    iterative = conjugate_gradients(p, np.where(few, 1.0, 0.0))
+    assert direct.success
+    assert iterative.success
+    expected = of.solve(1.0, (0.4, 0.0)).pressure
+    assert direct.pressure == pytest.approx(expected)
+    assert iterative.pressure == pytest.approx(expected, abs=1e-8 * expected.max())
+
+
+def test_warm_start_on_another_grid():
+    coarse = punch(disc(3)).solve(1.0, (0.6, 0.0))
+    fine = punch(disc(4))
+    cold = fine.solve(1.0, (0.6, 0.0), method="active-set")
+    warm = fine.solve(1.0, (0.6, 0.0), method="active-set", start=coarse)
+    assert warm.pressure == pytest.approx(cold.pressure)
+    assert warm.iterations < cold.iterations
+    with pytest.raises(TypeError, match="expected a PunchSolution for start, got int"):
+        fine.solve(1.0, start=3)
+
+
+def test_no_convergence_is_told(monkeypatch):
+    of = punch(disc(3))
+    p = problem(of, Load(force=1.0, at=(0.7, 0.0)))
+    for found in (
+        active_set(p, np.ones(len(of.partition), dtype=bool), most=2),
+        conjugate_gradients(p, most=3),
+    ):
+        assert not found.success
+        assert "no convergence in" in found.message
+        assert len(found.history) in (2, 3)
+    monkeypatch.setattr(system, "active_set", lambda p, c: active_set(p, c, most=1))
+    with pytest.warns(ConvergenceWarning, match="no convergence in 1 iterations"):
+        solution = of.solve(1.0, (0.7, 0.0), method="active-set")
+    assert not solution.success
+    assert "no convergence" in repr(solution)
+
+
+def test_loads_that_cannot_be_balanced():
+    """Straight into the solvers, which are not asked whether the load is possible."""
+    of = punch(disc(2))
+    p = problem(of, Load(force=1.0, at=(3.0, 0.0)))
+    for found in (active_set(p, np.ones(len(of.partition), dtype=bool)), conjugate_gradients(p)):
+        assert not found.success
+        assert found.message
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0, 2 * np.pi), st.floats(1e-3, 1e3), st.integers(0, 1000))
+def test_invariance(angle, size, seed):
+    """Turned, scaled and renumbered: the same contact."""
+    mesh = perturbed(disc(3), 0.02)
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    order = np.random.default_rng(seed).permutation(mesh.p.shape[1])
+    place = np.argsort(order)
+    other = MeshTri(size * turn @ mesh.p[:, order] + 5 * size, place[mesh.t])
+    one = punch(mesh).solve(1.0, (0.45, 0.1))
+    moved = punch(other, origin=(5 * size, 5 * size))
+    two = moved.solve(3.0, tuple(size * turn @ [0.45, 0.1]))
+    assert two.settlement == pytest.approx(3 * one.settlement / size)
+    assert two.tilt == pytest.approx(turn @ one.tilt * 3 / size**2)
+    assert two.pressure == pytest.approx(
+        3 / size**2 * one.pressure[order], abs=1e-9 * 3 / size**2 * one.pressure.max()
+    )
+    assert two.contact_area == pytest.approx(size**2 * one.contact_area, rel=1e-3)
+
+
+def test_contact_of_a_flat_punch_does_not_depend_on_the_force():
+    of = punch(disc(4))
+    one, two = of.solve(1.0, (0.6, 0.0)), of.solve(1e6, (0.6, 0.0))
+    assert np.array_equal(one.contact, two.contact)
+    assert two.pressure == pytest.approx(1e6 * one.pressure)
