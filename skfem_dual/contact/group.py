@@ -1,0 +1,382 @@
+"""Several rigid punches on one ground: neighbouring foundations."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, ElementTriP0, MeshTri
+
+from ..errors import ConvergenceWarning
+from ..grids.dual_mesh import DualMesh
+from ..grids.partition import Partition
+from .load import Constraints, Load, require_compression
+from .neighbours import free_of, require_apart
+from .punch import RigidPunch
+from .solution import PunchSolution
+from .substrates import Substrate
+from .system import ContactSystem, Method, timed
+from .unilateral import Contact
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RigidPunches:
+    """Rigid punches on one substrate that act on each other through the ground.
+
+    Each is a body with its own load, settlement and tilt; punches that are ``joined`` move as
+    one body. Where joined punches touch, the pressure is not singular.
+
+    Parameters
+    ----------
+    punches : sequence of RigidPunch
+        The punches, all on the same substrate.
+    joined : sequence of sequence of int
+        Numbers of the punches that are joined rigidly, for example ``[(0, 1)]``. Their load
+        refers to the origin of the first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no punch, their substrates differ, their plans overlap, or ``joined`` names a
+        punch twice or one that does not exist.
+
+    Examples
+    --------
+    Two footings beside each other settle more, and lean towards each other:
+
+    >>> from skfem import MeshTri
+    >>> from skfem_dual import DualMesh, HalfSpace
+    >>> soil, circle = HalfSpace(1.0, 0.0), MeshTri.init_circle(3)
+    >>> left, right = (
+    ...     RigidPunch(soil, DualMesh.from_mesh(circle.translated((x, 0))).basis(), origin=(x, 0))
+    ...     for x in (-1.5, 1.5)
+    ... )
+    >>> pair = RigidPunches([left, right]).solve([{"force": 1.0}, {"force": 1.0}])
+    >>> [round(s.settlement, 2) for s in pair.solutions], bool(pair[0].tilt[0] > 0)
+    ([0.61, 0.61], True)
+    """
+
+    punches: Sequence[RigidPunch]
+    joined: Sequence[Sequence[int]] = ()
+    timings: dict[str, float] = field(default_factory=dict, init=False)
+
+    def __post_init__(self):
+        punches = tuple(self.punches)
+        bad = [type(p).__name__ for p in punches if not isinstance(p, RigidPunch)]
+        if bad or not punches:
+            raise TypeError(f"expected some RigidPunch, got {bad[0] if bad else 'none'}")
+        for number, punch in enumerate(punches):
+            if punch.substrate != punches[0].substrate:
+                raise ValueError(
+                    f"expected all punches on one substrate, got {punches[0].substrate} under "
+                    f"punch 0 and {punch.substrate} under punch {number}"
+                )
+        groups = [tuple(int(i) for i in group) for group in self.joined]
+        named = [i for group in groups for i in group]
+        if len(set(named)) < len(named) or any(not 0 <= i < len(punches) for i in named):
+            raise ValueError(
+                f"expected numbers of punches from 0 to {len(punches) - 1}, each once, for "
+                f"joined, got {groups}"
+            )
+        require_apart(punches)
+        for group in groups:
+            parts = [punches[i].partition for i in group]
+            free = [free_of(punches[i], parts) for i in group]
+            punches = tuple(
+                free[group.index(i)] if i in group else punch for i, punch in enumerate(punches)
+            )
+        object.__setattr__(self, "punches", punches)
+        object.__setattr__(self, "joined", tuple(groups))
+
+    @classmethod
+    def from_subdomains(
+        cls,
+        substrate: Substrate,
+        mesh: MeshTri,
+        names: Sequence[str] | None = None,
+        grid: Literal["dual", "triangles"] = "dual",
+        joined: Sequence[Sequence[int]] = (),
+    ) -> "RigidPunches":
+        """One flat punch on each subdomain of a mesh, its origin at the centroid of its plan.
+
+        Parameters
+        ----------
+        substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+            The ground.
+        mesh : MeshTri
+            A mesh with subdomains.
+        names : sequence of str, optional
+            Their names; by default all, in alphabetical order.
+        grid : {"dual", "triangles"}
+            Whether cells are those of the dual grid or triangles.
+        joined : sequence of sequence of int
+            As for the class.
+
+        Raises
+        ------
+        ValueError
+            If a subdomain does not exist.
+        """
+        known = sorted(mesh.subdomains or {})
+        names = known if names is None else list(names)
+        if missing := [name for name in names if name not in known] or not names:
+            raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
+        if grid not in ("dual", "triangles"):
+            raise ValueError(f'expected grid "dual" or "triangles", got {grid!r}')
+        punches = []
+        for name in names:
+            part = mesh.restrict(name)
+            basis = (
+                DualMesh.from_mesh(part).basis()
+                if grid == "dual"
+                else CellBasis(part, ElementTriP0())
+            )
+            areas = Partition.from_basis(basis).areas
+            centre = Partition.from_basis(basis).centroids @ areas / areas.sum()
+            punches.append(RigidPunch(substrate, basis, origin=tuple(centre.tolist())))
+        return cls(punches, joined)
+
+    @cached_property
+    def bodies(self) -> tuple[tuple[int, ...], ...]:
+        """Numbers of the punches of each body, in the order of their first ones."""
+        joined = [tuple(group) for group in self.joined]
+        alone = set(range(len(self.punches))).difference(*joined)
+        return tuple(sorted([*joined, *((i,) for i in alone)]))
+
+    @cached_property
+    def _slices(self) -> list[slice]:
+        """Where the cells of each punch are among those of all."""
+        ends = np.cumsum([0, *(len(p.partition) for p in self.punches)])
+        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+
+    @cached_property
+    def _centres(self) -> list[ndarray]:
+        """Centroid of each body."""
+        weighed = [(p.centre, p.partition.areas.sum()) for p in self.punches]
+        return [
+            sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
+            for body in self.bodies
+        ]
+
+    @cached_property
+    def system(self) -> ContactSystem:
+        """The equations for all pressures and the positions of the bodies' centroids."""
+        n = self._slices[-1].stop
+        with timed(self.timings, "assembly"):
+            matrix = np.empty((n, n))
+            for rows, at in zip(self._slices, self.punches, strict=True):
+                for columns, under in zip(self._slices, self.punches, strict=True):
+                    matrix[rows, columns] = under.influence(at.collocation_points)
+        planes, resultants = (
+            np.zeros((3 * len(self.bodies), n)),
+            np.zeros((3 * len(self.bodies), n)),
+        )
+        for number, body in enumerate(self.bodies):
+            own = slice(3 * number, 3 * number + 3)
+            for i in body:
+                punch, cells = self.punches[i], self._slices[i]
+                shift = (punch.centre - self._centres[number])[:, None]
+                for target, of in (
+                    (planes, punch.planes(punch.collocation_points)),
+                    (resultants, punch.resultants),
+                ):
+                    target[own, cells] = of
+                    target[own, cells][1:] += shift * of[0]
+        return ContactSystem(
+            matrix,
+            planes,
+            resultants,
+            np.concatenate([p.initial_gap for p in self.punches]),
+            np.concatenate([p.partition.areas for p in self.punches]),
+            self.timings,
+        )
+
+    def solve(
+        self,
+        loads: Sequence[Load | Mapping],
+        *,
+        unilateral: bool = True,
+        method: Method = "auto",
+        start: "PunchesSolution | None" = None,
+        rtol: float = 1e-10,
+    ) -> "PunchesSolution":
+        """Pressures and positions of all bodies under one load each.
+
+        Parameters
+        ----------
+        loads : sequence of Load or mapping
+            What is imposed on each body, in the order of `bodies`; keyword arguments of `Load`.
+        unilateral, method, rtol
+            As `RigidPunch.solve`.
+        start : PunchesSolution, optional
+            A solution nearby to begin with, of as many punches.
+
+        Returns
+        -------
+        PunchesSolution
+            With ``success=False`` and a `ConvergenceWarning` if the contact was not found.
+
+        Raises
+        ------
+        ValueError
+            If there is not one load for each body, or a load is impossible; says which.
+        ConvergenceError
+            If the system of equations is singular.
+        """
+        if len(loads) != len(self.bodies):
+            raise ValueError(
+                f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
+            )
+        given = [load if isinstance(load, Load) else Load(**load) for load in loads]
+        constraints = []
+        for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
+            origin = np.array(self.punches[body[0]].origin)
+            if unilateral:
+                self._require_compression(number, load, origin)
+            constraints.append(load.constraints(origin - self._centres[number]))
+        begin = perf_counter()
+        everything = Constraints.together(constraints)
+        if unilateral:
+            pressures = None
+            if start is not None:
+                pressures = np.concatenate(
+                    [p.pressures_of(s) for p, s in zip(self.punches, start.solutions, strict=True)]
+                )
+            contact, position = self.system.unilateral(everything, method, pressures, rtol)
+        else:
+            contact, position = self.system.bilateral(everything)
+        timings = self.timings | {"solution": perf_counter() - begin}
+        if not contact.success:
+            warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
+        return PunchesSolution(self, self._solutions(given, contact, position, timings))
+
+    def _require_compression(self, number: int, load: Load, origin: ndarray) -> None:
+        members = [self.punches[i] for i in self.bodies[number]]
+        try:
+            if load.force == 0 and len(self.bodies) > 1:
+                raise ValueError(
+                    "expected a positive force. Remedy: leave out bodies without a load"
+                )
+            require_compression(
+                load,
+                np.hstack([p.acting for p in members]) - origin[:, None],
+                np.hstack([p.partition.polygons.p for p in members]) - origin[:, None],
+                all(p.gap is None for p in members),
+            )
+        except ValueError as error:
+            raise ValueError(f"body {number}: {error}") from None
+
+    def _solutions(
+        self, loads: list[Load], contact: Contact, position: ndarray, timings: dict[str, float]
+    ) -> tuple[PunchSolution, ...]:
+        pressures = [contact.pressure[cells] for cells in self._slices]
+        found = {}
+        for number, body in enumerate(self.bodies):
+            moved = position[3 * number : 3 * number + 3]
+            for i in body:
+                punch, cells = self.punches[i], self._slices[i]
+                own = moved.copy()
+                own[0] += moved[1:] @ (punch.centre - self._centres[number])
+                part = replace(
+                    contact,
+                    pressure=pressures[i],
+                    gap=contact.gap[cells],
+                    touching=contact.touching[cells],
+                )
+                settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
+                # each of joined punches has a position, not a load, of its own
+                load = loads[number]
+                if len(body) > 1:
+                    load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
+                others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
+                others = others[:i] + others[i + 1 :]
+                found[i] = punch.solution(load, part, own, timings, others)
+        return tuple(found[i] for i in range(len(self.punches)))
+
+    def interaction_factors(self, loads: Sequence[Load | Mapping], **options) -> ndarray:
+        """Settlement of each body over its settlement alone on the ground, under the same load.
+
+        Parameters
+        ----------
+        loads, options
+            As `solve`.
+
+        Returns
+        -------
+        (nbodies,) array of float
+            At least 1 for forces without moments.
+        """
+        together = self.solve(loads, **options)
+        factors = []
+        for body, load in zip(self.bodies, loads, strict=True):
+            joined = [tuple(range(len(body)))] if len(body) > 1 else ()
+            alone = RigidPunches([self.punches[i] for i in body], joined).solve([load], **options)
+            factors.append(together[body[0]].settlement / alone[0].settlement)
+        return np.array(factors)
+
+    def __repr__(self) -> str:
+        lines = [f"  Punch {i}: {p.grid_description}" for i, p in enumerate(self.punches)]
+        bodies = ", ".join("+".join(map(str, body)) for body in self.bodies)
+        return "\n".join(
+            [
+                "<skfem_dual RigidPunches object>",
+                f"  Substrate: {self.punches[0].substrate}",
+                *lines,
+                f"  Bodies: {bodies}",
+            ]
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PunchesSolution:
+    """Pressures under several punches and their positions.
+
+    Attributes
+    ----------
+    punches : RigidPunches
+        The problem solved.
+    solutions : tuple of PunchSolution
+        One for each punch.
+    """
+
+    punches: RigidPunches
+    solutions: tuple[PunchSolution, ...]
+
+    def __getitem__(self, i: int) -> PunchSolution:
+        return self.solutions[i]
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    @property
+    def success(self) -> bool:
+        """Whether the contact regions were found."""
+        return all(s.success for s in self.solutions)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations in which they were found."""
+        return max(s.iterations for s in self.solutions)
+
+    @property
+    def force(self) -> ndarray:
+        """Resultant of each body, shape (nbodies,)."""
+        return np.array([sum(self[i].force for i in body) for body in self.punches.bodies])
+
+    def displacement(self, x) -> ndarray:
+        """Settlement of the ground at points of shape (2, m), under all punches."""
+        return self[0].displacement(x)
+
+    def __repr__(self) -> str:
+        head = "  punch  force        settlement   tilt                      contact area"
+        rows = [
+            f"  {i:<7}{s.force:<13.6g}{s.settlement:<13.6g}"
+            f"{f'({s.tilt[0]:.4g}, {s.tilt[1]:.4g})':<26}{s.contact_area:.6g}"
+            for i, s in enumerate(self.solutions)
+        ]
+        return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])

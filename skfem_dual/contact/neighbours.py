@@ -1,0 +1,63 @@
+"""Plans of punches beside each other: where they touch, and that they do not overlap."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.cellwise import nodal_mesh
+from ..grids.edge import distance_to_segments, edge_ribs
+from ..grids.partition import Partition
+from ..grids.planar import covered_twice, cross
+from ..grids.polygons import some
+from .punch import RigidPunch
+
+
+def _outline(partition: Partition) -> tuple[ndarray, ndarray]:
+    """Both ends of every rib on the edge of a plan."""
+    a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
+    return a, b
+
+
+def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
+    """``punch`` with a singular edge only where it touches no other of ``parts``."""
+    if punch.weights is None:
+        return punch
+    ribs, own = punch.weights.ribs, punch.partition
+    a, b = own.polygons.p[:, own.facets[:, ribs]].swapaxes(0, 1)
+    middle, size = (a + b) / 2, np.sqrt(own.areas.sum())
+    touches = np.zeros(len(ribs), dtype=bool)
+    for part in parts:
+        if part is not own:
+            touches |= distance_to_segments(middle, *_outline(part)) < 1e-9 * size
+    if not touches.any():
+        return punch
+    if touches.all():
+        return replace(punch, edge="constant", edge_boundaries=None)
+    return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
+
+
+def require_apart(punches: Sequence[RigidPunch]) -> None:
+    """Refuse plans that overlap; they may touch."""
+    points: list[ndarray] = []
+    facets, inside, owner = [], [], []
+    for number, punch in enumerate(punches):
+        mesh = nodal_mesh(punch.basis)
+        outer = np.nonzero(mesh.f2t[1] == -1)[0]
+        start, end = mesh.facets[:, outer]
+        middle = mesh.p[:, mesh.t[:, mesh.f2t[0, outer]]].mean(axis=1)
+        along = mesh.p[:, end] - mesh.p[:, start]
+        left = cross(along, middle - mesh.p[:, start]) > 0
+        first = sum(p.shape[1] for p in points)
+        points.append(mesh.p)
+        facets.append(first + np.where(left, [start, end], [end, start]))
+        inside.append(middle)
+        owner.append(np.full(len(outer), number))
+    bad = covered_twice(np.hstack(points), np.hstack(facets), np.hstack(inside))
+    if len(bad):
+        numbers = np.unique(np.concatenate(owner)[bad])
+        raise ValueError(
+            f"expected plans that do not overlap, got punches {some(numbers)} that do. Remedy: "
+            "move them apart"
+        )

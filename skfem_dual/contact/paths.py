@@ -1,0 +1,202 @@
+"""Sequences of loads: each solution begins with the one before."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import ConvexHull
+
+from .load import Pair, checked_number, checked_pair
+from .punch import RigidPunch
+from .solution import PunchSolution
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadPath:
+    """Solutions along a path of loads.
+
+    Attributes
+    ----------
+    solutions : tuple of PunchSolution
+        In the order of the loads.
+    """
+
+    solutions: tuple[PunchSolution, ...]
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __getitem__(self, i: int) -> PunchSolution:
+        return self.solutions[i]
+
+    def __repr__(self) -> str:
+        found = sum(s.success for s in self.solutions)
+        head = "<skfem_dual LoadPath object>\n  force        settlement   tilt"
+        rows = [
+            f"  {s.force:<12.5g} {s.settlement:<12.5g} ({s.tilt[0]:.5g}, {s.tilt[1]:.5g})"
+            for s in self.solutions
+        ]
+        return "\n".join([head, *rows, f"  {found} of {len(self)} found"])
+
+    @property
+    def force(self) -> ndarray:
+        """Forces, shape (k,)."""
+        return np.array([s.force for s in self.solutions])
+
+    @property
+    def moments(self) -> ndarray:
+        """First moments of the pressure from the origin, shape (2, k)."""
+        return np.array([s.resultant[1:] for s in self.solutions]).reshape(-1, 2).T
+
+    @property
+    def settlement(self) -> ndarray:
+        """Settlements of the origin, shape (k,)."""
+        return np.array([s.settlement for s in self.solutions])
+
+    @property
+    def tilt(self) -> ndarray:
+        """Inclinations, shape (2, k)."""
+        return np.array([s.tilt for s in self.solutions]).reshape(-1, 2).T
+
+    @property
+    def contact_area(self) -> ndarray:
+        """Areas in contact, shape (k,)."""
+        return np.array([s.contact_area for s in self.solutions])
+
+    @property
+    def success(self) -> bool:
+        """Whether every contact region was found."""
+        return all(s.success for s in self.solutions)
+
+
+def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options) -> LoadPath:
+    """Solve for one load after the other, each from the contact found before.
+
+    Parameters
+    ----------
+    punch : RigidPunch
+        The punch.
+    loads : iterable of mapping
+        What is imposed in each step, keyword arguments of `RigidPunch.solve`.
+    options
+        Further arguments of `RigidPunch.solve` for all steps.
+
+    Returns
+    -------
+    LoadPath
+
+    Raises
+    ------
+    ValueError
+        If a load is impossible; says which.
+
+    Examples
+    --------
+    >>> from skfem import MeshTri
+    >>> from skfem_dual import DualMesh, HalfSpace
+    >>> dual = DualMesh.from_mesh(MeshTri.init_circle(3))
+    >>> punch = RigidPunch(HalfSpace(1.0, 0.0), dual.basis())
+    >>> path = load_path(punch, [{"force": 1.0, "at": (e, 0.0)} for e in (0.2, 0.4, 0.6)])
+    >>> [round(float(area), 1) for area in path.contact_area]
+    [3.1, 2.9, 1.7]
+    """
+    solutions: list[PunchSolution] = []
+    for number, load in enumerate(loads):
+        # from full contact the next step is found at once; a failed one is no beginning
+        last = solutions[-1] if solutions else None
+        start = last if last is not None and last.iterations and last.success else None
+        try:
+            solutions.append(punch.solve(**load, start=start, **options))
+        except ValueError as error:
+            raise ValueError(f"load {number}: {error}") from error
+    return LoadPath(tuple(solutions))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MomentRotation(LoadPath):
+    """A footing under a constant force and a growing moment.
+
+    Attributes
+    ----------
+    direction : (2,) array of float
+        Unit vector along which the force moves out.
+    eccentricity : (k,) array of float
+        Its distances from the origin.
+    lift_off : float
+        Distance at which the footing begins to lift off; NaN for a shaped punch.
+    overturning : float
+        Distance at which it turns over: the edge of the plan's convex hull.
+    """
+
+    direction: ndarray
+    eccentricity: ndarray
+    lift_off: float
+    overturning: float
+
+    @property
+    def moment(self) -> ndarray:
+        """Force times eccentricity, shape (k,)."""
+        return self.force * self.eccentricity
+
+    @property
+    def rotation(self) -> ndarray:
+        """Inclination along ``direction``, shape (k,)."""
+        return self.direction @ self.tilt
+
+
+def moment_rotation(
+    punch: RigidPunch, force: float, direction: Pair = (1.0, 0.0), steps: int = 24, **options
+) -> MomentRotation:
+    """Moment-rotation curve of a footing up to 97 % of the overturning moment.
+
+    Parameters
+    ----------
+    punch : RigidPunch
+        The footing; its origin must lie inside the convex hull of its plan.
+    force : float
+        The constant force.
+    direction : pair of float
+        Along which the force moves out.
+    steps : int
+        Number of solutions, closer to each other towards overturning.
+    options
+        Further arguments of `RigidPunch.solve`.
+
+    Returns
+    -------
+    MomentRotation
+
+    Raises
+    ------
+    ValueError
+        If the direction is zero, there are less than 2 steps, or the origin is outside.
+    """
+    force = checked_number("force", force)
+    along = np.array(checked_pair("direction", direction))
+    if not along.any():
+        raise ValueError("expected a direction, got (0, 0)")
+    if steps < 2:
+        raise ValueError(f"expected at least 2 steps, got {steps}")
+    along /= np.hypot(*along)
+    corners = punch.partition.polygons.p - np.array(punch.origin)[:, None]
+    overturning = _reach(ConvexHull(corners.T).equations, along)
+    if overturning <= 0:
+        raise ValueError("expected the origin of the punch inside the convex hull of its plan")
+    lift_off = np.nan
+    if punch.gap is None:
+        lift_off = _reach(ConvexHull(punch.kern().T).equations, along)
+    # the pressure acts inside the outermost cells
+    acting = (punch.acting - np.array(punch.origin)[:, None]).T
+    outermost = min(0.97 * overturning, 0.999 * _reach(ConvexHull(acting).equations, along))
+    eccentricity = outermost * (1 - (1 - np.linspace(0, 1, steps)) ** 2)
+    loads = [{"force": force, "at": tuple(e * along)} for e in eccentricity.tolist()]
+    path = load_path(punch, loads, **options)
+    return MomentRotation(path.solutions, along, eccentricity, lift_off, overturning)
+
+
+def _reach(half_planes: ndarray, along: ndarray) -> float:
+    """How far from the origin a direction leads out of a convex polygon."""
+    rate = half_planes[:, :2] @ along
+    ahead = rate > 1e-12
+    return float((-half_planes[ahead, 2] / rate[ahead]).min())

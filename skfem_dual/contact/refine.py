@@ -1,0 +1,66 @@
+"""Meshes refined where contact ends."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from skfem import MeshTri
+
+from ..grids.cellwise import nodal_mesh
+from ..grids.preprocess import repair
+from .punch import RigidPunch
+from .solution import PunchSolution
+
+
+def refine_to_contact(
+    make: Callable[[MeshTri], RigidPunch],
+    mesh: MeshTri,
+    load: Mapping,
+    refinements: int = 3,
+    **options,
+) -> list[PunchSolution]:
+    """Solve on meshes that are refined around the edge of contact, each from the last contact.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the punch on a mesh.
+    mesh : MeshTri
+        The first mesh.
+    load : mapping
+        What is imposed, keyword arguments of `RigidPunch.solve`.
+    refinements : int
+        How often to refine.
+    options
+        Further arguments of `RigidPunch.solve`.
+
+    Returns
+    -------
+    list of PunchSolution
+        On the first mesh, then on each refined one; fewer if contact is full or none.
+
+    Examples
+    --------
+    >>> from skfem_dual import DualMesh, HalfSpace
+    >>> from skfem_dual.contact.shapes import Paraboloid
+    >>> def sphere(mesh):
+    ...     basis = DualMesh.from_mesh(mesh).basis()
+    ...     return RigidPunch(HalfSpace(1.0, 0.0), basis, gap=Paraboloid(1.0))
+    >>> found = refine_to_contact(sphere, MeshTri.init_circle(3), {"force": 1 / 6}, 2)
+    >>> [round(s.settlement, 2) for s in found]  # exact: 0.25
+    [0.25, 0.25, 0.25]
+    """
+    if refinements < 0:
+        raise ValueError(f"expected refinements >= 0, got {refinements}")
+    solutions = [make(mesh).solve(**load, **options)]
+    for _ in range(refinements):
+        last = solutions[-1]
+        mesh = nodal_mesh(last.punch.basis)
+        marked = last.contact_region.crossed(mesh)
+        if len(marked) == 0:
+            break
+        # with the triangles around: the edge moves a little
+        around = np.isin(mesh.t, mesh.t[:, marked]).any(axis=0)
+        # refined triangles at the seam can be too long for a dual grid
+        mesh, _report = repair(mesh.refined(np.nonzero(around)[0]))
+        solutions.append(make(mesh).solve(**load, start=last, **options))
+    return solutions

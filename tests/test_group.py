@@ -1,0 +1,181 @@
+import numpy as np
+import pytest
+from plans import disc, rectangle
+from skfem import MeshTri
+
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Load,
+    Paraboloid,
+    RigidPunch,
+    RigidPunches,
+)
+
+UNIT = HalfSpace(1.0, 0.0)
+
+
+def punch(mesh, grid="dual", substrate=UNIT, **options):
+    dual = DualMesh.from_mesh(mesh)
+    return RigidPunch(
+        substrate, dual.basis() if grid == "dual" else dual.primal_basis(), **options
+    )
+
+
+def pair(distance, mesh=None, **options):
+    mesh = disc(3) if mesh is None else mesh
+    return RigidPunches(
+        [
+            punch(mesh.translated((x, 0.0)), origin=(x, 0.0), **options)
+            for x in (-distance / 2, distance / 2)
+        ]
+    )
+
+
+CENTRAL = [{"force": 1.0}, {"force": 1.0}]
+
+
+def test_far_punches_settle_as_one_alone():
+    """The other is a point force: settlement P / (pi E* d)."""
+    alone = punch(disc(3)).solve(1.0).settlement
+    for distance in (100.0, 10000.0):
+        found = pair(distance).solve(CENTRAL)
+        for s in found.solutions:
+            expected = alone + 1 / (np.pi * distance)
+            assert s.settlement == pytest.approx(expected, rel=1e-5)
+        assert found[0].pressure == pytest.approx(found[1].pressure, rel=1e-2)
+    assert pair(10000.0).interaction_factors(CENTRAL) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_reciprocity():
+    """Maxwell and Betti: the force on a fixed punch by a moved one, either way."""
+    group = RigidPunches(
+        [punch(disc(4)), punch(rectangle(8, 0.5, 1.0).translated((2.0, 0.3)), origin=(2.0, 0.3))]
+    )
+    still, moved = Load(settlement=0.0, tilt=(0, 0)), Load(settlement=1.0, tilt=(0, 0))
+    one = group.solve([moved, still], unilateral=False)
+    two = group.solve([still, moved], unilateral=False)
+    assert one[1].force == pytest.approx(two[0].force, rel=1e-3)
+    assert one[1].force < 0
+
+
+def test_neighbours_lean_towards_each_other():
+    found = pair(2.5).solve(CENTRAL)
+    left, right = found.solutions
+    assert left.tilt[0] == pytest.approx(-right.tilt[0], rel=1e-6)
+    assert left.tilt[0] > 0
+    assert left.settlement == pytest.approx(right.settlement)
+    for s in found.solutions:
+        assert s.resultant == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+        assert np.abs(s.resultant_residual).max() < 1e-12
+        x = s.punch.collocation_points
+        assert s.displacement(x) == pytest.approx(s.punch_displacement(x), rel=1e-9)
+    assert found.force == pytest.approx([1.0, 1.0])
+    beside = np.array([[0.0], [0.0]])
+    assert found.displacement(beside) == pytest.approx(right.displacement(beside))
+    factors = [pair(d).interaction_factors(CENTRAL)[0] for d in (2.5, 3.0, 5.0)]
+    assert factors[0] > factors[1] > factors[2] > 1
+
+
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+def test_touching_halves_joined_rigidly_settle_as_the_whole(grid):
+    mesh = MeshTri.init_tensor(np.linspace(-1, 1, 17), np.linspace(-1, 1, 17))
+    middle = mesh.p[:, mesh.t].mean(axis=1)
+    mesh = mesh.with_subdomains(
+        {"left": np.nonzero(middle[0] < 0)[0], "right": np.nonzero(middle[0] > 0)[0]}
+    )
+    whole = punch(mesh, "dual" if grid == "dual" else "primal")
+    halves = RigidPunches.from_subdomains(UNIT, mesh, grid=grid, joined=[(0, 1)])
+    assert halves.bodies == ((0, 1),)
+    assert halves.punches[0].origin == pytest.approx((-0.5, 0.0))
+    for at in ((0.1, 0.05), (0.55, 0.1)):  # full contact, and lifting off
+        one = whole.solve(1.0, at)
+        found = halves.solve([{"force": 1.0, "at": (at[0] + 0.5, at[1])}])
+        assert found.force == pytest.approx([1.0])
+        for s in found.solutions:
+            assert s.tilt == pytest.approx(one.tilt, rel=2e-3)
+            assert s.punch_displacement([[0.0], [0.0]]) == pytest.approx(one.settlement, rel=1e-3)
+        assert sum(s.contact_area for s in found.solutions) == pytest.approx(
+            one.contact_area, rel=2e-2
+        )
+
+
+def test_separate_halves_are_not_the_whole():
+    """Each tilts by itself."""
+    half = rectangle(4, 0.5, 1.0)
+    group = RigidPunches([punch(half.translated((x, 0.0)), origin=(x, 0.0)) for x in (-0.5, 0.5)])
+    found = group.solve([{"force": 1.0}, {"force": 1.0}])
+    assert found[0].tilt[0] > 0.05
+    assert found[1].tilt[0] < -0.05
+
+
+def test_one_lifts_off_the_other_does_not():
+    group = pair(2.5)
+    found = group.solve([{"force": 1.0, "at": (-0.5, 0.0)}, {"force": 2.0}])
+    assert found.success
+    assert found.iterations > 0
+    assert found[0].contact_area < 0.9 * np.pi
+    assert found[1].contact_area == pytest.approx(np.pi)
+    for s in found.solutions:
+        assert s.complementarity_residual < 1e-10
+    other = group.solve([{"force": 1.0, "at": (-0.5, 0.0)}, {"force": 2.0}], method="cg")
+    assert other[0].pressure == pytest.approx(found[0].pressure, abs=1e-8)
+    again = group.solve([{"force": 1.0, "at": (-0.52, 0.0)}, {"force": 2.0}], start=found)
+    assert again.success
+    text = repr(found)
+    assert "punch" in text
+    assert len(text.splitlines()) == 4
+
+
+def test_shapes_and_grounds():
+    ground = GradedHalfSpace.init_linear(young=1.0, poisson=0.25, gradient=1.0)
+    group = RigidPunches(
+        [
+            punch(disc(3), substrate=ground),
+            punch(
+                disc(3).translated((3.0, 0.0)),
+                "primal",
+                ground,
+                origin=(3.0, 0.0),
+                gap=Paraboloid(2.0, (3.0, 0.0)),
+            ),
+        ]
+    )
+    found = group.solve([{"force": 1.0}, {"force": 0.2}])
+    assert found[1].contact_area < 0.9 * np.pi
+    assert "substrate" in repr(group).lower()
+
+
+def test_bad_groups():
+    with pytest.raises(TypeError, match="expected some RigidPunch, got none"):
+        RigidPunches([])
+    with pytest.raises(TypeError, match="got int"):
+        RigidPunches([1])
+    with pytest.raises(ValueError, match="overlap, got punches 0, 1"):
+        pair(1.0)
+    with pytest.raises(ValueError, match="on one substrate"):
+        RigidPunches(
+            [punch(disc(1)), punch(disc(1).translated((3.0, 0)), substrate=HalfSpace(2.0, 0.0))]
+        )
+    for joined in ([(0, 1), (1, 0)], [(0, 2)]):
+        with pytest.raises(ValueError, match="numbers of punches from 0 to 1, each once"):
+            RigidPunches(pair(3.0).punches, joined)
+    with pytest.raises(ValueError, match="names of subdomains"):
+        RigidPunches.from_subdomains(UNIT, disc(1))
+    mesh = disc(1).with_subdomains({"all": np.arange(4)})
+    with pytest.raises(ValueError, match='"dual" or "triangles"'):
+        RigidPunches.from_subdomains(UNIT, mesh, grid="primal")
+
+
+@pytest.mark.parametrize(
+    ("loads", "message"),
+    [
+        ([{"force": 1.0}], "one load for each of the 2 bodies, got 1"),
+        ([{"force": 1.0}, {"force": 0.0}], "body 1: expected a positive force"),
+        ([{"force": 1.0, "at": (2.0, 0.0)}, {"force": 1.0}], "body 0: expected a resultant"),
+    ],
+)
+def test_bad_loads(loads, message):
+    with pytest.raises(ValueError, match=message):
+        pair(3.0).solve(loads)

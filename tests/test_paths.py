@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+from plans import disc, rectangle
+
+from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, load_path, moment_rotation
+
+UNIT = HalfSpace(1.0, 0.0)
+
+
+def punch(mesh, **options):
+    return RigidPunch(UNIT, DualMesh.from_mesh(mesh).basis(), **options)
+
+
+def test_a_path_is_its_loads_one_by_one():
+    of = punch(disc(4))
+    loads = [{"force": 1.0, "at": (e, 0.1)} for e in (0.1, 0.4, 0.5, 0.6, 0.2)]
+    path = load_path(of, loads)
+    assert path.success
+    assert len(path) == 5
+    for found, load in zip(path.solutions, loads, strict=True):
+        assert found.pressure == pytest.approx(of.solve(**load).pressure, abs=1e-10)
+    assert path.force == pytest.approx(1.0)
+    assert path.moments[0] == pytest.approx([0.1, 0.4, 0.5, 0.6, 0.2])
+    assert path.tilt.shape == (2, 5)
+    assert path[1].settlement == path.settlement[1]
+    assert (np.diff(path.contact_area[:4]) < 0).all()
+    assert "5 of 5 found" in repr(path)
+    assert load_path(of, []).tilt.shape == (2, 0)
+
+
+def test_a_sphere_pressed_in_and_out():
+    """Cells come into contact and leave it; the way back is the way there."""
+    of = punch(rectangle(16), gap=Paraboloid(1.0))
+    forces = [0.05, 0.1, 0.2, 0.1, 0.05]
+    path = load_path(of, [{"force": f} for f in forces])
+    assert path.settlement[[4, 3]] == pytest.approx(path.settlement[[0, 1]])
+    # exact: settlement in proportion to force ** (2 / 3)
+    ratio = path.settlement[2] / path.settlement[1]
+    assert ratio == pytest.approx(2 ** (2 / 3), rel=1e-2)
+
+
+def test_which_load_is_impossible():
+    with pytest.raises(ValueError, match="load 1: expected a resultant within the plan"):
+        load_path(punch(disc(2)), [{"force": 1.0}, {"force": 1.0, "at": (2.0, 0.0)}])
+
+
+def test_moment_rotation():
+    of = punch(disc(4))
+    curve = moment_rotation(of, 2.0, direction=(3.0, 4.0), steps=8)
+    assert curve.direction == pytest.approx([0.6, 0.8])
+    assert curve.overturning == pytest.approx(1.0, rel=1e-2)
+    assert curve.lift_off == pytest.approx(1 / 3, rel=1e-2)
+    assert curve.success
+    e, rotation = curve.eccentricity, curve.rotation
+    assert curve.moment == pytest.approx(2 * e)
+    assert np.hypot(*curve.moments) == pytest.approx(2 * e)
+    full = e < 1 / 3
+    # exact: 3 M / (4 a^3 E*) in full contact, softer beyond
+    assert rotation[full] == pytest.approx(0.75 * curve.moment[full], rel=3e-3, abs=1e-4)
+    softness = np.diff(rotation) / np.diff(curve.moment)
+    assert (np.diff(softness[1:]) > -1e-3).all()
+    assert softness[-1] > 10 * softness[0]
+    assert (np.diff(curve.contact_area) < 1e-9).all()
+    assert curve.eccentricity[-1] == pytest.approx(0.97, rel=2e-2)
+
+
+def test_moment_rotation_of_a_shaped_punch_has_no_lift_off():
+    curve = moment_rotation(punch(rectangle(10), gap=Paraboloid(30.0)), 1.0, steps=3)
+    assert np.isnan(curve.lift_off)
+    assert curve.rotation[-1] > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"direction": (0, 0)}, "expected a direction"),
+        ({"steps": 1}, "at least 2 steps"),
+    ],
+)
+def test_bad_curves(options, message):
+    with pytest.raises(ValueError, match=message):
+        moment_rotation(punch(disc(1)), 1.0, **options)
+    with pytest.raises(ValueError, match="origin of the punch inside"):
+        moment_rotation(punch(disc(1), origin=(5.0, 0.0)), 1.0)
