@@ -1,0 +1,1 @@
+"""Stage 3, postprocessing: two solutions on dual grids, one better field."""

@@ -1,0 +1,120 @@
+"""Force and moments as constraints of the minimum."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+
+from ..errors import ConvergenceError
+from .functional import CoupleFunctional
+from .regular import RegularCouple
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Force and moments of the three fields of a couple, and what they should be.
+
+    Attributes
+    ----------
+    couple : RegularCouple
+        The couple of grids and the fields of its regular parts.
+    resultants : (2, 3) array of float
+        Force and first moments of the pressures on dual cells and on triangles. The field on the
+        general triangulation takes their mean.
+    origin : pair of float
+        The point the moments refer to.
+    """
+
+    couple: RegularCouple
+    resultants: ndarray
+    origin: tuple[float, float]
+
+    @cached_property
+    def wanted(self) -> ndarray:
+        """Resultants on dual cells, on triangles and of the field, moments over a length."""
+        scaled = self.resultants / [1, self._size, self._size]
+        return np.vstack([scaled, scaled.mean(axis=0)])
+
+    @cached_property
+    def _size(self) -> float:
+        return float(np.sqrt(self.couple.areas[: len(self.couple.dual)].sum()))
+
+    def _planes(self, x: ndarray) -> ndarray:
+        """1, x and y of one unit at points."""
+        return np.vstack([np.ones(x.shape[1]), (x - np.array(self.origin)[:, None]) / self._size])
+
+    @cached_property
+    def _integrals(self) -> list[ndarray]:
+        """Integrals of 1, x and y times the functions of each field, shape (3, ...)."""
+        couple, n = self.couple, len(self.couple.dual)
+        loads = self._planes(couple.acting) * couple.areas
+        p, t = couple.general.p, couple.general.t
+        return [loads[:, :n], loads[:, n:], _hat_integrals(p, t, self._planes(p))]
+
+    def minimum(self, functional: CoupleFunctional, values: ndarray, held: ndarray) -> ndarray:
+        """The minimum of the functional among the regular parts that are balanced.
+
+        Parameters
+        ----------
+        functional : CoupleFunctional
+            Whose minimum ``values`` are.
+        values : (n + m,) array of float
+            Regular parts without the constraints.
+        held : (n + m,) array of bool
+            Values that stay.
+
+        Returns
+        -------
+        (n + m,) array of float
+            Those for which the pressures on both grids, and without a singular edge also the
+            field, have the wanted resultants: three constraints for each, whose multipliers
+            follow from a Schur complement. On a singular edge the field is finite where the
+            pressure is not, and would draw the pressures after it.
+        """
+        couple, n = self.couple, len(self.couple.dual)
+        fields = [couple.to_pressures[:n], couple.to_pressures[n:], couple.to_field]
+        several = 2 if couple.edge_nodes.any() else 3
+        matrix = np.vstack([i @ f for i, f in zip(self._integrals[:several], fields)])
+        free = np.where(held, 0.0, 1.0)
+        responses = functional.solve(free[:, None] * matrix.T) * free[:, None]
+        missing = self.wanted[:several].ravel() - matrix @ values
+        return values + responses @ np.linalg.solve(matrix @ responses, missing)
+
+    def completed(self, which: int, values: ndarray) -> ndarray:
+        """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
+
+        The rest that is left to balance is small: of values cut off at zero and, on a singular
+        edge, of the field's finite values there, which alone are multiplied then.
+
+        Raises
+        ------
+        ConvergenceError
+            If hardly any pressures are left to be multiplied.
+        """
+        couple, n = self.couple, len(self.couple.dual)
+        points = [couple.acting[:, :n], couple.acting[:, n:], couple.general.p][which]
+        part = np.ones(len(values), dtype=bool)
+        if which == 2 and np.count_nonzero(values[couple.edge_nodes]) >= 3:
+            part = couple.edge_nodes
+        integrals = self._integrals[which]
+        shares = self._planes(points[:, part]) * values[part]
+        missing = self.wanted[which] - integrals @ values
+        out = values.copy()
+        try:
+            out[part] += shares.T @ np.linalg.solve(integrals[:, part] @ shares.T, missing)
+        except np.linalg.LinAlgError:
+            raise ConvergenceError(
+                "no pressures are left to carry force and moments. Remedy: conserve=False, or "
+                "solutions of one problem whose resultants are those of their pressures"
+            ) from None
+        return out
+
+
+def _hat_integrals(p: ndarray, t: ndarray, planes: ndarray) -> ndarray:
+    """Integrals of hat functions times linear functions given at the nodes, shape (k, nodes)."""
+    a, b = p[:, t[1]] - p[:, t[0]], p[:, t[2]] - p[:, t[0]]
+    area = np.abs(a[0] * b[1] - a[1] * b[0]) / 2
+    return np.stack(
+        [np.bincount(t.ravel(), (area / 12 * (g[t].sum(axis=0) + g[t])).ravel()) for g in planes]
+    )

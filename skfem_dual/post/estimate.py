@@ -1,0 +1,158 @@
+"""How far a couple of solutions is from the exact one, and where to refine the mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+
+from ..contact.solution import PunchSolution
+from ..grids.polygons import readonly
+from .postprocess import check_couple
+
+#: share of node-collocated dual cells in a settlement whose errors cancel to first order
+SHARE = 0.4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoupleEstimate:
+    """What two solutions on dual grids tell of their errors; see `estimate_error`.
+
+    Attributes
+    ----------
+    settlement : (2,) array of float
+        Smaller and larger settlement of the two.
+    tilt : (2, 2) array of float
+        Smaller and larger inclination Lx, and Ly.
+    bracketed : bool
+        Whether the exact values are expected between them: constant pressures, dual cells
+        collocated at their nodes, triangles at their centroids. Found so under given loads on
+        every valid mesh tried, not proven.
+    mixed_settlement : float
+        Mixture of both in which their errors cancel to first order, if they bracket the exact
+        value; the mean of both otherwise.
+    on_triangles : (m,) array of float
+        Indicator of each triangle, in units of an energy; its squares add up.
+    on_cells : (n,) array of float
+        The same for the dual cells.
+    """
+
+    settlement: ndarray
+    tilt: ndarray
+    bracketed: bool
+    mixed_settlement: float
+    on_triangles: ndarray
+    on_cells: ndarray
+
+    @property
+    def total(self) -> float:
+        """Root of the sum of squares of the indicators."""
+        return float(np.sqrt(np.sum(self.on_triangles**2)))
+
+    def __repr__(self) -> str:
+        (low, high), (x, y) = self.settlement, self.tilt
+        return (
+            "<skfem_dual CoupleEstimate object>\n"
+            f"  Settlement: {low:.6g} to {high:.6g}, mixed {self.mixed_settlement:.6g}\n"
+            f"  Tilt: {x[0]:.6g} to {x[1]:.6g}, {y[0]:.6g} to {y[1]:.6g}\n"
+            f"  Exact values expected between: {'yes' if self.bracketed else 'no'}\n"
+            f"  Indicator: {self.total:.4g}"
+        )
+
+
+def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> CoupleEstimate:
+    """Bracket of the settlement and indicators of the error from a couple of solutions.
+
+    Parameters
+    ----------
+    on_cells, on_triangles : PunchSolution
+        Solutions of one problem on ``dual.basis()`` and ``dual.primal_basis()``. The bracket
+        needs ``edge="constant"``, and ``collocation="node"`` on the dual cells.
+
+    Returns
+    -------
+    CoupleEstimate
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `postprocess`.
+
+    Notes
+    -----
+    The indicator of a triangle T is the root of ``c h_T`` times the integral over T of the squared
+    difference of both pressures, with the size ``h_T`` and the substrate's c in c / r: the square
+    of a norm weaker by half an order than that of L2, in which errors of pressures are energies.
+    It is an indicator: what it is of the true error is measured, not bounded
+    (`benchmarks/postprocess.py`).
+
+    Examples
+    --------
+    >>> from skfem import MeshTri
+    >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+    >>> mesh = MeshTri.init_sqsymmetric().refined(3).translated((-0.5, -0.5))
+    >>> dual, soil = DualMesh.from_mesh(mesh), HalfSpace(1.0, 0.0)
+    >>> below = RigidPunch(soil, dual.basis(), edge="constant", collocation="node")
+    >>> above = RigidPunch(soil, dual.primal_basis(), edge="constant")
+    >>> estimate = estimate_error(below.solve(1.0), above.solve(1.0))
+    >>> low, high = estimate.settlement
+    >>> bool(low < 1 / (np.pi * 0.5 * 0.733576) < high)  # exact for the square
+    True
+    """
+    check_couple(on_cells, on_triangles)
+    solutions = on_cells, on_triangles
+    constant = all(s.punch.weights is None for s in solutions)
+    bracketed = constant and on_cells.punch.collocation == "node"
+    settlement = np.array([s.settlement for s in solutions])
+    tilt = np.stack([s.tilt for s in solutions], axis=1)
+    share = SHARE if bracketed else 0.5
+
+    dual, punch = on_cells.punch.basis.dual, on_cells.punch
+    triangle = np.arange(dual.refinement.nelements) // 6
+    difference = on_cells.pressure[dual.refinement_cells] - on_triangles.pressure[triangle]
+    area = np.abs(dual.refinement.mapping().detA) / 2
+    size = np.sqrt(dual.primal_partition.areas)[triangle]
+    squares = punch.substrate.singular_coefficient * size * area * difference**2
+    return CoupleEstimate(
+        settlement=readonly(np.sort(settlement)),
+        tilt=readonly(np.sort(tilt, axis=1)),
+        bracketed=bracketed,
+        mixed_settlement=float(share * settlement[0] + (1 - share) * settlement[1]),
+        on_triangles=readonly(np.sqrt(np.bincount(triangle, squares))),
+        on_cells=readonly(np.sqrt(np.bincount(dual.refinement_cells, squares))),
+    )
+
+
+def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
+    """The fewest cells that hold a fraction of the sum of squares (Dörfler's marking).
+
+    Parameters
+    ----------
+    indicator : (m,) array of float
+        Indicators of cells, as `CoupleEstimate.on_triangles`.
+    fraction : float
+        From 0 to 1; the larger, the more cells.
+
+    Returns
+    -------
+    array of int
+        Their numbers, ascending, for ``mesh.refined``.
+
+    Raises
+    ------
+    ValueError
+        If ``fraction`` is not from 0 to 1 or an indicator is not finite.
+
+    Examples
+    --------
+    >>> marked(np.array([0.1, 2.0, 0.5, 1.0]), 0.9)
+    array([1, 3])
+    """
+    squares = np.asarray(indicator, dtype=float) ** 2
+    if squares.ndim != 1 or not np.isfinite(squares).all():
+        raise ValueError("expected one finite indicator for each cell")
+    if not 0 < fraction <= 1:
+        raise ValueError(f"expected a fraction from 0 to 1, got {fraction}")
+    order = np.argsort(squares)[::-1]
+    sums = np.cumsum(squares[order])
+    enough = int(np.searchsorted(sums, fraction * sums[-1] * (1 - 1e-12))) + 1
+    return np.sort(order[:enough])

@@ -1,0 +1,226 @@
+"""Two solutions on dual grids, one better field (Section 5)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, ElementTriP1
+
+from ..contact.solution import PunchSolution
+from ..grids.cellwise import CellwiseBasis
+from ..grids.dual_mesh import DualMesh
+from ..grids.polygons import readonly
+from .conserve import Balance
+from .functional import CoupleFunctional, Weights
+from .mixture import mixture
+from .regular import RegularCouple
+from .weights import Choice
+from .weights import chosen as chosen_weights
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PostprocessedPressure:
+    """The field `postprocess` makes of two solutions; unpacks as ``basis, values``.
+
+    Attributes
+    ----------
+    dual : DualMesh
+        The couple of grids.
+    basis : CellBasis
+        First-order elements on the general triangulation: the nodes of the mesh, the barycentres
+        of the triangles, the middles of boundary facets.
+    values : (N,) array of float
+        Its vector, compression positive; finite on a singular edge.
+    on_cells : (n,) array of float
+        Mean pressures on the dual cells, a vector of ``dual.basis()``.
+    on_triangles : (m,) array of float
+        Mean pressures on the triangles, a vector of ``dual.primal_basis()``.
+    weights : Weights
+        Of the functional.
+    share : float
+        With ``weights="auto"``, the share of the solution on dual cells where both were mixed;
+        NaN where each kept its values.
+    reason : str
+        How the weights came about.
+    """
+
+    dual: DualMesh
+    basis: CellBasis
+    values: ndarray
+    on_cells: ndarray
+    on_triangles: ndarray
+    weights: Weights
+    share: float
+    reason: str
+
+    def __iter__(self) -> Iterator:
+        return iter((self.basis, self.values))
+
+    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
+        """First-order elements on the triangulation itself and the values at its nodes."""
+        return CellBasis(self.dual.mesh, ElementTriP1()), self.values[: len(self.dual)]
+
+    def __repr__(self) -> str:
+        w = self.weights
+        mixed = "" if np.isnan(self.share) else f", {self.share:.0%} from the dual cells"
+        return (
+            "<skfem_dual PostprocessedPressure object>\n"
+            f"  Nodes: {len(self.values)}, pressure {self.values.min():.6g} to "
+            f"{self.values.max():.6g}\n"
+            f"  Weights A {w.A1:.3g}, {w.A2:.3g}; B {w.B1:.3g}, {w.B2:.3g}; "
+            f"C {w.C1:.3g}, {w.C2:.3g}; D {w.D1:.3g}, {w.D2:.3g}\n"
+            f"  {self.reason}{mixed}"
+        )
+
+
+def postprocess(
+    on_cells: PunchSolution,
+    on_triangles: PunchSolution,
+    weights: Choice = "auto",
+    *,
+    edge: Literal["singular", "constant"] | None = None,
+    conserve: bool = False,
+) -> PostprocessedPressure:
+    """One field of pressure from two solutions of one problem on dual grids.
+
+    Smoothed are the regular parts of the pressures, the factor of the inverse square root of a
+    distance to the edge, see `RegularCouple`.
+
+    Parameters
+    ----------
+    on_cells, on_triangles : PunchSolution
+        Solutions on ``dual.basis()`` and ``dual.primal_basis()`` of one `DualMesh`.
+    weights : {"auto", "gcv"}, pair of float or Weights
+        ``"auto"``: what the couple deserves by what is known of the errors of its solutions,
+        from nothing up to the removal of their opposite biases, see `mixture`. ``"gcv"``:
+        generalised cross-validation, for random errors. A pair: the paper's W1 and W2 with
+        B = 16. `Weights`: all eight.
+    edge : {"singular", "constant"}, optional
+        Whether to divide the singularity out before the smoothing and to multiply it back, or to
+        smooth the pressures themselves. By default ``"singular"``, the case of flat punches;
+        ``"constant"`` if the punch has no sharp edge.
+    conserve : bool
+        Whether the field and the pressures on both grids carry force and moments of the
+        solutions exactly, as constraints of the minimum. They then differ a little more from
+        the pressure in the points.
+
+    Returns
+    -------
+    PostprocessedPressure
+        ``basis, values = postprocess(...)``, an ordinary basis of scikit-fem and its vector, and
+        the same as piecewise constants on both grids. Where both solutions have lifted off, at
+        a node and in all the cells around it, the pressure stays zero; it is nowhere negative
+        if those of the solutions are not.
+
+    Raises
+    ------
+    TypeError
+        If a solution is not on the grids of a `DualMesh`, or weights are something else.
+    ValueError
+        If the solutions are not on the two grids of one `DualMesh`, or have different origins.
+    ConvergenceError
+        If the weights are so far apart that the minimum is not found, or hardly any pressures are
+        left to conserve force and moments.
+
+    Examples
+    --------
+    >>> from skfem import MeshTri
+    >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+    >>> dual, soil = DualMesh.from_mesh(MeshTri.init_circle(4)), HalfSpace(1.0, 0.0)
+    >>> below = RigidPunch(soil, dual.basis(), edge="constant", collocation="node")
+    >>> above = RigidPunch(soil, dual.primal_basis(), edge="constant")
+    >>> basis, p = postprocess(below.solve(1.0), above.solve(1.0))
+    >>> centre = p[np.argmin(np.hypot(*basis.doflocs))]
+    >>> print(f"{centre:.4f}")  # exact for the circle: 0.1592
+    0.1600
+    """
+    check_couple(on_cells, on_triangles)
+    solutions = on_cells, on_triangles
+    if edge is None:
+        # a shaped punch has contact that ends inside its plan, without a singularity
+        sharp = any(s.punch.gap is None or s.punch.edge == "singular" for s in solutions)
+        edge = "singular" if sharp else "constant"
+    if edge not in ("singular", "constant"):
+        raise ValueError(f'expected edge "singular" or "constant", got {edge!r}')
+    dual = on_cells.punch.basis.dual
+    couple = RegularCouple(dual, _singular_facets(solutions) if edge == "singular" else _NONE)
+    n = len(dual)
+    old = np.concatenate([s.pressure for s in solutions])
+    share = np.nan
+    if isinstance(weights, str) and weights == "auto":
+        start = mixture(couple, solutions)
+        values, chosen, share, reason = start.values, start.weights, start.share, start.reason
+    else:
+        values = couple.from_pressures(old)
+        chosen, reason = chosen_weights(weights, couple.neighbours, values[:n], values[n:])
+    functional = CoupleFunctional(couple.neighbours, chosen)
+    new = np.concatenate(functional.minimise(values[:n], values[n:]))
+
+    lifted, not_pulled = _lifted(dual, old == 0), bool((old >= 0).all())
+
+    def kept(x: ndarray) -> ndarray:
+        """Nothing where both have lifted off, nothing negative if nothing was."""
+        return np.where(lifted, 0.0, x.clip(min=0.0) if not_pulled else x)
+
+    new = kept(new)
+    if conserve:
+        resultants = np.array([s.resultant for s in solutions])
+        balance = Balance(couple, resultants, on_cells.punch.origin)
+        new = kept(balance.minimum(functional, new, new == 0))
+    field, pressures = couple.to_field @ new, kept(couple.to_pressures @ new)
+    grids = [pressures[:n], pressures[n:], field]
+    if conserve:
+        grids = [balance.completed(which, values) for which, values in enumerate(grids)]
+    return PostprocessedPressure(
+        dual=dual,
+        basis=couple.field_basis(),
+        values=readonly(grids[2]),
+        on_cells=readonly(grids[0]),
+        on_triangles=readonly(grids[1]),
+        weights=chosen,
+        share=share,
+        reason=reason,
+    )
+
+
+_NONE = np.empty(0, np.int32)
+
+
+def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
+    """Refuse what is not a couple of solutions on the two grids of one `DualMesh`."""
+    for solution, grid in ((on_cells, "dual"), (on_triangles, "primal")):
+        if not isinstance(solution, PunchSolution):
+            raise TypeError(f"expected a PunchSolution, got {type(solution).__name__}")
+        basis = solution.punch.basis
+        if not (isinstance(basis, CellwiseBasis) and basis.grid == grid):
+            raise TypeError(
+                "expected solutions on dual.basis() and dual.primal_basis() of one DualMesh, in "
+                f"this order; got one on {solution.punch.grid_description} for the {grid} grid"
+            )
+    first, second = (s.punch.basis.dual.mesh for s in (on_cells, on_triangles))
+    if not (np.array_equal(first.p, second.p) and np.array_equal(first.t, second.t)):
+        raise ValueError("expected solutions on the two grids of one DualMesh, got two meshes")
+    if on_cells.punch.origin != on_triangles.punch.origin:
+        raise ValueError(
+            f"expected solutions with one origin, got {on_cells.punch.origin} and "
+            f"{on_triangles.punch.origin}"
+        )
+
+
+def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
+    """Facets on the singular edge: those an edge-weighted solution knows, or all."""
+    for solution in solutions:
+        if (weights := solution.punch.weights) is not None:
+            return np.unique(solution.punch.partition.boundary[weights.ribs])
+    mesh = solutions[0].punch.basis.dual.mesh
+    return np.nonzero(mesh.f2t[1] == -1)[0]
+
+
+def _lifted(dual: DualMesh, zero: ndarray) -> ndarray:
+    """Nodes and triangles without pressure and with none around them."""
+    n, t = len(dual), dual.mesh.t
+    around = np.ones(n, dtype=bool)
+    around[t[:, ~zero[n:]]] = False
+    return zero & np.concatenate([around, zero[:n][t].all(axis=0)])

@@ -1,0 +1,252 @@
+"""The regular part of pressures: what is left after the edge's singularity is divided out.
+
+Under a flat punch the pressure grows like ``1 / sqrt(d)`` towards the edge. It is written
+``p = s w`` with ``w = phi^(-1/2)``, where phi vanishes on the edge like the distance and is smooth
+inside, as the distance is not (it has ridges): the solution of ``-laplace(phi) = 1``, Prandtl's
+torsion function. Under a circle or an ellipse it makes ``s`` constant for a central force. A cell
+of mean pressure q has ``s = q / mean(w)`` at the point where its load acts, whatever was assumed
+of the pressure inside it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import block_array, csr_array, diags_array, eye_array
+from scipy.sparse.linalg import splu
+from skfem import CellBasis, ElementTriP1, MeshTri
+from skfem.models.poisson import laplace, unit_load
+
+from ..grids.dual_mesh import DualMesh
+from ..grids.edge import EdgeWeights
+from ..grids.fan import Fan
+from ..grids.general import general_triangulation
+from ..grids.partition import Partition
+from ..grids.polygons import readonly
+from .functional import Neighbours
+
+
+@dataclass(frozen=True, eq=False)
+class TorsionWeights(EdgeWeights):
+    """The weight ``w = phi^(-1/2)`` with given values of phi at the points of the fan."""
+
+    phi: ndarray
+
+    @cached_property
+    def root(self) -> ndarray:
+        """Square root of phi at the points of the fan; never zero, so that means are finite."""
+        return readonly(np.sqrt(self.phi.clip(1e-40 * self.phi.max())))
+
+
+@dataclass(frozen=True, eq=False)
+class RegularCouple:
+    """Regular parts at the nodes of a couple of grids, and the fields that belong to them.
+
+    Vectors of regular parts hold the values at the nodes of the mesh first, then those at the
+    barycentres of the triangles; vectors of pressures those of dual cells, then of triangles.
+
+    Attributes
+    ----------
+    dual : DualMesh
+        The couple of grids.
+    singular : (k,) array of int
+        Facets of the mesh on the singular edge. Without any w = 1, and s is the pressure.
+    """
+
+    dual: DualMesh
+    singular: ndarray
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Coefficients of the functional."""
+        return Neighbours.of(self.dual)
+
+    @cached_property
+    def partitions(self) -> tuple[Partition, Partition]:
+        """Dual cells and triangles."""
+        return self.dual.partition, self.dual.primal_partition
+
+    @cached_property
+    def areas(self) -> ndarray:
+        """Areas of dual cells and triangles."""
+        return np.concatenate([grid.areas for grid in self.partitions])
+
+    @cached_property
+    def x(self) -> ndarray:
+        """The nodes of the mesh and the barycentres, shape (2, n + m)."""
+        return np.hstack([grid.nodes for grid in self.partitions])
+
+    @cached_property
+    def general(self) -> MeshTri:
+        """The general triangulation, on whose nodes the fields live."""
+        return general_triangulation(self.dual)
+
+    @cached_property
+    def edge_nodes(self) -> ndarray:
+        """Whether each node of the general triangulation lies on the singular edge."""
+        on_edge = np.zeros(self.general.p.shape[1], dtype=bool)
+        on_edge[self.dual.mesh.facets[:, self.singular]] = True
+        boundary = np.nonzero(self.dual.mesh.f2t[1] == -1)[0]
+        on_edge[self.x.shape[1] :] = np.isin(boundary, self.singular)
+        return on_edge
+
+    @cached_property
+    def phi(self) -> ndarray:
+        """The torsion function at the nodes of the general triangulation."""
+        # along the ribs no triangle has all its nodes on the edge
+        mesh = general_triangulation(self.dual, "rib")
+        free = np.nonzero(~self.edge_nodes)[0]
+        hats = CellBasis(mesh, ElementTriP1())
+        stiffness, load = laplace.assemble(hats), unit_load.assemble(hats)
+        phi = np.zeros(mesh.p.shape[1])
+        matrix = stiffness[free][:, free].tocsc()
+        options = {"SymmetricMode": True}
+        factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        phi[free] = factors.solve(load[free])
+        # flat triangles may break the maximum principle
+        phi[free] = phi[free].clip(1e-6 * phi.max())
+        return phi
+
+    @cached_property
+    def weights(self) -> tuple[TorsionWeights, TorsionWeights] | None:
+        """How the pressure varies inside dual cells and triangles; None without an edge."""
+        if len(self.singular) == 0:
+            return None
+        mesh, dual = self.dual.mesh, self.dual
+        n, m = mesh.p.shape[1], mesh.nelements
+        # a crossing lies on the rib between two barycentres, or is the middle of its facet
+        ends = n + dual.facets[:, : mesh.nfacets]
+        a, b = self.general.p[:, ends].swapaxes(0, 1)
+        inner = mesh.f2t[1] != -1
+        share = np.ones(mesh.nfacets)
+        share[inner] = (np.hypot(*(dual.crossings - a)) / np.hypot(*(b - a)))[inner]
+        at_middle = ends.max(axis=0)
+        crossing = np.where(
+            inner, (1 - share) * self.phi[ends[0]] + share * self.phi[ends[1]], self.phi[at_middle]
+        )
+        values = (
+            np.concatenate([self.phi[:n], crossing, self.phi[n : n + m]]),
+            self.phi[: n + m],
+        )
+        fans = Fan.from_dual(dual), Fan.from_mesh(mesh)
+        first, second = (
+            TorsionWeights(grid, fan, np.empty(0), phi)
+            for grid, fan, phi in zip(self.partitions, fans, values, strict=True)
+        )
+        return first, second
+
+    @cached_property
+    def means(self) -> ndarray:
+        """Means of w over dual cells and triangles."""
+        if self.weights is None:
+            return np.ones(self.x.shape[1])
+        return np.concatenate([w.mean for w in self.weights])
+
+    @cached_property
+    def acting(self) -> ndarray:
+        """Where the loads of dual cells and triangles act, shape (2, n + m)."""
+        grids = self.partitions if self.weights is None else self.weights
+        return np.hstack([grid.centroids for grid in grids])
+
+    def from_pressures(self, pressures: ndarray) -> ndarray:
+        """Regular parts at the nodes from pressures of cells; exact where they are linear."""
+        s = pressures / self.means
+        n = len(self.dual)
+        offset, t = self.x - self.acting, self.dual.mesh.t
+        slopes = _nodal_slopes(self.acting[:, :n], t)
+        s[:n] = s[:n] + sum(d * (slope @ s[:n]) for d, slope in zip(offset[:, :n], slopes))
+        slopes = _slopes(self.x[:, :n], t)
+        s[n:] = s[n:] + sum(d * (slope @ s[:n]) for d, slope in zip(offset[:, n:], slopes))
+        return s
+
+    @cached_property
+    def to_pressures(self) -> csr_array:
+        """Takes regular parts at the nodes to mean pressures of cells, the inverse map."""
+        n, m = len(self.dual), self.dual.mesh.nelements
+        offset, t = self.x - self.acting, self.dual.mesh.t
+        at_nodes = sum(
+            diags_array(d) @ slope
+            for d, slope in zip(offset[:, :n], _nodal_slopes(self.x[:, :n], t))
+        )
+        in_triangles = sum(
+            diags_array(d) @ slope for d, slope in zip(offset[:, n:], _slopes(self.x[:, :n], t))
+        )
+        carry = block_array([[eye_array(n) - at_nodes, None], [-in_triangles, eye_array(m)]])
+        return csr_array(diags_array(self.means) @ carry)
+
+    @cached_property
+    def to_field(self) -> csr_array:
+        """Takes regular parts to the pressures at the nodes of the general triangulation.
+
+        Where the pressure is infinite, on the singular edge, the nodes take the finite values with
+        which the triangles beside them carry their loads.
+        """
+        total, known = self.general.p.shape[1], self.x.shape[1]
+        mesh = self.dual.mesh
+        middles = np.arange(known, total)
+        ends = mesh.facets[:, mesh.f2t[1] == -1]
+        rows = np.concatenate([np.arange(known), np.tile(middles, 2)])
+        columns = np.concatenate([np.arange(known), ends.ravel()])
+        share = np.concatenate([np.ones(known), np.full(ends.size, 0.5)])
+        factor = np.ones(total)
+        if len(self.singular):
+            factor = self._field_weights()
+        return csr_array((share * factor[rows], (rows, columns)), shape=(total, known))
+
+    def _field_weights(self) -> ndarray:
+        """w at the nodes of the general triangulation, finite on the edge."""
+        mesh, edge = self.general, self.edge_nodes
+        grid, fan = Partition.from_mesh(mesh), Fan.from_mesh(mesh)
+        mean = TorsionWeights(grid, fan, np.empty(0), fan.interpolation @ self.phi).mean
+        w = np.zeros(len(edge))
+        w[~edge] = self.phi[~edge] ** -0.5
+        # what the other nodes leave of a triangle's load is shared by its nodes on the edge
+        t, at_edge = mesh.t, edge[mesh.t]
+        left = (mean - w[t].sum(axis=0) / 3) * grid.areas / at_edge.sum(axis=0).clip(1)
+        load, area = (
+            np.bincount(t[at_edge], np.tile(x, (3, 1))[at_edge], len(edge))[edge]
+            for x in (left, grid.areas / 3)
+        )
+        w[edge] = load / area
+        return w
+
+    def field_basis(self) -> CellBasis:
+        """First-order elements on the general triangulation."""
+        return CellBasis(self.general, ElementTriP1())
+
+
+def _edges(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray]:
+    """Slopes of hat functions times twice the signed area, shape (2, 3, m), and that area."""
+    v = p[:, t]
+    opposite = np.roll(v, -2, axis=1) - np.roll(v, -1, axis=1)
+    first, second = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
+    return (
+        np.stack([-opposite[1], opposite[0]]),
+        first[0] * second[1] - first[1] * second[0],
+    )
+
+
+def _slopes(p: ndarray, t: ndarray) -> list[csr_array]:
+    """Takes values at points ``p`` to the two slopes of the planes through triangles ``t``."""
+    hats, twice = _edges(p, t)
+    triangle = np.tile(np.arange(t.shape[1]), (3, 1))
+    place = triangle.ravel(), t.ravel()
+    shape = t.shape[1], p.shape[1]
+    return [csr_array(((hat / twice).ravel(), place), shape=shape) for hat in hats]
+
+
+def _nodal_slopes(p: ndarray, t: ndarray) -> list[csr_array]:
+    """Takes values at points to their slopes there, means over triangles weighted by area."""
+    hats, twice = _edges(p, t)
+    n, m = p.shape[1], t.shape[1]
+    triangle = np.tile(np.arange(m), (3, 1)).ravel()
+    around = csr_array((np.ones(3 * m), (t.ravel(), triangle)), shape=(n, m))
+    # no division by the areas: triangles between centroids may be flat
+    total = 1 / (around @ np.abs(twice))
+    return [
+        diags_array(total)
+        @ around
+        @ csr_array(((hat * np.sign(twice)).ravel(), (triangle, t.ravel())), shape=(m, n))
+        for hat in hats
+    ]

@@ -1,0 +1,91 @@
+"""Weights given by hand or found from the data: generalised cross-validation."""
+
+import numpy as np
+from numpy import ndarray
+
+from .functional import CoupleFunctional, Neighbours, Weights
+
+#: weights by hand, the paper's pair (W1, W2) with B = 16, or the name of a rule
+Choice = Weights | tuple[float, float] | str
+#: ratios D : A that are tried, from hardly any smoothing to an almost harmonic field
+RATIOS = 2.0 ** np.arange(-6, 13)
+#: random signs used for the trace, at least this many
+SIGNS = 4_000
+
+
+def smoothing_weights(ratio: float) -> Weights:
+    """The one-parameter family A1 = A2 = 1, D1 = D2 = ``ratio``."""
+    return Weights(1.0, 1.0, D1=ratio, D2=ratio)
+
+
+def gcv_weights(neighbours: Neighbours, F, G, seed: int = 0) -> Weights:
+    """The weights that generalised cross-validation chooses for values with random errors.
+
+    In the family A1 = A2 = 1, D1 = D2 = t the score ``|y - S y|^2 / (1 - tr(S)/n)^2`` is
+    minimised, where ``y`` holds the n old values and ``S`` takes them to the new ones (Golub,
+    Heath and Wahba, Technometrics 21 (1979) 215-223). The errors should be independent, with
+    one spread on both grids. The trace is estimated with random signs (Hutchinson), the same
+    ones for every t: their error then hardly moves the minimum.
+
+    Parameters
+    ----------
+    neighbours : Neighbours
+        The couple of grids.
+    F, G : (M,) and (N,) array of float, or (M, k) and (N, k)
+        Old values; k couples of them share one choice.
+    seed : int
+        Of the random signs.
+
+    Returns
+    -------
+    Weights
+    """
+    n = sum(neighbours.alpha.shape)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], (n, -(-SIGNS // n) + 3))
+
+    def score(log_ratio: float) -> float:
+        functional = CoupleFunctional(neighbours, smoothing_weights(2.0**log_ratio))
+        residual = sum(
+            np.sum((old - new) ** 2)
+            for old, new in zip((F, G), functional.minimise(F, G), strict=True)
+        )
+        trace = np.sum(signs * _smoothed(functional, signs)) / signs.shape[1]
+        return float(residual / (1 - trace / n) ** 2)
+
+    F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
+    logs = np.log2(RATIOS)
+    scores = [score(x) for x in logs]
+    best = int(np.argmin(scores))
+    if 0 < best < len(logs) - 1:  # the vertex of the parabola through three scores
+        below, least, above = scores[best - 1 : best + 2]
+        shift = (below - above) / (2 * (below - 2 * least + above)) if below > least else 0.0
+        return smoothing_weights(2.0 ** float(logs[best] + shift))
+    return smoothing_weights(2.0 ** float(logs[best]))
+
+
+def _smoothed(functional: CoupleFunctional, y: ndarray) -> ndarray:
+    first = functional.neighbours.alpha.shape[0]
+    return np.concatenate(functional.minimise(y[:first], y[first:]))
+
+
+def chosen(weights: Choice, neighbours: Neighbours, F, G) -> tuple[Weights, str]:
+    """Weights given or found, and how, for old values F and G.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are neither `Weights` nor a pair nor ``"gcv"``.
+    """
+    if isinstance(weights, Weights):
+        return weights, "weights given"
+    if isinstance(weights, str):
+        if weights == "gcv":
+            return gcv_weights(neighbours, F, G), "generalised cross-validation"
+        raise ValueError(
+            f'expected the name of a rule for weights, such as "gcv", got {weights!r}'
+        )
+    try:
+        old, new = weights
+    except (TypeError, ValueError):
+        raise TypeError(f"expected weights as a pair W1, W2 or Weights, got {weights!r}") from None
+    return Weights.init_paper(old, new), "W1, W2 given, B = 16"

@@ -1,0 +1,107 @@
+"""Brackets, indicators and marking from couples of solutions."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from plans import annulus, disc, ellipse, perturbed, rectangle
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, repair
+from skfem_dual.contact.exact import circle_settlement, circle_tilt, ellipse_settlement
+from skfem_dual.post.estimate import estimate_error, marked
+
+SOIL = HalfSpace(1.0, 0.25)
+MODULUS = 1 / (1 - 0.25**2)
+SQUARE = 1 / (np.pi * MODULUS * 0.733576)
+RECTANGLE = 1 / (np.pi * MODULUS * 1.063836)
+
+
+def estimate(mesh, at=(0.0, 0.0), soil=SOIL, force=1.0):
+    dual = DualMesh.from_mesh(mesh)
+    below = RigidPunch(soil, dual.basis(), edge="constant", collocation="node")
+    above = RigidPunch(soil, dual.primal_basis(), edge="constant")
+    return estimate_error(below.solve(force, at), above.solve(force, at))
+
+
+CASES = {
+    "disc": (disc(3), circle_settlement(1.0, 1.0, 1.0, 0.25)),
+    "graded disc": (disc(3, graded=True), circle_settlement(1.0, 1.0, 1.0, 0.25)),
+    "random disc": (perturbed(disc(4), 0.015), circle_settlement(1.0, 1.0, 1.0, 0.25)),
+    "ellipse": (ellipse(3), ellipse_settlement(1.0, (1.0, 0.5), 1.0, 0.25)),
+    "square": (rectangle(14), SQUARE),
+    "graded square": (rectangle(14, graded=True), SQUARE),
+    "rectangle": (rectangle(8, 1.0, 2.0), RECTANGLE),
+    "annulus": (annulus(6, 60), 1 / (np.pi * MODULUS * 0.6245354)),
+}
+
+
+@pytest.mark.parametrize(("mesh", "exact"), CASES.values(), ids=CASES)
+def test_bracket_and_effectivity(mesh, exact):
+    found = estimate(mesh)
+    low, high = found.settlement
+    assert found.bracketed
+    assert low < exact < high
+    assert found.mixed_settlement == pytest.approx(exact, rel=2e-3)
+    assert abs(found.mixed_settlement - exact) < 0.15 * (high - low)
+    assert 0.7 < found.total / np.sqrt(high - exact) < 1.6
+    assert "expected between: yes" in repr(found)
+
+
+def test_bracket_of_tilts():
+    found = estimate(disc(4), (0.1, -0.2))
+    exact = [circle_tilt(m, 1.0, 1.0, 0.25) for m in (0.1, -0.2)]
+    assert (found.tilt[:, 0] < exact).all()
+    assert (exact < found.tilt[:, 1]).all()
+
+
+def test_edge_weighted_solutions_are_no_bracket():
+    dual = DualMesh.from_mesh(disc(3))
+    pair = [RigidPunch(SOIL, basis).solve(1.0) for basis in (dual.basis(), dual.primal_basis())]
+    found = estimate_error(*pair)
+    assert not found.bracketed
+    assert found.mixed_settlement == pytest.approx(found.settlement.mean())
+    assert found.total < 0.6 * estimate(disc(3)).total
+
+
+def test_indicators_add_up_and_scale():
+    found = estimate(disc(3))
+    assert np.sum(found.on_cells**2) == pytest.approx(np.sum(found.on_triangles**2))
+    assert found.total**2 == pytest.approx(np.sum(found.on_triangles**2))
+    # squares are energies: P^2 / (E* a)
+    other = estimate(disc(3).scaled(2.0), soil=HalfSpace(10.0, 0.25), force=3.0)
+    assert other.total**2 == pytest.approx(found.total**2 * 9 / (10 * 2))
+    # the error sits at the edge
+    r = np.hypot(*disc(3).p[:, disc(3).t].mean(axis=1))
+    assert found.on_triangles[r > 0.8].min() > found.on_triangles[r < 0.5].max()
+
+
+@given(hnp.arrays(float, st.integers(1, 30), elements=st.floats(0, 1e3)), st.floats(0.01, 1.0))
+def test_marking_takes_the_fewest_cells_that_suffice(indicator, fraction):
+    cells = marked(indicator, fraction)
+    squares = np.sort(indicator**2)[::-1]
+    assert (np.diff(cells) > 0).all()
+    assert np.sum(indicator[cells] ** 2) >= fraction * squares.sum() * (1 - 1e-9)
+    assert squares[: len(cells) - 1].sum() <= fraction * squares.sum()
+
+
+def test_wrong_marking():
+    with pytest.raises(ValueError, match="fraction from 0 to 1, got 0"):
+        marked(np.ones(3), 0)
+    with pytest.raises(ValueError, match="finite indicator"):
+        marked(np.array([1.0, np.nan]))
+
+
+def test_adaptive_refinement_beats_uniform():
+    mesh = uniform = rectangle(6)
+    for _ in range(2):
+        uniform = uniform.refined()
+    reference = estimate(uniform)
+    for _ in range(8):
+        found = estimate(mesh)
+        if mesh.nelements >= 0.6 * uniform.nelements:
+            break
+        mesh = repair(mesh.refined(marked(found.on_triangles, 0.6)))[0]
+    assert mesh.nelements < uniform.nelements
+    error = found.settlement[1] - SQUARE
+    assert 0 < error < 0.8 * (reference.settlement[1] - SQUARE)

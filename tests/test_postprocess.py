@@ -1,0 +1,366 @@
+"""Two solutions, one better field: accuracy, exactness, what is conserved and refused."""
+
+import importlib
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plans import annulus, disc, perturbed, rectangle
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementTriP0,
+    ElementTriP1,
+    Functional,
+    LinearForm,
+    MeshTri,
+)
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, rectangular_couple
+from skfem_dual.post.functional import Weights
+from skfem_dual.post.mixture import continued
+from skfem_dual.post.postprocess import postprocess
+from skfem_dual.post.regular import RegularCouple
+from skfem_dual.post.smooth import smooth_couple
+
+SOIL = HalfSpace(1.0, 0.0)
+NODE = {"edge": "constant", "collocation": "node"}
+
+
+def couple(dual, first=NODE, second=None, at=(0.1, 0.05), **options):
+    second = {"edge": "constant"} if second is None else second
+    return [
+        RigidPunch(SOIL, basis, **punch, **options).solve(1.0, at)
+        for basis, punch in ((dual.basis(), first), (dual.primal_basis(), second))
+    ]
+
+
+@pytest.fixture(scope="module")
+def dual():
+    return DualMesh.from_mesh(perturbed(disc(3), 0.02))
+
+
+@pytest.fixture(scope="module")
+def solutions(dual):
+    return couple(dual)
+
+
+@pytest.fixture(scope="module")
+def weighted(dual):
+    return couple(dual, {}, {})
+
+
+@pytest.fixture
+def benchmark(monkeypatch):
+    folder = Path(__file__).parents[1] / "benchmarks"
+    monkeypatch.syspath_prepend(folder)
+    for name in ("plans", "postprocess"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    yield importlib.import_module("postprocess")
+    for name in ("plans", "postprocess"):
+        sys.modules.pop(name, None)
+
+
+def whole_edge(dual):
+    return RegularCouple(dual, np.nonzero(dual.mesh.f2t[1] == -1)[0])
+
+
+def moments(basis, values):
+    """Integrals of p, p x and p y by scikit-fem."""
+    return [
+        Functional(form).assemble(basis, p=values)
+        for form in (lambda w: w.p, lambda w: w.p * w.x[0], lambda w: w.p * w.x[1])
+    ]
+
+
+def test_couples_of_solutions_with_exact_pressures(benchmark, capsys):
+    cases = [
+        ("disc", 0.3, "random"),
+        ("ellipse", 0.0, "uniform"),
+        ("generated disc", 0.15, "graded"),
+    ]
+    found = benchmark.couples(250, cases, ("node", "centroid", "weighted"))
+    for (_, name), (before, after) in found.items():
+        ratio = after[2] / before[:2].min(axis=0)
+        assert (ratio < (0.5 if name == "node" else 1.02)).all()
+    assert "away from the edge" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_all_couples_of_solutions(benchmark):
+    found = benchmark.couples(600, benchmark.CASES, ("node", "centroid", "weighted"))
+    for (_, name), (before, after) in found.items():
+        ratio = after[2] / before[:2].min(axis=0)
+        assert (ratio <= 1.02).all()
+        if name == "node":
+            # meshes graded to the edge have little bias inside, where the triangles are good
+            assert ratio[1] < 0.3
+            assert (after[2] < 0.5 * before[0]).all()
+
+
+def test_exact_means_of_the_benchmark(benchmark):
+    dual = DualMesh.from_mesh(disc(3))
+    for e, ratio in ((0.0, 1.0), (0.2, 1.0), (0.0, 0.5)):
+        mesh = MeshTri(dual.mesh.p * np.array([[1.0], [ratio]]), dual.mesh.t)
+        for grid in (
+            DualMesh.from_mesh(mesh).partition,
+            DualMesh.from_mesh(mesh).primal_partition,
+        ):
+            means = benchmark.cell_means(grid, e, ratio)
+            assert means @ grid.areas == pytest.approx(1.0, rel=1e-12)
+            middle = np.argmin(np.hypot(*grid.centroids))
+            x = grid.centroids[:, middle] / [1, ratio]
+            exact = (1 + 3 * e * x[0]) / (2 * np.pi * ratio * np.sqrt(1 - x @ x))
+            assert means[middle] == pytest.approx(exact, rel=5e-3)
+
+
+def test_result_is_an_ordinary_basis(dual, solutions):
+    result = postprocess(*solutions)
+    basis, p = result
+    assert type(basis) is CellBasis
+    assert isinstance(basis.elem, ElementTriP1)
+    assert basis.N == len(p) == len(dual) + dual.mesh.nelements + dual.nboundary
+    assert not p.flags.writeable
+    x = np.array([[0.1, -0.3], [0.2, 0.4]])
+    assert (basis.interpolator(p)(x) > 0).all()
+    assert moments(basis, p)[0] == pytest.approx(1.0, rel=2e-2)
+    constant = basis.with_element(ElementTriP0())
+    assert constant.project(basis.interpolate(p)).shape == (basis.mesh.nelements,)
+    mass = BilinearForm(lambda u, v, w: u * v).assemble(basis)
+    load = LinearForm(lambda v, w: w.p * v).assemble(basis, p=p)
+    assert mass @ p == pytest.approx(load)
+    nodal, values = result.nodal_pressure()
+    assert np.array_equal(nodal.mesh.p, dual.mesh.p)
+    assert np.array_equal(values, p[: len(dual)])
+    assert "PostprocessedPressure" in repr(result)
+    # constants on both grids are vectors of their bases
+    for grid, pressure in (
+        (dual.basis(), result.on_cells),
+        (dual.primal_basis(), result.on_triangles),
+    ):
+        assert moments(grid, pressure)[0] == pytest.approx(1.0, rel=1e-2)
+
+
+@pytest.mark.parametrize("mesh", [disc(2), perturbed(disc(3), 0.03), annulus(5, 30), rectangle(6)])
+def test_fields_of_linear_regular_parts(mesh):
+    dual = DualMesh.from_mesh(mesh)
+    for edge in (np.empty(0, int), np.nonzero(dual.mesh.f2t[1] == -1)[0]):
+        grids = RegularCouple(dual, edge)
+        linear = 2.0 + grids.x[0] - 3 * grids.x[1]
+        acting = 2.0 + grids.acting[0] - 3 * grids.acting[1]
+        assert grids.to_pressures @ linear == pytest.approx(grids.means * acting)
+        assert grids.from_pressures(grids.means * acting) == pytest.approx(linear)
+        field = grids.to_field @ linear
+        away = ~grids.edge_nodes
+        p = grids.general.p[:, away]
+        w = 1.0 if len(edge) == 0 else grids.phi[away] ** -0.5
+        assert field[away] == pytest.approx((2.0 + p[0] - 3 * p[1]) * w)
+        assert np.isfinite(field).all()
+        # the edge's finite values complete the loads of the triangles beside it
+        unit = grids.to_field @ np.ones_like(linear)
+        load = moments(grids.field_basis(), unit)[0]
+        assert load == pytest.approx(grids.means @ grids.areas / 2, rel=3e-2)
+
+
+def test_torsion_function_of_the_disc():
+    grids = whole_edge(DualMesh.from_mesh(disc(4)))
+    exact = (1 - np.sum(grids.general.p**2, axis=0)) / 4
+    assert grids.phi == pytest.approx(exact, abs=3e-3)
+    # the pressure of the circle has a constant regular part
+    r = np.hypot(*grids.x)
+    means = grids.to_pressures @ np.ones_like(r)
+    inner = r < 0.8
+    assert (means * np.sqrt(1 - r.clip(max=0.99) ** 2))[inner] == pytest.approx(2.0, rel=2e-2)
+
+
+def test_singular_on_a_part_of_the_edge():
+    mesh = rectangle(8).with_boundaries({"sharp": lambda x: x[0] < -0.99})
+    dual = DualMesh.from_mesh(mesh)
+    options = {"edge_boundaries": "sharp"}
+    result = postprocess(*couple(dual, options, options, at=(0.0, 0.0)))
+    basis, p = result
+    left, right = (np.isclose(basis.doflocs[0], x) for x in (-1.0, 1.0))
+    assert p[left].mean() > 1.3 * p[right].mean()
+
+
+@pytest.mark.parametrize("conserve_of", ["solutions", "weighted"])
+def test_force_and_moments_are_conserved(dual, request, conserve_of):
+    pair = request.getfixturevalue(conserve_of)
+    plain, kept = postprocess(*pair), postprocess(*pair, conserve=True)
+    wanted = [1.0, 0.1, 0.05]
+    assert moments(kept.basis, kept.values) == pytest.approx(wanted, abs=1e-12)
+    assert moments(plain.basis, plain.values) != pytest.approx(wanted, abs=1e-4)
+    grids = whole_edge(dual)
+    for pressure, part in ((kept.on_cells, slice(0, 145)), (kept.on_triangles, slice(145, None))):
+        load = pressure * grids.areas[part]
+        assert [load.sum(), *(grids.acting[:, part] @ load)] == pytest.approx(wanted, abs=1e-12)
+    inner = ~grids.edge_nodes
+    assert kept.values[inner] == pytest.approx(plain.values[inner], rel=3e-2)
+
+
+def test_force_and_moments_are_conserved_without_an_edge(solutions):
+    kept = postprocess(*solutions, (16, 256), edge="constant", conserve=True)
+    assert moments(kept.basis, kept.values) == pytest.approx([1.0, 0.1, 0.05], abs=1e-12)
+
+
+def test_conserved_about_any_origin(dual):
+    pair = couple(dual, origin=(0.3, -0.2), at=(-0.2, 0.25))
+    kept = postprocess(*pair, conserve=True)
+    assert moments(kept.basis, kept.values) == pytest.approx([1.0, 0.1, 0.05], abs=1e-12)
+
+
+def lifted(solution, beyond):
+    """The solution with no pressure on cells beyond a line, as after lift-off."""
+    grid, weights = solution.punch.partition, solution.punch.weights
+    pressure = np.where(grid.centroids[0] < beyond, 0.0, solution.pressure.clip(min=0))
+    acting = grid.centroids if weights is None else weights.centroids
+    load = pressure * grid.areas
+    return replace(solution, pressure=pressure, resultant=np.array([load.sum(), *(acting @ load)]))
+
+
+@pytest.mark.parametrize("conserve", [False, True])
+@pytest.mark.parametrize("weights", ["auto", "gcv", (1, 100)])
+def test_no_pressure_where_both_have_lifted_off(dual, solutions, weighted, weights, conserve):
+    for pair in (solutions, weighted):
+        pair = [lifted(s, -0.3) for s in pair]
+        result = postprocess(*pair, weights, conserve=conserve)
+        zero = [s.pressure == 0 for s in pair]
+        t = dual.mesh.t
+        nodes = zero[0].copy()
+        nodes[t[:, ~zero[1]]] = False
+        assert nodes.sum() > 20
+        assert (result.values[: len(dual)][nodes] == 0).all()
+        assert (result.on_cells[nodes] == 0).all()
+        assert (result.on_triangles[zero[1] & zero[0][t].all(axis=0)] == 0).all()
+        for values in (result.values, result.on_cells, result.on_triangles):
+            assert (values >= 0).all()
+        if conserve:
+            wanted = np.mean([s.resultant for s in pair], axis=0)
+            assert moments(result.basis, result.values) == pytest.approx(wanted, abs=1e-12)
+
+
+def test_invariance(solutions):
+    """Moved, turned, scaled and loaded otherwise, the same field."""
+    reference = postprocess(*solutions)
+    mesh = solutions[0].punch.basis.dual.mesh
+    turn, move, scale = np.array([[0.6, -0.8], [0.8, 0.6]]), np.array([[70.0], [-30.0]]), 1e-3
+    moved = MeshTri(np.ascontiguousarray(scale * (turn @ mesh.p) + move), mesh.t)
+    at = scale * (turn @ [0.1, 0.05])
+    dual = DualMesh.from_mesh(moved)
+    pair = [
+        RigidPunch(HalfSpace(5e7, 0.3), basis, **options, origin=tuple(move[:, 0])).solve(7.0, at)
+        for basis, options in ((dual.basis(), NODE), (dual.primal_basis(), {"edge": "constant"}))
+    ]
+    result = postprocess(*pair)
+    assert result.on_cells * scale**2 / 7 == pytest.approx(reference.on_cells, rel=1e-6)
+    assert result.on_triangles * scale**2 / 7 == pytest.approx(reference.on_triangles, rel=1e-6)
+    assert len(result.values) == len(reference.values)
+    assert result.share == pytest.approx(reference.share)
+
+
+def test_weights_given(solutions, weighted):
+    pair = postprocess(*solutions, (256, 16))
+    eight = postprocess(*solutions, Weights(256, 256, 16, 16, 0, 0, 16, 16))
+    assert np.array_equal(pair.values, eight.values)
+    assert np.isnan(pair.share)
+    # without smoothing the pressures stay
+    old = postprocess(*weighted, Weights(1.0, 1.0))
+    assert old.on_cells == pytest.approx(weighted[0].pressure, rel=2e-2)
+    assert old.on_triangles == pytest.approx(weighted[1].pressure, rel=1e-2)
+    zero = [replace(s, pressure=0 * s.pressure) for s in solutions]
+    assert not postprocess(*zero).values.any()
+
+
+def test_shares(dual, solutions, weighted):
+    assert postprocess(*solutions).share == 0.3
+    assert postprocess(solutions[0], weighted[1]).share == 0.0
+    assert postprocess(weighted[0], solutions[1]).share == 1.0
+    assert np.isnan(postprocess(*weighted).share)
+    centroids = couple(dual, {"edge": "constant"})
+    assert 0.5 < postprocess(*centroids).share <= 1.25
+
+
+def test_curved_fields_without_an_edge_are_left_alone():
+    dual = DualMesh.from_mesh(disc(4))
+    grids = RegularCouple(dual, np.empty(0, int))
+    smooth = 1.0 - np.sum(grids.acting**2, axis=0) ** 2
+    n = len(dual)
+    pair = couple(dual, {"edge": "constant"})
+    pair = [
+        replace(s, pressure=smooth[part])
+        for s, part in zip(pair, (slice(0, n), slice(n, None)), strict=True)
+    ]
+    result = postprocess(*pair, edge="constant")
+    assert result.weights.D1 == 0
+    assert result.on_cells == pytest.approx(smooth[:n], abs=2e-3)
+    assert result.on_triangles == pytest.approx(smooth[n:], abs=1e-12)
+
+
+def test_too_few_cells():
+    dual = DualMesh.from_mesh(MeshTri().refined(2).translated((-0.5, -0.5)))
+    pair = couple(dual, at=(0.0, 0.0))
+    result = postprocess(*pair)
+    assert "too few cells" in result.reason
+    assert result.on_triangles == pytest.approx(pair[1].pressure, rel=0.3)
+
+
+def test_continued_values():
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (2, 80))
+    values, known = 1 + x[0] - 2 * x[1], np.hypot(*x) < 0.7
+    spoilt = np.where(known, values, 99.0)
+    assert continued(x, spoilt, known) == pytest.approx(values, abs=1e-6)
+    assert np.array_equal(continued(x, spoilt, np.ones(80, bool)), spoilt)
+
+
+def test_what_is_refused(dual, solutions):
+    first, second = solutions
+    with pytest.raises(TypeError, match="expected a PunchSolution, got str"):
+        postprocess("a", second)
+    with pytest.raises(
+        TypeError, match=r"dual.basis\(\) and dual.primal_basis\(\) of one DualMesh"
+    ):
+        postprocess(second, first)
+    plain = RigidPunch(SOIL, CellBasis(dual.mesh, ElementTriP0())).solve(1.0)
+    with pytest.raises(TypeError, match="for the primal grid"):
+        postprocess(first, plain)
+    with pytest.raises(ValueError, match="got two meshes"):
+        postprocess(first, couple(DualMesh.from_mesh(disc(3)))[1])
+    with pytest.raises(ValueError, match="one origin"):
+        postprocess(first, couple(dual, origin=(0.2, 0.0))[1])
+    with pytest.raises(ValueError, match='edge "singular" or "constant"'):
+        postprocess(first, second, edge="sharp")
+    with pytest.raises(ValueError, match="name of a rule"):
+        postprocess(first, second, "best")
+    with pytest.raises(TypeError, match="pair W1, W2"):
+        postprocess(first, second, 3.0)
+
+
+def test_measured_values_on_two_grids(dual):
+    m = dual.mesh.nelements
+    x, y = dual.mesh.p, dual.p[:, :m]
+    rng = np.random.default_rng(0)
+    noise = [rng.normal(0, 0.05, (k, 3)) for k in (len(dual), m)]
+    exact = [np.stack([z[0], z[1] ** 2, z[0] * z[1]], axis=1) for z in (x, y)]
+    result = smooth_couple(exact[0] + noise[0], exact[1] + noise[1], dual)
+    for new, old, e in zip(result, noise, exact, strict=True):
+        assert new.shape == old.shape
+        assert np.std(new - e) < 0.6 * np.std(old)
+    basis, values = result.field()
+    assert values.shape == (basis.N, 3)
+    assert np.array_equal(values[: len(dual)], result.first)
+    assert "SmoothedCouple" in repr(result)
+
+
+@pytest.mark.parametrize("around", ["inner", "all"])
+def test_field_of_rectangular_couples(around):
+    grids = rectangular_couple([0, 1, 3, 4], [0, 2, 3, 5], around=around)
+    p, q = grids.a.polygons.p, grids.b.polygons.p
+    basis, values = smooth_couple(p[0] - p[1], q[0] - q[1], grids, (1, 1)).field()
+    assert values == pytest.approx(basis.doflocs[0] - basis.doflocs[1])
+    area = Functional(lambda w: 1.0 + 0 * w.x[0]).assemble(basis)
+    assert area == pytest.approx(20.0)
+    with pytest.raises(TypeError, match="DualMesh or a GridCouple"):
+        smooth_couple(p[0], q[0], MeshTri())
