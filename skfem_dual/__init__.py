@@ -1,7 +1,13 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from .contact.group import PunchesSolution, RigidPunches
+from .contact.load import Load
 from .contact.loads import flexible_settlement
+from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.punch import RigidPunch
+from .contact.refine import refine_to_contact
+from .contact.region import ContactRegion
+from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
 from .contact.solution import EdgeCoefficient, PunchSolution
 from .contact.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
 from .contact.substrates import HalfSpace
@@ -16,13 +22,21 @@ from .grids.general import dual_nodes, general_triangulation
 from .grids.preprocess import PreprocessReport, improve, relocate, repair
 from .grids.rectangles import rectangular_couple
 from .grids.voronoi import delaunay_voronoi
+from .post.estimate import CoupleEstimate, estimate_error, marked
+from .post.functional import Weights
+from .post.postprocess import PostprocessedPressure, postprocess
+from .post.smooth import SmoothedCouple, smooth_couple
+from .sweep import Outcome, SweepResult, sweep
 
 __version__ = "0.1.0"
 
 __all__ = [
     "CellwiseBasis",
+    "Cone",
+    "ContactRegion",
     "ConvergenceError",
     "ConvergenceWarning",
+    "CoupleEstimate",
     "DualMesh",
     "DualReport",
     "EdgeCoefficient",
@@ -31,22 +45,44 @@ __all__ = [
     "HalfSpace",
     "Layer",
     "LayeredHalfSpace",
+    "Load",
+    "LoadPath",
+    "MeasuredProfile",
     "MeshError",
     "MeshReport",
     "MeshWarning",
+    "MomentRotation",
+    "Outcome",
+    "Paraboloid",
+    "PostprocessedPressure",
     "PreprocessReport",
     "PunchSolution",
+    "PunchesSolution",
     "RigidPunch",
+    "RigidPunches",
+    "RoundedCylinder",
+    "SmoothedCouple",
+    "Sphere",
+    "SweepResult",
+    "Weights",
     "check_dual",
     "check_mesh",
     "delaunay_voronoi",
     "dual_nodes",
+    "estimate_error",
     "flexible_settlement",
     "general_triangulation",
     "improve",
+    "load_path",
+    "marked",
     "maximal_couple",
     "minimal_couple",
+    "moment_rotation",
+    "postprocess",
     "rectangular_couple",
+    "refine_to_contact",
     "relocate",
     "repair",
+    "smooth_couple",
+    "sweep",
 ]

@@ -7,15 +7,18 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 
 
-def test_quickstart_runs(tmp_path, monkeypatch):
+def test_its_programs_run(tmp_path, monkeypatch):
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    assert len(blocks) == 1
+    assert blocks
     for folder in ("tests", "examples"):
         (tmp_path / folder).symlink_to(ROOT / folder)
     monkeypatch.chdir(tmp_path)
     names = {}
-    exec(compile(blocks[0], "README.md", "exec"), names)
+    for block in blocks:  # each goes on where the one before ended
+        exec(compile(block, "README.md", "exec"), names)
     assert names["solution"].success
+    assert "contact on" in names["lifted"].message
+    assert names["p"].shape == (names["basis"].N,)
     assert (tmp_path / "isobars.png").stat().st_size > 10_000
 
 

@@ -1,0 +1,156 @@
+"""A file of results, found by the content of problem and case."""
+
+import functools
+import io
+import os
+import pickle
+import struct
+import types
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+try:  # dask and loky bring it, and send classes of a script with it
+    from cloudpickle import Pickler
+except ImportError:
+    from pickle import Pickler
+
+PathLike = str | os.PathLike[str]
+Problem = Callable[..., Any]
+
+MARK = b"skfem_dual sweep\n"
+HEAD = struct.Struct("<Q32s")  # length and SHA-256 of what follows
+
+
+def record(key: bytes, body: bytes) -> bytes:
+    content = key + body
+    return MARK + HEAD.pack(len(content), sha256(content).digest()) + content
+
+
+def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
+    """Bodies by their keys, and the number of bytes that are no whole record.
+
+    Raises
+    ------
+    ValueError
+        If the file was not written by `sweep`.
+    """
+    data = path.read_bytes() if path.exists() else b""
+    bodies: dict[bytes, deque[memoryview]] = {}
+    view, torn, at = memoryview(data), 0, 0
+    while at < len(data):
+        begin = at + len(MARK) + HEAD.size
+        if data.startswith(MARK, at) and begin <= len(data):
+            length, checksum = HEAD.unpack_from(data, at + len(MARK))
+            content = view[begin : begin + length]
+            if len(content) == length and sha256(content).digest() == checksum:
+                bodies.setdefault(bytes(content[:32]), deque()).append(content[32:])
+                at = begin + length
+                continue
+        following = data.find(MARK, at + 1)
+        following = len(data) if following == -1 else following
+        torn += following - at
+        at = following
+    if not bodies and not MARK.startswith(data[: len(MARK)]):
+        raise ValueError(f"expected results of a sweep in {path}, or no such file")
+    return bodies, torn
+
+
+def dump(value: Any, problem: Problem) -> bytes:
+    """Pickle without what belongs to the problem, such as the punch of every solution."""
+    shared = getattr(problem, "__self__", problem)
+
+    class Sparing(Pickler):
+        def persistent_id(self, obj):
+            return "problem" if obj is shared else None
+
+    file = io.BytesIO()
+    Sparing(file, pickle.HIGHEST_PROTOCOL).dump(value)
+    return file.getvalue()
+
+
+def load(body: bytes | memoryview, problem: Problem) -> Any:
+    class Restoring(pickle.Unpickler):
+        def persistent_load(self, name):
+            return getattr(problem, "__self__", problem)
+
+    return Restoring(io.BytesIO(body)).load()
+
+
+def load_record(body: memoryview, problem: Problem, path: PathLike) -> Any:
+    try:
+        return load(body, problem)
+    except Exception as error:
+        raise ValueError(
+            f"a result in {path} cannot be loaded: {error!r}. Remedy: import what it needs, or "
+            "begin a new file"
+        ) from error
+
+
+def fingerprint(value: Any) -> bytes:
+    """SHA-256 of the content of a value: the same in any process, whatever has been cached.
+
+    Raises
+    ------
+    TypeError
+        If it holds something without content, such as a lock or an open file.
+    """
+    known: dict[int, tuple[Any, bytes]] = {}  # the values too, or their ids would be used again
+
+    def of(value: Any) -> bytes:
+        if id(value) not in known:
+            known[id(value)] = value, b"a value inside itself"
+            plain = value.item() if isinstance(value, np.generic) else value
+            name = f"{type(plain).__module__}.{type(plain).__qualname__}".encode()
+            content = b"".join(sha256(part).digest() for part in (name, *_parts(plain, of)))
+            known[id(value)] = value, sha256(content).digest()
+        return known[id(value)][1]
+
+    return of(value)
+
+
+def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
+    """Bytes that tell a value from others of its type; ``of`` does so for what it holds."""
+    if value is None or type(value) in (bool, int, float, complex, str, bytes):
+        return [repr(value).encode()]
+    if type(value) is np.ndarray and not value.dtype.hasobject:
+        return [repr((value.dtype.str, value.shape)).encode(), value.tobytes()]
+    if isinstance(value, Mapping):
+        return sorted(of(key) + of(item) for key, item in value.items())
+    if isinstance(value, (set, frozenset)):
+        return sorted(map(of, value))
+    if isinstance(value, (list, tuple)):
+        return map(of, value)
+    if isinstance(value, (type, types.BuiltinFunctionType)):
+        return [f"{value.__module__}.{value.__qualname__}".encode()]
+    if isinstance(value, types.ModuleType):
+        return [value.__name__.encode()]
+    if isinstance(value, types.CodeType):
+        return map(of, (value.co_code, value.co_consts, value.co_names, value.co_varnames))
+    if isinstance(value, types.FunctionType):
+        cells = [cell.cell_contents for cell in value.__closure__ or ()]
+        own = (value.__module__, value.__qualname__, value.__code__, cells)
+        return map(of, (*own, value.__defaults__, value.__kwdefaults__))
+    if isinstance(value, types.MethodType):
+        return map(of, (value.__func__, value.__self__))
+    if is_dataclass(value):
+        return map(of, ((f.name, getattr(value, f.name)) for f in fields(value) if f.init))
+    if hasattr(value, "__wrapped__"):  # compiled by numba, or a cache
+        return [of(value.__wrapped__)]
+    reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
+    if isinstance(reduced, str):  # a global name
+        return [reduced.encode()]
+    function, arguments, state, *items = (*reduced, None, None, None)[:5]
+    if isinstance(state, dict):
+        cached = functools.cached_property
+        state = {
+            k: v for k, v in state.items() if not isinstance(getattr(type(value), k, None), cached)
+        }
+    return map(
+        of, (function, arguments, state, *(list(i) if i is not None else None for i in items))
+    )

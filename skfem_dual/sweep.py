@@ -1,0 +1,271 @@
+"""Many problems through any executor: results as they come, kept in a file, ordered at the end."""
+
+import uuid
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from operator import index
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from .errors import ConvergenceWarning
+from .records import PathLike, Problem, fingerprint, load, load_record, read_records, record
+from .workers import Job, all_answers, cores, error_text, ours
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What became of one case.
+
+    Attributes
+    ----------
+    number : int
+        Place of the case in the list.
+    case : object
+        The case.
+    result : object
+        What the problem returned; None if it failed.
+    error : str or None
+        The traceback if it failed.
+    seconds : float
+        Time of the case in its worker; NaN if it failed.
+    resumed : bool
+        Whether the result comes from the file.
+    """
+
+    number: int
+    case: Any
+    result: Any = None
+    error: str | None = None
+    seconds: float = float("nan")
+    resumed: bool = False
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SweepResult:
+    """What became of all cases, in their order.
+
+    Attributes
+    ----------
+    outcomes : tuple of Outcome
+        One for each case.
+    torn : int
+        Bytes of the file that are no whole record, because writing was interrupted; their cases
+        have been run again.
+    timings : dict of str to float
+        Seconds of the sweep, and of all its cases in their workers.
+    """
+
+    outcomes: tuple[Outcome, ...]
+    torn: int
+    timings: dict[str, float]
+
+    @property
+    def results(self) -> list[Any]:
+        """Results in the order of the cases; None where a case failed."""
+        return [outcome.result for outcome in self.outcomes]
+
+    @property
+    def errors(self) -> dict[int, str]:
+        """Tracebacks of the cases that failed, by their numbers."""
+        return {o.number: o.error for o in self.outcomes if o.error is not None}
+
+    @property
+    def success(self) -> bool:
+        """Whether no case failed."""
+        return not self.errors
+
+    @property
+    def message(self) -> str:
+        """How many cases failed, and the first of them."""
+        if not self.errors:
+            return "every case has its result"
+        number, text = next(iter(self.errors.items()))
+        return (
+            f"{len(self.errors)} of {len(self.outcomes)} cases failed, the first number "
+            f"{number}: {text.strip().splitlines()[-1]}"
+        )
+
+    def __repr__(self) -> str:
+        resumed = sum(outcome.resumed for outcome in self.outcomes)
+        torn = f", {self.torn} torn bytes left out" if self.torn else ""
+        rows = [
+            ("Cases", f"{len(self.outcomes)}, {resumed} of them from the file{torn}"),
+            ("Result", self.message),
+            ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())),
+        ]
+        lines = [f"  {name:<18}{value}" for name, value in rows]
+        return "\n".join(["<skfem_dual SweepResult object>", *lines])
+
+
+def sweep(
+    problem: Problem,
+    cases: Iterable[Any],
+    executor: Executor | int | None = None,
+    *,
+    file: PathLike | None = None,
+    threads: int | None = None,
+    on_result: Callable[[Outcome], Any] | None = None,
+    progress: bool = False,
+) -> SweepResult:
+    """Solve a problem for many cases, one after the other or in parallel.
+
+    Parameters
+    ----------
+    problem : callable
+        Called as ``problem(**case)`` if the case is a mapping, else as ``problem(case)``. For
+        many loads on one punch, ``punch.solve``: matrix and factors are computed once in every
+        worker process, and the solutions belong to the one ``punch``. What it returns must
+        pickle.
+    cases : iterable
+        Loads, plans, substrates: anything that pickles.
+    executor : Executor, int or None
+        None: one case after the other in this process. A number: so many worker processes for
+        this sweep alone; if one of them dies, they are replaced, the cases it concerns are run
+        once more, each alone, and a case that kills its worker again has failed. Any
+        `concurrent.futures.Executor`: threads, processes, loky's, ``client.get_executor()`` of
+        dask.distributed, mpi4py's; it is left running. If it breaks, cases without a result have
+        failed.
+    file : path, optional
+        Results are appended to this file as they come, and cases whose results it has are not
+        run again. Failed cases are.
+    threads : int, optional
+        Largest number of threads of BLAS, OpenMP and numba for each worker. By default the cores
+        divided by the workers for a number of workers, 1 for an executor, and no limit without.
+    on_result : callable, optional
+        Called with the `Outcome` of each case, in this thread, as they come; those from the file
+        first. An exception it raises ends the sweep.
+    progress : bool
+        Whether to show a bar (tqdm).
+
+    Returns
+    -------
+    SweepResult
+        Results and errors in the order of the cases.
+
+    Raises
+    ------
+    TypeError
+        If ``problem`` is not callable, ``executor`` is none or ``threads`` is not whole.
+    ValueError
+        If ``threads`` or the number of workers is not positive, or ``file`` is something else.
+    RuntimeError
+        If own worker processes cannot start.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If a case failed.
+
+    Notes
+    -----
+    A result is found in the file by the content of problem and case: the fields of dataclasses,
+    arrays, the code of functions, but not what a function reads from its module or calls. After
+    a change there, begin a new file. The file grows by one record for each result, with length and
+    checksum; one that an interruption has torn is left out and its case run again. The records
+    are pickled, as results may be any Python objects, so read only files that you trust. Each is
+    handed to the operating system at once: an interrupted program loses none.
+
+    In a script with a number of workers, or processes of other executors, the call belongs under
+    ``if __name__ == "__main__":``. A sweep over several punches with several loads each computes
+    every matrix once in a worker if ``functools.lru_cache`` decorates the function that makes a
+    punch and cases with the same punch follow each other.
+
+    Examples
+    --------
+    >>> from skfem import MeshTri
+    >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+    >>> dual = DualMesh.from_mesh(MeshTri.init_circle(3))
+    >>> punch = RigidPunch(HalfSpace(1.0, 0.25), dual.basis())
+    >>> found = sweep(punch.solve, [dict(force=1.0, at=(e, 0.0)) for e in (0.1, 0.2, 0.3)])
+    >>> [f"{solution.tilt[0]:.2f}" for solution in found.results]  # exact for the circle
+    ['0.07', '0.14', '0.21']
+    """
+    if not callable(problem):
+        raise TypeError(f"expected a callable problem such as punch.solve, got {problem!r}")
+    threads = _threads(executor, threads)
+    cases = list(cases)
+    start = perf_counter()
+    try:
+        token = fingerprint(problem)
+    except Exception:
+        if file is not None:
+            raise
+        token = uuid.uuid4().bytes  # good for threads, which do not pickle the problem
+    job = Job(token, problem, cases, threads)
+    outcomes: dict[int, Outcome] = {}
+    torn = 0
+    with ExitStack() as stack:
+        bar = stack.enter_context(_bar(len(cases))) if progress else None
+
+        def finish(number: int, result=None, seconds=float("nan"), **more) -> None:
+            outcome = Outcome(number, cases[number], result, seconds=seconds, **more)
+            outcomes[number] = outcome
+            if bar is not None:
+                bar.update()
+            if on_result is not None:
+                on_result(outcome)
+
+        if file is not None:
+            keys = [fingerprint((token, case)) for case in cases]
+            stored, torn = read_records(Path(file))
+            records = stack.enter_context(open(file, "ab"))
+            for number, key in enumerate(keys):
+                # equal cases have a record each: the problem may be random
+                if stored.get(key):
+                    finish(
+                        number, *load_record(stored[key].popleft(), problem, file), resumed=True
+                    )
+            stored.clear()
+        waiting = deque(number for number in range(len(cases)) if number not in outcomes)
+        ours[token] = problem
+        stack.callback(ours.pop, token, None)
+        for number, answer in stack.enter_context(closing(all_answers(executor, job, waiting))):
+            error = answer.error
+            if error is None:
+                try:
+                    result, seconds = load(answer.body, problem)
+                except Exception as failure:  # noqa: BLE001 - told; the other cases go on
+                    error = error_text(failure)
+            if error is not None:
+                finish(number, error=error)
+                continue
+            if file is not None:
+                records.write(record(keys[number], answer.body))
+                records.flush()
+            finish(number, result, seconds)
+    ordered = tuple(outcomes[number] for number in range(len(cases)))
+    run = [o.seconds for o in ordered if o.error is None and not o.resumed]
+    timings = {"sweep": perf_counter() - start, "cases": sum(run)}
+    found = SweepResult(ordered, torn, timings)
+    if not found.success:
+        warnings.warn(found.message, ConvergenceWarning, stacklevel=2)
+    return found
+
+
+def _threads(executor: Executor | int | None, threads: int | None) -> int | None:
+    """The limit of threads in a worker."""
+    if isinstance(executor, bool) or not isinstance(executor, (int, Executor, type(None))):
+        raise TypeError(
+            f"expected a concurrent.futures.Executor, a number of workers or None, got "
+            f"{executor!r}. Remedy for a client of dask: client.get_executor()"
+        )
+    if isinstance(executor, int) and executor < 1:
+        raise ValueError(f"expected at least one worker, got {executor}")
+    if threads is not None:
+        if index(threads) < 1:
+            raise ValueError(f"expected at least one thread, got {threads}")
+        return index(threads)
+    if isinstance(executor, int):
+        return max(1, cores() // executor)
+    return None if executor is None else 1
+
+
+def _bar(total: int):
+    from tqdm import tqdm
+
+    return tqdm(total=total, desc="sweep", unit="case")

@@ -1,0 +1,279 @@
+"""Which case is handed over to an executor when, what a worker does, and what if one dies."""
+
+import multiprocessing
+import os
+import pickle
+import platform
+import sys
+import threading
+import traceback
+from collections import deque
+from collections.abc import Generator, Iterator, Mapping
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
+from queue import SimpleQueue
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numba
+from threadpoolctl import ThreadpoolController
+
+from .records import Problem, dump
+
+Answers = Generator[tuple[int, "_Answer"], None, None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Job:
+    """All that makes a task of the number of a case."""
+
+    token: bytes
+    problem: Problem
+    cases: list[Any]
+    threads: int | None
+
+    def task(self, number: int, carry: bool) -> "_Task":
+        problem = self.problem if carry else None
+        return _Task(self.token, problem, self.cases[number], self.threads)
+
+
+def all_answers(executor: Executor | int | None, job: Job, waiting: deque[int]) -> Answers:
+    """Numbers of cases with their answers, as they come."""
+    if isinstance(executor, int):
+        yield from _own_answers(executor, job, waiting)
+    elif executor is None:
+        yield from _answers(_Here(), job, waiting, 1)
+    else:
+        yield from _answers(executor, job, waiting)
+    for number in waiting:
+        yield number, _Answer(error="not run: workers died before and were not replaced")
+
+
+def _own_answers(workers: int, job: Job, waiting: deque[int]) -> Answers:
+    """The same from worker processes of our own, which are replaced when one dies."""
+    suspects: deque[int] = deque()  # cases under way when a worker died
+    pool = _started(workers, job)
+    try:
+        while suspects or waiting:
+            alone = bool(suspects)
+            batch, window = (suspects, 1) if alone else (waiting, workers)
+            broken = False
+            with closing(_answers(pool, job, batch, window)) as answers:
+                for number, answer in answers:
+                    broken = broken or answer.broken
+                    if not answer.broken:
+                        yield number, answer
+                    elif alone:
+                        died = f"{answer.error}the case made its worker die again, also alone"
+                        yield number, _Answer(error=died)
+                    else:
+                        suspects.append(number)
+            if broken:
+                pool.shutdown()
+                try:
+                    pool = _started(workers, job)
+                except RuntimeError:
+                    waiting.extend(suspects)
+                    return
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _started(workers: int, job: Job) -> ProcessPoolExecutor:
+    """Worker processes that have the problem."""
+    # a forked process would have locks, but not the threads, of BLAS and numba
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, context, _receive, (job.token, job.problem))
+    try:
+        for ready in [pool.submit(os.getpid) for _ in range(workers)]:
+            ready.result()
+    except BrokenExecutor as error:
+        raise RuntimeError(
+            'worker processes cannot start. Remedies: call sweep under if __name__ == "__main__": '
+            "in a script; let the problem be of a module that they can import"
+        ) from error
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise TypeError(
+            f"expected a problem that can be pickled for worker processes: {error}. Remedy: a "
+            "function of a module, a method of an object, or functools.partial of them"
+        ) from error
+    return pool
+
+
+def _answers(
+    executor: Executor, job: Job, waiting: deque[int], window: int | None = None
+) -> Answers:
+    """Answers of an executor; ends when it breaks, with the rest still ``waiting``.
+
+    At most ``window`` cases are handed over at a time, by default twice as many as workers have
+    been seen. The problem goes only to workers that turn out not to have it: it may be large,
+    and they on other machines.
+    """
+    pending: dict[Future, int] = {}
+    done: SimpleQueue[Future] = SimpleQueue()
+    workers: set[str] = set()
+    lacking: set[int] = set()
+    broken = False
+    try:
+        while True:
+            limit = window or 2 * max(cores(), len(workers))
+            while waiting and not broken and len(pending) < limit:
+                task = job.task(waiting[0], carry=waiting[0] in lacking)
+                try:
+                    future = executor.submit(_work, task)
+                except BrokenExecutor:
+                    broken = True
+                else:
+                    pending[future] = waiting.popleft()
+                    future.add_done_callback(done.put)
+            if not pending:
+                return
+            future = done.get()
+            number = pending.pop(future)
+            try:
+                answer = future.result()
+            except Exception as error:  # noqa: BLE001 - told; the other cases go on
+                answer = _Answer(error=error_text(error), broken=isinstance(error, BrokenExecutor))
+            else:
+                workers.add(answer.worker)
+            broken = broken or answer.broken
+            if answer.error is None and not answer.body:
+                lacking.add(number)
+                waiting.appendleft(number)
+            else:
+                yield number, answer
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+class _Here(Executor):
+    """Runs everything at once in this thread."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Task:
+    """A case to run; the problem goes with it only where the worker may lack it."""
+
+    token: bytes
+    problem: Problem | None
+    case: Any
+    threads: int | None
+
+
+class _Answer(NamedTuple):
+    """The pickled result with its time, or an error; neither if the worker has no problem."""
+
+    worker: str = ""
+    body: bytes = b""
+    error: str | None = None
+    broken: bool = False
+
+
+#: by their content: the problems of sweeps in this process, and the last one sent to it
+ours: dict[bytes, Problem] = {}
+received: dict[bytes, Problem] = {}
+
+
+def _receive(token: bytes, problem: Problem) -> None:
+    received.clear()  # what was there may hold a large matrix
+    received[token] = problem
+
+
+def _work(task: _Task) -> _Answer:
+    worker = f"{platform.node()} {os.getpid()} {threading.get_ident()}"
+    problem = ours.get(task.token)
+    if problem is None:
+        problem = received.get(task.token, task.problem)
+        if problem is None:
+            return _Answer(worker)
+        _receive(task.token, problem)
+    try:
+        with _limited(task.threads):
+            start = perf_counter()
+            case = task.case
+            result = problem(**case) if isinstance(case, Mapping) else problem(case)
+            seconds = perf_counter() - start
+        return _Answer(worker, dump((result, seconds), problem))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - told; the other cases go on
+        return _Answer(worker, error=error_text(error))
+
+
+class _Limits:
+    """State of the limits of this process, which cases in several threads may share."""
+
+    lock = threading.Lock()
+    running = 0
+    modules = 0
+    libraries: ThreadpoolController
+    held: ExitStack
+    holder: ThreadPoolExecutor
+
+
+@contextmanager
+def _limited(threads: int | None) -> Iterator[None]:
+    """At most so many threads of BLAS, OpenMP and numba."""
+    if threads is None:
+        yield
+        return
+    with ExitStack() as stack:
+        # of this thread; the first call starts those of numba, in full number
+        mask = numba.get_num_threads()
+        stack.callback(numba.set_num_threads, mask)
+        numba.set_num_threads(min(threads, mask))
+        libraries = _limit_process(threads)
+        stack.callback(_lift_limits)
+        stack.enter_context(libraries.limit(limits=threads))  # those that have one per thread
+        yield
+
+
+def _limit_process(threads: int) -> ThreadpoolController:
+    """Limit what is one for all threads, from the first case to the end of the last."""
+    with _Limits.lock:
+        if not _Limits.running:
+            # threadpoolctl lets only the thread that limited OpenBLAS lift the limit
+            _Limits.holder = ThreadPoolExecutor(1)
+            _Limits.holder.submit(_hold_limits, threads).result()
+        _Limits.running += 1
+        return _Limits.libraries
+
+
+def _hold_limits(threads: int) -> None:
+    if _Limits.modules != len(sys.modules):  # an import may have brought a library
+        _Limits.modules, _Limits.libraries = len(sys.modules), ThreadpoolController()
+    _Limits.held = ExitStack()
+    _Limits.held.enter_context(_Limits.libraries.limit(limits=threads))
+    known = numba.config.NUMBA_NUM_THREADS
+    _Limits.held.callback(setattr, numba.config, "NUMBA_NUM_THREADS", known)
+    numba.config.NUMBA_NUM_THREADS = min(threads, known)
+
+
+def _lift_limits() -> None:
+    with _Limits.lock:
+        _Limits.running -= 1
+        if not _Limits.running:
+            _Limits.holder.submit(_Limits.held.close).result()
+            _Limits.holder.shutdown()
+
+
+def cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+def error_text(error: BaseException) -> str:
+    return "".join(traceback.format_exception(error))
