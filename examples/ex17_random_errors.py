@@ -87,7 +87,7 @@ def visualize(result: Result):
             ax.set_yticks([])
             error = result.rms(name, values[name])
             ax.set_xlabel("" if error == 0 else f"rms error {error:.4f}", fontsize=9)
-            if row is axes[0]:
+            if name == next(iter(result.exact)):
                 ax.set_title(title, fontsize=10)
         row[0].set_ylabel(name, fontsize=10)
     axes[0, 0].show = plt.show
