@@ -1,8 +1,12 @@
-"""Figures 11a, 11b and 16: eccentric loads on homogeneous and graded ground.
+"""Figures 11 and 16: eccentric loads, lift-off, and the edge of contact that is no parabola.
 
 A rigid circle under a force at 0.15 a from its centre, on a homogeneous half-space and on one with
-E = E0 (1 + B z / h), B = 1, h / a = 1; and the square punch of Fig. 16 on the graded ground, with
-P = E0 a^2 at (0.1 a, 0.15 a). The stiffer depth draws pressure away from the edge.
+E = E0 (1 + B z / h), B = 1, h / a = 1: the stiffer depth draws pressure away from the edge. Beyond
+a / 3 the circle lifts off, here at 0.35 a and 0.5 a. The square is that of Fig. 16 on the graded
+ground, P = E0 a^2 at (0.1 a, 0.15 a), and the same farther out, where it lifts off.
+
+The edge of contact at 0.5 a is compared with the parabola x = c0 + c1 y^2 nearest to it. Meshes
+refined to that edge show that they differ, most of all near the circle, as the paper says.
 """
 
 from dataclasses import dataclass
@@ -11,54 +15,148 @@ import numpy as np
 from gallery import run
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, PunchSolution, RigidPunch
+from skfem_dual.contact.refine import refine_to_contact
 from skfem_dual.grids.generate import disc, rectangle
 
+SOIL = HalfSpace(young=1.0, poisson=0.25)
 GRADED = GradedHalfSpace.init_linear(young=1.0, poisson=0.25, gradient=1.0)
 
 
 @dataclass(frozen=True)
+class Edge:
+    """Edge of contact and the parabola x = c0 + c1 y^2 nearest to it.
+
+    Least squares over the length of the edge; ``deviation`` is x less that of the parabola.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    parabola: tuple[float, float]
+    deviation: np.ndarray
+    rms: float
+
+    @classmethod
+    def of(cls, solution: PunchSolution) -> "Edge":
+        """Of the one line where contact ends."""
+        (line,) = solution.contact_region.edge
+        length = np.pad(np.hypot(*np.diff(line)), 1)
+        weight = length[1:] + length[:-1]
+        x, y = line
+        terms, root = np.column_stack([np.ones_like(y), y**2]), np.sqrt(weight)
+        parabola = np.linalg.lstsq(terms * root[:, None], x * root)[0]
+        deviation = x - terms @ parabola
+        rms = np.sqrt(np.average(deviation**2, weights=weight))
+        return cls(x, y, tuple(parabola.tolist()), deviation, float(rms))
+
+
+@dataclass(frozen=True)
 class Result:
-    """Solutions by the names of their panels; P = E0 a^2."""
+    """Solutions by the names of their panels, P = E0 a^2; those on refined meshes."""
 
     solutions: dict[str, PunchSolution]
+    refined: list[PunchSolution]
 
     def __str__(self) -> str:
-        return "\n".join(
-            f"{name}: W0 / a = {s.settlement:.5f}, tilt = ({s.tilt[0]:.5f}, {s.tilt[1]:.5f})"
-            for name, s in self.solutions.items()
-        )
+        rows = [f"{'':<30}{'W0 / a':<10}{'tilt':<20}contact area / plan"]
+        for name, s in self.solutions.items():
+            tilt = f"({s.tilt[0]:.5f}, {s.tilt[1]:.5f})"
+            share = s.contact_area / s.punch.partition.areas.sum()
+            rows.append(f"{name:<30}{s.settlement:<10.5f}{tilt:<20}{share:.4f}")
+        rows += ["", "Edge of contact at e = 0.5 a, in a, less the nearest parabola:"]
+        rows.append(f"{'cells':<8}{'c0':<10}{'c1':<10}{'rms':<10}{'greatest':<10}at the circle")
+        for s in self.refined:
+            e = Edge.of(s)
+            rows.append(
+                f"{len(s.pressure):<8}{e.parabola[0]:<10.4f}{e.parabola[1]:<10.4f}{e.rms:<10.4f}"
+                f"{e.deviation.max():<+10.4f}{e.deviation[[0, -1]].mean():+.4f}"
+            )
+        return "\n".join(rows)
 
 
-def main(n=600) -> Result:
-    """Solve the three problems with about n dual cells."""
-    circle = DualMesh.from_mesh(disc(n=n, true_area=True)).basis()
-    square = DualMesh.from_mesh(rectangle(2.0, 2.0, n=n)).basis()
+def on_disc(mesh) -> RigidPunch:
+    """The circle on homogeneous ground."""
+    return RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis())
+
+
+def main(n=600, refinements=3) -> Result:
+    """Solve with about n dual cells; refine them to the edge of contact."""
+    mesh = disc(n=n, true_area=True)
+    circle = on_disc(mesh)
+    square = RigidPunch(GRADED, DualMesh.from_mesh(rectangle(2.0, 2.0, n=n)).basis())
+    load = {"force": 1.0, "at": (0.5, 0.0)}
     return Result(
         {
-            "circle, homogeneous": RigidPunch(HalfSpace(1.0, 0.25), circle).solve(
+            "a) circle, e = 0.15 a": circle.solve(1.0, (0.15, 0.0)),
+            "b) circle, graded, e = 0.15 a": RigidPunch(GRADED, circle.basis).solve(
                 1.0, (0.15, 0.0)
             ),
-            "circle, graded": RigidPunch(GRADED, circle).solve(1.0, (0.15, 0.0)),
-            "square, graded": RigidPunch(GRADED, square).solve(1.0, (0.1, 0.15)),
-        }
+            "c) circle, e = 0.35 a": circle.solve(1.0, (0.35, 0.0)),
+            "d) circle, e = 0.5 a": circle.solve(**load),
+            "square, graded, (0.1, 0.15) a": square.solve(1.0, (0.1, 0.15)),
+            "square, graded, (0.4, 0.6) a": square.solve(1.0, (0.4, 0.6)),
+        },
+        refine_to_contact(on_disc, mesh, load, refinements),
     )
 
 
 def visualize(result: Result):
-    """Isobars of the pressure over its mean, with the same levels."""
+    """Isobars of the pressure over its mean, with the same levels; the edge and the parabola."""
+    return {"eccentric_load": draw_isobars(result), "contact_edge": draw_edge(result)}
+
+
+def draw_isobars(result: Result):
     import matplotlib.pyplot as plt
 
     from skfem_dual.visuals.matplotlib import isobars
 
-    _, axes = plt.subplots(1, 3, figsize=(14, 4.4), layout="compressed")
-    levels = np.array([0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0])
-    for ax, (name, solution) in zip(axes, result.solutions.items(), strict=True):
-        basis, p = solution.nodal_pressure()
-        isobars(basis, p / solution.mean_pressure, levels, title="p / mean p", ax=ax)
+    _, axes = plt.subplots(2, 3, figsize=(14, 8.8), layout="compressed")
+    levels = np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0])
+    for ax, (name, s) in zip(axes.flat, result.solutions.items(), strict=True):
+        basis, p = s.nodal_pressure()
+        isobars(
+            basis,
+            p / s.mean_pressure,
+            levels,
+            title="p / mean p",
+            contact=s.contact_region,
+            ax=ax,
+        )
         ax.set_title(name, fontsize=10)
-        ax.plot(*solution.centre_of_pressure, "+", color="#c8401f", ms=9, mew=2)
-    axes[0].show = plt.show
-    return {"eccentric_load": axes[0]}
+        ax.plot(*s.centre_of_pressure, "+", color="#1a1a1a", ms=9, mew=2)
+    return axes[0, 0]
+
+
+def draw_edge(result: Result):
+    import matplotlib.pyplot as plt
+
+    from skfem_dual.visuals.style import CONTACT, OUTLINE
+
+    _, (plan, error) = plt.subplots(1, 2, figsize=(11, 4.8), layout="compressed")
+    edges = [Edge.of(s) for s in result.refined]
+    angle = np.linspace(0, 2 * np.pi, 400)
+    plan.plot(np.cos(angle), np.sin(angle), color=OUTLINE, lw=1.2)
+    plan.plot(edges[-1].x, edges[-1].y, color=CONTACT, lw=2, label="edge of contact")
+    y = np.linspace(-0.95, 0.95, 200)
+    c0, c1 = edges[-1].parabola
+    plan.plot(c0 + c1 * y**2, y, "--", color=OUTLINE, lw=1, label="nearest parabola")
+    plan.set_xlim(-0.66, -0.24)
+    plan.set_ylim(-0.95, 0.95)
+    plan.set_xlabel("x / a, drawn larger than y / a")
+    plan.set_ylabel("y / a")
+    plan.text(-0.6, 0.72, "circle", fontsize=9)
+    plan.legend(loc="center left", frameon=False, fontsize=9)
+    shades = np.linspace(0.75, 0, len(edges))
+    for edge, s, shade in zip(edges, result.refined, shades, strict=True):
+        color = CONTACT if edge is edges[-1] else str(shade)
+        error.plot(edge.y, edge.deviation, color=color, lw=1.3, label=f"{len(s.pressure)} cells")
+    error.axhline(0, color=OUTLINE, lw=0.8, ls="--")
+    error.set_xlabel("y / a")
+    error.set_ylabel("edge less parabola, in a")
+    error.legend(loc="lower center", frameon=False, fontsize=9)
+    for ax in (plan, error):
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.show = plt.show
+    return plan
 
 
 if __name__ == "__main__":

@@ -61,3 +61,16 @@ def test_edge_time(load, capsys):
     )
     assert all(10 * weighted[n] < constant[n] for n in weighted)
     assert "0.01 %" in capsys.readouterr().out
+
+
+def test_unilateral(load, capsys):
+    unilateral = load("unilateral")
+    rows = unilateral.main(sizes=(150,))
+    assert len(rows) == 4
+    for row in rows.values():
+        assert row.difference < 1e-8
+        for s in row.solutions.values():
+            assert s.complementarity_residual < 1e-9
+            assert len(s.contact) < len(s.pressure)
+            assert s.iterations > 0
+    assert "conj. gradients" in capsys.readouterr().out

@@ -29,16 +29,37 @@ def check_ex08(result):
 
 
 def check_ex11(result):
-    solutions = result.solutions
-    circle = solutions["circle, homogeneous"]
-    assert circle.settlement == pytest.approx(0.46875, rel=1e-3)
-    assert circle.tilt == pytest.approx([0.75 * 0.9375 * 0.15, 0.0], abs=2e-4)
-    graded = solutions["circle, graded"]
-    assert graded.settlement == pytest.approx(0.2212284989, rel=2e-3)
-    assert graded.tilt[0] == pytest.approx(0.15 * 0.496333765, rel=3e-3)
+    a, b, c, d, square, lifted = result.solutions.values()
+    assert a.settlement == pytest.approx(0.46875, rel=1e-3)
+    assert a.tilt == pytest.approx([0.75 * 0.9375 * 0.15, 0.0], abs=2e-4)
+    assert b.settlement == pytest.approx(0.2212284989, rel=2e-3)
+    assert b.tilt[0] == pytest.approx(0.15 * 0.496333765, rel=3e-3)
     # less pressure at the edge, more in the middle
-    spread = [s.pressure.max() / s.mean_pressure for s in (circle, graded)]
+    spread = [s.pressure.max() / s.mean_pressure for s in (a, b)]
     assert spread[1] < spread[0]
+    # references for E* = 1: settlement, tilt, part in contact, its edge on the axis
+    for s, known in (
+        (c, (0.4999, 0.2626, 0.988, -0.91)),
+        (d, (0.4821, 0.4190, 0.735, -0.33)),
+    ):
+        line = max(s.contact_region.edge, key=np.size)
+        assert s.settlement == pytest.approx(0.9375 * known[0], rel=1e-3)
+        assert s.tilt[0] == pytest.approx(0.9375 * known[1], rel=2e-3)
+        assert s.contact_area / np.pi == pytest.approx(known[2], abs=5e-3)
+        assert line[0, np.abs(line[1]).argmin()] == pytest.approx(known[3], abs=0.02)
+    assert square.contact_area == pytest.approx(4)
+    assert lifted.contact_area < 2.5
+    # no parabola: edges on finer meshes agree better with each other than with it
+    from ex11_eccentric_load import Edge
+
+    edges = [Edge.of(s) for s in result.refined]
+    fine, coarse = edges[-1], edges[-2]
+    inner = np.abs(fine.y) < 0.7
+    order = np.argsort(coarse.y)
+    between = fine.x[inner] - np.interp(fine.y[inner], coarse.y[order], coarse.x[order])
+    assert np.abs(between).max() < 0.6 * fine.deviation[inner].max()
+    assert (fine.deviation[[0, -1]] < -0.025).all()  # the circle draws it back
+    assert 0.005 < fine.deviation.max() < 0.012
 
 
 def check_ex20(result):
@@ -100,7 +121,96 @@ def check_ex22(result):
     assert (np.diff(result.below[2:]) < 0).all()
 
 
-SMALL = {"ex20_edge_convergence": {"sizes": (60, 150, 350)}}
+def check_ex16(result):
+    from ex16_square_punch import disagreement
+
+    assert sum(map(len, result.old)) == 113
+    before = disagreement(result, *result.old)
+    one, two = (disagreement(result, *new) for new in result.smoothed.values())
+    assert two < 0.5 * before
+    assert two < one < before
+
+
+def check_ex17(result):
+    for name in result.exact:
+        old, paper, found = (
+            result.rms(name, v[name]) for v in (result.old, result.paper, result.found)
+        )
+        assert found < paper < old
+        assert found < 0.65 * old
+
+
+def check_ex23(result):
+    for plan in ("square", "L-shape"):
+        n, (below, above, mixed), indicator = result.errors(plan, "adaptive")
+        assert (below < 0).all()
+        assert (above > 0).all()
+        assert (np.abs(mixed) < 0.2 * above).all()
+        effectivity = np.sqrt(indicator / above)
+        assert 0.8 < effectivity.min() < effectivity.max() < 1.6
+        m, (_, uniform, _), _ = result.errors(plan, "uniform")
+        at = np.exp(np.interp(np.log(m[-1]), np.log(n), np.log(above)))
+        assert at < 0.75 * uniform[-1]
+
+
+def check_ex24(result):
+    footings = result.footings
+    circle = np.hypot(*footings["circle"].kern())
+    assert circle == pytest.approx(0.5, rel=6e-3)  # a third of the radius
+    turned = footings["square"].kern()
+    assert np.sort(turned.max(axis=1)) == pytest.approx(-np.sort(turned.min(axis=1)), rel=1e-2)
+    for punch in footings.values():
+        # beyond the kern some cell would pull, inside none
+        corners = punch.kern()
+        upright = punch.stiffness()[1:, 0] / punch.stiffness()[0, 0]
+        for k in range(0, corners.shape[1], corners.shape[1] // 4):
+            out = corners[:, k] - upright
+            assert punch.solve(1.0, tuple(upright + 0.95 * out)).message == "full contact"
+            assert "contact on" in punch.solve(1.0, tuple(upright + 1.15 * out)).message
+    curve = result.curve
+    assert (np.diff(curve.rotation) > 0).all()
+    full = curve.eccentricity < curve.lift_off
+    compliance = 0.91 / (30e6 * 1.5**3 * np.pi * 0.662348)  # of the square: references
+    slope = curve.rotation[full][1:] / curve.moment[full][1:]
+    assert slope == pytest.approx(compliance, rel=3e-3)
+
+
+def check_ex25(result):
+    from ex25_hertz_and_cone import errors
+
+    for shape, limits in (("sphere", (1e-3, 5e-3, 1e-3)), ("cone", (1e-3, 5e-3))):
+        s = result.everywhere[shape][1]
+        assert len(s.contact) == pytest.approx(500, rel=0.1)
+        assert (np.abs(errors(shape, s)) < limits).all()
+        coarse, fine = result.everywhere[shape][0], result.refined[shape][-1]
+        assert abs(errors(shape, fine)[0]) < 0.5 * abs(errors(shape, coarse)[0])
+        assert fine.force == pytest.approx(s.force)
+
+
+def check_ex26(result):
+    assert (np.diff(result.factors) < 0).all()
+    assert (np.diff(result.tilts) < 0).all()
+    factors, tilts = result.far
+    assert (result.factors > factors).all()
+    assert result.factors[-1] == pytest.approx(factors[-1], rel=1e-3)
+    assert result.tilts[-1] == pytest.approx(tilts[-1], rel=0.02)
+    equal, heavy = result.pictured.values()
+    near = equal.punches.interaction_factors([{"force": 1.0}] * 2)
+    assert near[0] == pytest.approx(result.factors[1], rel=1e-10)
+    assert near[1] == pytest.approx(near[0], rel=1e-3)
+    assert equal[0].tilt[0] == pytest.approx(-equal[1].tilt[0], rel=1e-2)
+    assert heavy[0].contact_area < 3.7
+    assert heavy[1].contact_area == pytest.approx(4)
+
+
+SMALL = {
+    "ex11_eccentric_load": {"refinements": 2},
+    "ex20_edge_convergence": {"sizes": (60, 150, 350)},
+    "ex23_adaptive": {"most": 700},
+    "ex24_kern_and_overturning": {"n": 300, "steps": 10},
+    "ex25_hertz_and_cone": {"cells": (125, 500), "refinements": 2},
+    "ex26_neighbours": {"n": 150, "distances": (0.05, 0.2, 1.0, 16.0)},
+}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -16,7 +16,10 @@ from skfem import (
     MeshTri,
 )
 
-from skfem_dual import DualMesh
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, general_triangulation
+from skfem_dual.contact.paths import moment_rotation
+from skfem_dual.contact.region import ContactRegion
+from skfem_dual.contact.shapes import Paraboloid
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
 from skfem_dual.visuals import pyvista as with_pyvista
@@ -426,7 +429,6 @@ def test_importing_the_modules_imports_no_graphics():
 
 
 def test_coefficient_along_the_edge():
-    from skfem_dual import HalfSpace, RigidPunch
     from skfem_dual.visuals.matplotlib import plot_edge
 
     dual = DualMesh.from_mesh(MeshTri().refined(3))
@@ -479,3 +481,166 @@ def test_far_from_the_origin_and_single_levels():
     for levels in (1, [0.5]):
         axes = with_matplotlib.isobars(nodal(mesh), values, levels)
         assert len(axes.collections) >= 2
+
+
+# contact that ends inside the plan
+
+
+def half_disc(mesh=DISC):
+    """Contact right of x = 0.1."""
+    return ContactRegion(mesh.p, mesh.oriented().t, mesh.p[0] - 0.1)
+
+
+HALF_DISC = np.pi / 2 - np.arcsin(0.1) - 0.1 * np.sqrt(0.99)
+
+
+@pytest.fixture(scope="module")
+def circle():
+    return RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(DISC).basis())
+
+
+@pytest.mark.parametrize("kind", ["nodal", "general", "cells", "triangles"])
+def test_fields_end_at_the_edge_of_contact(kind):
+    dual = DualMesh.from_mesh(DISC)
+    basis = {
+        "nodal": lambda: nodal(DISC),
+        "general": lambda: nodal(general_triangulation(DISC)),
+        "cells": dual.basis,
+        "triangles": dual.primal_basis,
+    }[kind]()
+    whole = Field.from_basis(basis, np.arange(basis.N) + 1.0)
+    field = whole.in_contact(half_disc())
+    assert field.areas.sum() == pytest.approx(HALF_DISC, rel=3e-3)
+    assert field.p[0].min() == pytest.approx(0.1)
+    assert (np.bincount(field.cells, field.areas, whole.cells.max() + 1) < 0.2).all()
+    if field.flat:
+        assert np.array_equal(field.values, field.cells + 1.0)
+    else:
+        assert (field.values[field.p[0] < 0.1 + 1e-12] == 0).all()
+        assert (field.values[field.p[0] > 0.1 + 1e-12] >= 1).all()
+
+
+@pytest.mark.parametrize("corner", [(0.0, 0.0), (1e6, 2e6)])
+def test_fields_far_from_the_origin_end_at_the_edge_of_contact(corner):
+    mesh = MeshTri.init_circle(3).translated(corner)
+    region = ContactRegion(mesh.p, mesh.oriented().t, mesh.p[0] - corner[0] - 0.1)
+    for basis in (DualMesh.from_mesh(mesh).basis(), nodal(general_triangulation(mesh))):
+        field = Field.from_basis(basis, np.ones(basis.N)).in_contact(region)
+        assert field.areas.sum() == pytest.approx(region.area, rel=1e-7)
+
+
+def test_isolines_stay_connected_where_triangles_are_cut():
+    field = Field.from_basis(nodal(DISC), np.ones(DISC.nvertices)).in_contact(half_disc())
+    segments, lines = isoline(field, 0.5)
+    assert set(lines) == {0}
+    assert (segments[0] > 0.1).all()
+
+
+def test_contact_of_another_plan_or_without_area_is_refused():
+    field = Field.from_basis(nodal(DISC), DISC.p[0])
+    with pytest.raises(ValueError, match="one without the point"):
+        field.in_contact(half_disc(DISC.scaled(0.5)))
+    lifted = ContactRegion(DISC.p, DISC.t, np.full(DISC.nvertices, -1.0))
+    with pytest.raises(ValueError, match="without area"):
+        field.in_contact(lifted)
+    with pytest.raises(TypeError, match="ContactRegion, got ndarray"):
+        field.in_contact(DISC.p)
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_isobars_and_edge_of_contact(visuals):
+    region = half_disc()
+    picture = visuals.isobars(nodal(DISC), 1 + DISC.p[0], [0.5, 1.5], labels=False, contact=region)
+    x = contours(picture)[0]
+    assert x.min() > 0.05  # on the way to zero at the edge
+    assert np.isclose(x, 0.5, atol=0.02).any()
+    if visuals is with_matplotlib:
+        line = picture.lines[0].get_xdata()
+        assert picture.lines[0].get_zorder() > 2.5
+    else:
+        _isobars, _outline, edge, *_axes = (d for d in datasets(picture) if d.n_lines)
+        line = edge.points[:, 0] + DISC.p[0].mean()
+    assert line == pytest.approx(np.full(len(line), 0.1), abs=1e-6)
+    full = ContactRegion(DISC.p, DISC.t, np.ones(DISC.nvertices))
+    same = visuals.isobars(nodal(DISC), DISC.p[0], [0.5], labels=False, contact=full)
+    assert contours(same)[0] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_cells_out_of_contact_are_neutral(visuals, circle):
+    solution = circle.solve(1.0, (0.6, 0.0))
+    region = solution.contact_region
+    picture = visuals.plot(circle.basis, solution.pressure, contact=region)
+    if visuals is with_matplotlib:
+        drawn = picture.collections[0].get_paths()
+        x = np.concatenate([path.vertices[:, 0] for path in drawn])
+        assert len(picture.lines) == len(region.edge)
+    else:
+        surface = next(iter(picture.actors.values())).mapper.dataset
+        x = surface.points[:, 0] + DualMesh.from_mesh(DISC).refinement.p[0].mean()
+        image = picture.screenshot(return_img=True)
+        neutral = (image == 0xEC).all(axis=2).mean()
+        assert neutral > 0.1
+    assert x.min() >= min(line[0].min() for line in region.edge) - 1e-6
+
+
+def test_pictures_of_contact_are_written(circle, tmp_path):
+    for at in ((0.1, 0.0), (0.5, 0.2)):
+        solution = circle.solve(1.0, at)
+        basis, p = solution.nodal_pressure()
+        axes = with_matplotlib.isobars(basis, p, contact=solution.contact_region)
+        axes.figure.savefig(tmp_path / "a.svg")
+        assert "<image" not in (tmp_path / "a.svg").read_text()
+        plotter = with_pyvista.isobars(basis, p, contact=solution.contact_region)
+        plotter.screenshot(tmp_path / "a.png")
+
+
+def test_kern_is_drawn_in_its_plan():
+    mesh = MeshTri.init_lshaped().refined(3).translated((2.0, 0.0))
+    punch = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis(), origin=(1.5, 0.5))
+    axes = with_matplotlib.plot_kern(punch)
+    (kern,) = axes.patches
+    assert np.allclose(kern.get_xy()[:-1].T, punch.kern() + np.array([[1.5], [0.5]]))
+    (upright,) = axes.lines
+    stiffness = punch.stiffness()
+    assert upright.get_xydata()[0] - [1.5, 0.5] == pytest.approx(
+        stiffness[1:, 0] / stiffness[0, 0]
+    )
+    assert kern.contains_point(axes.transData.transform(upright.get_xydata()[0]))
+    length = sum(np.hypot(*np.diff(s, axis=0).T).sum() for s in axes.collections[0].get_segments())
+    assert length == pytest.approx(8)
+    with pytest.raises(TypeError, match="expected a RigidPunch, got DualMesh"):
+        with_matplotlib.plot_kern(DualMesh.from_mesh(mesh))
+
+
+def test_moment_rotation_curve(circle):
+    curve = moment_rotation(circle, 2.0, (0.0, 1.0), steps=8)
+    axes = with_matplotlib.plot_moment_rotation(curve)
+    lines = {line.get_label(): line.get_xydata() for line in axes.lines}
+    found = lines["ground does not pull"]
+    assert np.array_equal(found[:, 0], curve.rotation)
+    assert np.array_equal(found[:, 1], curve.eccentricity / curve.overturning)
+    begin, end = lines["full contact"]
+    assert end == pytest.approx([2 * 0.75 * curve.overturning, 1.0], rel=5e-3)
+    assert begin == pytest.approx(found[0])
+    assert axes.lines[-1].get_xydata()[0] == pytest.approx([0.5, 1 / 3], rel=0.02)
+    assert "rotation" in axes.get_xlabel()
+    assert "overturning" in axes.get_ylabel()
+    with pytest.raises(TypeError, match="expected a MomentRotation, got ndarray"):
+        with_matplotlib.plot_moment_rotation(curve.moment)
+
+
+def test_moment_rotation_curve_of_a_shaped_punch_has_no_lift_off():
+    dual = DualMesh.from_mesh(MeshTri.init_circle(3))
+    punch = RigidPunch(HalfSpace(1.0, 0.0), dual.basis(), gap=Paraboloid(4.0))
+    axes = with_matplotlib.plot_moment_rotation(moment_rotation(punch, 0.2, steps=4))
+    assert axes.get_legend() is None
+    assert len(axes.lines) == 2
+
+
+def test_backends_share_their_options():
+    import inspect
+
+    for name in ("draw", "plot", "isobars"):
+        options = [inspect.signature(getattr(v, name)).parameters for v in BACKENDS]
+        assert options[0].keys() - {"ax"} == options[1].keys() - {"off_screen"}

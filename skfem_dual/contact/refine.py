@@ -25,7 +25,7 @@ def refine_to_contact(
     make : callable
         Makes the punch on a mesh.
     mesh : MeshTri
-        The first mesh.
+        The first mesh; its tags are lost by refinement.
     load : mapping
         What is imposed, keyword arguments of `RigidPunch.solve`.
     refinements : int
@@ -61,6 +61,7 @@ def refine_to_contact(
         # with the triangles around: the edge moves a little
         around = np.isin(mesh.t, mesh.t[:, marked]).any(axis=0)
         # refined triangles at the seam can be too long for a dual grid
-        mesh, _report = repair(mesh.refined(np.nonzero(around)[0]))
+        # (boundaries are lost by refinement, with a log entry if there are any)
+        mesh, _report = repair(MeshTri(mesh.p, mesh.t).refined(np.nonzero(around)[0]))
         solutions.append(make(mesh).solve(**load, start=last, **options))
     return solutions

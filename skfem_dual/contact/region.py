@@ -159,7 +159,9 @@ def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) ->
         slope = fitted_planes(x, distance, middle, 2 * AROUND)[1:]
         normal = slope / np.hypot(*slope)
         across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))
-    return distance
+    # the law holds nearby only; far from the edge the sign is all that counts
+    far = 3 * np.sqrt(partition.areas)
+    return np.clip(distance, -far, far)
 
 
 def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:

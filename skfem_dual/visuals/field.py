@@ -5,7 +5,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import eye
+from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
+
+from ..contact.region import ContactRegion
+from ..grids.corners import signed_areas
+from ..grids.fan import Fan
 
 FLAT = (ElementTriP0, ElementQuad0)
 CONTINUOUS = (ElementTriP1, ElementQuad1)
@@ -83,6 +89,50 @@ class Field:
             cells = np.tile(cells, 4)
         return cls(p, t, values, cells, flat)
 
+    def in_contact(self, region: ContactRegion) -> "Field":
+        """The part in a contact region, with triangles cut along its edge.
+
+        The values of a continuous field are zero on that edge, as pressures and gaps are.
+
+        Raises
+        ------
+        TypeError
+            If ``region`` is something else.
+        ValueError
+            If it has no area, or is that of another plan.
+        """
+        if not isinstance(region, ContactRegion):
+            raise TypeError(f"expected a ContactRegion, got {type(region).__name__}")
+        level = _levels(region, self.p)
+        inside = level[self.t] > 0
+        if not inside.any():
+            raise ValueError("expected some contact, got a contact region without area")
+        kept, crossed = (np.nonzero(x)[0] for x in (inside.all(0), inside.any(0) & ~inside.all(0)))
+        inside, t = inside[:, crossed], self.t[:, crossed]
+        # turned so that one vertex is alone on its side
+        alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
+        t = np.take_along_axis(t, (alone + np.arange(3)[:, None]) % 3, axis=0)
+        sides = np.sort([np.tile(t[0], 2), t[1:].ravel()], axis=0)
+        n = self.p.shape[1]
+        key, first, number = np.unique(
+            sides[0] * np.int64(n) + sides[1], return_index=True, return_inverse=True
+        )
+        i, j = sides[:, first]
+        share = level[i] / (level[i] - level[j])
+        p = np.hstack([self.p, self.p[:, i] + share * (self.p[:, j] - self.p[:, i])])
+        onward, back = n + number.reshape(2, -1)
+        lone = level[t[0]] > 0
+        corner = np.array([t[0], onward, back])[:, lone]
+        a, b = (np.array(x)[:, ~lone] for x in ((onward, t[1], t[2]), (onward, t[2], back)))
+        t = np.hstack([self.t[:, kept], corner, a, b])
+        own = np.concatenate([kept, crossed[lone], crossed[~lone], crossed[~lone]])
+        used, t = np.unique(t, return_inverse=True)
+        if self.flat:
+            values = self.values[own]
+        else:
+            values = np.append(self.values, np.zeros(len(key)))[used]
+        return Field(p[:, used], t.reshape(3, -1), values, self.cells[own], self.flat)
+
     @cached_property
     def areas(self) -> ndarray:
         """Area of each triangle."""
@@ -119,3 +169,28 @@ class Field:
         parted[side[cells != cells[start[side]]]] = True
         ends = first[sides[:, start]]
         return ends[:, count == 1], ends[:, parted]
+
+
+def _levels(region: ContactRegion, x: ndarray) -> ndarray:
+    """The level of a contact region at points of its plan."""
+    if np.array_equal(x, region.p):
+        return region.level
+    areas = signed_areas(region.p, region.t)
+    # quadrilaterals in the middle of a polar grid have sides without length
+    t = region.t[:, areas > 1e-14 * areas.max()]
+    whole = Fan(region.p, t, np.arange(t.shape[1]), eye(region.p.shape[1], format="csr"))
+    triangle = whole.locate(x)
+    if (missed := triangle < 0).any():  # some are on the boundary but for rounding
+        middles = region.p[:, t].mean(axis=1)
+        inwards = middles[:, cKDTree(middles.T).query(x[:, missed].T)[1]] - x[:, missed]
+        x = x.copy()
+        x[:, missed] += 1e-6 * inwards
+        triangle[missed] = whole.locate(x[:, missed])
+    if (triangle < 0).any():
+        bad = np.argmax(triangle < 0)
+        raise ValueError(
+            f"expected the contact region of the plan drawn, got one without the point "
+            f"({x[0, bad]:.6g}, {x[1, bad]:.6g})"
+        )
+    shares = whole.coordinates(triangle, x)
+    return np.sum(shares * region.level[t[:, triangle]], axis=0)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
-from ..contact.solution import EdgeCoefficient
+from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
+from .axes import draw_segments, prepared, scalar_bar, triangulation
+from .curves import plot_edge, plot_kern, plot_moment_rotation
 from .field import CONTINUOUS, Field
 from .isolines import label_points
 from .levels import (
@@ -23,13 +24,12 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
-from .style import COLORMAP, MISSING, OUTLINE, band_colors, fineness, layers
+from .style import COLORMAP, CONTACT, OUTLINE, SEPARATED, band_colors, fineness, layers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: colours and dashes of curves in one picture, told apart in grey as well
-LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"))
+__all__ = ["draw", "isobars", "plot", "plot_edge", "plot_kern", "plot_moment_rotation"]
 
 
 def draw(
@@ -70,7 +70,7 @@ def draw(
         If its coordinates are not finite or vertices do not exist.
     """
     drawn = list(layers(grid, nodes, report))
-    ax = _prepare(ax, drawn[0].p)
+    ax = prepared(ax, drawn[0].p)
     for layer in drawn:
         if layer.facets is None:
             size = 0.7 * layer.width
@@ -81,7 +81,7 @@ def draw(
             }
             ax.plot(*layer.p, "o", label=layer.label, **style)
         else:
-            _lines(ax, layer.p, layer.facets, layer.color, 0.6 * layer.width, layer.label)
+            draw_segments(ax, layer.p, layer.facets, layer.color, 0.6 * layer.width, layer.label)
     if legend:
         ax.legend(
             loc="upper center", bbox_to_anchor=(0.5, -0.07), ncols=3, frameon=False, fontsize=9
@@ -97,6 +97,7 @@ def plot(
     clim: Sequence[float] | None = None,
     cmap: str = COLORMAP,
     edges: bool = False,
+    contact: ContactRegion | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Colour the cells or the triangles by their values.
@@ -118,6 +119,9 @@ def plot(
         Name of a matplotlib colour map.
     edges : bool
         Whether to draw the edges of the cells.
+    contact : ContactRegion, optional
+        ``solution.contact_region``: its edge is drawn, and nothing but a neutral colour where
+        the punch has lifted off.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
@@ -132,16 +136,17 @@ def plot(
         If matplotlib is missing.
     TypeError, ValueError
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
-        ``clim`` is not increasing.
+        ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
     """
     field = Field.from_basis(basis, values)
-    low, high, below, beyond = color_range(field, clim)
-    ax = _prepare(ax, field.p)
+    pressed = field if contact is None else field.in_contact(contact)
+    low, high, below, beyond = color_range(pressed, clim)
+    ax = prepared(ax, field.p)
     # antialiasing would leave white seams between the triangles of one cell
     kind: dict[str, Any] = {"antialiased": False} if field.flat else {"shading": "gouraud"}
     colored = ax.tripcolor(
-        _triangulation(field),
-        field.values,
+        triangulation(pressed),
+        pressed.values,
         cmap=cmap,
         vmin=low,
         vmax=high,
@@ -150,11 +155,12 @@ def plot(
     )
     if edges:
         width = 0.7 * fineness(len(np.unique(field.cells)))
-        _lines(ax, field.p, field.ribs, OUTLINE, width)
-    _lines(ax, field.p, field.outline, OUTLINE, 1.2)
+        draw_segments(ax, field.p, field.ribs, OUTLINE, width)
+    draw_segments(ax, field.p, field.outline, OUTLINE, 1.2)
+    _separation(ax, contact)
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, beyond]
     exponent = common_exponent([low, high])
-    bar = _bar(ax, colored, title_with_factor(title, exponent), extend=extend)
+    bar = scalar_bar(ax, colored, title_with_factor(title, exponent), extend=extend)
     ticks = bar.get_ticks()
     ticks = ticks[(ticks >= low) & (ticks <= high)]
     bar.set_ticks(ticks, labels=short_numbers(ticks, exponent))
@@ -169,6 +175,7 @@ def isobars(
     title: str | None = None,
     labels: bool = True,
     cmap: str = COLORMAP,
+    contact: ContactRegion | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw bands between isobars of a continuous field, the isobars and their values.
@@ -188,6 +195,9 @@ def isobars(
         Whether to write the values on the isobars, once each where there is room.
     cmap : str
         Name of a matplotlib colour map.
+    contact : ContactRegion, optional
+        ``solution.contact_region``: its edge is drawn, where the field falls to zero, and nothing
+        but a neutral colour where the punch has lifted off.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
@@ -202,39 +212,42 @@ def isobars(
         If matplotlib is missing.
     TypeError, ValueError
         If ``basis`` is of another kind, the values are constant, not finite or not one per DOF,
-        or the levels do not increase or none is between the values.
+        the levels do not increase or none is between the values, or ``contact`` is none or that
+        of another plan.
     """
     field = Field.from_basis(basis, values, CONTINUOUS)
-    chosen = choose_levels(field, levels)
+    pressed = field if contact is None else field.in_contact(contact)
+    chosen = choose_levels(pressed, levels)
     exponent = common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
-    ax = _prepare(ax, field.p)
-    triangles = _triangulation(field)
+    ax = prepared(ax, field.p)
+    triangles = triangulation(pressed)
     # matplotlib fills between at least two levels: the ends of the range are levels too
-    filled = np.concatenate([[field.values.min()], chosen, [field.values.max()]])
+    filled = np.concatenate([[pressed.values.min()], chosen, [pressed.values.max()]])
     inside = (chosen > filled[0]) & (chosen < filled[-1])
     colors = band_colors(cmap, len(chosen) + 1)
     single = len(chosen) == 1
     bands = ax.tricontourf(
         triangles,
-        field.values,
+        pressed.values,
         levels=filled if single and inside.all() else chosen,
         colors=colors,
         extend="neither" if single else "both",
     )
     lines = ax.tricontour(
         triangles,
-        field.values,
+        pressed.values,
         levels=chosen,
         colors=OUTLINE,
         linewidths=0.7,
         linestyles="solid",
     )
-    _lines(ax, field.p, field.outline, OUTLINE, 1.4)
+    draw_segments(ax, field.p, field.outline, OUTLINE, 1.4)
+    _separation(ax, contact)
     if labels:
         from matplotlib.patheffects import withStroke
 
-        points = label_points(field, chosen)
+        points = label_points(pressed, chosen)
         written = ax.clabel(
             lines,
             fmt=dict(zip(chosen, texts)),
@@ -245,124 +258,20 @@ def isobars(
         )
         for text in written:
             text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffff99")])
-    bar = _bar(ax, bands, title_with_factor(title, exponent), spacing="uniform")
+    bar = scalar_bar(ax, bands, title_with_factor(title, exponent), spacing="uniform")
     bar.set_ticks(chosen, labels=texts)
     return ax
 
 
-def plot_edge(
-    coefficient: EdgeCoefficient, *, title: str | None = None, ax: Axes | None = None
-) -> Axes:
-    """Plot the strength of the pressure's singularity along the contours of a plan.
-
-    Parameters
-    ----------
-    coefficient : EdgeCoefficient
-        From ``solution.edge_coefficient()``.
-    title : str, optional
-        Name and unit of the coefficient, beside its axis.
-    ax : Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    Axes
-        One line for each contour over the length along it, the plan to the left.
-
-    Raises
-    ------
-    ImportError
-        If matplotlib is missing.
-    TypeError
-        If ``coefficient`` is something else.
-    """
-    if not isinstance(coefficient, EdgeCoefficient):
-        raise TypeError(f"expected an EdgeCoefficient, got {type(coefficient).__name__}")
-    plt = _pyplot()
-    ax = ax or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
-    contours = np.unique(coefficient.contour)
-    for contour, (color, style) in zip(contours, cycle(LINES)):
-        own = coefficient.contour == contour
-        ax.plot(
-            coefficient.arc[own],
-            coefficient.values[own],
-            style,
-            color=color,
-            label=f"contour {contour}",
-        )
-    if len(contours) > 1:
-        ax.legend(frameon=False, fontsize=9)
-    ax.set_xlim(0, coefficient.arc.max())
-    low, high = min(0, 1.1 * coefficient.values.min()), max(0, 1.1 * coefficient.values.max())
-    if low < high:
-        ax.set_ylim(low, high)
-    ax.set_xlabel("length along the contour")
-    ax.set_ylabel(title or r"$\lim\, p\,\sqrt{d}$")
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.show = plt.show  # type: ignore[union-attr]
-    return ax
-
-
-def _pyplot() -> Any:
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        raise ImportError(MISSING.format("matplotlib")) from error
-    return plt
-
-
-def _prepare(ax: Axes | None, p: ndarray) -> Axes:
-    """The axes to draw the points ``p`` in, with a method show as skfem's have."""
-    plt = _pyplot()
-    from matplotlib.ticker import MaxNLocator
-
-    if ax is None:
-        width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
-        size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)
-        ax = plt.figure(figsize=size, layout="compressed").add_subplot()
-    ax.set_aspect("equal")
-    ax.spines[:].set_visible(False)
-    for axis, extent in zip((ax.xaxis, ax.yaxis), np.ptp(p, axis=1) / np.ptp(p, axis=1).max()):
-        axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
-    ax.ticklabel_format(useOffset=False)
-    ax.tick_params(labelsize=9)
-    ax.show = plt.show  # type: ignore[union-attr]
-    return ax
-
-
-def _triangulation(field: Field):
-    from matplotlib.tri import Triangulation
-
-    return Triangulation(field.p[0], field.p[1], field.t.T)
-
-
-def _lines(
-    ax: Axes, p: ndarray, facets: ndarray, color: str, width: float, label: str | None = None
-) -> None:
-    from matplotlib.collections import LineCollection
-
-    lines = list(p[:, facets].transpose(2, 1, 0))
-    ax.add_collection(
-        LineCollection(
-            lines,
-            colors=color,
-            linewidths=width,
-            capstyle="round",
-            label=label,
-            clip_on=False,  # an outline lies half outside the axes
-        )
+def _separation(ax: Axes, contact: ContactRegion | None) -> None:
+    """The area out of contact, and the edge between."""
+    if contact is None or not contact.edge:
+        return
+    ax.tricontourf(
+        triangulation(contact),
+        contact.level,
+        levels=[contact.level.min() - 1, 0],
+        colors=[SEPARATED],
     )
-    ax.autoscale_view()
-
-
-def _bar(ax: Axes, colored, title: str, **options):
-    """A scalar bar along the longer side of the axes."""
-    width, height = np.ptp(ax.dataLim.get_points(), axis=0)
-    place: dict[str, Any] = (
-        {"location": "bottom", "pad": 0.1, "aspect": 40, "fraction": 0.4}
-        if width > 2 * height
-        else {"location": "right", "pad": 0.03, "aspect": 25}
-    )
-    bar = ax.figure.colorbar(colored, ax=ax, label=title, **place, **options)
-    bar.ax.tick_params(labelsize=9)
-    return bar
+    for line in contact.edge:
+        ax.plot(*line, color=CONTACT, linewidth=2.2, zorder=3)

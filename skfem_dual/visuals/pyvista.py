@@ -10,6 +10,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
+from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
@@ -23,14 +24,30 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
-from .offscreen import require_opengl
-from .style import COLORMAP, MISSING, OUTLINE, Layer, band_colors, fineness, layers
+from .scene import (
+    PLAN,
+    add_lines,
+    add_points,
+    add_texts,
+    new_plotter,
+    surface,
+    view,
+    with_bar,
+)
+from .style import (
+    COLORMAP,
+    CONTACT,
+    OUTLINE,
+    SEPARATED,
+    Layer,
+    band_colors,
+    fineness,
+    layers,
+)
 
 if TYPE_CHECKING:
     import pyvista
 
-#: pixels of the greater extent of the plan, and of the margins left, below and above it
-PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
 UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
 
@@ -76,16 +93,16 @@ def draw(
     drawn = list(layers(grid, nodes, report))
     origin = drawn[0].p.mean(axis=1, keepdims=True)
     drawn = [replace(layer, p=layer.p - origin) for layer in drawn]
-    plotter = _plotter(off_screen)
+    plotter = new_plotter(off_screen)
     for height, layer in enumerate(drawn):
         if layer.facets is None:
-            _points(plotter, layer.p, layer.color, 1.2 * layer.width, height)
+            add_points(plotter, layer.p, layer.color, 1.2 * layer.width, height)
         else:
-            _lines(plotter, layer.p[:, layer.facets.T], layer.color, layer.width, height)
+            add_lines(plotter, layer.p[:, layer.facets.T], layer.color, layer.width, height)
     if not legend:
-        return _view(plotter, drawn[0].p, origin)
+        return view(plotter, drawn[0].p, origin)
     _legend(plotter, drawn)
-    return _view(
+    return view(
         plotter, drawn[0].p, origin, right=90 + 8 * max(len(layer.label) for layer in drawn)
     )
 
@@ -98,6 +115,7 @@ def plot(
     clim: Sequence[float] | None = None,
     cmap: str = COLORMAP,
     edges: bool = False,
+    contact: ContactRegion | None = None,
     off_screen: bool = True,
 ) -> pyvista.Plotter:
     """Colour the cells or the triangles by their values.
@@ -119,6 +137,9 @@ def plot(
         Name of a matplotlib colour map.
     edges : bool
         Whether to draw the edges of the cells.
+    contact : ContactRegion, optional
+        ``solution.contact_region``: its edge is drawn, and nothing but a neutral colour where
+        the punch has lifted off.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("pressure.png")``; otherwise ``show()``
         opens a window.
@@ -135,26 +156,30 @@ def plot(
         If there is no working OpenGL.
     TypeError, ValueError
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
-        ``clim`` is not increasing.
+        ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
     """
-    field, origin = _local(Field.from_basis(basis, values))
-    low, high, below, beyond = color_range(field, clim)
+    field = Field.from_basis(basis, values)
+    pressed = field if contact is None else field.in_contact(contact)
+    origin = field.p.mean(axis=1, keepdims=True)
+    field, pressed = _moved(field, -origin), _moved(pressed, -origin)
+    low, high, below, beyond = color_range(pressed, clim)
     exponent = common_exponent([low, high])
-    plotter = _plotter(off_screen)
-    surface = _surface(field)
-    (surface.cell_data if field.flat else surface.point_data)["values"] = field.values
+    plotter = new_plotter(off_screen)
+    drawn = surface(pressed)
+    (drawn.cell_data if field.flat else drawn.point_data)["values"] = pressed.values
     ticks = round_ticks(low, high)
     marks = dict(zip(ticks.tolist(), short_numbers(ticks, exponent)))
     marks |= {low: "<"} if below else {}
     marks |= {high: ">"} if beyond else {}
     colored = plotter.add_mesh(
-        surface, scalars="values", clim=(low, high), cmap=cmap, annotations=marks, **UNLIT
+        drawn, scalars="values", clim=(low, high), cmap=cmap, annotations=marks, **UNLIT
     )
     if edges:
         width = 1.2 * fineness(len(np.unique(field.cells)))
-        _lines(plotter, field.p[:, field.ribs.T], OUTLINE, width, 1)
-    _lines(plotter, field.p[:, field.outline.T], OUTLINE, 2, 2)
-    return _bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
+        add_lines(plotter, field.p[:, field.ribs.T], OUTLINE, width, 1)
+    add_lines(plotter, field.p[:, field.outline.T], OUTLINE, 2, 2)
+    _separation(plotter, contact, field, origin)
+    return with_bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
 
 
 def isobars(
@@ -165,6 +190,7 @@ def isobars(
     title: str | None = None,
     labels: bool = True,
     cmap: str = COLORMAP,
+    contact: ContactRegion | None = None,
     off_screen: bool = True,
 ) -> pyvista.Plotter:
     """Draw bands between isobars of a continuous field, the isobars and their values.
@@ -184,6 +210,9 @@ def isobars(
         Whether to write the values on the isobars, once each where there is room.
     cmap : str
         Name of a matplotlib colour map.
+    contact : ContactRegion, optional
+        ``solution.contact_region``: its edge is drawn, where the field falls to zero, and nothing
+        but a neutral colour where the punch has lifted off.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("isobars.png")``; otherwise ``show()``
         opens a window.
@@ -200,64 +229,56 @@ def isobars(
         If there is no working OpenGL.
     TypeError, ValueError
         If ``basis`` is of another kind, the values are constant, not finite or not one per DOF,
-        or the levels do not increase or none is between the values.
+        the levels do not increase or none is between the values, or ``contact`` is none or that
+        of another plan.
     """
-    field, origin = _local(Field.from_basis(basis, values, CONTINUOUS))
-    chosen = choose_levels(field, levels)
+    field = Field.from_basis(basis, values, CONTINUOUS)
+    pressed = field if contact is None else field.in_contact(contact)
+    origin = field.p.mean(axis=1, keepdims=True)
+    field, pressed = _moved(field, -origin), _moved(pressed, -origin)
+    chosen = choose_levels(pressed, levels)
     n, exponent = len(chosen), common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
-    plotter = _plotter(off_screen)
+    plotter = new_plotter(off_screen)
     # bands meet without common points: what gleams through between them is of the lines' colour
-    plotter.add_mesh(_surface(field), color=OUTLINE, lighting=False)
+    plotter.add_mesh(surface(pressed), color=OUTLINE, lighting=False)
     colored = plotter.add_mesh(
-        _bands(field, chosen),
+        _bands(pressed, chosen),
         scalars="band",
         clim=(0, n + 1),
         cmap=band_colors(cmap, n + 1),
         annotations=dict(zip(range(1, n + 1), texts)),
         **UNLIT,
     )
-    lines = np.concatenate([isoline(field, level)[0] for level in chosen], axis=1)
-    _lines(plotter, lines, OUTLINE, 1.5, 1)
-    _lines(plotter, field.p[:, field.outline.T], OUTLINE, 3, 2)
-    if labels and (points := label_points(field, chosen)):
-        _texts(
+    lines = np.concatenate([isoline(pressed, level)[0] for level in chosen], axis=1)
+    add_lines(plotter, lines, OUTLINE, 1.5, 1)
+    add_lines(plotter, field.p[:, field.outline.T], OUTLINE, 3, 2)
+    _separation(plotter, contact, field, origin)
+    if labels and (points := label_points(pressed, chosen)):
+        add_texts(
             plotter,
             np.array(list(points.values())).T,
             [texts[i] for i in points],
             background_color="white",
             background_opacity=0.6,
         )
-    return _bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
+    return with_bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
 
 
-def _plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
-    try:
-        import pyvista
-    except ImportError as error:
-        raise ImportError(MISSING.format("pyvista")) from error
-    require_opengl()
-    plotter: Any = pyvista.Plotter(off_screen=off_screen, line_smoothing=True)
-    plotter.set_background("white")
-    return plotter
+def _separation(
+    plotter: Any, contact: ContactRegion | None, field: Field, origin: ndarray
+) -> None:
+    """The area out of contact, and the edge between."""
+    if contact is None or not contact.edge:
+        return
+    plotter.add_mesh(surface(field, -1), color=SEPARATED, lighting=False)
+    ends = [np.stack([line[:, :-1], line[:, 1:]], axis=2) for line in contact.edge]
+    add_lines(plotter, np.concatenate(ends, axis=1) - origin[:, :, None], CONTACT, 5, 3)
 
 
-def _local(field: Field) -> tuple[Field, ndarray]:
-    """The field about the middle of its points: VTK calculates in single precision."""
-    origin = field.p.mean(axis=1, keepdims=True)
-    return replace(field, p=field.p - origin), origin
-
-
-def _raised(p: ndarray, layer: int = 0) -> ndarray:
-    """Points in space, shape (n, 3); higher layers cover lower ones."""
-    height = 1e-4 * layer * np.ptp(p, axis=1).max()
-    return np.column_stack([*p, np.full(p.shape[1], height)])
-
-
-def _surface(field: Field) -> pyvista.PolyData:
-    import pyvista
-
-    return pyvista.PolyData.from_regular_faces(_raised(field.p), field.t.T)
+def _moved(field: Field, by: ndarray) -> Field:
+    """Pictures lie about the origin: VTK calculates in single precision."""
+    return replace(field, p=field.p + by)
 
 
 def _bands(field: Field, levels: ndarray) -> pyvista.PolyData:
@@ -265,12 +286,12 @@ def _bands(field: Field, levels: ndarray) -> pyvista.PolyData:
     import pyvista
     from vtkmodules.vtkFiltersModeling import vtkBandedPolyDataContourFilter
 
-    surface = _surface(field)
-    surface.point_data["values"] = field.values
-    surface.set_active_scalars("values")
+    whole = surface(field)
+    whole.point_data["values"] = field.values
+    whole.set_active_scalars("values")
     # pyvista's contour_banded knows equally spaced levels only
     cut = vtkBandedPolyDataContourFilter()
-    cut.SetInputData(surface)
+    cut.SetInputData(whole)
     for i, level in enumerate(levels):
         cut.SetValue(i, level)
     cut.Update()
@@ -282,40 +303,6 @@ def _bands(field: Field, levels: ndarray) -> pyvista.PolyData:
     return bands
 
 
-def _lines(plotter: Any, ends: ndarray, color: str, width: float, layer: int) -> None:
-    """Segments with the end points ``ends``, shape (2, n, 2)."""
-    import pyvista
-
-    if ends.size == 0:  # a single cell has no ribs
-        return
-    lines = pyvista.line_segments_from_points(_raised(ends.reshape(2, -1), layer))
-    plotter.add_mesh(lines, color=color, line_width=width, lighting=False)
-
-
-def _points(plotter: Any, p: ndarray, color: str, size: float, layer: int) -> None:
-    plotter.add_points(
-        _raised(p, layer),
-        color=color,
-        point_size=size,
-        render_points_as_spheres=True,
-        lighting=False,
-    )
-
-
-def _texts(plotter: Any, p: ndarray, texts: list[str], **options) -> None:
-    plotter.add_point_labels(
-        _raised(p, 3),
-        texts,
-        **{"justification_horizontal": "center", "justification_vertical": "center"} | options,
-        font_size=16,
-        bold=False,
-        text_color="black",
-        shape=None,
-        show_points=False,
-        always_visible=True,
-    )
-
-
 def _legend(plotter: Any, drawn: list[Layer]) -> None:
     """The names of the layers to the right of them."""
     low, high = drawn[0].p.min(axis=1), drawn[0].p.max(axis=1)
@@ -324,67 +311,12 @@ def _legend(plotter: Any, drawn: list[Layer]) -> None:
         x, y = high[0] + 30 * unit, (low + high)[1] / 2 + unit * 28 * (len(drawn) / 2 - i)
         place = np.array([[x, x + 30 * unit], [y, y]])
         if layer.facets is None:
-            _points(plotter, place.mean(axis=1, keepdims=True), layer.color, 10, 0)
+            add_points(plotter, place.mean(axis=1, keepdims=True), layer.color, 10, 0)
         else:
-            _lines(plotter, place[:, None], layer.color, 3, 0)
-        _texts(
+            add_lines(plotter, place[:, None], layer.color, 3, 0)
+        add_texts(
             plotter,
             place[:, 1:] + [[10 * unit], [0]],
             [layer.label],
             justification_horizontal="left",
         )
-
-
-def _view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
-    """Look at the plan ``p`` from above, with axes and a margin of ``right`` pixels."""
-    low, high = p.min(axis=1), p.max(axis=1)
-    unit = (high - low).max() / PLAN
-    # a narrow plan has room above it for the scalar bar, below it for its ticks
-    room = np.maximum((high - low) / unit, PLAN / 3)
-    width, height = room + np.array([LEFT + right, ABOVE + BELOW])
-    plotter.window_size = [round(width), round(height)]
-    x, y = (low + high) / 2 + unit / 2 * np.array([right - LEFT, ABOVE - BELOW])
-    plotter.camera_position = [(x, y, PLAN * unit), (x, y, 0), (0, 1, 0)]
-    plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = height * unit / 2
-    for axis, horizontal, vertical in ((0, "center", "top"), (1, "right", "center")):
-        most = 2 + int((high - low)[axis] / unit / 160)
-        shift = origin[axis, 0]
-        ticks = round_ticks(low[axis] + shift, high[axis] + shift, most)
-        ends = np.tile(low[:, None, None], (1, len(ticks), 2))
-        ends[axis] = ticks[:, None] - shift
-        ends[1 - axis] -= unit * np.array([8, 18])  # from the plan outwards
-        _lines(plotter, ends, OUTLINE, 1.5, 0)
-        ends[1 - axis] -= unit * 6
-        _texts(
-            plotter,
-            ends[..., 1],
-            short_numbers(ticks, 0),
-            justification_horizontal=horizontal,
-            justification_vertical=vertical,
-        )
-    plotter.reset_camera_clipping_range()
-    plotter.enable_anti_aliasing("msaa", multi_samples=8)
-    return plotter
-
-
-def _bar(plotter: Any, colored, title: str, p: ndarray, origin: ndarray) -> Any:
-    """The view of the plan ``p`` with a scalar bar of the actor ``colored`` on its right."""
-    right = max(190, 40 + 10 * len(title))
-    _view(plotter, p, origin, right)
-    width, height = plotter.window_size
-    plotter.add_scalar_bar(
-        title,
-        mapper=colored.mapper,
-        n_labels=0,
-        vertical=True,
-        position_x=1 - (right / 2 + 20) / width,
-        position_y=BELOW / height,
-        width=60 / width,
-        height=1 - (BELOW + ABOVE / 2) / height,
-        color="black",
-        title_font_size=18,
-        label_font_size=16,
-        font_family="arial",
-    )
-    return plotter

@@ -15,6 +15,10 @@ from ..grids.report import Condition, require
 #: readable in grey and by the colour-blind
 COLORMAP = "viridis"
 OUTLINE, PRIMAL, DUAL, FAULT = "#1a1a1a", "#9a9a9a", "#c8401f", "#1f6fc8"
+#: the edge of contact, and the part of a plan that has lifted off
+CONTACT, SEPARATED = "#c8401f", "#ececec"
+#: fills areas that are marked out
+LIGHT = "#f6d9d0"
 MISSING = "{} is needed to draw. Remedy: pip install 'skfem-dual[visuals]'"
 
 

@@ -1,0 +1,136 @@
+"""Two neighbouring footings: how much more they settle, and how they lean towards each other.
+
+Square rigid footings of half-side a on one half-space, each under the force P at its centre. Far
+apart, each settles additionally by what a point force causes there, P / (pi E* d) at the distance
+d of the centres, and tilts by P / (pi E* d^2); close together, by more than that. Beside a
+heavy neighbour the ground is curved so much that a light footing lifts off, above all at the side
+of the neighbour.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from gallery import run
+from skfem import CellBasis, ElementTriP1, MeshTri
+
+from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
+from skfem_dual.contact.group import PunchesSolution, RigidPunches
+from skfem_dual.contact.region import ContactRegion
+from skfem_dual.grids.generate import rectangle
+
+SOIL = HalfSpace(young=1.0, poisson=0.0)  # E* = 1, with a = P = 1
+#: clear distance of the footings pictured, the forces on both, and levels of isobars
+NEAR = 0.2
+PICTURED = {
+    "P and P": ((1.0, 1.0), [0.6, 0.7, 0.8, 1.0, 1.2, 1.5, 2.0, 3.0]),
+    "P and 8 P": ((1.0, 8.0), [0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0]),
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """Interaction factors and tilts by clear distance; solutions to be pictured."""
+
+    distances: np.ndarray
+    factors: np.ndarray
+    tilts: np.ndarray
+    alone: PunchSolution
+    pictured: dict[str, PunchesSolution]
+
+    @property
+    def far(self) -> tuple[np.ndarray, np.ndarray]:
+        """Factors and tilts by point forces."""
+        d = self.distances + 2
+        return 1 + 1 / (np.pi * d) / self.alone.settlement, 1 / (np.pi * d**2)
+
+    def __str__(self) -> str:
+        rows = [f"{'clear distance / a':<20}{'factor':<9}{'far apart':<11}{'tilt':<9}far apart"]
+        for row in zip(self.distances, self.factors, self.far[0], self.tilts, self.far[1]):
+            rows.append("{:<20.2f}{:<9.4f}{:<11.4f}{:<9.4f}{:.4f}".format(*row))
+        for name, pair in self.pictured.items():
+            for side, s in zip(("left", "right"), pair.solutions, strict=True):
+                share = s.contact_area / s.punch.partition.areas.sum()
+                rows.append(
+                    f"{name}, {side}: W0 = {s.settlement:.4f}, tilt {s.tilt[0]:+.4f}, in contact "
+                    f"{share:.3f}"
+                )
+        return "\n".join(rows)
+
+
+def side_by_side(distance: float, mesh: MeshTri) -> RigidPunches:
+    """Two footings at a clear distance."""
+    x = 1 + distance / 2
+    return RigidPunches(
+        [
+            RigidPunch(SOIL, DualMesh.from_mesh(mesh.translated((c, 0.0))).basis(), origin=(c, 0))
+            for c in (-x, x)
+        ]
+    )
+
+
+def main(n=300, distances=(0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)) -> Result:
+    """Solve with about n dual cells under each footing."""
+    mesh = rectangle(2.0, 2.0, n=n)
+    loads = [{"force": 1.0}] * 2
+    alone = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis()).solve(1.0)
+    pairs = [side_by_side(d, mesh).solve(loads) for d in distances]
+    return Result(
+        np.array(distances),
+        np.array([pair[0].settlement for pair in pairs]) / alone.settlement,
+        np.array([pair[0].tilt[0] for pair in pairs]),
+        alone,
+        {
+            name: side_by_side(NEAR, mesh).solve([{"force": p} for p in forces])
+            for name, (forces, _) in PICTURED.items()
+        },
+    )
+
+
+def visualize(result: Result):
+    """Factor and tilt over the distance; isobars of both footings."""
+    import matplotlib.pyplot as plt
+
+    from skfem_dual.visuals.matplotlib import isobars
+    from skfem_dual.visuals.style import CONTACT, OUTLINE
+
+    _, curves = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="compressed")
+    names = ("settlement over that alone", "tilt towards the neighbour, in P / (E* a²)")
+    found = (result.factors, result.tilts)
+    for ax, name, values, far in zip(curves, names, found, result.far, strict=True):
+        ax.semilogx(result.distances, far, "--", color=OUTLINE, lw=1, label="point force")
+        ax.semilogx(result.distances, values, "-o", color=CONTACT, ms=4, label="footings")
+        ax.set_xlabel("clear distance / a")
+        ax.set_ylabel(name)
+        ax.legend(frameon=False, fontsize=9)
+        ax.spines[["top", "right"]].set_visible(False)
+
+    _, plans = plt.subplots(len(result.pictured), figsize=(8.5, 9), layout="compressed")
+    for ax, (name, (_, levels)) in zip(plans, PICTURED.items(), strict=True):
+        basis, p, region = together(result.pictured[name].solutions)
+        isobars(basis, 4 * p, levels, contact=region, title="p / (P / 4a²)", ax=ax)
+        ax.set_title(name, fontsize=10)
+    for ax in (curves[0], plans[0]):
+        ax.show = plt.show
+    return {"interaction": curves[0], "neighbours": plans[0]}
+
+
+def together(solutions: Sequence[PunchSolution]):
+    """Pressures of several punches as one field, and their regions of contact as one."""
+    fields = [s.nodal_pressure() for s in solutions]
+    regions = [s.contact_region for s in solutions]
+    p, t = joined((r.p, r.t) for r in regions)
+    region = ContactRegion(p, t, np.concatenate([r.level for r in regions]))
+    mesh = MeshTri(*joined((basis.mesh.p, basis.mesh.t) for basis, _ in fields))
+    return CellBasis(mesh, ElementTriP1()), np.concatenate([v for _, v in fields]), region
+
+
+def joined(parts):
+    """Points and triangles of several meshes as one."""
+    points, triangles = zip(*parts, strict=True)
+    first = np.cumsum([0, *(p.shape[1] for p in points)])
+    return np.hstack(points), np.hstack([t + k for t, k in zip(triangles, first)])
+
+
+if __name__ == "__main__":
+    run(main, visualize)

@@ -1,0 +1,83 @@
+"""Axes of matplotlib in which plans are drawn to scale."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy import ndarray
+
+from ..contact.region import ContactRegion
+from .field import Field
+from .style import MISSING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def pyplot() -> Any:
+    """matplotlib.pyplot, or an error that names the remedy."""
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ImportError(MISSING.format("matplotlib")) from error
+    return plt
+
+
+def prepared(ax: Axes | None, p: ndarray) -> Axes:
+    """The axes to draw the points ``p`` in, with a method show as skfem's have."""
+    plt = pyplot()
+    from matplotlib.ticker import MaxNLocator
+
+    if ax is None:
+        width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
+        size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)
+        ax = plt.figure(figsize=size, layout="compressed").add_subplot()
+    ax.set_aspect("equal")
+    ax.spines[:].set_visible(False)
+    for axis, extent in zip((ax.xaxis, ax.yaxis), np.ptp(p, axis=1) / np.ptp(p, axis=1).max()):
+        axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
+    ax.ticklabel_format(useOffset=False)
+    ax.tick_params(labelsize=9)
+    ax.show = plt.show  # type: ignore[union-attr]
+    return ax
+
+
+def triangulation(field: Field | ContactRegion):
+    """The triangles for matplotlib."""
+    from matplotlib.tri import Triangulation
+
+    return Triangulation(field.p[0], field.p[1], field.t.T)
+
+
+def draw_segments(
+    ax: Axes, p: ndarray, facets: ndarray, color: str, width: float, label: str | None = None
+) -> None:
+    """Segments between pairs of points."""
+    from matplotlib.collections import LineCollection
+
+    segments = list(p[:, facets].transpose(2, 1, 0))
+    ax.add_collection(
+        LineCollection(
+            segments,
+            colors=color,
+            linewidths=width,
+            capstyle="round",
+            label=label,
+            clip_on=False,  # an outline lies half outside the axes
+        )
+    )
+    ax.autoscale_view()
+
+
+def scalar_bar(ax: Axes, colored, title: str, **options):
+    """A scalar bar along the longer side of the axes."""
+    width, height = np.ptp(ax.dataLim.get_points(), axis=0)
+    place: dict[str, Any] = (
+        {"location": "bottom", "pad": 0.1, "aspect": 40, "fraction": 0.4}
+        if width > 2 * height
+        else {"location": "right", "pad": 0.03, "aspect": 25}
+    )
+    bar = ax.figure.colorbar(colored, ax=ax, label=title, **place, **options)
+    bar.ax.tick_params(labelsize=9)
+    return bar

@@ -1,0 +1,135 @@
+"""Scenes of pyvista in which plans are seen from above, in pixels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy import ndarray
+
+from .field import Field
+from .levels import round_ticks, short_numbers
+from .offscreen import require_opengl
+from .style import MISSING, OUTLINE
+
+if TYPE_CHECKING:
+    import pyvista
+
+#: pixels of the greater extent of the plan, and of the margins left, below and above it
+PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
+
+
+def new_plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
+    """A plotter with a white background, or an error that names the remedy."""
+    try:
+        import pyvista
+    except ImportError as error:
+        raise ImportError(MISSING.format("pyvista")) from error
+    require_opengl()
+    plotter: Any = pyvista.Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter.set_background("white")
+    return plotter
+
+
+def raised(p: ndarray, layer: int = 0) -> ndarray:
+    """Points in space, shape (n, 3); higher layers cover lower ones."""
+    height = 1e-4 * layer * np.ptp(p, axis=1).max()
+    return np.column_stack([*p, np.full(p.shape[1], height)])
+
+
+def surface(field: Field, layer: int = 0) -> pyvista.PolyData:
+    """The field's triangles in a layer."""
+    import pyvista
+
+    return pyvista.PolyData.from_regular_faces(raised(field.p, layer), field.t.T)
+
+
+def add_lines(plotter: Any, ends: ndarray, color: str, width: float, layer: int) -> None:
+    """Segments with the end points ``ends``, shape (2, n, 2)."""
+    import pyvista
+
+    if ends.size == 0:  # a single cell has no ribs
+        return
+    lines = pyvista.line_segments_from_points(raised(ends.reshape(2, -1), layer))
+    plotter.add_mesh(lines, color=color, line_width=width, lighting=False)
+
+
+def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) -> None:
+    """Round points."""
+    plotter.add_points(
+        raised(p, layer),
+        color=color,
+        point_size=size,
+        render_points_as_spheres=True,
+        lighting=False,
+    )
+
+
+def add_texts(plotter: Any, p: ndarray, texts: list[str], **options) -> None:
+    """Texts about points, above all else."""
+    plotter.add_point_labels(
+        raised(p, 3),
+        texts,
+        **{"justification_horizontal": "center", "justification_vertical": "center"} | options,
+        font_size=16,
+        bold=False,
+        text_color="black",
+        shape=None,
+        show_points=False,
+        always_visible=True,
+    )
+
+
+def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
+    """Look at the plan ``p`` from above, with axes and a margin of ``right`` pixels."""
+    low, high = p.min(axis=1), p.max(axis=1)
+    unit = (high - low).max() / PLAN
+    # a narrow plan has room above it for the scalar bar, below it for its ticks
+    room = np.maximum((high - low) / unit, PLAN / 3)
+    width, height = room + np.array([LEFT + right, ABOVE + BELOW])
+    plotter.window_size = [round(width), round(height)]
+    x, y = (low + high) / 2 + unit / 2 * np.array([right - LEFT, ABOVE - BELOW])
+    plotter.camera_position = [(x, y, PLAN * unit), (x, y, 0), (0, 1, 0)]
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = height * unit / 2
+    for axis, horizontal, vertical in ((0, "center", "top"), (1, "right", "center")):
+        most = 2 + int((high - low)[axis] / unit / 160)
+        shift = origin[axis, 0]
+        ticks = round_ticks(low[axis] + shift, high[axis] + shift, most)
+        ends = np.tile(low[:, None, None], (1, len(ticks), 2))
+        ends[axis] = ticks[:, None] - shift
+        ends[1 - axis] -= unit * np.array([8, 18])  # from the plan outwards
+        add_lines(plotter, ends, OUTLINE, 1.5, 0)
+        ends[1 - axis] -= unit * 6
+        add_texts(
+            plotter,
+            ends[..., 1],
+            short_numbers(ticks, 0),
+            justification_horizontal=horizontal,
+            justification_vertical=vertical,
+        )
+    plotter.reset_camera_clipping_range()
+    plotter.enable_anti_aliasing("msaa", multi_samples=8)
+    return plotter
+
+
+def with_bar(plotter: Any, colored, title: str, p: ndarray, origin: ndarray) -> Any:
+    """The view of the plan ``p`` with a scalar bar of the actor ``colored`` on its right."""
+    right = max(190, 40 + 10 * len(title))
+    view(plotter, p, origin, right)
+    width, height = plotter.window_size
+    plotter.add_scalar_bar(
+        title,
+        mapper=colored.mapper,
+        n_labels=0,
+        vertical=True,
+        position_x=1 - (right / 2 + 20) / width,
+        position_y=BELOW / height,
+        width=60 / width,
+        height=1 - (BELOW + ABOVE / 2) / height,
+        color="black",
+        title_font_size=18,
+        label_font_size=16,
+        font_family="arial",
+    )
+    return plotter
