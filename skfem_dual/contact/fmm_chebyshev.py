@@ -1,0 +1,129 @@
+"""Expansions of radial kernels in Chebyshev polynomials of two coordinates of a box.
+
+A box of half-width h has the coordinates ``(x - middle) / h``. The moments of its load are
+integrals of the polynomials ``T_a(x) T_b(y)`` of a total degree below the order, and its local
+field is a sum of them. Cells stick out of their box: the coordinates of loads refer to boxes
+``PADDING`` times wider.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from numpy.polynomial import chebyshev
+
+from .quadtree import OFFSETS
+
+#: half-width to which coordinates of loads refer, over that of the box
+PADDING = 1.1
+#: points of interpolation in one direction beyond the order
+MORE = 3
+
+Kernel = Callable[[ndarray], ndarray]
+
+
+@dataclass(frozen=True)
+class Chebyshev:
+    """The terms of a total degree below ``order``, in a fixed order."""
+
+    order: int
+
+    @cached_property
+    def degrees(self) -> ndarray:
+        """Degrees in x and in y, shape (2, terms)."""
+        return np.array([(a, b) for a in range(self.order) for b in range(self.order - a)]).T
+
+    @property
+    def terms(self) -> int:
+        """Number of terms."""
+        return self.order * (self.order + 1) // 2
+
+    @cached_property
+    def grid(self) -> ndarray:
+        """Points of interpolation, shape (2, points)."""
+        s = chebyshev.chebpts1(self.order + MORE)
+        return np.stack(np.meshgrid(s, s, indexing="ij")).reshape(2, -1)
+
+    @cached_property
+    def coefficients(self) -> ndarray:
+        """Takes values in the points of interpolation to terms, shape (points, terms)."""
+        points = self.order + MORE
+        values = chebyshev.chebvander(chebyshev.chebpts1(points), self.order - 1)
+        values *= np.where(np.arange(self.order) == 0, 1.0, 2.0) / points
+        a, b = self.degrees
+        return (values[:, None, a] * values[None, :, b]).reshape(points**2, -1)
+
+    def shift(self, quarter: int, padding: float) -> ndarray:
+        """Takes moments of a box in a quarter of another to those of that one.
+
+        Shape (terms, terms); its transpose takes local expansions the other way.
+        """
+        s = chebyshev.chebpts1(self.order)
+        back = np.linalg.inv(chebyshev.chebvander(s, self.order - 1))
+
+        def along(side: int) -> ndarray:
+            """T_a(side / (2 padding) + s / 2) as sums of T_b(s), shape (a, b)."""
+            moved = side / (2 * padding) + s / 2
+            return (back @ chebyshev.chebvander(moved, self.order - 1)).T
+
+        a, b = self.degrees
+        x, y = along(2 * (quarter % 2) - 1), along(2 * (quarter // 2) - 1)
+        return x[a[:, None], a] * y[b[:, None], b]
+
+    def translations(self, kernel: Kernel, half: float, needed: ndarray) -> ndarray:
+        """From moments to local expansions of boxes of one size, at each of `OFFSETS`.
+
+        Parameters
+        ----------
+        kernel : callable
+            The influence at distances.
+        half : float
+            Half-width of the boxes.
+        needed : (len(OFFSETS),) array of bool
+            The others are left zero.
+
+        Returns
+        -------
+        (len(OFFSETS), terms, terms) array of float
+            Rows for the moments, columns for the local expansion. Offsets lead from the latter's
+            box to the former's.
+        """
+        out = np.zeros((len(OFFSETS), self.terms, self.terms))
+        a, b = self.degrees
+        swapped = np.lexsort((a, b))  # the term (b, a) of each (a, b)
+        odd = np.array([1 - 2 * (d % 2) for d in (a, b)])
+        for along, across in {(max(o), min(o)) for o in np.abs(OFFSETS[needed]).tolist()}:
+            load = self.grid * PADDING + [[2 * along], [2 * across]]
+            r = half * np.hypot(*(self.grid[:, None] - load[:, :, None]))
+            # einsum: matrices are too small for threads of BLAS, which may have to wait for each
+            # other longer than the products take
+            half_way = np.einsum("pi,pq->iq", self.coefficients, kernel(r))
+            matrix = np.einsum("iq,qj->ij", half_way, self.coefficients)
+            for k in np.nonzero(needed)[0]:
+                x, y = np.abs(OFFSETS[k])
+                if (max(x, y), min(x, y)) == (along, across):
+                    signs = odd[0] ** (OFFSETS[k, 0] < 0) * odd[1] ** (OFFSETS[k, 1] < 0)
+                    turned = matrix if x >= y else matrix[np.ix_(swapped, swapped)]
+                    out[k] = signs[:, None] * turned * signs
+        return out
+
+    def outgoing(self, kernel: Kernel, half: ndarray, offset: ndarray) -> ndarray:
+        """From moments of boxes to the field at points.
+
+        Parameters
+        ----------
+        kernel : callable
+        half : (m,) array of float
+            Half-width of the box of each point.
+        offset : (2, m) array of float
+            Each point from the middle of its box, over its half-width.
+
+        Returns
+        -------
+        (m, terms) array of float
+        """
+        dx, dy = offset[:, :, None] - PADDING * self.grid[:, None]
+        values = kernel(half[:, None] * np.hypot(dx, dy))
+        return np.einsum("pq,qj->pj", values, self.coefficients)

@@ -1,0 +1,131 @@
+"""Dense matrix of settlements with far cells by their moments: as fast as it can be written."""
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+from ..grids.edge import EdgeWeights
+from ..grids.partition import Partition
+from .compiled import compiled
+from .fmm_compiled import vectorised
+from .fmm_moments import Loads, radii
+from .influence import _in_blocks
+from .near import NearField
+from .remainder import remainder_rows
+from .substrates import Substrate
+
+#: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
+#: the fourth power
+NEAR = 6.0
+#: third moments count up to where they make so many times the error of a cell's settlement
+THIRD = 30.0
+#: cells that are looked at together
+GROUP = 16
+
+
+def moment_matrix(
+    substrate: Substrate,
+    partition: Partition,
+    x: ndarray,
+    weights: EdgeWeights | None,
+    rtol: float,
+) -> ndarray:
+    """Settlements at points under unit mean pressure on each cell.
+
+    As `influence_matrix`, with the dipoles of edge-weighted cells, and up to an error of about
+    ``rtol`` of the settlements under pressures of one sign.
+
+    Returns
+    -------
+    (m, ncells) array of float
+        Settlement per unit pressure, positive into the ground.
+    """
+    loads = Loads.singular(partition, weights, 3)
+    centres, m = loads.centres, substrate.singular_coefficient * loads.moments
+    third = np.stack([m[3, 0], m[2, 1], m[1, 2], m[0, 3]])
+    near = NEAR * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)
+    known = (9 * np.abs(third).sum(axis=0) / (THIRD * rtol * m[0, 0])) ** (1 / 3)
+    groups = _groups(centres, np.maximum(near, known))
+    direct = NearField.build(substrate, partition, weights, np.arange(len(partition)))
+    matrix = np.empty((x.shape[1], len(partition)))
+    add = None
+    if substrate.remainder is not None:
+        add = remainder_rows(substrate.remainder, partition, weights, x)
+        factor = 1 / substrate.surface.young
+
+    def work(rows: slice) -> None:
+        points, block = x[:, rows], matrix[rows]
+        moments = m[0, 0], m[1, 0], m[0, 1], m[2, 0], m[1, 1], m[0, 2]
+        _from_moments(points, *centres, *moments, block)
+        starts, cells = _near_cells(points, centres, near, known, third, *groups, block)
+        values = np.empty(len(cells))
+        each = np.arange(len(block))
+        direct.fill(points, np.stack([each, each + 1]), (starts, cells), values)
+        block[np.repeat(each, np.diff(starts)), cells] = values
+        if add is not None:
+            add(rows, factor, block)
+
+    _in_blocks(work, x.shape[1])
+    return matrix
+
+
+def _groups(centres: ndarray, near: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    """Cells in an order in which `GROUP` of them lie together, and a circle around each group's.
+
+    Outside of the circle no cell of the group is near.
+    """
+    order = cKDTree(centres.T, leafsize=GROUP).indices
+    starts = np.arange(0, len(order), GROUP)
+    low, high = (f.reduceat(centres[:, order], starts, axis=1) for f in (np.minimum, np.maximum))
+    middle = (low + high) / 2
+    own = np.repeat(np.arange(len(starts)), GROUP)[: len(order)]
+    reach = np.hypot(*(centres[:, order] - middle[:, own])) + near[order]
+    return order, middle, np.maximum.reduceat(reach, starts)
+
+
+@vectorised
+def _from_moments(x, cx, cy, m, m10, m01, m20, m11, m02, matrix):
+    """Fields of moments up to the second degree, also where they are too near."""
+    for i in range(x.shape[1]):
+        x0, y0 = x[0, i], x[1, i]
+        for j in range(cx.shape[0]):
+            dx, dy = x0 - cx[j], y0 - cy[j]
+            f = 1 / np.sqrt(dx * dx + dy * dy)
+            ux, uy = f * dx, f * dy
+            a = m20[j] * (3 * ux * ux - 1) + m02[j] * (3 * uy * uy - 1) + 3 * m11[j] * ux * uy
+            matrix[i, j] = f * (m[j] + f * (m10[j] * ux + m01[j] * uy + f * a))
+
+
+@compiled
+def _near_cells(x, centres, near, known, third, order, middle, reach, matrix):
+    """Starts and cells of lists of cells nearer to each point than ``near``.
+
+    Third moments of the others up to the distance ``known`` are added to the matrix.
+    """
+    n = centres.shape[1]
+    starts, cells = np.zeros(x.shape[1] + 1, np.int64), np.empty(64 * x.shape[1], np.int32)
+    count = 0
+    for i in range(x.shape[1]):
+        if count + n > cells.shape[0]:
+            larger = np.empty(2 * cells.shape[0] + n, np.int32)
+            larger[:count] = cells[:count]
+            cells = larger
+        x0, y0 = x[0, i], x[1, i]
+        for group in range(reach.shape[0]):
+            dx, dy = x0 - middle[0, group], y0 - middle[1, group]
+            if dx * dx + dy * dy > reach[group] ** 2:
+                continue
+            for k in range(group * GROUP, min(group * GROUP + GROUP, n)):
+                j = order[k]
+                dx, dy = x0 - centres[0, j], y0 - centres[1, j]
+                r2 = dx * dx + dy * dy
+                if r2 <= near[j] ** 2:
+                    cells[count] = j
+                    count += 1
+                elif r2 <= known[j] ** 2:
+                    xx, yy = 15 * dx * dx / r2, 15 * dy * dy / r2
+                    cubic = dx * (third[0, j] * (xx - 9) + third[2, j] * (yy - 3))
+                    cubic += dy * (third[1, j] * (xx - 3) + third[3, j] * (yy - 9))
+                    matrix[i, j] += cubic / (r2 * r2 * np.sqrt(r2))
+        starts[i + 1] = count
+    return starts, cells[:count]

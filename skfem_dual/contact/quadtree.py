@@ -1,0 +1,244 @@
+"""Adaptive quadtree over loaded cells and field points.
+
+A cell belongs to the smallest box it does not exceed much: large cells stay in boxes higher up
+and do not keep the small ones around them from being divided further.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+
+from .compiled import compiled
+
+#: no box is divided more often than this
+DEEPEST = 40
+#: offsets from a box to the boxes of its level that are not adjacent to it, but whose parents are
+#: adjacent to its own
+OFFSETS = np.array(
+    [(i, j) for i in range(-3, 4) for j in range(-3, 4) if max(abs(i), abs(j)) > 1], dtype=np.int32
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Quadtree:
+    """Boxes level by level, from the root on.
+
+    Attributes
+    ----------
+    corner : (2,) array of float
+        Lower left corner of the root.
+    size : float
+        Side of the root.
+    level, parent, first, nchildren : (nboxes,) array of int
+        The children of box ``b`` are ``first[b]`` to ``first[b] + nchildren[b]``.
+    place : (2, nboxes) array of int
+        Column and row of each box among those of its level.
+    sources, own, targets : (nboxes + ...) arrays of int
+        Box ``b`` and its descendants hold cells ``sources[0, b]`` to ``sources[1, b]`` in the
+        order of the tree, the first of them, up to ``own[b]``, in no child; and field points
+        ``targets[0, b]`` to ``targets[1, b]``.
+    cells, points : (n,), (m,) arrays of int
+        Numbers of the cells and of the field points in the order of the tree.
+    levels : (nlevels + 1,) array of int
+        Boxes of level ``k`` are ``levels[k]`` to ``levels[k + 1]``.
+    adjacent : (nboxes, 9) array of int
+        Boxes of the same level that touch a box, itself among them; -1 where there is none.
+    """
+
+    corner: ndarray
+    size: float
+    level: ndarray
+    parent: ndarray
+    first: ndarray
+    nchildren: ndarray
+    place: ndarray
+    sources: ndarray
+    own: ndarray
+    targets: ndarray
+    cells: ndarray
+    points: ndarray
+    levels: ndarray
+    adjacent: ndarray
+
+    @classmethod
+    def build(
+        cls, centres: ndarray, radii: ndarray, x: ndarray, leaf: int, slack: float, unit: float
+    ) -> "Quadtree":
+        """Divide boxes until none holds more than ``leaf`` cells or points.
+
+        Parameters
+        ----------
+        centres, radii : (2, n), (n,) array of float
+            Circles around the cells.
+        x : (2, m) array of float
+            Field points.
+        leaf : int
+            Most cells that could descend, or points, of a box that is not divided.
+        slack : float
+            A cell stays in boxes with sides of at least ``2 slack`` times its radius.
+        unit : float
+            Sides of the boxes are this times powers of two: the size of box that suits the
+            cells best.
+        """
+        low = np.minimum(centres.min(axis=1), x.min(axis=1))
+        high = np.maximum(centres.max(axis=1), x.max(axis=1))
+        span = max(float((high - low).max()), unit) * (1 + 1e-12)
+        size = unit * 2.0 ** np.ceil(np.log2(span / unit))
+        corner = (low + high) / 2 - size / 2
+        with np.errstate(divide="ignore"):
+            depth = np.floor(np.log2(size / (2 * slack * radii))).clip(0, DEEPEST).astype(np.int32)
+        cells, points = np.arange(centres.shape[1]), np.arange(x.shape[1])
+        boxes = _divide(centres, depth, x, corner, size, leaf, cells, points)
+        level, parent, first, nchildren, column, row, s0, s1, own, t0, t1 = boxes.T.copy()
+        place = np.stack([column, row])
+        levels = np.searchsorted(level, np.arange(level[-1] + 2))
+        adjacent = _adjacent(level, parent, first, nchildren, place)
+        return cls(
+            corner, size, level, parent, first, nchildren, place, np.stack([s0, s1]), own,
+            np.stack([t0, t1]), cells, points, levels, adjacent,
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.level)
+
+    @cached_property
+    def half(self) -> ndarray:
+        """Half of the side of each box."""
+        return self.size / 2.0 ** (self.level + 1)
+
+    @cached_property
+    def middle(self) -> ndarray:
+        """Centre of each box, shape (2, nboxes)."""
+        return self.corner[:, None] + (2 * self.place + 1) * self.half
+
+    @property
+    def quarter(self) -> ndarray:
+        """Which quarter of its parent each box is, to the right 1, above 2."""
+        return self.place[0] % 2 + 2 * (self.place[1] % 2)
+
+    @cached_property
+    def leaves(self) -> ndarray:
+        """Boxes without children that hold field points."""
+        return np.nonzero((self.nchildren == 0) & (self.targets[1] > self.targets[0]))[0]
+
+    def interactions(self, level: int) -> ndarray:
+        """Boxes at each of `OFFSETS` from the boxes of a level; -1 where there is none.
+
+        Only from boxes with field points to boxes with cells; shape (nboxes, len(OFFSETS)).
+        """
+        return _interactions(
+            self.levels[level], self.levels[level + 1], self.parent, self.first, self.nchildren,
+            self.place, self.adjacent, self.sources, self.targets,
+        )  # fmt: skip
+
+
+@compiled
+def _sort(keys, items, start, stop, nkeys, scratch):
+    """Sort ``items[start:stop]`` by small keys, keeping the order of equals; the ends of each."""
+    ends = np.zeros(nkeys, np.int64)
+    for k in range(start, stop):
+        ends[keys[items[k]]] += 1
+    begin = start
+    for key in range(nkeys):
+        count = ends[key]
+        ends[key] = begin
+        begin += count
+    for k in range(start, stop):
+        key = keys[items[k]]
+        scratch[ends[key]] = items[k]
+        ends[key] += 1
+    items[start:stop] = scratch[start:stop]
+    return ends
+
+
+@compiled
+def _divide(centres, depth, x, corner, size, leaf, cells, points):
+    """Rows of level, parent, first child, children, column, row and ranges for each box."""
+    deepest = depth.max()
+    boxes = np.empty((1024, 11), np.int64)
+    boxes[0] = (0, -1, -1, 0, 0, 0, 0, cells.shape[0], 0, 0, points.shape[0])
+    nboxes, b = 1, 0
+    cell_key, point_key = np.empty(cells.shape[0], np.int8), np.empty(points.shape[0], np.int8)
+    scratch = np.empty(max(cells.shape[0], points.shape[0]), np.int64)
+    while b < nboxes:
+        level, column, row = boxes[b, 0], boxes[b, 4], boxes[b, 5]
+        s0, s1, t0, t1 = boxes[b, 6], boxes[b, 7], boxes[b, 9], boxes[b, 10]
+        half = size / 2.0 ** (level + 1)
+        mx, my = corner[0] + (2 * column + 1) * half, corner[1] + (2 * row + 1) * half
+        descend = 0
+        for k in range(s0, s1):
+            j = cells[k]
+            key = 0
+            if depth[j] > level:
+                key = 1 + (centres[0, j] > mx) + 2 * (centres[1, j] > my)
+                descend += 1
+            cell_key[j] = key
+        if level == deepest or max(descend, t1 - t0) <= leaf:
+            boxes[b, 8] = s1
+            b += 1
+            continue
+        for k in range(t0, t1):
+            i = points[k]
+            point_key[i] = (x[0, i] > mx) + 2 * (x[1, i] > my)
+        s_ends = _sort(cell_key, cells, s0, s1, 5, scratch)
+        t_ends = _sort(point_key, points, t0, t1, 4, scratch)
+        boxes[b, 8] = s_ends[0]
+        if nboxes + 4 > boxes.shape[0]:
+            larger = np.empty((2 * boxes.shape[0], 11), np.int64)
+            larger[:nboxes] = boxes[:nboxes]
+            boxes = larger
+        boxes[b, 2] = nboxes
+        for quarter in range(4):
+            begin = t0 if quarter == 0 else t_ends[quarter - 1]
+            if s_ends[quarter + 1] > s_ends[quarter] or t_ends[quarter] > begin:
+                boxes[nboxes] = (
+                    level + 1, b, -1, 0, 2 * column + quarter % 2, 2 * row + quarter // 2,
+                    s_ends[quarter], s_ends[quarter + 1], 0, begin, t_ends[quarter],
+                )  # fmt: skip
+                nboxes += 1
+        boxes[b, 3] = nboxes - boxes[b, 2]
+        b += 1
+    return boxes[:nboxes]
+
+
+@compiled
+def _adjacent(level, parent, first, nchildren, place):
+    found = np.full((level.shape[0], 9), -1, np.int32)
+    found[0, 0] = 0
+    for b in range(1, level.shape[0]):
+        count = 0
+        for other in found[parent[b]]:
+            if other < 0:
+                break
+            for child in range(first[other], first[other] + nchildren[other]):
+                dx, dy = place[0, child] - place[0, b], place[1, child] - place[1, b]
+                if max(abs(dx), abs(dy)) <= 1:
+                    found[b, count] = child
+                    count += 1
+    return found
+
+
+@compiled
+def _interactions(begin, end, parent, first, nchildren, place, adjacent, sources, targets):
+    found = np.full((end - begin, 40), -1, np.int32)
+    for b in range(begin, end):
+        if parent[b] < 0 or targets[1, b] == targets[0, b]:
+            continue
+        for other in adjacent[parent[b]]:
+            if other < 0:
+                break
+            for child in range(first[other], first[other] + nchildren[other]):
+                dx, dy = place[0, child] - place[0, b], place[1, child] - place[1, b]
+                if max(abs(dx), abs(dy)) > 1 and sources[1, child] > sources[0, child]:
+                    # number of the offset: those adjacent come in three rows of three
+                    k = 7 * (dx + 3) + dy + 3
+                    if k > 29:
+                        k -= 9
+                    elif k > 22:
+                        k -= 6
+                    elif k > 15:
+                        k -= 3
+                    found[b - begin, k] = child
+    return found

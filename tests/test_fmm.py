@@ -1,0 +1,203 @@
+"""The quadtree, its lists and the expansions behind the fast summation."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import chebyshev
+from plans import disc, perturbed, rectangle
+
+from skfem_dual import DualMesh
+from skfem_dual.contact.fmm_chebyshev import PADDING, Chebyshev
+from skfem_dual.contact.fmm_kernels import gather_loads
+from skfem_dual.contact.fmm_lists import near_lists
+from skfem_dual.contact.fmm_moments import polygon_moments, radii
+from skfem_dual.contact.fmm_threads import Threads
+from skfem_dual.contact.quadtree import OFFSETS, Quadtree
+
+
+def random_circles(seed, n, m, ratio):
+    """Circles with radii over a range, clustered, and points; some coincide."""
+    rng = np.random.default_rng(seed)
+    spread = rng.choice([1.0, 0.1, 0.01], n)
+    centres = rng.uniform(-1, 1, (2, n)) * spread + rng.choice([0.0, 0.7], n)
+    x = np.hstack([centres[:, np.arange(m // 2) % n], rng.uniform(-2, 2, (2, m - m // 2))])
+    return centres, spread * 0.05 * ratio ** rng.uniform(-1, 0, n), x
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 10**6), st.integers(1, 400), st.integers(1, 400), st.integers(1, 60))
+def test_every_cell_acts_once_on_every_point(seed, n, m, terms):
+    """Directly, through a pair of boxes, or through one expansion only: exactly once in all."""
+    centres, radius, x = random_circles(seed, n, m, 100.0)
+    tree = Quadtree.build(centres, radius, x, 8, 1.5, 0.1)
+    assert np.array_equal(np.sort(tree.cells), np.arange(n))
+    assert np.array_equal(np.sort(tree.points), np.arange(m))
+    count = np.zeros((m, n), int)
+
+    def act(points, cells):
+        count[np.ix_(np.arange(*points), cells)] += 1
+
+    for level in range(len(tree.levels) - 1):
+        table = tree.interactions(level)
+        for row, k in zip(*np.nonzero(table >= 0), strict=True):
+            box, other = tree.levels[level] + row, table[row, k]
+            assert np.array_equal(tree.place[:, other] - tree.place[:, box], OFFSETS[k])
+            act(tree.targets[:, box], np.arange(*tree.sources[:, other]))
+    lists = near_lists(tree, centres[:, tree.cells], radius[tree.cells], terms)
+    for number, found in enumerate(lists):
+        for k, box in enumerate(found.boxes):
+            items = found.items[found.starts[k] : found.starts[k + 1]]
+            if number == 2:
+                items = np.concatenate([np.arange(*tree.sources[:, i]) for i in items])
+                assert len(items) > terms
+            act(tree.targets[:, box], items)
+    assert (count == 1).all()
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10**6))
+def test_boxes(seed):
+    centres, radius, x = random_circles(seed, 300, 200, 10.0)
+    tree = Quadtree.build(centres, radius, x, 10, 1.5, 0.07)
+    for b in range(len(tree)):
+        own = tree.cells[tree.sources[0, b] : tree.own[b]]
+        inside = tree.cells[slice(*tree.sources[:, b])]
+        points = tree.points[slice(*tree.targets[:, b])]
+        for p in (centres[:, inside], x[:, points]):
+            assert np.all(np.abs(p - tree.middle[:, b : b + 1]) <= 1.0000001 * tree.half[b])
+        if b > 0:  # the root takes what is too large for any box
+            assert np.all(radius[own] * 1.5 <= tree.half[b] * 1.0000001)
+        if tree.nchildren[b]:
+            children = np.arange(tree.first[b], tree.first[b] + tree.nchildren[b])
+            assert np.all(tree.parent[children] == b)
+        beside = tree.adjacent[b][tree.adjacent[b] >= 0]
+        assert np.all(np.abs(tree.place[:, beside] - tree.place[:, b : b + 1]) <= 1)
+
+
+def test_one_large_cell_does_not_keep_small_ones_together():
+    rng = np.random.default_rng(0)
+    centres = np.hstack([rng.uniform(-0.1, 0.1, (2, 2000)), [[0.01], [0.02]]])
+    radius = np.append(np.full(2000, 1e-3), 1.0)
+    tree = Quadtree.build(centres, radius, centres, 20, 1.5, 0.01)
+    near, _, _ = near_lists(tree, centres[:, tree.cells], radius[tree.cells], 45)
+    assert near.counts.max() < 300
+
+
+def polynomials(chebyshev_terms, s):
+    """The terms at points ``s`` of shape (2, m); shape (m, terms)."""
+    a, b = chebyshev_terms.degrees
+    x, y = (chebyshev.chebvander(v, chebyshev_terms.order - 1) for v in s)
+    return x[:, a] * y[:, b]
+
+
+@pytest.mark.parametrize("kernel", [lambda r: 1 / r, lambda r: -np.log(r)], ids=["1/r", "ln r"])
+def test_expansions_converge(kernel):
+    """Loads in one box, moved up, across, down: geometric convergence with the order."""
+    rng = np.random.default_rng(1)
+    errors = []
+    for order in (4, 6, 8, 10, 12):
+        terms = Chebyshev(order)
+        across = terms.translations(kernel, 2.0, np.ones(len(OFFSETS), bool))
+        error = 0.0
+        for k in range(0, len(OFFSETS), 3):
+            load, quarter = rng.uniform(-1.1, 1.1, (2, 20)), rng.integers(4)
+            side = 2 * np.array([[quarter % 2], [quarter // 2]]) - 1
+            x = rng.uniform(-1, 1, (2, 10))
+            moments = terms.shift(quarter, PADDING) @ polynomials(terms, load / PADDING).sum(0)
+            local = terms.shift(quarter, 1.0).T @ (moments @ across[k])
+            y = load + side + 4 * OFFSETS[k][:, None]
+            exact = kernel(np.hypot(*((x + side)[:, :, None] - y[:, None]))).sum(axis=1)
+            error = max(error, np.abs(polynomials(terms, x) @ local / exact - 1).max())
+        errors.append(error)
+    assert errors[-1] < 2e-6
+    assert np.all(np.diff(np.log(errors)) < -1)
+
+
+def test_field_beside_a_box():
+    rng = np.random.default_rng(2)
+    terms, half = Chebyshev(12), 0.5
+    load = rng.uniform(-1, 1, (2, 30))
+    x = np.array([[3.1, -3.5, 0.5], [0.2, 3.0, -3.2]])
+    field = terms.outgoing(lambda r: 1 / r, np.full(3, half), x)
+    found = field @ polynomials(terms, load / PADDING).sum(axis=0)
+    exact = (1 / (half * np.hypot(*(x[:, :, None] - load[:, None])))).sum(axis=1)
+    assert found == pytest.approx(exact, rel=1e-6)
+
+
+def test_moments_of_polygons():
+    dual = DualMesh.from_mesh(perturbed(rectangle(4), 0.06))
+    polygons = dual.partition.polygons
+    m = polygon_moments(polygons, 4)
+    assert m[0, 0] == pytest.approx(polygons.areas, rel=1e-13)
+    xx, xy, yy = polygons.second_moments
+    assert np.allclose([2 * m[2, 0], m[1, 1], 2 * m[0, 2]], [xx, xy, yy], rtol=1e-11, atol=1e-17)
+    # the third and fourth of a cell by its triangles and a rule exact for them
+    j = 7
+    v = polygons[j] - polygons.centroids[:, j : j + 1]
+    s, w = np.polynomial.legendre.leggauss(5)
+    s, w = (s + 1) / 2, w / 2
+    expected = np.zeros((5, 5))
+    for a, b in zip(v.T, np.roll(v, -1, axis=1).T, strict=True):
+        cross = a[0] * b[1] - a[1] * b[0]
+        for r, wr in zip(s, w, strict=True):
+            for t, wt in zip(s, w, strict=True):
+                x, y = r * (a + t * (b - a))
+                for i in range(5):
+                    for k in range(5 - i):
+                        expected[i, k] += wr * wt * r * cross * x**i * y**k
+    factorial = np.array([1, 1, 2, 6, 24])
+    scale = radii(polygons)[j] ** np.add.outer(np.arange(5), np.arange(5)) * polygons.areas[j]
+    assert np.abs(
+        m[:, :, j] * np.outer(factorial, factorial) - expected / 1 <= 1e-14 * scale
+    ).all()
+
+
+def test_gathered_loads_are_integrals_of_the_polynomials():
+    """Of degrees up to that of the moments exactly, by moments alone."""
+    polygons = DualMesh.from_mesh(disc(2)).partition.polygons
+    degree, n = 5, len(polygons)
+    terms = Chebyshev(degree + 1)
+    loads = polygon_moments(polygons, degree)
+    values = np.empty(terms.terms * n)
+    middle, half = np.array([[0.1], [-0.2]]), np.array([1.3])
+    gather_loads(
+        0, 1, np.array([[0], [n]]), middle, half, polygons.centroids, loads, *terms.degrees,
+        np.array([0]), values,
+    )  # fmt: skip
+    # the whole disc is a polygon as well
+    total = values.reshape(-1, n).sum(axis=1)
+    s, w = np.polynomial.legendre.leggauss(8)
+    expected = np.zeros(terms.terms)
+    for j in range(n):
+        v, c = polygons[j], polygons.centroids[:, j]
+        for a, b in zip(v.T - c, np.roll(v, -1, axis=1).T - c, strict=True):
+            cross = a[0] * b[1] - a[1] * b[0]
+            r, t = (g.ravel() for g in np.meshgrid((s + 1) / 2, (s + 1) / 2))
+            weight = np.outer(w, w).ravel() / 4 * r * cross
+            y = c[:, None] + r * (a[:, None] + t * (b - a)[:, None])
+            expected += weight @ polynomials(terms, (y - middle) / half)
+    assert total == pytest.approx(expected, abs=1e-12)
+
+
+def test_work_is_cut_into_the_same_pieces_for_any_number_of_threads(monkeypatch):
+    import numba
+
+    pieces = []
+    for threads in (1, 2, 7):
+        monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", threads)
+        found = []
+        with Threads() as run:
+            run(found.append, 5000)
+            run(found.append, 0)
+        pieces.append(sorted((k.start, k.stop) for k in found))
+    assert pieces[0] == pieces[1] == pieces[2]
+    assert sum(stop - start for start, stop in pieces[0]) == 5000
+
+
+def test_errors_in_threads_come_through():
+    def work(some):
+        raise FloatingPointError(str(some.start))
+
+    with Threads() as run, pytest.raises(FloatingPointError):
+        run(work, 5000)

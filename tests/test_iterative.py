@@ -1,0 +1,150 @@
+"""Iterative solutions against direct ones."""
+
+import numpy as np
+import pytest
+from plans import disc, sin_graded
+from skfem import MeshTri
+
+from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual.contact import iterative
+from skfem_dual.contact.iterative import Preconditioner, solve_many
+from skfem_dual.contact.operators import InfluenceOperator
+
+GROUNDS = {
+    "homogeneous": HalfSpace(3.0, 0.2),
+    "graded": GradedHalfSpace.init_linear(2.0, 0.25, 0.5),
+    "layered": LayeredHalfSpace([Layer(0.7, 2.0, 0.3)], "bonded"),
+}
+
+
+def planes(basis):
+    """Settlements of a punch by a unit settlement and unit tilts."""
+    x = basis.partition.centroids
+    return np.vstack([np.ones(x.shape[1]), x]).T
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("method", ["dense", "fast"])
+def test_direct_solution(ground, method):
+    ground = GROUNDS[ground]
+    basis = DualMesh.from_mesh(disc(4)).basis()
+    expected = np.linalg.solve(RigidPunch(ground, basis).matrix, planes(basis))
+    operator = InfluenceOperator(ground, basis, 1e-6, method)
+    found, history, success, message = solve_many(operator, planes(basis), 1e-8)
+    assert success
+    assert "iterations" in message
+    assert np.linalg.norm(found - expected) < 2e-5 * np.linalg.norm(expected)
+    residual = np.linalg.norm(operator @ found - planes(basis), axis=0)
+    assert np.all(residual <= 1.0001e-8 * np.linalg.norm(planes(basis), axis=0))
+    assert len(history) == 3
+    for column in history:
+        assert column[0] == 1.0
+        assert column[-1] <= 1e-8
+        assert np.all(np.diff(column[:-1]) <= 1e-12)
+
+
+def test_circle():
+    """Settlement and tilt of a rigid disc, exact: F = 2 a W0 E*, M = 4/3 a^3 L E*."""
+    basis = DualMesh.from_mesh(disc(6)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-6, "fast")
+    p, history, success, _ = solve_many(operator, planes(basis), 1e-7)
+    assert success
+    weights = operator.weights
+    acting = np.vstack([np.ones(len(p)), weights.centroids]) * basis.partition.areas
+    assert acting @ p == pytest.approx(np.diag([2, 4 / 3, 4 / 3]), rel=2e-4, abs=1e-4)
+    assert max(len(column) for column in history) < 20
+
+
+def test_iterations_hardly_depend_on_the_mesh():
+    counts = []
+    for mesh in (disc(4), disc(6), sin_graded(MeshTri.init_circle(5))):
+        basis = DualMesh.from_mesh(mesh).basis()
+        operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-5, "fast")
+        _, history, success, _ = solve_many(operator, planes(basis)[:, :1])
+        assert success
+        counts.append(len(history[0]) - 1)
+    assert max(counts) <= 16
+
+
+def test_preconditioner_is_an_approximate_inverse():
+    basis = DualMesh.from_mesh(disc(4)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-6)
+    inverse = Preconditioner.build(operator)
+    matrix = operator.to_dense()
+    product = np.stack([inverse @ column for column in matrix.T], axis=1)
+    values = np.linalg.eigvals(product)
+    assert values.real.min() > 0.5
+    # of high waves nothing is left to do
+    assert np.median(np.abs(values - 1)) < 0.3
+
+
+def test_on_a_single_group_it_is_the_inverse():
+    basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-8)
+    found, history, success, _ = solve_many(operator, np.ones((9, 1)), 1e-6)
+    assert success
+    assert len(history[0]) <= 3
+    assert operator @ found == pytest.approx(np.ones((9, 1)), rel=1e-5)
+
+
+def test_scales():
+    """Stiff ground, small plans: the same iterations."""
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    tiny = DualMesh.from_mesh(disc(3).scaled(1e-9)).basis()
+    first = solve_many(InfluenceOperator(HalfSpace(1.0, 0.0), basis), planes(basis)[:, :1])
+    second = solve_many(InfluenceOperator(HalfSpace(1e11, 0.0), tiny), planes(tiny)[:, :1])
+    assert 1e20 * first[0] == pytest.approx(second[0], rel=1e-5)
+    assert len(first[1][0]) == len(second[1][0])
+
+
+def test_restarts(monkeypatch):
+    monkeypatch.setattr(iterative, "RESTART", 4)
+    basis = DualMesh.from_mesh(disc(4)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-6)
+    _, history, success, _ = solve_many(operator, planes(basis)[:, :1], 1e-7)
+    assert success
+    assert len(history[0]) > 6
+
+
+def test_no_convergence(monkeypatch):
+    monkeypatch.setattr(iterative, "MOST", 3)
+    basis = DualMesh.from_mesh(disc(4)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-6)
+    rhs = np.hstack([planes(basis)[:, :1], np.zeros((len(basis.partition), 1))])
+    found, history, success, message = solve_many(operator, rhs, 1e-10)
+    assert not success
+    assert "columns [0] have not converged" in message
+    assert len(history[0]) == 4
+    assert history[1] == (0.0,)
+    assert not found[:, 1].any()
+
+
+def test_progress(capsys):
+    basis = DualMesh.from_mesh(disc(2)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis)
+    solve_many(operator, planes(basis))
+    assert capsys.readouterr() == ("", "")
+    solve_many(operator, planes(basis), progress=True)
+    assert "3/3" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("rhs", "rtol", "message"),
+    [
+        (np.ones(41), 1e-6, r"shape \(41, k\), got \(41,\)"),
+        (np.ones((40, 1)), 1e-6, r"got \(40, 1\)"),
+        (np.full((41, 2), np.nan), 1e-6, "the first that is not: 0"),
+        (np.ones((41, 1)), 0.0, "rtol=0.0"),
+    ],
+)
+def test_bad_input(rhs, rtol, message):
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), DualMesh.from_mesh(disc(2)).basis())
+    with pytest.raises(ValueError, match=message):
+        solve_many(operator, rhs, rtol)
+
+
+def test_not_square():
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), DualMesh.from_mesh(disc(2)).basis())
+    other = operator.at([[0.0], [0.0]])
+    with pytest.raises(ValueError, match="square"):
+        Preconditioner.build(other)

@@ -1,0 +1,241 @@
+"""Dense and fast summation against exact matrices."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plans import disc, perturbed, rectangle
+from skfem import CellBasis, ElementTriP0, MeshTri
+
+from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual.contact import operators
+from skfem_dual.contact.operators import InfluenceOperator
+from skfem_dual.errors import ConvergenceError
+from skfem_dual.grids.partition import Partition
+
+GROUNDS = {
+    "homogeneous": HalfSpace(2.0, 0.3),
+    "graded": GradedHalfSpace.init_linear(2.0, 0.25, 1.5),
+    "layered": LayeredHalfSpace([Layer(0.7, 2.0, 0.3)], "bonded"),
+}
+
+
+def steep():
+    """Refined again and again towards a point on the edge: cells over a range of 100 : 1."""
+    mesh = MeshTri.init_circle(3)
+    for k in range(7):
+        near = np.hypot(*(mesh.p[:, mesh.t].mean(axis=1) - [[1.0], [0.0]])) < 0.35 * 0.5**k
+        mesh = mesh.refined(np.nonzero(near)[0])
+    return mesh
+
+
+BASES = {
+    "dual cells": DualMesh.from_mesh(disc(4)).basis(),
+    "steep dual cells": DualMesh.from_mesh(steep()).basis(),
+    "triangles": CellBasis(perturbed(rectangle(18), 0.01), ElementTriP0()),
+}
+
+
+@pytest.mark.parametrize("name", BASES)
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_both_methods_meet_the_exact_matrix(name, ground):
+    ground, basis = GROUNDS[ground], BASES[name]
+    exact = RigidPunch(ground, basis).matrix
+    total, norm = np.abs(exact).sum(axis=1), np.linalg.norm(exact, axis=1)
+    rng = np.random.default_rng(0)
+    n = len(exact)
+    signs = rng.choice([-1.0, 1.0], (n, 4))
+    q = np.hstack([np.ones((n, 1)), rng.random((n, 2))])
+    for method, rtol in (("fast", 1e-4), ("fast", 1e-6), ("dense", 1e-4), ("dense", 1e-6)):
+        operator = InfluenceOperator(ground, basis, rtol, method)
+        assert operator.method == method
+        assert operator.error <= rtol
+        assert operator.row_error <= 10 * rtol
+        # on all rows: some are worse than those that were looked at
+        assert np.abs((operator @ q - exact @ q) / total[:, None]).max() < 10 * rtol
+        rows = np.sum((operator @ signs - exact @ signs) ** 2, axis=1) / 4 / norm**2
+        assert np.sqrt(rows.mean()) < 20 * rtol
+    operator = InfluenceOperator(ground, basis, 0.0, "dense")
+    assert np.abs(operator.to_dense() - exact).max() < 1e-13 * exact.max()
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("method", ["dense", "fast"])
+def test_rows_and_diagonal_are_exact(ground, method):
+    ground, basis = GROUNDS[ground], BASES["dual cells"]
+    exact = RigidPunch(ground, basis).matrix
+    operator = InfluenceOperator(ground, basis, 1e-4, method)
+    some = [3, 200, 544]
+    assert operator.rows(some) == pytest.approx(exact[some], rel=1e-10, abs=1e-15)
+    assert operator.diagonal() == pytest.approx(exact.diagonal(), rel=1e-6)
+    assert np.abs(operator.to_dense() - exact).sum(axis=1).max() < 1e-3 * exact.sum(axis=1).min()
+
+
+def test_paper_scheme_with_nodes():
+    basis = BASES["dual cells"]
+    exact = RigidPunch(GROUNDS["homogeneous"], basis, edge="constant", collocation="node").matrix
+    for method in ("dense", "fast"):
+        operator = InfluenceOperator(
+            GROUNDS["homogeneous"], basis, 1e-6, method, edge="constant", collocation="node"
+        )
+        q = np.ones(len(exact))
+        assert operator @ q == pytest.approx(exact @ q, rel=5e-6)
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_other_points(ground):
+    """Inside, on the edge, near by and far off; a single one as well."""
+    ground = GROUNDS[ground]
+    basis = BASES["steep dual cells"]
+    punch = RigidPunch(ground, basis)
+    rng = np.random.default_rng(1)
+    x = np.hstack([rng.uniform(-1.5, 1.5, (2, 300)), [[30.0, 1.0], [5.0, 0.0]]])
+    exact = operators.influence_matrix(ground, punch.partition, x, punch.weights)
+    punch.edge_correction(x).add_to(exact)
+    alone = operators.influence_matrix(ground.surface, punch.partition, x)
+    q = rng.random(len(punch.partition))
+    arguments = ground, punch.partition, x, punch.weights, 1e-6
+    for method in ("fast", "dense"):
+        operator = InfluenceOperator.of_cells(*arguments, method)
+        assert operator.shape == exact.shape
+        # beyond rigid bottoms next to nothing settles
+        scale = np.maximum(np.abs(exact) @ q, 0.01 * alone @ q)
+        assert np.abs((operator @ q - exact @ q) / scale).max() < 1e-5
+    again = operator.at(x[:, :1])
+    assert abs((again @ q)[0] - exact[0] @ q) < 1e-5 * scale[0]
+    with pytest.raises(ValueError, match="square"):
+        again.diagonal()
+
+
+@pytest.mark.parametrize("method", ["dense", "fast"])
+def test_same_bits_every_time(method, monkeypatch):
+    import numba
+
+    basis = BASES["steep dual cells"]
+    q = np.random.default_rng(0).standard_normal(len(basis.partition))
+    found = []
+    for threads in (1, 2, 2):
+        monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", threads)
+        operator = InfluenceOperator(GROUNDS["graded"], basis, 1e-5, method)
+        found += [operator @ q, operator @ q]
+    assert all(np.array_equal(found[0], other) for other in found)
+
+
+def test_products_are_linear_and_take_columns():
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["triangles"], 1e-5, "fast")
+    rng = np.random.default_rng(0)
+    q = rng.standard_normal((operator.shape[1], 3))
+    together = operator @ q
+    assert np.array_equal(together[:, 1], operator @ q[:, 1])
+    assert operator @ (2 * q[:, 0] - q[:, 2]) == pytest.approx(
+        2 * together[:, 0] - together[:, 2], abs=1e-10
+    )
+    assert operator @ np.ones(operator.shape[1], int) == pytest.approx(
+        operator @ np.ones(operator.shape[1])
+    )
+    with pytest.raises(NotImplementedError):
+        operator.rmatvec(q[:, 0])
+    dense = InfluenceOperator(GROUNDS["homogeneous"], BASES["triangles"], 1e-5, "dense")
+    assert dense.rmatvec(q[:, 0]) == pytest.approx(dense.to_dense().T @ q[:, 0])
+
+
+MESH = perturbed(rectangle(12), 0.03)
+
+
+@settings(max_examples=8)
+@given(st.floats(-1e4, 1e4), st.floats(1e-6, 1e6), st.integers(0, 3), st.integers(0, 2**32 - 1))
+def test_moved_scaled_turned_and_renumbered(shift, factor, quarters, seed):
+    rng = np.random.default_rng(seed)
+    turn = np.round(np.linalg.matrix_power([[0.0, -1.0], [1.0, 0.0]], quarters))
+    number = rng.permutation(MESH.p.shape[1])
+    p = (factor * (turn @ MESH.p + shift))[:, np.argsort(number)]
+    other = MeshTri(np.ascontiguousarray(p), number[MESH.t])
+    q = rng.random(MESH.p.shape[1])
+    soil = GROUNDS["homogeneous"]
+    first, second = (
+        InfluenceOperator(soil, DualMesh.from_mesh(m).basis(), 1e-6, "fast") for m in (MESH, other)
+    )
+    moved = np.empty_like(q)
+    moved[number] = q
+    assert (second @ moved)[number] == pytest.approx(factor * (first @ q), rel=5e-6)
+
+
+def test_choice():
+    soil = GROUNDS["homogeneous"]
+    small = InfluenceOperator(soil, DualMesh.from_mesh(disc(2)).basis())
+    large = InfluenceOperator(soil, DualMesh.from_mesh(disc(6)).basis(), 1e-4)
+    assert (small.method, large.method) == ("dense", "fast")
+    assert "dense summation from 41 cells" in repr(small)
+    assert "fast summation" in repr(large)
+    assert large.estimate.memory / 4 < large.memory < large.estimate.memory
+
+
+def test_memory_is_refused_before_it_is_taken(monkeypatch):
+    basis = BASES["dual cells"]
+    soil = GROUNDS["homogeneous"]
+    monkeypatch.setattr(operators, "available_memory", lambda: 2.0 * 2**20)
+    for part in ("moment_matrix", "influence_matrix"):
+        monkeypatch.setattr(operators, part, None)
+    with pytest.raises(MemoryError, match=r"at most 2 MiB.*dense.*2\.266 MiB. Remedy: method"):
+        InfluenceOperator(soil, basis, method="dense")
+    monkeypatch.setattr(operators, "available_memory", lambda: 1000.0)
+    with pytest.raises(MemoryError, match=r"fast summation from 545 cells.*a coarser mesh"):
+        InfluenceOperator(soil, basis)
+
+
+def test_auto_takes_what_fits(monkeypatch):
+    basis = BASES["dual cells"]
+    monkeypatch.setattr(operators, "available_memory", lambda: 2.0 * 2**20)
+    operator = InfluenceOperator(GROUNDS["homogeneous"], basis, 1e-4)
+    assert operator.method == "fast"
+
+
+def test_memory_at_hand():
+    assert operators.available_memory() > 2**20
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"rtol": -1.0}, ValueError, "tolerance from 0 to 0.01"),
+        ({"rtol": np.nan}, ValueError, "tolerance"),
+        ({"rtol": 1e-9, "method": "fast"}, ValueError, 'method="dense"'),
+        ({"method": "slow"}, ValueError, "'slow'"),
+        ({"edge": "round"}, ValueError, "'round'"),
+        ({"collocation": "corner"}, ValueError, "'corner'"),
+        ({"substrate": HalfSpace}, TypeError, "a substrate such as HalfSpace"),
+    ],
+)
+def test_bad_input(change, error, message):
+    arguments = {"substrate": GROUNDS["homogeneous"], "basis": BASES["dual cells"]} | change
+    with pytest.raises(error, match=message):
+        InfluenceOperator(**arguments)
+
+
+def test_bad_points():
+    partition = Partition.from_basis(BASES["dual cells"])
+    with pytest.raises(ValueError, match=r"shape \(2, m\)"):
+        InfluenceOperator.of_cells(GROUNDS["homogeneous"], partition, np.zeros(2))
+
+
+def test_a_tolerance_out_of_reach(monkeypatch):
+    monkeypatch.setattr(operators, "order_for", lambda rtol: 4)
+    monkeypatch.setattr("skfem_dual.contact.fmm.order_for", lambda rtol: 4)
+    with pytest.raises(ConvergenceError, match=r'rtol=1e-06, the fast.*method="dense"'):
+        InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], 1e-6, "fast")
+
+
+def test_benchmark(monkeypatch, capsys):
+    folder = Path(__file__).parents[1] / "benchmarks"
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.delitem(sys.modules, "plans", raising=False)
+    fast_operator = importlib.import_module("fast_operator")
+    found = fast_operator.main(sizes=(1000,))
+    assert all(row.error < 1e-6 for row in found.values())
+    assert "graded" in capsys.readouterr().out
+    for name in ("fast_operator", "plans"):
+        sys.modules.pop(name, None)
