@@ -3,6 +3,7 @@
 from .contact.group import PunchesSolution, RigidPunches
 from .contact.load import Load
 from .contact.loads import flexible_settlement
+from .contact.operators import InfluenceOperator
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.punch import RigidPunch
 from .contact.refine import refine_to_contact
@@ -11,6 +12,7 @@ from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, 
 from .contact.solution import EdgeCoefficient, PunchSolution
 from .contact.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
 from .contact.substrates import HalfSpace
+from .contact.symmetry import Symmetry
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
@@ -43,6 +45,7 @@ __all__ = [
     "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
+    "InfluenceOperator",
     "Layer",
     "LayeredHalfSpace",
     "Load",
@@ -64,6 +67,7 @@ __all__ = [
     "SmoothedCouple",
     "Sphere",
     "SweepResult",
+    "Symmetry",
     "Weights",
     "check_dual",
     "check_mesh",

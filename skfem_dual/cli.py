@@ -13,6 +13,7 @@ from time import perf_counter
 from typing import NoReturn
 
 from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
+from .contact.system import DENSE
 from .io import read_mesh, read_substrate, write_dual, write_solution, write_whole
 
 SUFFIXES = {"png": (".png",), "svg": (".svg", ".pdf"), "vtu": (".vtu",), "json": (".json",)}
@@ -75,17 +76,21 @@ def solve(options: argparse.Namespace) -> int:
         settlement=options.settlement,
         tilt=options.tilt,
         unilateral=not options.bilateral,
+        progress=sys.stderr.isatty(),
     )
     times |= solution.timings
     rows = [("Mesh", f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles")]
     rows += solution.table()[:-1]  # all but its share of the time
-    rows += [
-        ("Condition number", f"{solution.condition_number:.4g}"),
-        ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in times.items())),
-    ]
+    condition = solution.condition_number if len(solution.pressure) <= DENSE else None
+    if condition is not None:
+        rows.append(("Condition number", f"{condition:.4g}"))
+    rows.append(("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in times.items())))
     print("\n".join(f"{name:<19}{value}" for name, value in rows))
     if options.json:
-        text = json.dumps(_as_dict(options, solution, times), indent=2, allow_nan=False) + "\n"
+        text = (
+            json.dumps(_as_dict(options, solution, condition, times), indent=2, allow_nan=False)
+            + "\n"
+        )
         write_whole(options.json, lambda part: Path(part).write_text(text))
     if options.vtu:
         write_solution(options.vtu, solution)
@@ -132,7 +137,8 @@ def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
     scale, title = solution.mean_pressure, "p / mean p"
     if abs(scale) < 1e-3 * largest:
         scale, title = largest, "p / max |p|"
-    _draw(options, "isobars", basis, pressure / scale, title=title)
+    region = solution.contact_region
+    _draw(options, "isobars", basis, pressure / scale, title=title, contact=region)
 
 
 def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
@@ -150,7 +156,9 @@ def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
         write_whole(options.svg, axes.figure.savefig)
 
 
-def _as_dict(options: argparse.Namespace, solution: PunchSolution, times: dict) -> dict:
+def _as_dict(
+    options: argparse.Namespace, solution: PunchSolution, condition: float | None, times: dict
+) -> dict:
     """The solution for other programs; pressures of the cells are in the VTU file."""
     punch = solution.punch
     return {
@@ -172,7 +180,7 @@ def _as_dict(options: argparse.Namespace, solution: PunchSolution, times: dict) 
             "mean": solution.mean_pressure,
             "max": float(solution.pressure.max()),
         },
-        "condition_number": solution.condition_number,
+        "condition_number": condition,
         "iterations": solution.iterations,
         "complementarity_residual": solution.complementarity_residual,
         "resultant_residual": solution.resultant_residual.tolist(),

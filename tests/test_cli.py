@@ -140,9 +140,9 @@ def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
 
     drawn = {}
 
-    def isobars(basis, values, title):
+    def isobars(basis, values, title, contact):
         drawn.update(values=values, title=title)
-        return original(basis, values, title=title)
+        return original(basis, values, title=title, contact=contact)
 
     original = matplotlib.isobars
     monkeypatch.setattr(matplotlib, "isobars", isobars)

@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 from plans import disc, rectangle
@@ -145,6 +147,15 @@ def test_shapes_and_grounds():
     found = group.solve([{"force": 1.0}, {"force": 0.2}])
     assert found[1].contact_area < 0.9 * np.pi
     assert "substrate" in repr(group).lower()
+
+
+def test_matrices_are_not_pickled():
+    group = pair(3.0)
+    found = group.solve(CENTRAL)
+    assert not {"system", "_centres"} & set(group.__getstate__())
+    again = pickle.loads(pickle.dumps(found))
+    assert again[0].pressure == pytest.approx(found[0].pressure)
+    assert again.punches.solve(CENTRAL)[1].settlement == found[1].settlement
 
 
 def test_bad_groups():

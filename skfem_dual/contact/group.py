@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from time import perf_counter
@@ -92,6 +92,10 @@ class RigidPunches:
             )
         object.__setattr__(self, "punches", punches)
         object.__setattr__(self, "joined", tuple(groups))
+
+    def __getstate__(self) -> dict:
+        """What makes the group; the matrix is computed again."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @classmethod
     def from_subdomains(

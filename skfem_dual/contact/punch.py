@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from time import perf_counter
 from typing import Literal
@@ -17,14 +17,17 @@ from ..grids.edge import EdgeWeights, edge_ribs
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from .blocks import SymmetricMatrix
 from .edge_correction import EdgeCorrection
 from .influence import influence_matrix
 from .kern import kern
-from .load import Load, Pair, checked_pair, require_compression
+from .load import Load, Pair, checked_number, checked_pair, require_compression
+from .operators import InfluenceOperator
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
 from .substrates import Substrate
-from .system import ContactSystem, Method, timed
+from .symmetry import Symmetry
+from .system import DENSE, ContactSystem, Method, timed
 from .unilateral import Contact
 
 
@@ -65,6 +68,14 @@ class RigidPunch:
         other, positive where there is a slot. A function of coordinates of shape (2, n) from
         the coordinates' origin, such as those of `shapes`; one value for each collocation point;
         or a field of scikit-fem.
+    rtol : float, optional
+        Accuracy of the settlements under given pressures, see `InfluenceOperator`: far cells
+        are summed up. By default exact and dense up to 4000 cells, 1e-6 and whatever is fastest
+        beyond. Fast operators are solved by iterations.
+    symmetry : "auto" or Symmetry, optional
+        Mirror lines and rotations of the plan and its mesh, found or given: the matrix needs one
+        row of each orbit of cells and is solved in independent blocks. ``print(symmetry)`` tells
+        the saving. The load need not be symmetric.
 
     Examples
     --------
@@ -84,6 +95,8 @@ class RigidPunch:
     collocation: Literal["centroid", "node"] = "centroid"
     origin: Pair = (0.0, 0.0)
     gap: Gap | None = None
+    rtol: float | None = None
+    symmetry: Literal["auto"] | Symmetry | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self):
@@ -106,8 +119,16 @@ class RigidPunch:
         if self.edge == "constant" and self.edge_boundaries is not None:
             raise ValueError('expected edge "singular" where edge_boundaries are named')
         object.__setattr__(self, "origin", checked_pair("origin", self.origin))
+        if self.rtol is not None and not 0 <= checked_number("rtol", self.rtol) <= 1e-2:
+            raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={self.rtol}")
+        if not (self.symmetry in (None, "auto") or isinstance(self.symmetry, Symmetry)):
+            raise TypeError(f'expected symmetry "auto" or a Symmetry, got {self.symmetry!r}')
         self.weights  # noqa: B018 - a basis that cannot be used is refused now
         self.initial_gap  # noqa: B018 - and so is a shape
+
+    def __getstate__(self) -> dict:
+        """What makes the punch; matrix and factors, many times larger, are computed again."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
     def partition(self) -> Partition:
@@ -164,8 +185,26 @@ class RigidPunch:
     def matrix(self) -> ndarray:
         """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
         with timed(self.timings, "assembly"):
-            x = self.collocation_points
-            return self.influence(x)
+            return self.influence(self.collocation_points)
+
+    @cached_property
+    def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
+        """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
+        x, n = self.collocation_points, len(self.partition)
+        if (symmetry := self._symmetry) is not None:
+            with timed(self.timings, "assembly"):
+                return SymmetricMatrix.from_rows(
+                    symmetry, lambda i: self.influence(np.ascontiguousarray(x[:, i]))
+                )
+        if self.rtol is None and n <= DENSE:
+            return self.matrix
+        rtol = 1e-6 if self.rtol is None else self.rtol
+        with timed(self.timings, "assembly"):
+            found = InfluenceOperator.of_cells(
+                self.substrate, self.partition, x, self.weights, rtol
+            )
+        few = n <= DENSE and found.method == "dense"
+        return found.to_dense() if few else found
 
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
@@ -173,6 +212,22 @@ class RigidPunch:
         if correction := self.edge_correction(x):
             correction.add_to(matrix)
         return matrix
+
+    @cached_property
+    def _symmetry(self) -> Symmetry | None:
+        """The symmetry to be used; None if there is none, or too little for so many cells."""
+        n, found = len(self.partition), self.symmetry
+        if found is None:
+            return None
+        if isinstance(found, Symmetry):
+            if len(found) != n:
+                raise ValueError(
+                    f"expected a symmetry of the {n} cells of the punch, got one of {len(found)}"
+                )
+            return found
+        found = Symmetry.detect(self.partition, self.collocation_points, self.weights)
+        small = n**2 <= DENSE**2 * found.saving.memory
+        return found if len(found.permutations) > 1 and small else None
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
@@ -190,7 +245,7 @@ class RigidPunch:
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
         return ContactSystem(
-            self.matrix,
+            self.operator,
             self.planes(self.collocation_points),
             self.resultants,
             self.initial_gap,
@@ -285,6 +340,7 @@ class RigidPunch:
         method: Method = "auto",
         start: PunchSolution | None = None,
         rtol: float = 1e-10,
+        progress: bool = False,
     ) -> PunchSolution:
         """Pressures and position of the punch under a load, in a position, or a mixture of both.
 
@@ -304,6 +360,8 @@ class RigidPunch:
         rtol : float
             Accuracy of the gaps in contact under conjugate gradients, over the largest
             settlement.
+        progress : bool
+            Whether iterations show progress bars.
 
         Returns
         -------
@@ -325,10 +383,14 @@ class RigidPunch:
         system, centre = self.system, self.centre
         constraints = load.constraints(self.origin - centre)
         begin = perf_counter()
+        if start is None and self.gap is None:
+            system.prepare(progress)
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
             if unilateral:
                 pressures = None if start is None else self.pressures_of(start)
-                contact, position = system.unilateral(constraints, method, pressures, rtol)
+                contact, position = system.unilateral(
+                    constraints, method, pressures, rtol, progress
+                )
             else:
                 contact, position = system.bilateral(constraints)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):

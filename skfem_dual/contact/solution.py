@@ -13,6 +13,7 @@ from ..grids.planar import contours
 from ..grids.polygons import readonly
 from .influence import as_points, surface_displacement
 from .load import Load
+from .operators import InfluenceOperator
 from .region import ContactRegion
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 #: up to so many cells a printed solution tells the condition number, in a few milliseconds
 REPR_CONDITION = 2000
+#: up to so many pairs of points and cells displacements are summed exactly
+FEW = 10**8
 TINY = float(np.finfo(float).tiny)
 
 
@@ -138,6 +141,11 @@ class PunchSolution:
         x = as_points(x)
         w = np.zeros(x.shape[1])
         for punch, p in ((self.punch, self.pressure), *self.others):
+            if len(p) * x.shape[1] > FEW:
+                rtol = punch.rtol or 1e-6
+                cells = punch.substrate, punch.partition, x, punch.weights
+                w += InfluenceOperator.of_cells(*cells, rtol) @ p
+                continue
             w += surface_displacement(punch.substrate, punch.partition, p, x, punch.weights)
             if correction := punch.edge_correction(x):
                 w += correction.apply(p)

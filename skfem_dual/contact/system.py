@@ -12,12 +12,17 @@ import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from .blocks import SymmetricMatrix
+from .iterative import Preconditioner, solve_many
 from .load import Constraints
+from .operators import InfluenceOperator
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
 
 Method = Literal["auto", "active-set", "cg"]
 #: up to so many cells the answer of the conjugate gradients is polished by a direct solution
 POLISHED = 3000
+#: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
+DENSE = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +31,9 @@ class ContactSystem:
 
     Attributes
     ----------
-    matrix : (n, n) array of float
-        Settlement of each collocation point under unit pressure on each cell.
+    matrix : (n, n) array of float, SymmetricMatrix or InfluenceOperator
+        Settlement of each collocation point under unit pressure on each cell. The first two
+        are factorised, an operator only multiplied by.
     planes : (m, n) array of float
         Settlement of the collocation points by each component of the position.
     resultants : (m, n) array of float
@@ -38,32 +44,66 @@ class ContactSystem:
         Areas of the cells.
     timings : dict
         Takes the seconds of the factorisation.
+    failures : list of str
+        Takes what iterations did not converge.
     """
 
-    matrix: ndarray
+    matrix: ndarray | SymmetricMatrix | InfluenceOperator
     planes: ndarray
     resultants: ndarray
     gap: ndarray
     areas: ndarray
     timings: dict[str, float] = field(default_factory=dict)
+    failures: list[str] = field(default_factory=list, init=False)
 
     @cached_property
     def factors(self) -> tuple[ndarray, ndarray]:
-        """Factors of the matrix."""
+        """Factors of the matrix, if that is an array."""
         with timed(self.timings, "factorisation"):
             return scipy.linalg.lu_factor(self.matrix)
 
     @cached_property
+    def preconditioner(self) -> Preconditioner:
+        """Approximate inverse of the matrix, if that is an operator."""
+        if not isinstance(self.matrix, InfluenceOperator):
+            raise TypeError("expected an operator, got a matrix, which is factorised")
+        with timed(self.timings, "preconditioner"):
+            return Preconditioner.build(self.matrix)
+
+    @cached_property
     def unit_pressures(self) -> ndarray:
         """Pressures by each unit component of the position, shape (n, m)."""
-        return scipy.linalg.lu_solve(self.factors, self.planes.T)
+        return self._inverse(self.planes.T)
 
     @cached_property
     def shape_pressures(self) -> ndarray:
         """Pressures that would close the gap, shape (n,)."""
         if not self.gap.any():
             return np.zeros(len(self.gap))
-        return scipy.linalg.lu_solve(self.factors, self.gap)
+        return self._inverse(self.gap[:, None])[:, 0]
+
+    def prepare(self, progress: bool) -> None:
+        """Compute what serves every load, with progress bars if it is iterated."""
+        if "unit_pressures" not in self.__dict__:
+            self.__dict__["unit_pressures"] = self._inverse(self.planes.T, progress)
+
+    def _inverse(self, rhs: ndarray, progress: bool = False) -> ndarray:
+        """Pressures under which the collocation points settle as given, shape (n, k)."""
+        if isinstance(self.matrix, SymmetricMatrix):
+            with timed(self.timings, "factorisation"):
+                factors = self.matrix.factors
+            return factors.solve(rhs)
+        if isinstance(self.matrix, np.ndarray):
+            return scipy.linalg.lu_solve(self.factors, rhs)
+        rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
+        preconditioner = self.preconditioner
+        with timed(self.timings, "iterations"):
+            found, _, success, message = solve_many(
+                self.matrix, rhs, rtol, progress, preconditioner=preconditioner
+            )
+        if not success:
+            self.failures.append(message)
+        return found
 
     @cached_property
     def stiffness(self) -> ndarray:
@@ -72,7 +112,20 @@ class ContactSystem:
 
     @cached_property
     def condition_number(self) -> float:
-        """Condition number of the matrix in the 2-norm."""
+        """Condition number of the matrix in the 2-norm.
+
+        Raises
+        ------
+        ValueError
+            If the matrix is not an array.
+        """
+        if isinstance(self.matrix, SymmetricMatrix):
+            return self.matrix.condition_number
+        if not isinstance(self.matrix, np.ndarray):
+            raise ValueError(
+                "expected a dense matrix for the condition number, got an operator. Remedy: a "
+                f"coarser mesh; up to {DENSE} cells the matrix is dense"
+            )
         matrix, factors = self.matrix, self.factors
 
         def largest(product) -> float:
@@ -109,7 +162,9 @@ class ContactSystem:
         position = constraints.fixed + motions @ motion
         pressure = self.unit_pressures @ position - self.shape_pressures
         gap = self.matrix @ pressure + self.gap - position @ self.planes
-        return Contact(pressure, motion, gap, np.ones(len(gap), dtype=bool)), position
+        full = np.ones(len(gap), dtype=bool)
+        failure = "; ".join(self.failures)
+        return Contact(pressure, motion, gap, full, not failure, failure), position
 
     def unilateral(
         self,
@@ -117,6 +172,7 @@ class ContactSystem:
         method: Method = "auto",
         start: ndarray | None = None,
         rtol: float = 1e-10,
+        progress: bool = False,
     ) -> tuple[Contact, ndarray]:
         """Contact that is found, and the position.
 
@@ -130,6 +186,8 @@ class ContactSystem:
             Pressures to begin with.
         rtol : float
             Accuracy of the conjugate gradients.
+        progress : bool
+            Whether they show a progress bar.
 
         Raises
         ------
@@ -159,16 +217,24 @@ class ContactSystem:
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
+        dense = not isinstance(self.matrix, InfluenceOperator)
+        if not dense and (method == "active-set" or not constraints.conjugate):
+            raise ValueError(
+                f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
+                'Remedy: method="cg" with a settlement imposed where the reaction acts, or a '
+                "coarser mesh"
+            )
         if method == "auto" and constraints.conjugate:
-            polish = len(self.areas) <= POLISHED
-            found = conjugate_gradients(problem, start, 1e-4 if polish else rtol)
+            polish = dense and len(self.areas) <= POLISHED
+            accuracy = 1e-4 if polish else rtol
+            found = conjugate_gradients(problem, start, accuracy, progress=progress)
             if polish:
                 if found.success:
                     start = found.pressure
                 direct = active_set(problem, _beginning(start, len(self.areas)))
                 found = replace(direct, history=found.history + direct.history)
         elif method == "cg":
-            found = conjugate_gradients(problem, start, rtol)
+            found = conjugate_gradients(problem, start, rtol, progress=progress)
         else:
             found = active_set(problem, _beginning(start, len(self.areas)))
         return found, constraints.fixed + motions @ found.motion

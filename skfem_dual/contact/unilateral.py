@@ -15,6 +15,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy import ndarray
+from tqdm import tqdm
 
 from ..errors import ConvergenceError
 from ..grids.polygons import readonly
@@ -160,6 +161,7 @@ def conjugate_gradients(
     start: ndarray | None = None,
     rtol: float = 1e-10,
     most: int = 1000,
+    progress: bool = False,
 ) -> Contact:
     """Projected conjugate gradients for any matrix or LinearOperator.
 
@@ -179,6 +181,8 @@ def conjugate_gradients(
         Violation of the conditions on the gap, over the largest settlement, to be reached.
     most : int
         Iterations after which to give up.
+    progress : bool
+        Whether to show a progress bar.
     """
     areas, planes, given = problem.areas, problem.planes, problem.given
     acting = problem.resultants / areas
@@ -198,6 +202,7 @@ def conjugate_gradients(
     force = found
     settlement = displacement(force)
     before: tuple[ndarray, ndarray, float] | None = None  # direction, gap, decrease
+    bar = tqdm(total=None, desc="contact", unit="it", disable=not progress)
     for _ in range(most):
         contact = force > 0
         gap = settlement + problem.gap
@@ -208,7 +213,10 @@ def conjugate_gradients(
         wrong = np.where(contact, np.abs(gap), -gap).max()
         largest = max(np.abs(settlement).max(), wrong)
         history.append(float(wrong / largest) if largest > 0 else 0.0)
+        bar.update()
+        bar.set_postfix_str(f"violation {history[-1]:.1e}, {contact.sum()} cells")
         if history[-1] <= rtol:
+            bar.close()
             return Contact(force / areas, motion, gap, contact, history=tuple(history))
         # cells that were let go and overlap the punch come back
         overlap = ~contact & (gap < 0)
@@ -240,6 +248,7 @@ def conjugate_gradients(
             message = "the load cannot be balanced"
             break
         force, settlement = found, pressed
+    bar.close()
     return Contact(force / areas, motion, gap, force > 0, False, message, tuple(history))
 
 
