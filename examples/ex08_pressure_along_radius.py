@@ -57,7 +57,7 @@ def visualize(result: Result):
     """The whole radius, and the last tenth of it."""
     import matplotlib.pyplot as plt
 
-    from skfem_dual.visuals.matplotlib import LINES
+    from skfem_dual.visuals.curves import LINES
 
     _, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="compressed")
     for ax, (start, end, top) in zip(axes, ((0, 1, 0.9), (0.9, 1, 3.2)), strict=True):

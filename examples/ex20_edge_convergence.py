@@ -73,7 +73,7 @@ def visualize(result: Result):
     import matplotlib.pyplot as plt
     from matplotlib.ticker import NullFormatter
 
-    from skfem_dual.visuals.matplotlib import LINES
+    from skfem_dual.visuals.curves import LINES
 
     _, axes = plt.subplots(1, len(MESHES), figsize=(10.5, 3.9), sharey=True, layout="compressed")
     markers = ("v", "^", "o")

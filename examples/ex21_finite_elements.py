@@ -152,7 +152,7 @@ def main(n: int = 600, octaves: tuple[int, int] = (5, 6)) -> Result:
 
 def visualize(result: Result):
     """The trough beside the punch, by both methods on both grounds."""
-    from skfem_dual.visuals.matplotlib import LINES
+    from skfem_dual.visuals.curves import LINES
 
     reach = 4.0
     young = {"homogeneous": "E_0", "graded": r"E_0\,(1 + z / a)"}
