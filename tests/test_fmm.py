@@ -25,7 +25,7 @@ def random_circles(seed, n, m, ratio):
     return centres, spread * 0.05 * ratio ** rng.uniform(-1, 0, n), x
 
 
-@settings(max_examples=25)
+@settings(max_examples=6)
 @given(st.integers(0, 10**6), st.integers(1, 400), st.integers(1, 400), st.integers(1, 60))
 def test_every_cell_acts_once_on_every_point(seed, n, m, terms):
     """Directly, through a pair of boxes, or through one expansion only: exactly once in all."""
@@ -55,7 +55,7 @@ def test_every_cell_acts_once_on_every_point(seed, n, m, terms):
     assert (count == 1).all()
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(st.integers(0, 10**6))
 def test_boxes(seed):
     centres, radius, x = random_circles(seed, 300, 200, 10.0)

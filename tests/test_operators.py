@@ -2,6 +2,7 @@
 
 import importlib
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,21 @@ BASES = {
 }
 
 
-@pytest.mark.parametrize("name", BASES)
-@pytest.mark.parametrize("ground", GROUNDS)
+SHORT = {("graded", "dual cells"), ("layered", "triangles")}
+PAIRS = [
+    pytest.param(
+        *pair,
+        marks=[] if "homogeneous" in pair or pair in SHORT else [pytest.mark.slow],
+    )
+    for pair in product(GROUNDS, BASES)
+]
+ONE_BY_ONE = [
+    pytest.param(ground, marks=[] if ground == "homogeneous" else [pytest.mark.slow])
+    for ground in GROUNDS
+]
+
+
+@pytest.mark.parametrize(("ground", "name"), PAIRS)
 def test_both_methods_meet_the_exact_matrix(name, ground):
     ground, basis = GROUNDS[ground], BASES[name]
     exact = RigidPunch(ground, basis).matrix
@@ -86,7 +100,7 @@ def test_paper_scheme_with_nodes():
         assert operator @ q == pytest.approx(exact @ q, rel=5e-6)
 
 
-@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("ground", ONE_BY_ONE)
 def test_other_points(ground):
     """Inside, on the edge, near by and far off; a single one as well."""
     ground = GROUNDS[ground]
