@@ -28,6 +28,7 @@ HEAD = struct.Struct("<Q32s")  # length and SHA-256 of what follows
 
 
 def record(key: bytes, body: bytes) -> bytes:
+    """What is appended to the file for one result."""
     content = key + body
     return MARK + HEAD.pack(len(content), sha256(content).digest()) + content
 
@@ -75,6 +76,8 @@ def dump(value: Any, problem: Problem) -> bytes:
 
 
 def load(body: bytes | memoryview, problem: Problem) -> Any:
+    """The result pickled in a body, with the caller's own problem in it."""
+
     class Restoring(pickle.Unpickler):
         def persistent_load(self, name):
             return getattr(problem, "__self__", problem)
@@ -83,6 +86,7 @@ def load(body: bytes | memoryview, problem: Problem) -> Any:
 
 
 def load_record(body: memoryview, problem: Problem, path: PathLike) -> Any:
+    """`load` of a body from the file at ``path``; a ValueError if that fails."""
     try:
         return load(body, problem)
     except Exception as error:

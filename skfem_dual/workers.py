@@ -269,6 +269,7 @@ def _lift_limits() -> None:
 
 
 def cores() -> int:
+    """Cores this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on every system
@@ -276,4 +277,5 @@ def cores() -> int:
 
 
 def error_text(error: BaseException) -> str:
+    """The traceback as text."""
     return "".join(traceback.format_exception(error))
