@@ -23,7 +23,10 @@ def planes(basis):
     return np.vstack([np.ones(x.shape[1]), x]).T
 
 
-@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize(
+    "ground",
+    ["homogeneous", *(pytest.param(g, marks=pytest.mark.slow) for g in GROUNDS if g[0] != "h")],
+)
 @pytest.mark.parametrize("method", ["dense", "fast"])
 def test_direct_solution(ground, method):
     ground = GROUNDS[ground]
