@@ -19,7 +19,6 @@ from skfem_dual import DualMesh, HalfSpace, RigidPunch
 from skfem_dual.contact.edge_correction import EdgeCorrection
 from skfem_dual.contact.influence import influence_matrix
 from skfem_dual.grids.edge import EdgeWeights, edge_ribs
-from skfem_dual.grids.fan import Fan
 
 SOIL = HalfSpace(1.0, 0.0)
 LADDER = (20, 30, 45, 65, 100, 150, 220, 330, 500, 750, 1100, 1700, 2500)
@@ -45,7 +44,7 @@ def set_up(sizes=(600, 2400, 10_000, 100_000)):
         x = partition.centroids
 
         def correction(basis=basis, partition=partition, x=x):
-            weights = EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+            weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
             return EdgeCorrection.from_weights(weights, SOIL.singular_coefficient, x)
 
         correction()

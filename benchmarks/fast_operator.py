@@ -21,7 +21,6 @@ from skfem_dual.contact.fmm_dense import moment_matrix
 from skfem_dual.contact.iterative import Preconditioner, solve_many
 from skfem_dual.contact.operators import InfluenceOperator
 from skfem_dual.grids.edge import EdgeWeights, edge_ribs
-from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import disc
 
 SOIL = HalfSpace(1.0, 0.0)
@@ -76,7 +75,7 @@ def operator_row(mesh: MeshTri, substrate=SOIL, rtol=1e-6) -> tuple[Row, Influen
     basis = DualMesh.from_mesh(mesh).basis()
     partition = basis.partition
     start = perf_counter()
-    weights = EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
     weights.moment  # noqa: B018
     between = perf_counter()
     arguments = substrate, partition, partition.centroids, weights, rtol
@@ -139,7 +138,7 @@ def dense(sizes=(1000, 4000, 10_000)) -> None:
     for n in sizes:
         basis = DualMesh.from_mesh(rings(n)).basis()
         partition = basis.partition
-        weights = EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+        weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
         x = partition.centroids
         for rtol in (3e-6, 1e-6):
             seconds = best(lambda: moment_matrix(SOIL, partition, x, weights, rtol), 5)  # noqa: B023

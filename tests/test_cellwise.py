@@ -1,3 +1,4 @@
+import copy
 import pickle
 
 import numpy as np
@@ -173,3 +174,19 @@ def test_two_parts_of_a_mesh():
     both = MeshTri(np.hstack([m.p, m.p + 3]), np.hstack([m.t, m.t + m.p.shape[1]]).copy())
     basis = DualMesh.from_mesh(both).basis()
     assert mass.assemble(basis).diagonal().sum() == pytest.approx(2.0)
+
+
+def test_refinement_and_quadrature_wait_until_they_are_asked_for():
+    dual = DualMesh.from_mesh(MeshTri().refined(2))
+    basis = dual.basis()
+    assert len(dual) == basis.N
+    assert basis.partition is dual.partition
+    assert "refinement" not in dual.__dict__
+    assert "CellwiseBasis" in repr(basis)
+    assert "refinement" in dual.__dict__
+    assert basis.dx.sum() == pytest.approx(1.0)
+    for name in ("basis", "nelems", "X", "doflocs", "mapping"):
+        assert getattr(dual.basis(), name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'normals'"):
+        basis.normals  # noqa: B018
+    assert len(copy.copy(dual.basis()).dx) == dual.refinement.nelements

@@ -130,6 +130,27 @@ def test_moments_equal_sums_over_small_triangles(name):
     assert off[at_edge].max() < 2e-2
 
 
+@pytest.mark.parametrize("name", BASES)
+def test_cells_far_from_the_edge_are_left_out(name):
+    basis = BASES[name]
+    full, some = weights_of(basis), None
+    some = EdgeWeights.from_basis(basis, full.partition, full.ribs)
+    assert np.array_equal(some.weighted, full.weighted)
+    assert some.mean[full.weighted] == pytest.approx(full.mean[full.weighted], rel=1e-14)
+    assert some.moment == pytest.approx(full.moment, rel=1e-12, abs=1e-15)
+    used = np.unique(some.fan.t)
+    assert some.root[used] == pytest.approx(full.root[used], rel=1e-14)
+
+
+def test_few_cells_of_a_fine_mesh_are_near_the_edge():
+    basis = DualMesh.from_mesh(disc(6)).basis()
+    partition = Partition.from_basis(basis)
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+    near = np.unique(weights.fan.cell)
+    assert weights.weighted[near].sum() == weights.weighted.sum()
+    assert len(near) < 0.7 * len(partition)
+
+
 def test_weighted_cells_lie_along_the_edge():
     dual = DualMesh.from_mesh(disc(5))
     weights = weights_of(dual.basis())

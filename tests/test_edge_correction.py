@@ -10,7 +10,6 @@ from skfem_dual import DualMesh, HalfSpace
 from skfem_dual.contact.edge_correction import EdgeCorrection
 from skfem_dual.contact.influence import influence_matrix
 from skfem_dual.grids.edge import EdgeWeights, edge_ribs
-from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.partition import Partition
 
 
@@ -56,7 +55,7 @@ def settlement_of_cell(weights, j, x):
 
 def weights_of(basis):
     partition = Partition.from_basis(basis)
-    return EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+    return EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
 
 
 def weights_of_square(n):

@@ -87,9 +87,10 @@ def _near(
 ) -> csr_matrix:
     partition, fan = weights.partition, weights.fan
     cells = np.nonzero(weights.weighted)[0]
-    spokes = np.hypot(*(fan.p[:, fan.t] - partition.centroids[:, None, fan.cell]))
-    radii = np.maximum.reduceat(spokes.max(axis=0), fan.starts[:-1])
-    points = cKDTree(x.T).query_ball_point(partition.centroids[:, cells].T, NEAR * radii[cells])
+    own = weights.weighted[fan.cell]
+    spokes = np.hypot(*(fan.p[:, fan.t[:, own]] - partition.centroids[:, None, fan.cell[own]]))
+    radii = np.maximum.reduceat(spokes.max(axis=0), np.searchsorted(fan.cell[own], cells))
+    points = cKDTree(x.T).query_ball_point(partition.centroids[:, cells].T, NEAR * radii)
     counts = np.array([len(i) for i in points], dtype=np.int64)
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)])

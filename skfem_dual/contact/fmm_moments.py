@@ -1,6 +1,7 @@
 """Loads of cells as forces, dipoles and higher moments about one point of each cell."""
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 from numpy import ndarray
@@ -42,9 +43,22 @@ class Loads:
 
     @classmethod
     def regular(cls, partition: Partition, weights: EdgeWeights | None) -> "Loads":
-        """For the remainder, as `remainder_rows` has it for far cells."""
+        """For the remainder."""
         centres = partition.centroids if weights is None else weights.centroids
-        return cls(centres, polygon_moments(partition.polygons, 2))
+        return cls(centres, load_moments(partition, weights, 2))
+
+
+def load_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:
+    """As `polygon_moments`, but of edge-weighted cells those of `EdgeWeights.load_moment`."""
+    moments = polygon_moments(partition.polygons, degree)
+    if weights is None:
+        return moments
+    cells = np.nonzero(weights.weighted)[0]
+    for i in range(degree + 1):
+        for j in range(degree + 1 - i):
+            moment = weights.load_moment(i, j)[cells]
+            moments[i, j, cells] = moment / (factorial(i) * factorial(j))
+    return moments
 
 
 def polygon_moments(polygons: Polygons, degree: int) -> ndarray:

@@ -12,10 +12,9 @@ from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from ..grids.polygons import Polygons
 from .compiled import compiled
 from .fmm_compiled import vectorised
-from .fmm_moments import polygon_moments, radii
+from .fmm_moments import load_moments, radii
 from .hankel import RadialTable
 from .influence import _rib_integral
 from .remainder import NEAR, POINTS, _along_ribs, _from_afar, _pieces
@@ -79,17 +78,16 @@ class NearField:
             polygons = partition.polygons
             acting = polygons.centroids if weights is None else weights.centroids
             p, indices, begin, sizes, first, density, shift = _pieces(partition, weights)
-            reach = _reach(
-                substrate.singular_coefficient * substrate.surface.young, table, polygons, rtol
-            )
-            if weights is not None:
-                reach = np.where(weights.weighted, NEAR * radii(polygons), reach)
+            moments = load_moments(partition, weights, 4)
+            coefficient = c * substrate.surface.young
+            reach = _reach(coefficient, table, radii(polygons), moments, rtol)
             gauss = np.polynomial.legendre.leggauss(FEWER if rtol >= 1e-6 else POINTS)
+            second = np.stack([2 * moments[2, 0], moments[1, 1], 2 * moments[0, 2]])
             remainder = (
-                reach[cells], acting[:, cells], polygons.areas[cells],
-                polygons.second_moments[:, cells], p, indices, begin, sizes, first[cells],
-                first[cells + 1], density, shift, table.omega, table.primitive_over_r,
-                table.start, table.width, *gauss, 1 / substrate.surface.young,
+                reach[cells], acting[:, cells], polygons.areas[cells], second[:, cells], p,
+                indices, begin, sizes, first[cells], first[cells + 1], density, shift,
+                table.omega, table.primitive_over_r, table.start, table.width, *gauss,
+                1 / substrate.surface.young,
             )  # fmt: skip
         return cls((*ribs, c), (partition.centroids[:, cells], c * dipoles), remainder)
 
@@ -115,16 +113,18 @@ class NearField:
             _fill_remainder(x, rows, starts, cells, self.dipoles[0], *self.remainder, values)
 
 
-def _reach(coefficient: float, table: RadialTable, polygons: Polygons, rtol: float) -> ndarray:
+def _reach(
+    coefficient: float, table: RadialTable, radius: ndarray, moments: ndarray, rtol: float
+) -> ndarray:
     """Distances from which on the moments of cells will do for the remainder, shape (n,).
 
     Derivatives of a logarithm, the steepest part of it, times the next moments, against the
     ``coefficient`` of 1 / r.
     """
-    radius, step = radii(polygons), 1.01
+    step = 1.01
     nearer, farther = (table.evaluate(table.omega, r) for r in (radius, step * radius))
     slope = np.abs(farther - nearer) / (np.log(step) * coefficient * rtol)
-    m = np.abs(polygon_moments(polygons, 4)) / polygons.areas
+    m = np.abs(moments) / moments[0, 0]
     third = sum(m[i, 3 - i] for i in range(4))
     fourth = sum(m[i, 4 - i] for i in range(5))
     reach = np.maximum(np.sqrt(2 * slope * third), np.cbrt(6 * slope * fourth))

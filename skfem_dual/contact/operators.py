@@ -14,7 +14,6 @@ from skfem import CellBasis
 
 from ..errors import ConvergenceError
 from ..grids.edge import EdgeWeights, edge_ribs
-from ..grids.fan import Fan
 from ..grids.partition import Partition
 from .edge_correction import EdgeCorrection
 from .fmm import SINGLE, FastSummation, order_for
@@ -30,6 +29,8 @@ EXACT = 1e-8
 SAMPLES = 16
 #: their error in the 2-norm may be so many times the tolerance
 ROWS = 10.0
+#: tolerance of a first attempt with a remainder beside c / r
+REMAINDER = 0.4
 #: errors do not refer to less than so many times what homogeneous ground would settle
 FLOOR = 0.01
 
@@ -138,7 +139,7 @@ class InfluenceOperator(LinearOperator):
         partition = Partition.from_basis(basis)
         weights = None
         if edge == "singular":
-            weights = EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+            weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
         x = partition.nodes if collocation == "node" else partition.centroids
         self._build(substrate, partition, x, weights, rtol, method)
 
@@ -204,8 +205,9 @@ class InfluenceOperator(LinearOperator):
         """Make the operator with tolerances from ``rtol`` on down until its error is less."""
         tolerance = self.rtol
         if tolerance >= EXACT and self.substrate.remainder is not None:
-            # settlements can be far smaller than those of c / r alone
-            tolerance *= min(1.0, float(np.min(self._samples[1] / self._alone.sum(axis=1))))
+            # settlements can be far smaller than those of c / r alone, and errors add up
+            least = float(np.min(self._samples[1] / self._alone.sum(axis=1)))
+            tolerance *= REMAINDER * min(1.0, least)
         for _ in range(4):
             make(tolerance)
             self.error, self.row_error = self._errors()

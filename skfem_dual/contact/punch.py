@@ -154,7 +154,7 @@ class RigidPunch:
                     f"expected boundaries with facets on the edge of the plan, got "
                     f'{self.edge_boundaries!r}. Remedy: edge="constant" if there is no such edge'
                 )
-        return EdgeWeights(partition, self.fan, ribs)
+        return EdgeWeights.from_basis(self.basis, partition, ribs)
 
     def _named_facets(self) -> ndarray:
         names = self.edge_boundaries

@@ -48,8 +48,8 @@ def remainder_rows(
     owner = np.repeat(np.arange(len(polygons)), polygons.sizes)
     spoke = np.hypot(*(polygons.p[:, polygons.indices] - polygons.centroids[:, owner]))
     radius = np.maximum.reduceat(spoke, polygons.offsets[:-1])
-    acting = polygons.centroids if weights is None else weights.centroids
-    far = polygons.centroids, radius, acting, polygons.areas, polygons.second_moments
+    loads = polygons if weights is None else weights
+    far = polygons.centroids, radius, loads.centroids, polygons.areas, loads.second_moments
     tables = table.omega, table.primitive_over_r, table.start, table.width
     gauss = np.polynomial.legendre.leggauss(POINTS)
     pieces = _pieces(partition, weights)

@@ -210,7 +210,10 @@ class _Cells:
                 raise ValueError(f"expected points of {len(p)} cells, got shape {np.shape(x)}")
             values, spin = [*values, (_complex(x) - p) / length], [*spin, 1]
         if weights is not None:
-            values += [np.log(weights.mean), _complex(weights.moment) / (areas * length)]
+            values += [
+                np.log(np.where(weights.weighted, weights.mean, 1.0)),
+                _complex(weights.moment) / (areas * length),
+            ]
             spin += [0, 1]
         # not less than rounding far from the origin
         reach = max(tol * np.sqrt(areas.sum()), 32 * np.finfo(float).eps * np.abs(p).max())

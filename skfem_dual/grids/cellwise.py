@@ -1,5 +1,6 @@
 """Piecewise constants on the cells of a couple of dual grids, as an skfem basis."""
 
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -25,7 +26,8 @@ class CellwiseBasis(CellBasis):
 
     The DOF of a triangle of the refinement is the number of its cell, so everything scikit-fem
     does with a `CellBasis` works: forms, `project`, `interpolate`, `interpolator`, `plot`.
-    Bases of both grids share their quadrature points and combine in one form.
+    Bases of both grids share their quadrature points and combine in one form. Common refinement
+    and quadrature are made when they are first asked for: boundary elements need neither.
 
     Parameters
     ----------
@@ -64,14 +66,23 @@ class CellwiseBasis(CellBasis):
             raise ValueError(f'expected grid "dual" or "primal", got {grid!r}')
         self.dual = dual
         self.grid = grid
-        mesh = dual.refinement
-        dofs = Dofs(mesh, ElementTriP0())
-        cells = dual.refinement_cells if grid == "dual" else np.arange(mesh.nelements) // 6
+        self.elem = ElementTriP0()
+        self._deferred = intorder, quadrature
+        if elements is not None or quadrature is not None:
+            self._set_up(elements)
+
+    def _set_up(self, elements: Any = None) -> None:
+        """What a `CellBasis` consists of."""
+        intorder, quadrature = self._deferred
+        mesh = self.dual.refinement
+        dofs = Dofs(mesh, self.elem)
+        own = self.grid == "dual"
+        cells = self.dual.refinement_cells if own else np.arange(mesh.nelements) // 6
         dofs.interior_dofs = dofs.element_dofs = np.array(cells, dtype=np.int32)[None]
-        dofs.N = len(self.partition)
+        dofs.N = self.N
         super().__init__(
             mesh,
-            ElementTriP0(),
+            self.elem,
             intorder=intorder,
             quadrature=quadrature,
             elements=elements,
@@ -79,6 +90,25 @@ class CellwiseBasis(CellBasis):
             disable_doflocs=True,
         )
         self.doflocs = np.array(self.partition.centroids)
+        del self._deferred
+
+    def __getattr__(self, name: str) -> Any:
+        # only asked for what is not there yet
+        if name.startswith("_") or "_deferred" not in self.__dict__:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        self._set_up()
+        return getattr(self, name)
+
+    @cached_property
+    def basis(self) -> list:
+        """Values of the basis functions at the quadrature points."""
+        self._set_up()
+        return self.__dict__["basis"]
+
+    @property
+    def N(self) -> int:
+        """Number of cells."""
+        return len(self.partition)
 
     @property
     def partition(self) -> Partition:

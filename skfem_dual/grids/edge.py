@@ -11,13 +11,18 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
+from skfem import CellBasis
 
+from .cellwise import CellwiseBasis, nodal_mesh
 from .fan import Fan
 from .partition import Partition
 from .polygons import readonly
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
+#: phi in a cell whose node is farther from the edge than so many diameters of the largest
+#: triangle around it varies by less than the square of that
+FAR = (VARIATION**2 + 1) / (VARIATION**2 - 1)
 
 
 def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
@@ -69,7 +74,7 @@ class EdgeWeights:
     partition : Partition
         The cells.
     fan : Fan
-        Triangles that fill them.
+        Triangles that fill them, or those near the edge: the others are not weighted.
     ribs : (k,) array of int
         The ribs on the edge where the pressure is singular, k > 0; see `edge_ribs`.
     """
@@ -81,13 +86,32 @@ class EdgeWeights:
     def __post_init__(self):
         object.__setattr__(self, "ribs", readonly(self.ribs, np.int32))
 
+    @classmethod
+    def from_basis(cls, basis: CellBasis, partition: Partition, ribs: ndarray) -> "EdgeWeights":
+        """Of a basis and its partition, with a fan of the cells that may be weighted."""
+        mesh = nodal_mesh(basis)
+        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        v = mesh.p[:, mesh.t]
+        diameters = np.max([np.hypot(*(w - v)).max(axis=0) for w in _rolled(v)], axis=0)
+        around = np.zeros(mesh.p.shape[1])
+        np.maximum.at(around, mesh.t.ravel(), np.tile(diameters, len(mesh.t)))
+        # the nearest end of a rib is not farther than the hypotenuse of the distance to the
+        # edge and half the length of a rib
+        reach = 1.000001 * np.hypot(FAR * around, np.hypot(*(b - a)).max() / 2)
+        ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
+        nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=-1)
+        near = nearest < reach
+        if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):
+            near = near[mesh.t].any(axis=0)
+        return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs)
+
     @cached_property
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan.
 
         phi is the distance to the edge at the nodes of the mesh and linear between them, but
         where that would make it vanish inside the plan, as in the triangle of a corner, it is the
-        distance itself.
+        distance itself. At points of no triangle it has its greatest value.
         """
         p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
         size = np.sqrt(self.partition.areas.sum())
@@ -96,19 +120,29 @@ class EdgeWeights:
             d = distance_to_segments(x, p[:, 0], p[:, 1])
             return np.where(d > 1e-12 * size, d, 0.0)
 
-        phi = self.fan.interpolation @ distance(self.fan.p[:, : self.fan.interpolation.shape[1]])
-        bare = phi == 0
-        phi[bare] = distance(self.fan.p[:, bare])
+        fan = self.fan
+        used = np.zeros(fan.p.shape[1], dtype=bool)
+        used[fan.t] = True
+        nodes = np.unique(fan.interpolation.indices)
+        at_nodes = np.zeros(fan.interpolation.shape[1])
+        at_nodes[nodes] = distance(fan.p[:, nodes])
+        phi = fan.interpolation @ at_nodes
+        bare = used & (phi == 0)
+        phi[bare] = distance(fan.p[:, bare])
+        phi[~used] = phi[used].max()
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
     @cached_property
     def weighted(self) -> ndarray:
         """Whether each cell is weighted; over the others w hardly varies."""
-        root, starts = self.root[self.fan.t], self.fan.starts[:-1]
+        root, cell = self.root[self.fan.t], self.fan.cell
+        starts = np.nonzero(np.diff(cell, prepend=-1))[0]
         least = np.minimum.reduceat(root.min(axis=0), starts)
         most = np.maximum.reduceat(root.max(axis=0), starts)
-        return readonly(most > VARIATION * least)
+        weighted = np.zeros(len(self.partition), dtype=bool)
+        weighted[cell[starts]] = most > VARIATION * least
+        return readonly(weighted)
 
     @cached_property
     def of_triangles(self) -> tuple[ndarray, ndarray]:
@@ -121,10 +155,13 @@ class EdgeWeights:
 
     @cached_property
     def mean(self) -> ndarray:
-        """Mean of w over each cell."""
-        fan = self.fan
-        total = np.bincount(fan.cell, fan.areas * self.of_triangles[0])
-        return readonly(total / self.partition.areas)
+        """Mean of w over each cell, NaN where the fan has no triangles."""
+        total = self._sums(self.fan.areas * self.of_triangles[0])
+        return readonly(np.where(total > 0, total / self.partition.areas, np.nan))
+
+    def _sums(self, values: ndarray) -> ndarray:
+        """Sums over the triangles of each cell."""
+        return np.bincount(self.fan.cell, values, minlength=len(self.partition))
 
     @cached_property
     def moment(self) -> ndarray:
@@ -132,7 +169,7 @@ class EdgeWeights:
         fan = self.fan
         mean, off = self.of_triangles
         arm = fan.p[:, fan.t].mean(axis=1) + off - self.partition.centroids[:, fan.cell]
-        first = np.stack([np.bincount(fan.cell, fan.areas * mean * a) for a in arm])
+        first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
         return readonly(np.where(self.weighted, first / self.mean, 0.0))
 
     @cached_property
@@ -140,11 +177,38 @@ class EdgeWeights:
         """Centroids of the weighted cells, shape (2, n)."""
         return readonly(self.partition.centroids + self.moment / self.partition.areas)
 
+    def load_moment(self, i: int, j: int) -> ndarray:
+        """Integral of ``x^i y^j w / mean(w)`` about `centroids` for each cell, zero if it is not
+        weighted.
+
+        The weight is taken as uniform on each triangle, moved to where its load acts, and the
+        rule of the middles of the sides used, exact for that up to the second degree.
+        """
+        own = np.nonzero(self.weighted[self.fan.cell])[0]
+        fan, cell = self.fan, self.fan.cell[own]
+        mean, off = self.of_triangles
+        v = fan.p[:, fan.t[:, own]]
+        x, y = (v + np.roll(v, 1, axis=1)) / 2 + (off[:, own] - self.centroids[:, cell])[:, None]
+        load = fan.areas[own] * mean[own] / self.mean[cell] / 3
+        each = load * np.sum(x**i * y**j, axis=0)
+        return np.bincount(cell, each, minlength=len(self.partition))
+
+    @cached_property
+    def second_moments(self) -> ndarray:
+        """Of the load of each cell about `centroids`, shape (3, n): xx, xy, yy."""
+        found = np.stack([self.load_moment(2 - k, k) for k in range(3)])
+        return readonly(np.where(self.weighted, found, self.partition.polygons.second_moments))
+
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
         cell is not weighted."""
         with np.errstate(divide="ignore"):
             return np.where(self.weighted[cells], 1 / (root * self.mean[cells]), 1.0)
+
+
+def _rolled(v: ndarray) -> list[ndarray]:
+    """Vertices of shape (2, k, m), each replaced by the next, the one after it and so on."""
+    return [np.roll(v, -i, axis=1) for i in range(1, v.shape[1] // 2 + 1)]
 
 
 def _mean(a: ndarray, b: ndarray, c: ndarray) -> ndarray:

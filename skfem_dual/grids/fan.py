@@ -1,4 +1,4 @@
-"""The cells of a partition cut into triangles, on which fields inside the cells live."""
+"""Cells of a partition cut into triangles, on which fields inside the cells live."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,18 +17,19 @@ from .polygons import readonly
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """Triangles that fill the cells of a partition.
+    """Triangles that fill cells of a partition, all or some.
 
     Attributes
     ----------
     p : (2, npoints) array of float
-        Vertices of the triangles; the nodes of the mesh come first.
+        Points, among them the vertices of the triangles; the nodes of the mesh come first.
     t : (3, m) array of int
         The triangles, counter-clockwise.
     cell : (m,) array of int
-        Cell of each triangle, ascending; every cell has some.
+        Cell of each triangle, ascending.
     interpolation : (npoints, nnodes) csr_matrix
-        Takes values at the nodes of the mesh to all points, by linear interpolation.
+        Takes values at the nodes of the mesh to the vertices of the triangles, by linear
+        interpolation. Rows of other points may be empty.
     """
 
     p: ndarray
@@ -37,42 +38,52 @@ class Fan:
     interpolation: csr_matrix
 
     @classmethod
-    def from_basis(cls, basis: CellBasis) -> "Fan":
-        """Of a basis that is a partition, see `Partition.from_basis`."""
+    def from_basis(cls, basis: CellBasis, cells: ndarray | None = None) -> "Fan":
+        """Of a basis that is a partition, see `Partition.from_basis`; of ``cells`` only."""
         if not isinstance(basis, CellwiseBasis):
-            return cls.from_mesh(basis.mesh)
+            return cls.from_mesh(basis.mesh, cells)
         if basis.grid == "dual":
-            return cls.from_dual(basis.dual)
-        return cls.from_mesh(basis.dual.mesh)
+            return cls.from_dual(basis.dual, cells)
+        return cls.from_mesh(basis.dual.mesh, cells)
 
     @classmethod
-    def from_dual(cls, dual: DualMesh) -> "Fan":
-        """Dual cells consist of triangles of the common refinement."""
-        mesh, refinement = dual.mesh, dual.refinement
+    def from_dual(cls, dual: DualMesh, cells: ndarray | None = None) -> "Fan":
+        """Dual cells, all or some, consist of triangles of the common refinement."""
+        mesh = dual.mesh
         n, nf, m = len(dual), mesh.nfacets, mesh.nelements
-        a, b = mesh.p[:, mesh.facets].swapaxes(0, 1)
-        s = np.hypot(*(dual.crossings - a)) / np.hypot(*(b - a))
-        points = np.concatenate(
-            [np.arange(n), np.tile(n + np.arange(nf), 2), np.tile(n + nf + np.arange(m), 3)]
+        wanted = np.full(n, cells is None)
+        if cells is not None:
+            wanted[cells] = True
+        elements = np.nonzero(wanted[mesh.t].any(axis=0))[0]
+        t = dual.refined_triangles(elements)
+        t = t[:, wanted[t[0]]]  # the first vertex is the node in the cell
+        cell = t[0]
+        facets, nodes = np.unique(mesh.t2f[:, elements]), np.unique(mesh.t[:, elements])
+        a, b = mesh.p[:, mesh.facets[:, facets]].swapaxes(0, 1)
+        s = np.hypot(*(dual.crossings[:, facets] - a)) / np.hypot(*(b - a))
+        points = np.concatenate([nodes, np.tile(n + facets, 2), np.tile(n + nf + elements, 3)])
+        given = np.concatenate(
+            [nodes, mesh.facets[:, facets].ravel(), mesh.t[:, elements].ravel()]
         )
-        nodes = np.concatenate([np.arange(n), mesh.facets.ravel(), mesh.t.ravel()])
-        shares = np.concatenate([np.ones(n), 1 - s, s, np.full(3 * m, 1 / 3)])
-        matrix = coo_matrix((shares, (points, nodes)), shape=(n + nf + m, n))
-        return cls._sorted(refinement.p, refinement.t, dual.refinement_cells, matrix)
+        shares = np.concatenate([np.ones(len(nodes)), 1 - s, s, np.full(3 * len(elements), 1 / 3)])
+        matrix = coo_matrix((shares, (points, given)), shape=(n + nf + m, n))
+        return cls._sorted(dual.refinement_nodes, t, cell, matrix)
 
     @classmethod
-    def from_mesh(cls, mesh: Mesh) -> "Fan":
-        """Triangles and quadrilaterals, cut around the mean of their vertices."""
+    def from_mesh(cls, mesh: Mesh, cells: ndarray | None = None) -> "Fan":
+        """Triangles or quadrilaterals, all or some, cut around the mean of their vertices."""
         k, m = mesh.t.shape
         n = mesh.p.shape[1]
-        middle = n + np.arange(m)
+        cells = np.arange(m) if cells is None else np.asarray(cells)
+        own = mesh.t[:, cells]
+        nodes, middle = np.unique(own), n + cells
         p = np.hstack([mesh.p, mesh.p[:, mesh.t].mean(axis=1)])
-        t = np.hstack([[mesh.t[i], mesh.t[(i + 1) % k], middle] for i in range(k)])
-        points = np.concatenate([np.arange(n), np.tile(middle, k)])
-        nodes = np.concatenate([np.arange(n), mesh.t.ravel()])
-        shares = np.concatenate([np.ones(n), np.full(k * m, 1 / k)])
-        matrix = coo_matrix((shares, (points, nodes)), shape=(n + m, n))
-        return cls._sorted(p, t, np.tile(np.arange(m), k), matrix)
+        t = np.hstack([[own[i], own[(i + 1) % k], middle] for i in range(k)])
+        points = np.concatenate([nodes, np.tile(middle, k)])
+        given = np.concatenate([nodes, own.ravel()])
+        shares = np.concatenate([np.ones(len(nodes)), np.full(k * len(cells), 1 / k)])
+        matrix = coo_matrix((shares, (points, given)), shape=(n + m, n))
+        return cls._sorted(p, t, np.tile(cells, k), matrix)
 
     @classmethod
     def _sorted(cls, p, t, cell, matrix) -> "Fan":
@@ -95,7 +106,8 @@ class Fan:
 
     @cached_property
     def starts(self) -> ndarray:
-        """Triangles of cell ``i`` are ``starts[i]`` to ``starts[i + 1]``."""
+        """Triangles of cell ``i``, up to the last that has some, are those from ``starts[i]`` to
+        ``starts[i + 1]``."""
         return readonly(np.searchsorted(self.cell, np.arange(self.cell[-1] + 2)))
 
     def coordinates(self, triangle: ndarray, x: ndarray) -> ndarray:

@@ -19,7 +19,7 @@ from .report import require
 def general_triangulation(
     mesh: MeshTri | DualMesh, diagonal: Literal["best", "rib", "facet"] = "best"
 ) -> MeshTri:
-    """The triangulation whose nodes are the nodes of both grids (Section 3, Figs. 4c and 4f).
+    """The triangulation whose nodes are the nodes of both grids (Section 3, Figures 4c and 4f).
 
     Each inner facet and the barycentres on its two sides span a quadrilateral, cut in two along
     the facet or along its corresponded rib. Each boundary facet is cut in its middle. Triangles

@@ -69,7 +69,7 @@ def _numbers(mask: ndarray) -> ndarray:
 def rectangular_couple(
     x, y, *, missing=None, around: Literal["inner", "all"] | ndarray = "inner"
 ) -> GridCouple:
-    """A grid A of rectangles and the dual grid B with its nodes at their barycentres (Fig. 2).
+    """A grid A of rectangles and the dual grid B with its nodes at their barycentres (Figure 2).
 
     The cells of B are rectangles that join four barycentres, beyond the edge of A those of
     cells mirrored there.
