@@ -316,10 +316,6 @@ def _gather_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: ty
     return Blocks(rows, starts, blocks.columns, values)
 
 
-TOL = 1e-5
-DTYPE = np.float32
-
-
 def compressed(matrices: ndarray, tolerance: float) -> tuple[ndarray, ndarray, ndarray]:
     """Matrices as ``load @ small @ field`` with orthonormal outer factors, common to all.
 

@@ -1,23 +1,27 @@
 """Iterative solution of the equations of contact for several right-hand sides.
 
-GMRES, preconditioned by exact solutions on small groups of cells with their neighbours, of which
-each group keeps its own part: restricted additive Schwarz (Cai and Sarkis, 1999).
+GMRES, preconditioned in two levels: settlements that vary slowly are answered by uniform
+pressures on large boxes, the rest by solutions on small groups of cells with their neighbours, of
+which each group keeps its own part: restricted additive Schwarz (Cai and Sarkis, 1999).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, gmres
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from .fmm import Blocks
+from ..grids.partition import Partition
+from ..grids.polygons import Polygons
+from .fmm import Blocks, FastSummation
 from .fmm_compiled import vectorised
 from .fmm_lists import near_lists
 from .fmm_threads import Threads
-from .influence import _in_blocks
-from .near import NearField
+from .influence import influence_matrix
 from .operators import InfluenceOperator
 from .quadtree import Quadtree
 
@@ -25,6 +29,8 @@ from .quadtree import Quadtree
 GROUP = 10
 #: neighbours of a group lie so far beyond it, over the half-width of its box
 OVERLAP = 0.9
+#: large boxes, about, and the fewest cells in one
+COARSE, FEWEST = 1000, 30
 #: directions that GMRES keeps before it starts anew
 RESTART = 60
 #: iterations in all
@@ -43,10 +49,13 @@ class Preconditioner:
         The cells in the order of the blocks.
     blocks : Blocks
         Rows of each group in the inverse on the group and its neighbours.
+    coarse : Coarse
+        What answers slowly varying settlements.
     """
 
     cells: ndarray
     blocks: Blocks
+    coarse: "Coarse"
 
     @classmethod
     def build(cls, operator: InfluenceOperator) -> "Preconditioner":
@@ -55,8 +64,7 @@ class Preconditioner:
             raise ValueError(f"expected a square operator, got shape {operator.shape}")
         partition = operator.partition
         centroids, points = partition.centroids, np.zeros(len(partition))
-        unit = np.sqrt(GROUP * np.median(partition.areas))
-        tree = Quadtree.build(centroids, points, centroids, 2 * GROUP, 1.0, unit)
+        tree = _boxes(partition, GROUP, 2 * GROUP)
         cells = tree.cells  # the same order as that of the points
         near, _, _ = near_lists(tree, centroids[:, cells], points, len(partition))
         group = np.repeat(np.arange(len(near.boxes)), near.counts)
@@ -67,41 +75,174 @@ class Preconditioner:
         items = items[np.lexsort((items, group))]
         starts = np.searchsorted(group, np.arange(len(half) + 1))
         rows = tree.targets[:, near.boxes]
-        return cls(cells, _inverses(operator, cells, rows, starts, items))
+        blocks = _inverses(operator, cells, rows, starts, items)
+        return cls(cells, blocks, Coarse.build(operator))
 
     def __matmul__(self, w: ndarray) -> ndarray:
         """Approximate pressures under settlements ``w`` of shape (n,)."""
+        out, rest = self.coarse.split(w)
         inner = np.zeros(len(w))
         with Threads() as run:
-            self.blocks.add_product(w[self.cells], inner, run)
-        out = np.empty_like(inner)
-        out[self.cells] = inner
+            self.blocks.add_product(rest[self.cells], inner, run)
+        out[self.cells] += inner
         return out
+
+
+@dataclass(frozen=True, eq=False)
+class Coarse:
+    """Large boxes of cells, each taken for a square under uniform pressure.
+
+    Attributes
+    ----------
+    box : (n,) array of int
+        Box of each cell.
+    shares : (n,) array of float
+        Area of each cell over that of its box.
+    factors : tuple of arrays
+        LU factors of the settlements of the squares' middles.
+    """
+
+    box: ndarray
+    shares: ndarray
+    factors: tuple[ndarray, ndarray]
+
+    @classmethod
+    def build(cls, operator: InfluenceOperator) -> "Coarse":
+        """Of the cells of an operator."""
+        partition = operator.partition
+        n = len(partition)
+        size = max(FEWEST, n // COARSE)
+        tree = _boxes(partition, size, 1.6 * size)
+        targets = tree.targets[:, tree.leaves]
+        box = np.empty(n, np.int32)
+        for k, (begin, end) in enumerate(targets.T):
+            box[tree.points[begin:end]] = k
+        areas = np.bincount(box, partition.areas)
+        middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
+        squares = _squares(middles / areas, np.sqrt(areas))
+        matrix = influence_matrix(operator.substrate, squares, squares.nodes)
+        return cls(box, partition.areas / areas[box], lu_factor(matrix))
+
+    def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
+        """Pressures under the means of settlements over the boxes; settlements less the means."""
+        mean = np.bincount(self.box, self.shares * w)
+        return lu_solve(self.factors, mean)[self.box], w - mean[self.box]
+
+
+def _boxes(partition: Partition, size: int, most: float) -> Quadtree:
+    """Cells by their centroids in boxes of about ``size`` and at most ``most``."""
+    centroids, points = partition.centroids, np.zeros(len(partition))
+    unit = np.sqrt(size * np.median(partition.areas))
+    return Quadtree.build(centroids, points, centroids, int(most), 1.0, unit)
+
+
+def _squares(middles: ndarray, sides: ndarray) -> Partition:
+    """Squares that share no ribs."""
+    n = len(sides)
+    corners = np.array([[-0.5, 0.5, 0.5, -0.5], [-0.5, -0.5, 0.5, 0.5]])
+    p = (middles[:, :, None] + sides[:, None] * corners[:, None]).reshape(2, -1)
+    vertices = np.arange(4 * n).reshape(n, 4)
+    facets = np.stack([vertices.ravel(), np.roll(vertices, -1, axis=1).ravel()])
+    outside = np.full(4 * n, -1)
+    return Partition(
+        Polygons(p, vertices.ravel(), np.arange(0, 4 * n + 1, 4)),
+        facets,
+        np.stack([np.repeat(np.arange(n), 4), outside]),
+        middles,
+        outside,
+    )
 
 
 def _inverses(
     operator: InfluenceOperator, cells: ndarray, rows: ndarray, starts: ndarray, items: ndarray
 ) -> Blocks:
-    """Rows of inverses of what acts nearby: c / r and the edge correction."""
-    direct = NearField.build(operator.substrate, operator.partition, operator.weights, cells)
+    """Rows of inverses of what acts nearby."""
+    n = len(cells)
     near = csr_matrix(operator.shape)
-    if operator.correction is not None:
-        near = operator.correction.near[cells][:, cells].tocsr()
+    summation, arguments = operator.summation, ()
+    if summation is None:
+        matrix = operator.to_dense()
+    else:
+        matrix = np.empty((0, 0))
+        arguments = _known_entries(operator, summation, cells)
+        if operator.correction is not None:
+            near = operator.correction.near[cells][:, cells].tocsr()
     blocks = Blocks(rows, starts, items, np.empty(0))
     offsets = blocks.offsets
     values = np.empty(offsets[-1], np.float32)
-    x = operator.x[:, cells]
 
-    def work(k: slice) -> None:
-        ends = starts[k.start : k.stop + 1]
-        each = np.stack([ends[:-1], ends[1:]]) - ends[0]
-        local = np.empty(int(np.sum(np.diff(ends) ** 2)))
-        direct.fill(x[:, items[ends[0] : ends[-1]]], each, (ends, items), local)
-        part = values[offsets[k.start] : offsets[k.stop]]
-        _invert(rows[:, k], ends, items, near.indptr, near.indices, near.data, local, part)
+    def work(piece: slice) -> None:
+        room = np.full(n, -1, np.int32), np.empty(n, np.int32)
+        for first in range(piece.start, piece.stop, 64):
+            k = slice(first, min(first + 64, piece.stop))
+            ends = starts[k.start : k.stop + 1]
+            local = np.empty(int(np.sum(np.diff(ends) ** 2)))
+            if summation is None:
+                _take(matrix, cells, ends, items, local)
+            else:
+                _look_up(ends, items, *arguments, *room, local)
+            part = values[offsets[k.start] : offsets[k.stop]]
+            _invert(rows[:, k], ends, items, near.indptr, near.indices, near.data, local, part)
 
-    _in_blocks(work, rows.shape[1])
+    with Threads() as run:
+        run(work, rows.shape[1])
     return Blocks(rows, starts, items, values)
+
+
+def _known_entries(operator: InfluenceOperator, fast: FastSummation, cells: ndarray) -> tuple:
+    """What `_look_up` takes: near entries of a fast summation, and points for the others."""
+    n = len(cells)
+    rank = np.empty((2, n), np.int32)
+    rank[0, fast.tree.points] = rank[1, fast.tree.cells] = np.arange(n)
+    near = fast.near
+    order = np.argsort(near.rows[0])
+    block = np.repeat(order, (near.rows[1] - near.rows[0])[order])  # all points are in one
+    partition = operator.partition
+    charges = operator.substrate.singular_coefficient * partition.areas
+    return (
+        rank[0, cells], rank[1, cells], block, near.rows[0], near.starts, near.columns,
+        near.offsets, near.values, operator.x[:, cells], partition.centroids[:, cells],
+        charges[cells],
+    )  # fmt: skip
+
+
+@vectorised
+def _take(matrix, cells, starts, items, out):
+    """Blocks of a matrix, with the rows and columns of some items."""
+    at = 0
+    for k in range(starts.shape[0] - 1):
+        some = cells[items[starts[k] : starts[k + 1]]]
+        for i in some:
+            for j in some:
+                out[at] = matrix[i, j]
+                at += 1
+
+
+@vectorised
+def _look_up(
+    starts, items, point, cell, block, first, begin, columns, offsets, values, x, centroids,
+    charges, stamp, place, out,
+):  # fmt: skip
+    """The same from blocks of near entries; the others as if charges were in the centroids."""
+    at = 0
+    stamp[:] = -1
+    for k in range(starts.shape[0] - 1):
+        some = items[starts[k] : starts[k + 1]]
+        for i in some:
+            row, b = point[i], block[point[i]]
+            width = begin[b + 1] - begin[b]
+            base = offsets[b] + (row - first[b]) * width
+            for c in range(width):
+                j = columns[begin[b] + c]
+                stamp[j], place[j] = row, c
+            for j in some:
+                other = cell[j]
+                if stamp[other] == row:
+                    out[at] = values[base + place[other]]
+                else:
+                    dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
+                    out[at] = charges[j] / np.sqrt(dx * dx + dy * dy)
+                at += 1
 
 
 @vectorised
@@ -211,7 +352,9 @@ def solve_many(
         raise ValueError(f"expected a tolerance between 0 and 1, got rtol={rtol}")
     inverse = Preconditioner.build(operator) if preconditioner is None else preconditioner
     solution, histories = np.zeros_like(rhs), []
-    with tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress) as bar:
+    bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
+    # threads of BLAS go on waiting for work, in the way of those of the products
+    with bar, threadpool_limits(1, user_api="blas"):
         for k, b in enumerate(rhs.T):
             solution[:, k], history = _gmres(operator, inverse, b, rtol, bar)
             histories.append(history)
@@ -237,7 +380,7 @@ def _gmres(operator, inverse, b: ndarray, rtol: float, bar) -> tuple[ndarray, tu
 
     product = LinearOperator(operator.shape, lambda y: operator @ (inverse @ y), dtype=float)
     # in units of the right-hand side, whatever those of the user
-    y, _ = gmres(
+    y, failed = gmres(
         product,
         b / scale,
         rtol=rtol,
@@ -248,5 +391,6 @@ def _gmres(operator, inverse, b: ndarray, rtol: float, bar) -> tuple[ndarray, tu
         callback_type="pr_norm",
     )
     x = scale * (inverse @ y)
-    history[-1] = float(np.linalg.norm(b - operator @ x)) / scale
+    if failed:  # otherwise the residual has been found to be no larger than asked for
+        history[-1] = float(np.linalg.norm(b - operator @ x)) / scale
     return x, tuple(history)
