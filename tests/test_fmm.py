@@ -8,6 +8,7 @@ from numpy.polynomial import chebyshev
 from plans import disc, perturbed, rectangle
 
 from skfem_dual import DualMesh
+from skfem_dual.contact.compiled import inputs
 from skfem_dual.contact.fmm_chebyshev import PADDING, Chebyshev
 from skfem_dual.contact.fmm_kernels import gather_loads
 from skfem_dual.contact.fmm_lists import near_lists
@@ -161,10 +162,8 @@ def test_gathered_loads_are_integrals_of_the_polynomials():
     loads = polygon_moments(polygons, degree)
     values = np.empty(terms.terms * n)
     middle, half = np.array([[0.1], [-0.2]]), np.array([1.3])
-    gather_loads(
-        0, 1, np.array([[0], [n]]), middle, half, polygons.centroids, loads, *terms.degrees,
-        np.array([0]), values,
-    )  # fmt: skip
+    args = inputs(np.array([[0], [n]]), middle, half, polygons.centroids, loads, *terms.degrees)
+    gather_loads(0, 1, *args, np.array([0]), values)
     # the whole disc is a polygon as well
     total = values.reshape(-1, n).sum(axis=1)
     s, w = np.polynomial.legendre.leggauss(8)

@@ -1,6 +1,8 @@
 """Compilation of the hot loops."""
 
 import numba
+import numpy as np
+from numpy import ndarray
 
 
 def compiled(function):
@@ -9,3 +11,11 @@ def compiled(function):
         return numba.njit(nogil=True, cache=True)(function)
     except RuntimeError:  # numba finds no folder to write to
         return numba.njit(nogil=True)(function)
+
+
+def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
+    """Arrays that a kernel reads: contiguous and read-only, as it is compiled for every kind."""
+    views = [np.ascontiguousarray(a)[...] for a in arrays]
+    for view in views:
+        view.flags.writeable = False
+    return tuple(views)

@@ -14,7 +14,7 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..grids.edge import EdgeWeights
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .influence import _in_blocks, _rib_integral
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
@@ -60,10 +60,10 @@ class EdgeCorrection:
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
         cells = np.nonzero(self.dipoles.any(axis=0))[0]
-        args = self.centroids, self.dipoles, cells
+        args = inputs(self.centroids, self.dipoles, cells)
 
         def work(rows: slice) -> None:
-            _add_dipoles(self.x[:, rows], *args, matrix[rows])
+            _add_dipoles(*inputs(self.x[:, rows]), *args, matrix[rows])
 
         _in_blocks(work, self.x.shape[1])
         near = self.near.tocoo()
@@ -73,10 +73,10 @@ class EdgeCorrection:
         """The correction times mean pressures ``q`` of shape (n,)."""
         out = np.zeros(self.x.shape[1])
         cells = np.nonzero(self.dipoles.any(axis=0))[0]
-        centroids, dipoles = self.centroids[:, cells], self.dipoles[:, cells] * q[cells]
+        loads = inputs(self.centroids[:, cells], self.dipoles[:, cells] * q[cells])
 
         def work(rows: slice) -> None:
-            _sum_dipoles(self.x[:, rows], centroids, dipoles, out[rows])
+            _sum_dipoles(*inputs(self.x[:, rows]), *loads, out[rows])
 
         _in_blocks(work, self.x.shape[1])
         return out + self.near @ q
@@ -95,12 +95,11 @@ def _near(
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     values = np.zeros(len(rows))
-    args = fan.p, fan.t, weights.root, weights.mean, fan.starts
+    args = inputs(x, fan.p, fan.t, weights.root, weights.mean, fan.starts)
+    cells, offsets, rows = inputs(cells, offsets, rows)
 
     def work(some: slice) -> None:
-        _strip_sums(
-            x, *args, strips, cells[some], offsets[some.start : some.stop + 1], rows, values
-        )
+        _strip_sums(*args, strips, cells[some], offsets[some.start : some.stop + 1], rows, values)
 
     _in_blocks(work, len(cells))
     values *= coefficient

@@ -15,6 +15,7 @@ from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
+from .compiled import inputs
 from .fmm_chebyshev import PADDING, Chebyshev, Kernel
 from .fmm_kernels import block_products, evaluate, gather_loads, look_up, translate
 from .fmm_lists import Lists, near_lists
@@ -61,9 +62,15 @@ class Blocks:
         sizes = np.diff(self.starts) * (self.rows[1] - self.rows[0])
         return np.concatenate([[0], np.cumsum(sizes)])
 
+    def __post_init__(self):
+        kinds = {"rows": np.int64, "starts": np.int64, "columns": np.int32}
+        for name, kind in kinds.items():
+            object.__setattr__(self, name, *inputs(getattr(self, name).astype(kind, copy=False)))
+
     def add_product(self, vector: ndarray, out: ndarray, run: Run) -> None:
         """Add the blocks times ``vector`` to ``out``; no two blocks share a row."""
-        args = self.rows, self.starts, self.columns, self.offsets, self.values, vector, out
+        blocks = inputs(self.rows, self.starts, self.columns, self.offsets, self.values, vector)
+        args = *blocks, out
         run(lambda k: block_products(k.start, k.stop, *args), len(self.starts) - 1)
 
     @property
@@ -308,11 +315,17 @@ def _gather_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: ty
     blocks = Blocks(rows, starts, np.arange(starts[-1]), np.empty(0))
     offsets = blocks.offsets
     values = np.empty(offsets[-1], dtype)
-    args = (
+    args = inputs(
         own, tree.middle[:, boxes], PADDING * tree.half[boxes], loads.centres[:, tree.cells],
-        loads.moments[:, :, tree.cells], *chebyshev.degrees, offsets, values,
+        loads.moments[:, :, tree.cells], *chebyshev.degrees,
     )  # fmt: skip
-    _in_blocks(lambda k: gather_loads(k.start, k.stop, *args), len(boxes))
+
+    def work(k: slice) -> None:
+        part = np.empty(offsets[k.stop] - offsets[k.start])
+        gather_loads(k.start, k.stop, *args, offsets - offsets[k.start], part)
+        values[offsets[k.start] : offsets[k.stop]] = part
+
+    _in_blocks(work, len(boxes))
     return Blocks(rows, starts, blocks.columns, values)
 
 
@@ -343,8 +356,9 @@ def _direct_blocks(
 
     def work(k: slice) -> None:
         starts = lists.starts[k.start : k.stop + 1]
-        part = values[offsets[k.start] : offsets[k.stop]]
+        part = np.empty(offsets[k.stop] - offsets[k.start])
         direct.fill(x, rows[:, k], (starts, lists.items), part)
+        values[offsets[k.start] : offsets[k.stop]] = part
 
     _in_blocks(work, rows.shape[1])
     return Blocks(rows, lists.starts, lists.items, values)

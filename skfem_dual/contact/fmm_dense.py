@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .fmm_compiled import vectorised
 from .fmm_moments import Loads, radii
 from .influence import _in_blocks
@@ -45,7 +45,8 @@ def moment_matrix(
     third = np.stack([m[3, 0], m[2, 1], m[1, 2], m[0, 3]])
     near = NEAR * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)
     known = (9 * np.abs(third).sum(axis=0) / (THIRD * rtol * m[0, 0])) ** (1 / 3)
-    groups = _groups(centres, np.maximum(near, known))
+    moments = inputs(m[0, 0], m[1, 0], m[0, 1], m[2, 0], m[1, 1], m[0, 2])
+    limits = inputs(near, known, third, *_groups(centres, np.maximum(near, known)))
     direct = NearField.build(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))
     add = None
@@ -54,10 +55,9 @@ def moment_matrix(
         factor = 1 / substrate.surface.young
 
     def work(rows: slice) -> None:
-        points, block = x[:, rows], matrix[rows]
-        moments = m[0, 0], m[1, 0], m[0, 1], m[2, 0], m[1, 1], m[0, 2]
+        (points,), block = inputs(x[:, rows]), matrix[rows]
         _from_moments(points, *centres, *moments, block)
-        starts, cells = _near_cells(points, centres, near, known, third, *groups, block)
+        starts, cells = _near_cells(points, centres, *limits, block)
         values = np.empty(len(cells))
         each = np.arange(len(block))
         direct.fill(points, np.stack([each, each + 1]), (starts, cells), values)
@@ -108,7 +108,8 @@ def _near_cells(x, centres, near, known, third, order, middle, reach, matrix):
     for i in range(x.shape[1]):
         if count + n > cells.shape[0]:
             larger = np.empty(2 * cells.shape[0] + n, np.int32)
-            larger[:count] = cells[:count]
+            for k in range(count):
+                larger[k] = cells[k]
             cells = larger
         x0, y0 = x[0, i], x[1, i]
         for group in range(reach.shape[0]):

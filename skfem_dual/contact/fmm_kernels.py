@@ -14,7 +14,8 @@ CELLS = 16
 def _chebyshev(s, t):
     """T_a(s) and its derivatives for several s, shape (order, degrees, CELLS)."""
     t[:2] = 0.0
-    t[0, 0], t[1, 0], t[1, 1] = 1.0, s, 1.0
+    for c in range(CELLS):
+        t[0, 0, c], t[1, 0, c], t[1, 1, c] = 1.0, s[c], 1.0
     for a in range(1, t.shape[0] - 1):
         for c in range(CELLS):
             t[a + 1, 0, c] = 2 * s[c] * t[a, 0, c] - t[a - 1, 0, c]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .quadtree import Quadtree
 
 
@@ -52,8 +52,10 @@ def near_lists(
         Of leaves with points: smaller boxes whose outgoing expansion acts on the points.
     """
     boxes = (
-        tree.parent, tree.first, tree.nchildren, tree.level, tree.place, tree.sources, tree.own,
-        tree.targets, tree.adjacent, tree.middle, tree.half, centres, radii, terms,
+        *inputs(
+            tree.parent, tree.first, tree.nchildren, tree.level, tree.place, tree.sources,
+            tree.own, tree.targets, tree.adjacent, tree.middle, tree.half, centres, radii,
+        ), terms,
     )  # fmt: skip
     leaves = tree.leaves
     many = np.nonzero(tree.targets[1] - tree.targets[0] > terms)[0]

@@ -14,7 +14,7 @@ from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .remainder import remainder_rows
 from .substrates import Substrate
 
@@ -56,7 +56,7 @@ def influence_matrix(
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs = _ribs(partition)
     c = substrate.singular_coefficient
-    _in_blocks(lambda rows: _fill(x[:, rows], *ribs, c, matrix[rows]), x.shape[1])
+    _in_blocks(lambda rows: _fill(*inputs(x[:, rows]), *ribs, c, matrix[rows]), x.shape[1])
     if substrate.remainder is not None:
         add = remainder_rows(substrate.remainder, partition, weights, x)
         factor = 1 / substrate.surface.young
@@ -78,7 +78,7 @@ def surface_displacement(
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
     out = np.empty(x.shape[1])
     ribs = _ribs(partition)
-    _in_blocks(lambda rows: _sum(x[:, rows], *ribs, jump, out[rows]), x.shape[1])
+    _in_blocks(lambda rows: _sum(*inputs(x[:, rows]), *ribs, jump, out[rows]), x.shape[1])
     if substrate.remainder is not None:
         add = remainder_rows(substrate.remainder, partition, weights, x)
 
@@ -111,7 +111,7 @@ def as_points(x) -> ndarray:
 def _ribs(partition: Partition) -> tuple[ndarray, ...]:
     p = partition.polygons.p
     along = p[:, partition.facets[1]] - p[:, partition.facets[0]]
-    return p, partition.facets, partition.f2c, along, np.hypot(*along)
+    return inputs(p, partition.facets, partition.f2c, along, np.hypot(*along))
 
 
 def _in_blocks(work: Callable[[slice], None], m: int) -> None:

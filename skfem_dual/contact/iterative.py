@@ -17,6 +17,7 @@ from tqdm import tqdm
 
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
+from .compiled import inputs
 from .fmm import Blocks, FastSummation
 from .fmm_compiled import vectorised
 from .fmm_lists import near_lists
@@ -167,6 +168,7 @@ def _inverses(
         arguments = _known_entries(operator, summation, cells)
         if operator.correction is not None:
             near = operator.correction.near[cells][:, cells].tocsr()
+    sparse = inputs(near.indptr, near.indices, near.data)
     blocks = Blocks(rows, starts, items, np.empty(0))
     offsets = blocks.offsets
     values = np.empty(offsets[-1], np.float32)
@@ -178,11 +180,11 @@ def _inverses(
             ends = starts[k.start : k.stop + 1]
             local = np.empty(int(np.sum(np.diff(ends) ** 2)))
             if summation is None:
-                _take(matrix, cells, ends, items, local)
+                _take(matrix, *inputs(cells, ends, items), local)
             else:
-                _look_up(ends, items, *arguments, *room, local)
+                _look_up(*inputs(ends, items), *arguments, *room, local)
             part = values[offsets[k.start] : offsets[k.stop]]
-            _invert(rows[:, k], ends, items, near.indptr, near.indices, near.data, local, part)
+            _invert(*inputs(rows[:, k], ends, items), *sparse, local, part)
 
     with Threads() as run:
         run(work, rows.shape[1])
@@ -199,7 +201,7 @@ def _known_entries(operator: InfluenceOperator, fast: FastSummation, cells: ndar
     block = np.repeat(order, (near.rows[1] - near.rows[0])[order])  # all points are in one
     partition = operator.partition
     charges = operator.substrate.singular_coefficient * partition.areas
-    return (
+    return inputs(
         rank[0, cells], rank[1, cells], block, near.rows[0], near.starts, near.columns,
         near.offsets, near.values, operator.x[:, cells], partition.centroids[:, cells],
         charges[cells],

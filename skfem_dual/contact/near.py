@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .fmm_compiled import vectorised
 from .fmm_moments import load_moments, radii
 from .hankel import RadialTable
@@ -69,8 +69,9 @@ class NearField:
         around = np.argsort(both, kind="stable")[np.count_nonzero(both < 0) :]
         starts = np.searchsorted(both[around], np.arange(n + 1))
         along = b - a
-        geometry = np.vstack([a, along, np.hypot(*along)[None]]).T.copy()
-        ribs = geometry, left, right, (around % len(left)).astype(np.int32), starts
+        geometry = np.vstack([a, along, np.hypot(*along)[None]]).T
+        around = (around % len(left)).astype(np.int32)
+        ribs = inputs(geometry, left, right, around, starts)
         c = substrate.singular_coefficient
         dipoles = np.zeros((2, n)) if weights is None else weights.moment[:, cells]
         remainder: tuple = ()
@@ -83,13 +84,14 @@ class NearField:
             reach = _reach(coefficient, table, radii(polygons), moments, rtol)
             gauss = np.polynomial.legendre.leggauss(FEWER if rtol >= 1e-6 else POINTS)
             second = np.stack([2 * moments[2, 0], moments[1, 1], 2 * moments[0, 2]])
+            loads = reach[cells], acting[:, cells], polygons.areas[cells], second[:, cells]
+            pieces = p, indices, begin, sizes, first[cells], first[cells + 1], density, shift
+            tables = inputs(table.omega, table.primitive_over_r)
             remainder = (
-                reach[cells], acting[:, cells], polygons.areas[cells], second[:, cells], p,
-                indices, begin, sizes, first[cells], first[cells + 1], density, shift,
-                table.omega, table.primitive_over_r, table.start, table.width, *gauss,
+                *inputs(*loads, *pieces), *tables, table.start, table.width, *inputs(*gauss),
                 1 / substrate.surface.young,
             )  # fmt: skip
-        return cls((*ribs, c), (partition.centroids[:, cells], c * dipoles), remainder)
+        return cls((*ribs, c), inputs(partition.centroids[:, cells], c * dipoles), remainder)
 
     def fill(
         self, x: ndarray, rows: ndarray, columns: tuple[ndarray, ndarray], values: ndarray
@@ -108,9 +110,10 @@ class NearField:
             Room for all blocks, each with its rows one after the other.
         """
         starts, cells = columns
-        _fill_singular(x, rows, starts, cells, *self.ribs, *self.dipoles, values)
+        blocks = inputs(x, rows, starts, np.asarray(cells, np.int32))
+        _fill_singular(*blocks, *self.ribs, *self.dipoles, values)
         if self.remainder:
-            _fill_remainder(x, rows, starts, cells, self.dipoles[0], *self.remainder, values)
+            _fill_remainder(*blocks, self.dipoles[0], *self.remainder, values)
 
 
 def _reach(

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
-from .compiled import compiled
+from .compiled import compiled, inputs
 
 #: no box is divided more often than this
 DEEPEST = 40
@@ -90,7 +90,7 @@ class Quadtree:
         with np.errstate(divide="ignore"):
             depth = np.floor(np.log2(size / (2 * slack * radii))).clip(0, DEEPEST).astype(np.int32)
         cells, points = np.arange(centres.shape[1]), np.arange(x.shape[1])
-        boxes = _divide(centres, depth, x, corner, size, leaf, cells, points)
+        boxes = _divide(*inputs(centres, depth, x, corner), size, leaf, cells, points)
         level, parent, first, nchildren, column, row, s0, s1, own, t0, t1 = boxes.T.copy()
         place = np.stack([column, row])
         levels = np.searchsorted(level, np.arange(level[-1] + 2))
@@ -149,7 +149,8 @@ def _sort(keys, items, start, stop, nkeys, scratch):
         key = keys[items[k]]
         scratch[ends[key]] = items[k]
         ends[key] += 1
-    items[start:stop] = scratch[start:stop]
+    for k in range(start, stop):
+        items[k] = scratch[k]
     return ends
 
 
@@ -158,7 +159,9 @@ def _divide(centres, depth, x, corner, size, leaf, cells, points):
     """Rows of level, parent, first child, children, column, row and ranges for each box."""
     deepest = depth.max()
     boxes = np.empty((1024, 11), np.int64)
-    boxes[0] = (0, -1, -1, 0, 0, 0, 0, cells.shape[0], 0, 0, points.shape[0])
+    boxes[0] = 0
+    boxes[0, 1] = boxes[0, 2] = -1
+    boxes[0, 7], boxes[0, 10] = cells.shape[0], points.shape[0]
     nboxes, b = 1, 0
     cell_key, point_key = np.empty(cells.shape[0], np.int8), np.empty(points.shape[0], np.int8)
     scratch = np.empty(max(cells.shape[0], points.shape[0]), np.int64)
@@ -187,16 +190,19 @@ def _divide(centres, depth, x, corner, size, leaf, cells, points):
         boxes[b, 8] = s_ends[0]
         if nboxes + 4 > boxes.shape[0]:
             larger = np.empty((2 * boxes.shape[0], 11), np.int64)
-            larger[:nboxes] = boxes[:nboxes]
+            for k in range(nboxes):
+                for i in range(11):
+                    larger[k, i] = boxes[k, i]
             boxes = larger
         boxes[b, 2] = nboxes
         for quarter in range(4):
             begin = t0 if quarter == 0 else t_ends[quarter - 1]
             if s_ends[quarter + 1] > s_ends[quarter] or t_ends[quarter] > begin:
-                boxes[nboxes] = (
-                    level + 1, b, -1, 0, 2 * column + quarter % 2, 2 * row + quarter // 2,
-                    s_ends[quarter], s_ends[quarter + 1], 0, begin, t_ends[quarter],
-                )  # fmt: skip
+                box = boxes[nboxes]
+                box[0], box[1], box[2], box[3], box[8] = level + 1, b, -1, 0, 0
+                box[4], box[5] = 2 * column + quarter % 2, 2 * row + quarter // 2
+                box[6], box[7] = s_ends[quarter], s_ends[quarter + 1]
+                box[9], box[10] = begin, t_ends[quarter]
                 nboxes += 1
         boxes[b, 3] = nboxes - boxes[b, 2]
         b += 1

@@ -13,7 +13,7 @@ from numpy import ndarray
 
 from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .hankel import RadialTable
 
 #: cells nearer than so many of their radii are integrated along their ribs
@@ -49,13 +49,13 @@ def remainder_rows(
     spoke = np.hypot(*(polygons.p[:, polygons.indices] - polygons.centroids[:, owner]))
     radius = np.maximum.reduceat(spoke, polygons.offsets[:-1])
     loads = polygons if weights is None else weights
-    far = polygons.centroids, radius, loads.centroids, polygons.areas, loads.second_moments
-    tables = table.omega, table.primitive_over_r, table.start, table.width
-    gauss = np.polynomial.legendre.leggauss(POINTS)
-    pieces = _pieces(partition, weights)
+    far = inputs(polygons.centroids, radius, loads.centroids, polygons.areas, loads.second_moments)
+    tables = *inputs(table.omega, table.primitive_over_r), table.start, table.width
+    gauss = inputs(*np.polynomial.legendre.leggauss(POINTS))
+    pieces = inputs(*_pieces(partition, weights))
 
     def add(rows: slice, factor: float, matrix: ndarray) -> None:
-        _add(x[:, rows], *far, *pieces, *tables, *gauss, factor, matrix)
+        _add(*inputs(x[:, rows]), *far, *pieces, *tables, *gauss, factor, matrix)
 
     return add
 
@@ -70,7 +70,7 @@ def _pieces(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray,
     n = len(polygons)
     weighted = np.zeros(n, dtype=bool) if weights is None else weights.weighted
     whole = np.nonzero(~weighted)[0]
-    cell, sizes = whole, polygons.sizes[whole]
+    cell, sizes = whole, polygons.sizes[whole].astype(np.int64)
     keep = np.repeat(~weighted, polygons.sizes)
     p, indices = polygons.p, polygons.indices[keep]
     density, shift = np.ones(len(whole)), np.zeros((2, len(whole)))
@@ -88,7 +88,8 @@ def _pieces(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray,
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     first = np.searchsorted(cell[order], np.arange(n + 1))
     return (
-        p, indices, offsets[:-1][order], sizes[order], first, density[order], shift[:, order]
+        p, indices.astype(np.int64), offsets[:-1][order], sizes[order], first, density[order],
+        shift[:, order],
     )  # fmt: skip
 
 

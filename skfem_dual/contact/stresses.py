@@ -23,7 +23,7 @@ from numpy import ndarray
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from ..grids.partition import Partition
-from .compiled import compiled
+from .compiled import compiled, inputs
 from .influence import _in_blocks, as_points
 from .solution import PunchSolution
 from .substrates import HalfSpace, Substrate
@@ -154,7 +154,13 @@ def stresses(substrate: Substrate, partition: Partition, pressure: ndarray, x) -
     out = np.empty((6, x.shape[1]))
     ribs = _loaded_ribs(partition, pressure)
     nu = ground.poisson
-    _in_blocks(lambda rows: _stresses(x[:, rows], *ribs, nu, out[:, rows]), x.shape[1])
+
+    def work(rows: slice) -> None:
+        part = np.empty((6, rows.stop - rows.start))
+        _stresses(*inputs(x[:, rows]), *ribs, nu, part)
+        out[:, rows] = part
+
+    _in_blocks(work, x.shape[1])
     return Stresses(*out / (2 * np.pi))
 
 
@@ -164,7 +170,13 @@ def displacements(substrate: Substrate, partition: Partition, pressure: ndarray,
     out = np.empty((3, x.shape[1]))
     ribs = _loaded_ribs(partition, pressure)
     nu = ground.poisson
-    _in_blocks(lambda rows: _displacements(x[:, rows], *ribs, nu, out[:, rows]), x.shape[1])
+
+    def work(rows: slice) -> None:
+        part = np.empty((3, rows.stop - rows.start))
+        _displacements(*inputs(x[:, rows]), *ribs, nu, part)
+        out[:, rows] = part
+
+    _in_blocks(work, x.shape[1])
     return out * (1 + nu) / (2 * np.pi * ground.young)
 
 
