@@ -24,7 +24,7 @@ def load(monkeypatch):
 
 def test_edge(load, capsys):
     edge = load("edge")
-    found = edge.main(sizes=(150,), kinds=("uniform", "sine", "random", "adaptive"))
+    found = edge.main(sizes=(150,), kinds=("uniform", "adaptive"))
     for (_, kind, _, scheme), errors in found.items():
         settlement = np.abs(errors[:, 0])
         if scheme == "singular":
@@ -35,11 +35,13 @@ def test_edge(load, capsys):
     assert "edge-weighted" in capsys.readouterr().out
 
 
-def test_substrates(load, capsys):
+def test_substrates(load, capsys, monkeypatch):
     substrates = load("substrates")
-    found = substrates.tables(n=100)
+    some = {k: v for k, v in substrates.grounds().items() if k in ("E0 (1 + z)", "layer, bonded")}
+    monkeypatch.setattr(substrates, "grounds", lambda: some)
+    found = substrates.tables(n=60)
     assert all(build > 0 and ratio > 0 for build, ratio in found.values())
-    errors = substrates.punches(sizes=(150,))
+    errors = substrates.punches(sizes=(100,))
     assert all(abs(e[0, 1]) < 5e-3 for e in errors.values())
     assert "bonded" in capsys.readouterr().out
 

@@ -83,7 +83,7 @@ def test_size(name):
     assert np.median(lengths(mesh)) == pytest.approx(0.1, rel=0.08)
 
 
-@pytest.mark.parametrize("graded", [0.3, 0.05])
+@pytest.mark.parametrize("graded", [0.3, pytest.param(0.05, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", UNIFORM)
 def test_graded_by_size(name, graded):
     """Boundary facets are as asked, lengths grow by 0.2 per distance, triangles stay good."""

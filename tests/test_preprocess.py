@@ -1,4 +1,5 @@
 import warnings
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -248,11 +249,12 @@ def test_improve_keeps_a_good_mesh():
     assert report.message == "kept as it was"
 
 
-def test_repair_of_200_random_meshes():
+@pytest.mark.parametrize("n", [40, pytest.param(200, marks=pytest.mark.slow)])
+def test_repair_of_random_meshes(n):
     """Relocation mends nearly all of them, flips the rest."""
     meshes = (random_mesh(seed, spacing) for seed in range(104) for spacing in (1.0, 30.0))
-    meshes = [mesh for mesh in meshes if is_triangulation(mesh)][:200]
-    assert len(meshes) == 200
+    meshes = list(islice(filter(is_triangulation, meshes), n))
+    assert len(meshes) == n
     invalid = flips = 0
     for mesh in meshes:
         invalid += not check_mesh(mesh).ok
@@ -264,7 +266,7 @@ def test_repair_of_200_random_meshes():
         assert area(mended) == pytest.approx(area(mesh), rel=1e-12)
         held = mesh.boundary_nodes()
         assert np.array_equal(mended.p[:, held], mesh.p[:, held])
-    assert invalid >= 195
+    assert invalid >= 0.97 * n
     assert flips <= 3
 
 

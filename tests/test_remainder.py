@@ -55,7 +55,8 @@ def by_quadrature(ground, polygon, x, n=24):
 @pytest.mark.parametrize("name", BASES)
 def test_entries_equal_quadrature(name, ground):
     ground, partition = GROUNDS[ground], Partition.from_basis(BASES[name])
-    x = np.hstack([partition.centroids, partition.polygons.p[:, ::4], [[1.9, 0.1], [0.3, -2.5]]])
+    x = np.hstack([partition.centroids, partition.polygons.p[:, ::4]])[:, ::3]
+    x = np.hstack([x, [[1.9, 0.1], [0.3, -2.5]]])
     D = influence_matrix(ground, partition, x)
     expected = np.array(
         [
