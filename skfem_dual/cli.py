@@ -14,9 +14,18 @@ from typing import NoReturn
 
 from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
 from .contact.system import DENSE
+from .errors import ConvergenceError
 from .io import read_mesh, read_substrate, write_dual, write_solution, write_whole
+from .report import solve_on_other_grid, write_report
+from .report.numbers import relative_pressure
 
-SUFFIXES = {"png": (".png",), "svg": (".svg", ".pdf"), "vtu": (".vtu",), "json": (".json",)}
+SUFFIXES = {
+    "png": (".png",),
+    "svg": (".svg", ".pdf"),
+    "vtu": (".vtu",),
+    "json": (".json",),
+    "report": (".html",),
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -35,7 +44,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(argv)
     with warnings.catch_warnings():
         warnings.simplefilter("default")
-        warnings.showwarning = _show_warning
+        options.warned = []
+        warnings.showwarning = partial(_show_warning, options.warned)
         try:
             _check_outputs(options)
             code = options.run(options)
@@ -95,7 +105,27 @@ def solve(options: argparse.Namespace) -> int:
     if options.vtu:
         write_solution(options.vtu, solution)
     _draw_isobars(options, solution)
+    if options.report:
+        _report(options, solution)
     return 0
+
+
+def _report(options: argparse.Namespace, solution: PunchSolution) -> None:
+    """The report, with the solution on the other grid to estimate the error."""
+    couple = None
+    try:
+        couple = solve_on_other_grid(
+            solution, unilateral=not options.bilateral, progress=sys.stderr.isatty()
+        )
+    except (ValueError, ConvergenceError) as error:  # the results do not depend on it
+        warnings.warn(f"not solved on the other grid: {error}", stacklevel=1)
+    write_report(
+        options.report,
+        solution,
+        mesh_name=Path(options.mesh).name,
+        couple=couple,
+        remarks=options.warned,
+    )
 
 
 def _substrate(options: argparse.Namespace):
@@ -130,15 +160,8 @@ def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
     """Pressures over their mean, or over the largest where moments alone leave no mean."""
     if not (options.png or options.svg):
         return
-    basis, pressure = solution.nodal_pressure()
-    largest = abs(pressure).max()
-    if largest == 0:
-        raise ValueError("expected a load to draw isobars of, got no pressure at all")
-    scale, title = solution.mean_pressure, "p / mean p"
-    if abs(scale) < 1e-3 * largest:
-        scale, title = largest, "p / max |p|"
-    region = solution.contact_region
-    _draw(options, "isobars", basis, pressure / scale, title=title, contact=region)
+    basis, values, title = relative_pressure(solution)
+    _draw(options, "isobars", basis, values, title=title, contact=solution.contact_region)
 
 
 def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
@@ -257,7 +280,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     command.add_argument("--collocation", choices=("centroid", "node"), default="centroid")
     _add_outputs(
-        command, png="isobars", svg="isobars (SVG or PDF)", vtu="cells", json="the results"
+        command,
+        png="isobars",
+        svg="isobars (SVG or PDF)",
+        vtu="cells",
+        json="the results",
+        report="a report with pictures (HTML)",
     )
 
     command = commands.add_parser("dual", help="the dual grid of the mesh")
@@ -294,8 +322,9 @@ def _check_outputs(options: argparse.Namespace) -> None:
             raise FileNotFoundError(f"no such folder for --{name}: {Path(path).parent}")
 
 
-def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
-    print(f"skfem-dual: warning: {_one_line(message)}", file=sys.stderr)
+def _show_warning(warned, message, category, filename, lineno, file=None, line=None) -> None:
+    warned.append(_one_line(message))
+    print(f"skfem-dual: warning: {warned[-1]}", file=sys.stderr)
 
 
 def _one_line(error: BaseException | Warning | str) -> str:

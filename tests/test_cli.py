@@ -7,6 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from skfem import MeshTri
 
 from skfem_dual import __version__
 from skfem_dual.cli import main
@@ -155,6 +156,43 @@ def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
     assert "expected a load to draw isobars of" in err[0]
 
 
+def test_report(capsys, tmp_path):
+    """The same numbers as in the JSON file, and the error from the other grid."""
+    files = [tmp_path / "report.html", tmp_path / "out.json"]
+    solve = ["solve", DISC, *GROUND, "--force", "1", "--at", "0.5", "0"]
+    args = [*solve, "--grid", "triangles", "--report", files[0], "--json", files[1]]
+    assert run(capsys, *args)[0] == 0
+    text, found = files[0].read_text(encoding="utf-8"), json.loads(files[1].read_text())
+    assert "<td>disc.msh</td>" in text
+    for name, value in {
+        "Settlement W0 of the origin": found["settlement"],
+        "Contact area": found["contact_area"],
+        "Mean pressure on the contact area": found["pressure"]["mean"],
+        "Largest mean pressure of a cell": found["pressure"]["max"],
+    }.items():
+        assert f'<th scope="row">{name}</th><td><data value="{value!r}">' in text
+    other = re.search(r'Settlement W0 \[L\]</th><td><data value="(.*?)">', text)[1]
+    assert run(capsys, *solve, "--json", files[1])[0] == 0
+    assert float(other) == pytest.approx(json.loads(files[1].read_text())["settlement"], rel=1e-9)
+    assert sorted(tmp_path.iterdir()) == sorted(files)
+
+
+def test_report_tells_what_went_wrong(capsys, tmp_path):
+    """Warnings of the run; a load that the dual cells carry and the triangles do not."""
+    path, report = tmp_path / "mixed.vtu", tmp_path / "report.html"
+    square = MeshTri().refined(3)
+    p = np.vstack([square.p, np.zeros(square.p.shape[1])]).T
+    meshio.write(path, meshio.Mesh(p, {"triangle": square.t.T, "quad": [[0, 1, 3, 2]]}))
+    load = [*GROUND, "--force", "1", "--at", "0.5", "0.977"]
+    code, _, err = run(capsys, "solve", path, *load, "--report", report)
+    assert code == 0
+    text = report.read_text(encoding="utf-8")
+    for part in ("only triangles are read; left out 1 quad", "not solved on the other grid: "):
+        assert part in text
+        assert sum(part in line for line in err) == 1
+    assert "not estimated" in text
+
+
 def test_dual(capsys, tmp_path):
     path = tmp_path / "dual.vtu"
     code, out, err = run(capsys, "dual", DATA / "eccentric_annulus.msh", "--vtu", path)
@@ -207,6 +245,7 @@ LOAD = [*GROUND, "--force", "1"]
         (["solve", DISC, "--substrate", "no.toml", "--force", "1"], "no such file: no.toml"),
         (["solve", DISC, *LOAD, "--png", "isobars.jpg"], "ending in .png for --png"),
         (["solve", DISC, *LOAD, "--svg", "isobars.png"], "ending in .svg or .pdf"),
+        (["solve", DISC, *LOAD, "--report", "report.pdf"], "ending in .html for --report"),
         (["solve", DISC, *LOAD, "--vtu", "no/such/folder/x.vtu"], "no such folder for --vtu"),
         (["solve", DISC, *LOAD, "--collocation", "node"], 'centroid" with edge "singular"'),
         (["dual", DISC, "--colour", "red"], "unrecognized arguments"),
@@ -235,8 +274,15 @@ def test_warnings_take_one_line(capsys, tmp_path):
 def test_help_and_version(capsys):
     code, out, _ = run(capsys, "solve", "--help")
     assert code == 0
-    for option in ("--young", "--at EX EY", "--moments M1 M2", "--grid {dual,triangles}", "--vtu"):
+    for option in (
+        "--young",
+        "--at EX EY",
+        "--moments M1 M2",
+        "--grid {dual,triangles}",
+        "--report",
+    ):
         assert option in "\n".join(out)
+    assert "--report FILE" in "\n".join(out)
     assert run(capsys, "--version")[1] == [f"skfem-dual {__version__}"]
 
 

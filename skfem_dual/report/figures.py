@@ -1,0 +1,178 @@
+"""The pictures of a report, as data that a page can hold."""
+
+from __future__ import annotations
+
+import io
+import re
+from base64 import b64encode
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy import ndarray
+
+from ..contact.solution import PunchSolution
+from ..grids.cellwise import nodal_mesh
+from ..visuals.axes import draw_segments, prepared, pyplot
+from ..visuals.field import Field
+from ..visuals.matplotlib import draw, isobars, plot_kern
+from ..visuals.style import CONTACT, OUTLINE
+from .numbers import Standing, relative_pressure
+from .page import Picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: up to so many lines, or elements with isobars, a picture is a vector graphic
+LINES = 20_000
+#: resolution of other pictures, in points per inch
+RESOLUTION = 110
+#: so far beyond the plan, in parts of its size, the point of the force is still drawn
+BEYOND = 0.25
+
+
+def mesh_picture(solution: PunchSolution, standing: Standing) -> Picture:
+    """The mesh and its dual grid, if it has one."""
+    mesh = nodal_mesh(solution.punch.basis)
+    grid = mesh if standing.dual is None else standing.dual
+
+    def drawn(ax: Axes) -> None:
+        draw(grid, legend=False, ax=ax)
+        _one_path_each(ax)
+
+    return _embedded(drawn, mesh.p, vector=4 * mesh.nelements <= LINES)
+
+
+def isobar_picture(solution: PunchSolution, standing: Standing) -> tuple[Picture, str]:
+    """Isobars with the edge of contact and the point of the resultant, and their quantity.
+
+    Raises
+    ------
+    ValueError
+        If the pressure has no isobars, for it is constant or zero.
+    """
+    basis, values, title = relative_pressure(solution)
+    region = solution.contact_region
+
+    def drawn(ax: Axes) -> None:
+        isobars(basis, values, title=title, contact=region, ax=ax)
+        if region.edge:
+            ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
+        _mark_force(ax, standing)
+
+    vector = basis.mesh.nelements <= LINES
+    return _embedded(drawn, basis.mesh.p, bar=1.1, vector=vector), title
+
+
+def plan_picture(standing: Standing, names: list[str]) -> Picture:
+    """The plan with its named points, its kern and the point of the resultant."""
+    punch = standing.solution.punch
+
+    def drawn(ax: Axes) -> None:
+        if standing.kern is None:
+            field = Field.from_basis(punch.basis, np.zeros(punch.basis.N))
+            draw_segments(prepared(ax, field.p), field.p, field.outline, OUTLINE, 1.4)
+        else:
+            plot_kern(punch, ax=ax)
+            ax.legend().remove()  # in favour of that of the whole figure
+        _one_path_each(ax)
+        _mark_force(ax, standing)
+        ax.plot(*punch.centre, "s", color=OUTLINE, markersize=3.5, label="centroid of the plan")
+        ax.plot(*standing.points, "o", color=OUTLINE, markersize=3.5)
+        outward = standing.points - standing.hull.mean(axis=1, keepdims=True)
+        for name, x, along in zip(names, standing.points.T, (outward / np.hypot(*outward)).T):
+            place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9}
+            ax.annotate(name, x, 9 * along, textcoords="offset points", **place)
+        ax.margins(0.09)
+
+    return _embedded(drawn, standing.hull)
+
+
+def _mark_force(ax: Axes, standing: Standing) -> None:
+    """The point of the resultant, unless that is far from the plan."""
+    point = standing.force_point
+    if point is None:
+        return
+    low, high = standing.hull.min(axis=1), standing.hull.max(axis=1)
+    margin = BEYOND * standing.size
+    if ((point < low - margin) | (point > high + margin)).any():
+        return
+    style: dict[str, Any] = {"markeredgecolor": OUTLINE, "markerfacecolor": "white"}
+    ax.plot(*point, "o", markersize=8, **style, label="resultant force", zorder=4)
+    ax.plot(*point, ".", color=OUTLINE, markersize=3, zorder=5)
+
+
+def _legend(figure: Figure, ax: Axes) -> None:
+    """The names of all that has one, below the picture and its scalar bar."""
+    if n := len(ax.get_legend_handles_labels()[0]):
+        ncols = 2 if n == 4 else 3
+        figure.legend(loc="outside lower center", ncols=ncols, frameon=False, fontsize=9)
+
+
+def _one_path_each(ax: Axes) -> None:
+    """Turn collections of lines into one path each, a fifth as long when written."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    for lines in [c for c in ax.collections if isinstance(c, LineCollection)]:
+        if paths := lines.get_paths():
+            patch = PathPatch(
+                Path.make_compound_path(*paths),
+                fill=False,
+                edgecolor=lines.get_color()[0],
+                linewidth=np.ravel(lines.get_linewidth())[0],
+                capstyle="round",
+                clip_on=False,
+                zorder=lines.get_zorder(),
+            )
+            ax.add_patch(patch)
+            line: dict[str, Any] = {"color": patch.get_edgecolor()}
+            line["linewidth"] = patch.get_linewidth()
+            ax.plot([], [], **line, label=lines.get_label())
+        lines.remove()
+
+
+def _embedded(
+    drawn: Callable[[Axes], None], p: ndarray, bar: float = 0.0, vector: bool = True
+) -> Picture:
+    """What is drawn into axes for the points ``p`` and a scalar bar so wide."""
+    buffer = io.BytesIO()
+    with _axes(p, bar) as (figure, ax):
+        drawn(ax)
+        if np.abs(p).max() > 1e4:  # far from the origin all digits matter
+            ax.ticklabel_format(style="plain")
+        _legend(figure, ax)
+        if vector:
+            figure.savefig(buffer, format="svg", metadata={"Date": None})
+        else:
+            figure.savefig(buffer, format="png", dpi=RESOLUTION)
+        width = round(96 * figure.get_figwidth())
+    if not vector:
+        return Picture("data:image/png;base64," + b64encode(buffer.getvalue()).decode(), width)
+    # a hundredth of a point is enough
+    short = re.compile(r"(\.\d\d)\d+")
+    text = re.sub(r' d="[^"]*"', lambda d: short.sub(r"\1", d[0]), buffer.getvalue().decode())
+    return Picture("data:image/svg+xml;base64," + b64encode(text.encode()).decode(), width)
+
+
+@contextmanager
+def _axes(p: ndarray, bar: float) -> Iterator[tuple[Figure, Axes]]:
+    """Axes in a figure that no window shows, the same whatever the settings of matplotlib.
+
+    It is smaller than a picture on its own: the same letters are larger on a narrow page.
+    """
+    plt = pyplot()
+    from matplotlib.figure import Figure
+
+    width, height = np.ptp(p, axis=1)
+    side = 4.2 * min(1.5, np.sqrt(max(width, height) / min(width, height))) / max(width, height)
+    # the scalar bar of a wide plan is below it
+    beside, below = (0.0, bar) if width > 2 * height else (bar, 0.0)
+    size = (max(side * width, 3.0) + 0.6 + beside, side * height + 1.0 + 0.8 * below)
+    settings = {"svg.hashsalt": "skfem_dual", "figure.constrained_layout.h_pad": 0.1}
+    with plt.style.context("default"), plt.rc_context(settings):
+        figure = Figure(figsize=size, layout="compressed")
+        yield figure, figure.add_subplot()

@@ -1,0 +1,279 @@
+"""What engineers read off a solution: corners of the plan, reserves against lifting off."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import ConvexHull, QhullError
+
+from ..contact.solution import PunchSolution
+from ..errors import ConvergenceError
+from ..grids.cellwise import CellwiseBasis
+from ..grids.dual_mesh import DualMesh
+
+#: from this turn on a vertex of the plan's convex hull is a corner, unless so many of them are
+#: that they are the nodes of a curve on a coarse mesh
+SHARP, MANY = np.deg2rad(20.0), 12
+#: what counts as nothing, over the size of what it belongs to
+NEGLIGIBLE = 1e-9
+#: difference of the settlements below which a punch is level, over the largest of them
+LEVEL = 1e-6
+
+
+def convex_hull(p: ndarray) -> ndarray:
+    """Vertices of the convex hull of points (2, n), counter-clockwise, shape (2, k)."""
+    middle = (p.min(axis=1) + p.max(axis=1)) / 2  # far from the origin digits would be lost
+    return p[:, ConvexHull((p - middle[:, None]).T).vertices]
+
+
+def characteristic_points(p: ndarray) -> ndarray:
+    """Points of a plan whose settlements say most.
+
+    The corners of its convex hull and, in the directions of x and y, the extreme points where no
+    corner is: the four corners of a rectangle, the four extreme points of a circle, the two
+    corners of a half-circle with its crown.
+
+    Parameters
+    ----------
+    p : (2, n) array of float
+        Points that span the plan.
+
+    Returns
+    -------
+    (2, k) array of float
+        Counter-clockwise, from the lowest on the left.
+    """
+    hull = convex_hull(p)
+    size = np.ptp(hull, axis=1).max()
+    after = np.roll(hull, -1, axis=1) - hull
+    before = np.roll(after, 1, axis=1)
+    turn = np.arctan2(before[0] * after[1] - before[1] * after[0], (before * after).sum(axis=0))
+    sharp = turn > SHARP
+    chosen = hull[:, sharp & (sharp.sum() <= MANY)]
+    for along in np.array([[1, 0], [0, 1], [-1, 0], [0, -1]]):
+        reach = along @ hull
+        extreme = reach >= reach.max() - 1e-6 * size
+        if not (along @ chosen >= reach.max() - 1e-6 * size).any():
+            chosen = np.column_stack([chosen, hull[:, extreme].mean(axis=1)])
+    centre = hull.mean(axis=1, keepdims=True)
+    angle = np.arctan2(*(chosen - centre)[::-1])
+    return chosen[:, np.argsort((angle + np.pi - 1e-6) % (2 * np.pi))]
+
+
+def distance_inside(polygon: ndarray, point: ndarray) -> float:
+    """Distance of a point from the edge of a convex polygon (2, k), negative outside."""
+    middle = polygon.mean(axis=1)
+    equations = ConvexHull((polygon - middle[:, None]).T).equations
+    return float(-(equations @ np.append(point - middle, 1.0)).max())
+
+
+def reach(polygon: ndarray, centre: ndarray, point: ndarray) -> float:
+    """How many times the arm from a centre to a point fits into a convex polygon (2, k).
+
+    Infinite without an arm, NaN if the centre itself is outside.
+    """
+    equations = ConvexHull((polygon - centre[:, None]).T).equations
+    arm = point - centre
+    if (equations[:, 2] >= 0).any():
+        return np.nan
+    if np.hypot(*arm) <= NEGLIGIBLE * np.ptp(polygon, axis=1).max():
+        return np.inf
+    rate = equations[:, :2] @ arm
+    ahead = rate > 0
+    return float((-equations[ahead, 2] / rate[ahead]).min())
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """How a punch stands: its plan, where the resultant acts, and how far that is from trouble.
+
+    All coordinates are those of the mesh.
+
+    Attributes
+    ----------
+    solution : PunchSolution
+        What it is read off.
+    """
+
+    solution: PunchSolution
+
+    @cached_property
+    def origin(self) -> ndarray:
+        """Point to which settlement and moments refer, shape (2,)."""
+        return np.array(self.solution.punch.origin)
+
+    @property
+    def dual(self) -> DualMesh | None:
+        """The dual grid, if the mesh has one."""
+        basis = self.solution.punch.basis
+        return basis.dual if isinstance(basis, CellwiseBasis) else None
+
+    @property
+    def on_dual_cells(self) -> bool:
+        """Whether the pressures are those of dual cells."""
+        return self.dual is not None and self.solution.punch.basis.grid == "dual"
+
+    @cached_property
+    def hull(self) -> ndarray:
+        """Convex hull of the plan, shape (2, k)."""
+        return convex_hull(self.solution.punch.partition.polygons.p)
+
+    @cached_property
+    def points(self) -> ndarray:
+        """`characteristic_points` of the plan, shape (2, k)."""
+        return characteristic_points(self.hull)
+
+    @property
+    def size(self) -> float:
+        """Greater extent of the plan along x or y."""
+        return float(np.ptp(self.hull, axis=1).max())
+
+    @cached_property
+    def load(self) -> float:
+        """Sum of the pressures whatever their sign, the measure of what is negligible."""
+        punch = self.solution.punch
+        return float(np.abs(self.solution.pressure) @ punch.partition.areas)
+
+    @property
+    def imposed(self) -> ndarray:
+        """Force and first moments about the origin that were imposed, NaN where free, (3,).
+
+        Under an imposed settlement the moments are those of the reaction at its point.
+        """
+        load = self.solution.load
+        moments = np.full(2, np.nan)
+        if load.tilt is None:
+            force = self.solution.force if load.force is None else load.force
+            moments = force * np.array(load.at or (0.0, 0.0)) + load.first_moments
+        return np.array([np.nan if load.force is None else load.force, *moments])
+
+    @property
+    def imbalance(self) -> ndarray:
+        """Residuals of what was imposed over the sum of the pressures, and that times the square
+        root of the area of the plan, shape (3,); NaN where free."""
+        length = np.sqrt(self.plan_area)
+        scale = (self.load or 1.0) * np.array([1.0, length, length])
+        return np.abs(self.solution.resultant - self.imposed) / scale
+
+    @property
+    def force(self) -> float:
+        """Resultant of the pressures, without rounding errors where moments leave none."""
+        force = self.solution.force
+        return force if abs(force) > NEGLIGIBLE * self.load else 0.0
+
+    @cached_property
+    def force_point(self) -> ndarray | None:
+        """Where the resultant acts; None if there is none to speak of, or it pulls."""
+        if self.force <= 0:
+            return None
+        return self.origin + self.solution.centre_of_pressure
+
+    @cached_property
+    def _kern(self) -> tuple[ndarray | None, str]:
+        punch = self.solution.punch
+        if punch.gap is not None:
+            return None, "none: the contact of a shaped punch depends on the force"
+        if self.solution.others:
+            return None, "not computed for neighbouring punches on the same ground"
+        try:
+            return punch.kern() + self.origin[:, None], ""
+        except ConvergenceError as error:
+            return None, str(error)
+        except (np.linalg.LinAlgError, QhullError):
+            return None, "so few cells resist no tilt"
+
+    @property
+    def kern(self) -> ndarray | None:
+        """Polygon of the force positions with full contact; None if there is none."""
+        return self._kern[0]
+
+    @property
+    def no_kern(self) -> str:
+        """Why there is no kern; empty if there is one."""
+        return self._kern[1]
+
+    @property
+    def within_kern(self) -> bool | None:
+        """Whether the resultant acts in the kern; None without one of both."""
+        if self.kern is None or self.force_point is None:
+            return None
+        return distance_inside(self.kern, self.force_point) >= -NEGLIGIBLE * self.size
+
+    @property
+    def lift_off_reserve(self) -> float:
+        """Factor on the distance of the resultant from the plan's centroid until it leaves the
+        kern; NaN without a kern or resultant, or with the centroid outside the kern."""
+        return self._reserve(self.kern)
+
+    @property
+    def overturning_reserve(self) -> float:
+        """The same until it reaches the edge of the plan's convex hull."""
+        return self._reserve(self.hull)
+
+    def _reserve(self, polygon: ndarray | None) -> float:
+        if polygon is None or self.force_point is None:
+            return np.nan
+        return reach(polygon, self.solution.punch.centre, self.force_point)
+
+    @property
+    def edge_distance(self) -> float:
+        """Distance of the resultant from the edge of the plan's convex hull, negative outside;
+        NaN without a resultant."""
+        return np.nan if self.force_point is None else distance_inside(self.hull, self.force_point)
+
+    @cached_property
+    def settlement_of_hull(self) -> ndarray:
+        """Settlements of the vertices of the hull, the largest and smallest of the plan among
+        them, shape (k,)."""
+        return self.solution.punch_displacement(self.hull)
+
+    @property
+    def plan_area(self) -> float:
+        """Area of the plan."""
+        return float(self.solution.punch.partition.areas.sum())
+
+    @property
+    def lifted_share(self) -> float:
+        """Part of the plan out of contact."""
+        share = 1 - self.solution.contact_area / self.plan_area
+        return share if share > NEGLIGIBLE else 0.0
+
+    @property
+    def pulled_area(self) -> float:
+        """Area of the cells under tension."""
+        pulled = self.solution.pressure < 0
+        return float(self.solution.punch.partition.areas[pulled].sum())
+
+    def is_level(self, slope: float) -> bool:
+        """Whether a slope makes no difference to speak of between the settlements."""
+        return abs(slope) * self.size <= LEVEL * np.abs(self.settlement_of_hull).max()
+
+
+def relative_pressure(solution: PunchSolution):
+    """Nodal pressures over a scale, to draw isobars of.
+
+    The scale is the mean pressure, or the largest where moments alone leave no mean.
+
+    Returns
+    -------
+    basis : CellBasis
+        As `PunchSolution.nodal_pressure`.
+    values : (N,) array of float
+        Its vector.
+    title : str
+        Name of the quantity.
+
+    Raises
+    ------
+    ValueError
+        If there is no pressure at all.
+    """
+    basis, pressure = solution.nodal_pressure()
+    largest = abs(pressure).max()
+    if largest == 0:
+        raise ValueError("expected a load to draw isobars of, got no pressure at all")
+    scale, title = solution.mean_pressure, "p / mean p"
+    if abs(scale) < 1e-3 * largest:
+        scale, title = largest, "p / max |p|"
+    return basis, pressure / scale, title
