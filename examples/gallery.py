@@ -4,17 +4,19 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 
-def run(main: Callable, visualize: Callable) -> None:
+
+def run(main: Callable, visualize: Callable, **options) -> None:
     """Solve, print the result, and show the pictures or save them as files.
 
     ``visualize`` takes what ``main`` returns and gives pictures by their names, each a pyvista
-    Plotter or matplotlib Axes.
+    Plotter or matplotlib Axes. The options are those of ``main``.
     """
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--save", metavar="DIR", type=Path, help="write the pictures there")
     folder = parser.parse_args().save
-    result = main()
+    result = main(**options)
     print(result)
     pictures = visualize(result)
     if folder:
@@ -52,6 +54,31 @@ def without_axes(ax, title: str) -> None:
     ax.set_xticks([])
     ax.set_yticks([])
     ax.set_title(title, fontsize=10)
+
+
+def draw_plan(mesh, ax) -> None:
+    """The domain of a triangulation and its boundary."""
+    from matplotlib.colors import ListedColormap
+
+    from skfem_dual.visuals.axes import draw_segments, prepared
+    from skfem_dual.visuals.style import LIGHT, OUTLINE
+
+    prepared(ax, mesh.p)
+    flat = np.zeros(mesh.nelements)
+    ax.tripcolor(*mesh.p, mesh.t.T, facecolors=flat, cmap=ListedColormap([LIGHT]), rasterized=True)
+    draw_segments(ax, mesh.p, mesh.facets[:, mesh.boundary_facets()], OUTLINE, 1.4)
+    ax.collections[-1].set_snap(False)  # upright facets of a circle would be shifted to pixels
+
+
+def draw_dual(dual, ax) -> None:
+    """The dual grid without its triangulation: ribs between cells, and the boundary."""
+    from skfem_dual.visuals.axes import draw_segments, prepared
+    from skfem_dual.visuals.style import DUAL, OUTLINE, fineness
+
+    prepared(ax, dual.p)
+    inner = dual.corresponded >= 0
+    draw_segments(ax, dual.p, dual.facets[:, inner], DUAL, 1.2 * fineness(len(dual)))
+    draw_segments(ax, dual.p, dual.facets[:, ~inner], OUTLINE, 1.4)
 
 
 def common_legend(figure, ax) -> None:

@@ -1,0 +1,173 @@
+"""The same footing on homogeneous, graded and layered ground.
+
+A rigid rectangle, 4 m x 3 m, with a force of 2 MN beside its middle, stands on six kinds of
+ground with the same modulus at the surface: homogeneous; growing with depth; a soft layer on stiff
+ground; a stiff crust on soft ground; a soft layer in between; a layer on rock. Softer ground below
+spreads the trough far beyond the footing and draws pressure to its edge. Stiffer ground below,
+rock above all, does the opposite.
+
+First, rigid circles on seven such grounds stand beside numbers of an independent method, integral
+equations of the axisymmetric problem, good to all digits given.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from gallery import run
+
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    PunchSolution,
+    RigidPunch,
+)
+from skfem_dual.grids.generate import disc, rectangle
+
+LAYER = [Layer(thickness=1.0, young=1.0, poisson=0.25)]
+#: with W E0 a / P and tilt E0 a^3 / M of a rigid circle of radius a = 1
+CIRCLES = {
+    "E = E0 (1 + 0.1 z / a)": (
+        GradedHalfSpace.init_linear(1.0, 0.25, 0.1),
+        (0.3884265445, 0.668060194),
+    ),
+    "E = E0 (1 + 0.5 z / a)": (
+        GradedHalfSpace.init_linear(1.0, 0.25, 0.5),
+        (0.2794736165, 0.571777662),
+    ),
+    "E = E0 (1 + z / a)": (
+        GradedHalfSpace.init_linear(1.0, 0.25, 1.0),
+        (0.2212284989, 0.496333765),
+    ),
+    "the same, nu = 1/2": (
+        GradedHalfSpace.init_linear(1.0, 0.5, 1.0),
+        (0.1498643676, 0.362765675),
+    ),
+    "layer of a bonded to rock": (
+        LayeredHalfSpace(LAYER, "bonded"),
+        (0.195493007289, 0.566018026363),
+    ),
+    "layer of a on smooth rock": (LayeredHalfSpace(LAYER, "smooth"), (0.2132017851, 0.5940602539)),
+    "layer of a on E0 / 10": (
+        LayeredHalfSpace(LAYER, HalfSpace(0.1, 0.25)),
+        (2.18606607872, 1.16856340458),
+    ),
+}
+
+#: the rectangle, in m and N, and what it stands on, in Pa
+SIDES, FORCE, AT = (4.0, 3.0), 2e6, (0.25, 0.0)
+GROUNDS = {
+    "homogeneous, 20 MPa": HalfSpace(20e6, 0.3),
+    "20 MPa at the surface, + 10 MPa / m": GradedHalfSpace.init_linear(20e6, 0.3, 0.5),
+    "2 m of 20 MPa on 100 MPa": LayeredHalfSpace([Layer(2.0, 20e6, 0.3)], HalfSpace(100e6, 0.3)),
+    "1 m of 20 MPa on 4 MPa": LayeredHalfSpace([Layer(1.0, 20e6, 0.3)], HalfSpace(4e6, 0.3)),
+    "1 m of 20 MPa, 1 m of 4 MPa on 100 MPa": LayeredHalfSpace(
+        [Layer(1.0, 20e6, 0.3), Layer(1.0, 4e6, 0.3)], HalfSpace(100e6, 0.3)
+    ),
+    "2 m of 20 MPa on rock": LayeredHalfSpace([Layer(2.0, 20e6, 0.3)], "bonded"),
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """Compliances of circles, (W E0 a / P, tilt E0 a^3 / M); solutions for the rectangle."""
+
+    circles: dict[str, np.ndarray]
+    rectangles: dict[str, PunchSolution]
+
+    def __str__(self) -> str:
+        rows = [
+            f"{'rigid circle on':<28}{'W E0 a / P':<13}{'known':<13}{'error':<11}"
+            f"{'tilt E0 a3 / M':<16}{'known':<13}error"
+        ]
+        for name, (w, tilt) in self.circles.items():
+            known = CIRCLES[name][1]
+            rows.append(
+                f"{name:<28}{w:<13.7f}{known[0]:<13.7f}{w / known[0] - 1:<+11.1e}"
+                f"{tilt:<16.7f}{known[1]:<13.7f}{tilt / known[1] - 1:+.1e}"
+            )
+        rows += [
+            "",
+            f"{'rectangle on':<42}{'settlement [mm]':<17}{'tilt [mrad]':<13}"
+            "pressure in the middle / mean",
+        ]
+        for name, s in self.rectangles.items():
+            middle = s.pressure_at([[0.0], [0.0]])[0] / s.mean_pressure
+            w, tilt = 1e3 * s.settlement, 1e3 * s.tilt[0]
+            rows.append(f"{name:<42}{w:<17.2f}{tilt:<13.3f}{middle:.3f}")
+        return "\n".join(rows)
+
+
+def main(n=600, circles=tuple(CIRCLES)) -> Result:
+    """Solve with about n dual cells, graded to the edge; the circles on some grounds or all."""
+    circle = DualMesh.from_mesh(disc(n=n, graded="sine", true_area=True)).basis()
+    compliances = {
+        name: np.linalg.inv(RigidPunch(CIRCLES[name][0], circle).stiffness()).diagonal()[:2]
+        for name in circles
+    }
+    footing = DualMesh.from_mesh(rectangle(*SIDES, n=n, graded="sine")).basis()
+    return Result(
+        compliances,
+        {name: RigidPunch(ground, footing).solve(FORCE, AT) for name, ground in GROUNDS.items()},
+    )
+
+
+def visualize(result: Result):
+    """Pressures and settlements of the surface in the middle section; isobars side by side."""
+    return {"sections": draw_sections(result), "layered_ground": draw_isobars(result)}
+
+
+def draw_sections(result: Result):
+    import matplotlib.pyplot as plt
+
+    from skfem_dual.visuals.curves import LINES
+
+    figure, (under, beside) = plt.subplots(1, 2, figsize=(12, 4.8), layout="compressed")
+    styles = (*LINES, ("#1f9e89", (0, (8, 2))), ("#b07d12", (0, (4, 1, 1, 1, 1, 1))))
+    half = SIDES[0] / 2
+    r = np.linspace(-3.5 * half, 3.5 * half, 561)
+    inside = np.linspace(-0.985 * half, 0.985 * half, 301)
+    for (color, style), (name, s) in zip(styles, result.rectangles.items(), strict=True):
+        basis, p = s.nodal_pressure()
+        p = basis.interpolator(p / s.mean_pressure)(np.stack([inside, np.zeros_like(inside)]))
+        under.plot(inside, p, linestyle=style, color=color)
+        w = 1e3 * s.displacement(np.stack([r, np.zeros_like(r)]))
+        beside.plot(r, w, linestyle=style, color=color, label=name)
+    under.set_xlim(-half, half)
+    under.set_ylim(0, 2.5)
+    under.set_ylabel("p / mean p")
+    beside.set_xlim(r[0], r[-1])
+    beside.invert_yaxis()
+    beside.set_ylabel("settlement of the surface [mm]")
+    for ax in (under, beside):
+        ax.set_xlabel("x [m]")
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.show = plt.show
+    lines, labels = beside.get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    return under
+
+
+def draw_isobars(result: Result):
+    import matplotlib.pyplot as plt
+
+    from skfem_dual.visuals.matplotlib import isobars
+
+    _, axes = plt.subplots(2, 3, figsize=(14, 6.6), layout="compressed")
+    levels = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0]
+    for ax, (name, s) in zip(axes.flat, result.rectangles.items(), strict=True):
+        basis, p = s.nodal_pressure()
+        isobars(basis, p / s.mean_pressure, levels, title="p / mean p", ax=ax)
+        ax.plot(*AT, "+", color="#1a1a1a", ms=9, mew=2)
+        ax.set_title(f"{name}: {1e3 * s.settlement:.1f} mm", fontsize=10)
+    for ax in axes[1]:
+        ax.set_xlabel("x [m]")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("y [m]")
+    return axes[0, 0]
+
+
+if __name__ == "__main__":
+    run(main, visualize)

@@ -1,0 +1,452 @@
+"""Flexible rafts: a plate of scikit-fem on the ground, between a rigid footing and a bare load.
+
+A raft foundation bends. Its deflection w under a load q is that of a thin plate with free edges
+which the ground presses from below with p, and the ground settles as the raft does::
+
+    a(w, v) + (p, v) = (q, v)  for all v,        w = A p,
+
+with D times the form of Kirchhoff's plate for a and the influence operator for A. The plate takes
+Morley's element of scikit-fem on the common refinement of both grids, the pressure is that of a
+punch, one unknown on each dual cell, and all share one quadrature: ``cells.with_element``. The
+mean deflection over a cell equals the settlement of its collocation point, so that a raft too
+stiff to bend is the rigid punch of the same cells.
+
+The plate is factorised once, held in three nodes, where no forces arise because all loads balance.
+A p then grows by what the plate yields under p, S p / D: a flexible raft is a punch that yields.
+
+For a circular raft of radius a and thickness t under a uniform load the relative stiffness is that
+of Brown (Geotechnique 19, 1969),
+
+    K = (E_r / E) (1 - nu^2) (t / a)^3,       D = K E* a^3 / (12 (1 - nu_r^2)),
+
+from a flexible load, K = 0, to a rigid punch. An axisymmetric solution in Legendre polynomials,
+which shares nothing with the cells, stands beside it. A square raft under nine columns shows what
+only cells can do. Raft and ground are kept in touch everywhere; here no cell has to pull.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from gallery import run
+from numpy import ndarray
+from scipy.sparse import csc_matrix, diags
+from scipy.sparse.linalg import SuperLU, splu
+from scipy.special import eval_jacobi, gammaln
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementTriMorley,
+    ElementTriP1,
+    LinearForm,
+    MeshTri,
+    enforce,
+)
+from skfem.helpers import dd, ddot, eye, trace
+
+from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch, flexible_settlement
+from skfem_dual.grids.generate import disc
+
+POISSON = 0.2  # of the raft
+RATIOS = 10.0 ** np.arange(-3, 3.1, 0.5)
+PICTURED = (0.01, 0.1, 1.0, 10.0)  # relative stiffnesses whose pressures are drawn
+
+#: the square raft: concrete on clay under three rows of columns, in m, N
+SIDE, COLUMN, SPACING, CONCRETE = 10.5, 0.5, 4.0, 30e9
+CLAY = HalfSpace(young=25e6, poisson=0.35)
+FORCES = {"centre": 2.4e6, "side": 1.4e6, "corner": 0.8e6}
+THICKNESSES = (0.4, 1.0)
+#: isobars of all square rafts, in kPa and kNm/m
+PRESSURES = (60, 70, 80, 90, 100, 120, 150, 250)
+MOMENTS = (0, 25, 50, 100, 150, 200, 300, 400, 500)
+
+
+def moments(w, poisson=POISSON):
+    """Bending moments of a plate of rigidity one, positive where its lower side is pulled."""
+    return -((1 - poisson) * dd(w) + poisson * eye(trace(dd(w)), 2))
+
+
+@BilinearForm
+def bending(u, v, _):
+    """Twice the energy of a plate of rigidity one."""
+    return -ddot(moments(u), dd(v))
+
+
+@BilinearForm
+def product(u, v, w):
+    return w.factor * u * v
+
+
+@LinearForm
+def load(v, w):
+    return w.q * v
+
+
+@dataclass(frozen=True)
+class Raft:
+    """A plate with free edges on the cells and the ground of a punch."""
+
+    punch: RigidPunch
+
+    @cached_property
+    def rigid(self) -> PunchSolution:
+        """The raft too stiff to bend, under a central force of one."""
+        return self.punch.solve(1.0)
+
+    @cached_property
+    def plate(self) -> CellBasis:
+        """Deflections."""
+        return self.punch.basis.with_element(ElementTriMorley())
+
+    @cached_property
+    def shape(self) -> ndarray:
+        """Pressure over the mean of its cell, that of a rigid punch, at the quadrature points."""
+        cells, areas = self.punch.basis, self.punch.partition.areas
+        x, cell = np.asarray(cells.global_coordinates()), cells.element_dofs[0]
+        p = self.rigid.pressure_at(x.reshape(2, -1)).reshape(x.shape[1:])
+        # no more and no less force than that of the cell, whatever the quadrature
+        total = product.assemble(cells, factor=p).diagonal()
+        return p * (areas / total)[cell][:, None]
+
+    @cached_property
+    def pressed(self) -> csc_matrix:
+        """Load vectors of unit mean pressure on each cell, shape (N, n)."""
+        return product.assemble(self.punch.basis, self.plate, factor=self.shape).tocsc()
+
+    @cached_property
+    def means(self) -> csc_matrix:
+        """Takes deflections to their means over the cells, shape (n, N)."""
+        sums = product.assemble(self.plate, self.punch.basis, factor=1.0)
+        return diags(1 / self.punch.partition.areas) @ sums
+
+    @cached_property
+    def motions(self) -> ndarray:
+        """Deflections of a plate that only settles and tilts, shape (N, 3)."""
+        x, y = np.asarray(self.plate.global_coordinates())
+        planes = np.stack([load.assemble(self.plate, q=q) for q in (1.0, x, y)], axis=1)
+        return splu(product.assemble(self.plate, factor=1.0).tocsc()).solve(planes)
+
+    @cached_property
+    def factors(self) -> tuple[SuperLU, ndarray]:
+        """Of the plate of rigidity one held in three nodes, and the DOFs held."""
+        held = self.plate.nodal_dofs[0, self.plate.mesh.t[:, 0]]
+        K = enforce(bending.assemble(self.plate), D=held)
+        return splu(K.tocsc(), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True}), held
+
+    def bent(self, loads: ndarray) -> ndarray:
+        """Deflections of this plate under load vectors of shape (N,) or (N, k)."""
+        factors, held = self.factors
+        loads = loads.copy(order="F")
+        loads[held] = 0.0
+        return factors.solve(loads)
+
+    @cached_property
+    def yielding(self) -> ndarray:
+        """Mean deflections of its cells under unit pressure on each, shape (n, n)."""
+        return self.means @ self.bent(self.pressed.toarray(order="F"))
+
+    def solve(self, rigidity: float, load: ndarray) -> "RaftSolution":
+        """Deflection and pressures under a load vector of the plate."""
+        matrix = np.block(
+            [
+                [self.punch.matrix + self.yielding / rigidity, -(self.means @ self.motions)],
+                [self.motions.T @ self.pressed, np.zeros((3, 3))],
+            ]
+        )
+        given = np.append(self.means @ self.bent(load) / rigidity, self.motions.T @ load)
+        pressure, position = np.split(np.linalg.solve(matrix, given), [-3])
+        shape = self.bent(load - self.pressed @ pressure) / rigidity
+        return RaftSolution(self, rigidity, self.motions @ position + shape, pressure)
+
+
+@dataclass(frozen=True)
+class RaftSolution:
+    """Deflections, a vector of the raft's plate, and mean pressures of the cells."""
+
+    raft: Raft
+    rigidity: float
+    vector: ndarray
+    pressure: ndarray
+
+    @property
+    def deflection(self) -> ndarray:
+        """At the nodes of the common refinement, of which those of the mesh are the first."""
+        return self.vector[self.raft.plate.nodal_dofs[0]]
+
+    @cached_property
+    def moments(self) -> ndarray:
+        """Means over the cells, shape (2, 2, n)."""
+        cells, field = self.raft.punch.basis, self.raft.plate.interpolate(self.vector)
+        m = self.rigidity * moments(field)
+        sums = [[load.assemble(cells, q=m[i, j]) for j in range(2)] for i in range(2)]
+        return np.array(sums) / self.raft.punch.partition.areas
+
+
+@dataclass(frozen=True)
+class CircularRaft:
+    """Uniformly loaded circular raft with q = a = E* = 1, without any cells.
+
+    The pressure ``c_k P_2k(t) / t``, t = sqrt(1 - r^2), settles the circle by ``l_k c_k P_2k(t)``
+    with ``l_k = (Gamma(k + 1/2) / k!)^2``, a polynomial in r^2. With deflections of this kind the
+    energy of plate and ground has a least value (Ritz). For K = 1 ten terms give six digits.
+    """
+
+    ratio: float
+    poisson: float = POISSON
+    terms: int = 40
+
+    @property
+    def rigidity(self) -> float:
+        """D / (E* a^3)."""
+        return self.ratio / 12 / (1 - self.poisson**2)
+
+    @cached_property
+    def coefficients(self) -> ndarray:
+        """Of the settlement, ``l_k c_k``."""
+        z, weights = np.polynomial.legendre.leggauss(4 * self.terms)  # 2 pi r dr = pi dz / 2
+        weights = np.pi / 2 * weights
+        once = 2 * self.modes(z, 1)  # w' / r
+        twice = once + 2 * (1 + z) * self.modes(z, 2)  # w''
+        mixed = (once * weights) @ twice.T
+        whole = ((once + twice) * weights) @ (once + twice).T
+        K = self.rigidity * (whole - (1 - self.poisson) * (mixed + mixed.T))
+        ground = 2 * np.pi / (4 * np.arange(self.terms) + 1) / self.eigenvalues
+        return np.linalg.solve(K + np.diag(ground), self.modes(z) @ weights)
+
+    @property
+    def eigenvalues(self) -> ndarray:
+        k = np.arange(self.terms)
+        return np.exp(2 * (gammaln(k + 0.5) - gammaln(k + 1)))
+
+    def modes(self, z, m: int = 0) -> ndarray:
+        """m-th derivatives by r^2 of all P_2k(t), Jacobi polynomials in 1 - 2 r^2 = -z."""
+        rows = [np.zeros_like(z)] * m
+        for k in range(m, self.terms):
+            factor = np.prod(-(k + 0.5 + np.arange(m)))
+            rows.append(factor * eval_jacobi(k - m, m, m - 0.5, -z))
+        return np.array(rows)
+
+    def settlement(self, r) -> ndarray:
+        return self.coefficients @ self.modes(2 * np.asarray(r, dtype=float) ** 2 - 1)
+
+    def pressure(self, r) -> ndarray:
+        c, r = self.coefficients / self.eigenvalues, np.asarray(r, dtype=float)
+        return c @ self.modes(2 * r**2 - 1) / np.sqrt(1 - r**2)
+
+    @property
+    def moment(self) -> float:
+        """At the centre."""
+        slope = 2 * self.coefficients @ self.modes(np.array([-1.0]), 1)
+        return float(-self.rigidity * (1 + self.poisson) * slope[0])
+
+
+@dataclass(frozen=True)
+class Result:
+    """Circular rafts by relative stiffness, of cells and exact; square rafts by thickness."""
+
+    circles: dict[float, RaftSolution]
+    exact: dict[float, CircularRaft]
+    squares: dict[float, RaftSolution]
+
+    @property
+    def raft(self) -> Raft:
+        """The circular one."""
+        return next(iter(self.circles.values())).raft
+
+    @cached_property
+    def found(self) -> ndarray:
+        """Settlement in the centre and at the edge, moment in the centre of all; shape (k, 3)."""
+        mesh, centroids = self.raft.plate.mesh, self.raft.punch.partition.centroids
+        middle, cell = np.hypot(*mesh.p).argmin(), np.hypot(*centroids).argmin()
+        rows = []
+        for s in self.circles.values():
+            w = s.deflection
+            moment = np.trace(s.moments[:, :, cell]) / 2
+            rows.append([w[middle], w[mesh.boundary_nodes()].mean(), moment])
+        return np.array(rows)
+
+    @cached_property
+    def known(self) -> ndarray:
+        """The same of the exact ones."""
+        return np.array([[*c.settlement([0, 1]), c.moment] for c in self.exact.values()])
+
+    def __str__(self) -> str:
+        punch = self.raft.punch
+        loose = flexible_settlement(punch.substrate, punch.basis, 1.0, [[0.0, 1.0], [0.0, 0.0]])
+        stiff = [self.raft.rigid.settlement * np.pi] * 2
+        limits = [[2.0, 4 / np.pi, 0.0], [np.pi / 2, np.pi / 2, rigid_moment(POISSON)]]
+        names = ["flexible", *(f"{ratio:.3g}" for ratio in self.circles), "rigid"]
+        found = np.vstack([[*loose, 0.0], self.found, [*stiff, np.nan]])
+        known = np.vstack([limits[:1], self.known, limits[1:]])
+        rows = [
+            f"Circular raft under a uniform load, {punch.basis.N} cells, nu_r = {POISSON}:",
+            "settlement over q a / E* and moment in the centre over q a^2, with cells and exact",
+            f"{'K':<10}{'centre':<18}{'edge':<18}{'difference':<20}moment",
+        ]
+        for name, (w0, w1, m), (v0, v1, n) in zip(names, found, known, strict=True):
+            rows.append(
+                f"{name:<10}{w0:<8.4f}{v0:<10.4f}{w1:<8.4f}{v1:<10.4f}{w0 - w1:<9.5f}"
+                f"{v0 - v1:<11.5f}{m:<10.6f}{n:.6f}"
+            )
+        cells = len(next(iter(self.squares.values())).pressure)
+        rows += [
+            "",
+            f"Square raft, sides of {SIDE:g} m, nine columns, {cells} cells",
+            f"{'t [m]':<8}{'settlement [mm]':<18}{'pressure of cells [kPa]':<26}M_x [kNm/m]",
+        ]
+        for t, s in self.squares.items():
+            values = 1e3 * s.deflection, s.pressure / 1e3, s.moments[0, 0] / 1e3
+            w, p, m = (f"{v.min():.1f} to {v.max():.1f}" for v in values)
+            rows.append(f"{t:<8}{w:<18}{p:<26}{m}")
+        return "\n".join(rows)
+
+
+def rigid_moment(poisson: float) -> float:
+    """Moment over q a^2 in the centre of a circular raft too stiff to bend.
+
+    Its shear force ``r / 2 - (1 - sqrt(1 - r^2)) / (2 r)``, that of q = 1 and the pressure of a
+    rigid punch, integrated with and without the factor ``(1 - r^2) / 2``.
+    """
+    return (2 * np.log(2) - 1) / 4 - (1 - poisson) * (np.log(2) / 4 - 7 / 48)
+
+
+def circle(n: int) -> Raft:
+    """Of about n dual cells, a = E* = 1."""
+    dual = DualMesh.from_mesh(disc(n=n, true_area=True))
+    return Raft(RigidPunch(HalfSpace(young=1.0, poisson=0.0), dual.basis(intorder=4)))
+
+
+def square() -> Raft:
+    """With the columns as subdomains of the mesh, where cells are half as large as elsewhere."""
+    axes = SPACING * np.array([-1, 0, 1])
+    columns = np.array(np.meshgrid(axes, axes)).reshape(2, 9)
+    away = np.count_nonzero(columns, axis=0)  # the corners lie off both axes
+
+    def under(some: ndarray):
+        return lambda x: (np.abs(x[:, :, None] - some[:, None]).max(0) < COLUMN / 2).any(axis=1)
+
+    lines = np.linspace(-SIDE / 2, SIDE / 2, round(SIDE / COLUMN) + 1)
+    mesh = MeshTri.init_tensor(lines, lines).with_subdomains(
+        {name: under(columns[:, away == k]) for k, name in enumerate(FORCES)}
+    )
+    mesh = mesh.refined(np.concatenate(list(mesh.subdomains.values())))
+    return Raft(RigidPunch(CLAY, DualMesh.from_mesh(mesh).basis(intorder=4)))
+
+
+def main(n=600, ratios=RATIOS) -> Result:
+    """Circles of about n dual cells and all relative stiffnesses; squares of two thicknesses."""
+    raft = circle(n)
+    uniform = load.assemble(raft.plate, q=1.0)
+    exact = {float(ratio): CircularRaft(float(ratio)) for ratio in sorted({*ratios, *PICTURED})}
+    circles = {ratio: raft.solve(c.rigidity, uniform) for ratio, c in exact.items()}
+
+    raft = square()
+    columns = sum(
+        load.assemble(raft.plate.with_elements(name), q=force / COLUMN**2)
+        for name, force in FORCES.items()
+    )
+    rigidity = {t: CONCRETE * t**3 / 12 / (1 - POISSON**2) for t in THICKNESSES}
+    return Result(circles, exact, {t: raft.solve(d, columns) for t, d in rigidity.items()})
+
+
+def visualize(result: Result):
+    """What the stiffness does to a circular raft; two square rafts under columns."""
+    return {"flexible_raft": draw_circles(result), "raft_under_columns": draw_squares(result)}
+
+
+def draw_circles(result: Result):
+    """Settlements, moment and pressures, dots for cells and lines for the exact ones."""
+    import matplotlib.pyplot as plt
+
+    from skfem_dual.visuals.curves import LINES
+    from skfem_dual.visuals.style import CONTACT, OUTLINE
+
+    _, (settled, bent, pressed) = plt.subplots(1, 3, figsize=(13.5, 4.2), layout="compressed")
+    ratios = np.array(list(result.circles))
+    fine = np.geomspace(ratios[0], ratios[-1], 61)
+    exact = np.array([[*c.settlement([0, 1]), c.moment] for c in map(CircularRaft, fine)])
+    for ax, column, marker, name in (
+        (settled, 0, "o", "centre"),
+        (settled, 1, "s", "edge"),
+        (bent, 2, "o", None),
+    ):
+        dots = {"color": CONTACT, "ms": 5, "mfc": "white", "zorder": 3}
+        series = "Legendre series" if name == "centre" else None
+        ax.semilogx(fine, exact[:, column], color=OUTLINE, lw=1.2, label=series)
+        ax.semilogx(ratios, result.found[:, column], marker, label=name, **dots)
+        ax.set_xlabel("relative stiffness K")
+    for ax, value, name, right in (
+        (settled, 2.0, "uniform load, centre", True),
+        (settled, 4 / np.pi, "uniform load, edge", True),
+        (settled, np.pi / 2, "rigid punch", False),
+        (bent, rigid_moment(POISSON), "rigid punch", False),
+    ):
+        ax.axhline(value, color=OUTLINE, lw=0.8, ls=":")
+        place = {"x": fine[-1], "ha": "right"} if right else {"x": fine[0]}
+        ax.text(y=value, s=name, va="bottom", fontsize=9, **place)
+    settled.set_ylabel(r"settlement $w\,E^* / (q\,a)$")
+    settled.set_ylim(1.2, 2.1)
+    settled.legend(frameon=False, fontsize=9, loc="center right", bbox_to_anchor=(1, 0.62))
+    bent.set_ylabel(r"moment in the centre $M / (q\,a^2)$")
+    bent.set_ylim(0, 0.085)
+
+    r = np.linspace(0, 1, 400, endpoint=False)
+    where = where_mean(result.raft)
+    some = np.argsort(where)[:: max(1, len(where) // 50)]
+    for (color, style), ratio in zip(LINES, PICTURED, strict=True):
+        p = result.exact[ratio].pressure(r)
+        pressed.plot(r, p, style, color=color, label=f"K = {ratio:g}")
+        dots = {"color": color, "ms": 4, "mfc": "white", "zorder": 3}
+        pressed.plot(where[some], result.circles[ratio].pressure[some], "o", **dots)
+    pressed.set_xlim(0, 1)
+    pressed.set_ylim(0.4, 2.5)
+    pressed.set_xlabel("r / a")
+    pressed.set_ylabel("contact pressure p / q")
+    pressed.legend(frameon=False, fontsize=9, loc="upper left")
+    for ax in (settled, bent, pressed):
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.show = plt.show
+    return settled
+
+
+def where_mean(raft: Raft) -> ndarray:
+    """Distance from the origin at which the pressure of each cell is its mean."""
+    cells = raft.punch.basis
+    cell = np.broadcast_to(cells.element_dofs[0][:, None], raft.shape.shape).ravel()
+    x = np.asarray(cells.global_coordinates()).reshape(2, -1)
+    off = np.hypot(*(x - raft.punch.partition.centroids[:, cell]))
+    order = np.argsort(np.abs(raft.shape.ravel() - 1) + 1e-3 * off, kind="stable")
+    return np.hypot(*x[:, order[np.unique(cell[order], return_index=True)[1]]])
+
+
+def draw_squares(result: Result):
+    """Isobars of settlement, pressure and moment."""
+    import matplotlib.pyplot as plt
+
+    from skfem_dual.visuals.matplotlib import isobars
+    from skfem_dual.visuals.style import OUTLINE
+
+    _, axes = plt.subplots(2, 3, figsize=(13.5, 8), layout="compressed")
+    for row, (thickness, s) in zip(axes, result.squares.items(), strict=True):
+        mesh = s.raft.punch.basis.dual.mesh
+        nodal = CellBasis(mesh, ElementTriP1())
+        # a node of the mesh takes over the mean of its cell
+        for ax, values, title, levels in (
+            (row[0], 1e3 * s.deflection[: mesh.nvertices], "settlement [mm]", range(26, 42)),
+            (row[1], s.pressure / 1e3, "contact pressure [kPa]", PRESSURES),
+            (row[2], s.moments[0, 0] / 1e3, "bending moment $M_x$ [kNm/m]", MOMENTS),
+        ):
+            isobars(nodal, values, list(levels), title=title, ax=ax)
+            ax.set_title(f"raft {thickness:g} m thick", fontsize=10)
+            for x, y in np.ndindex(3, 3):
+                corner = SPACING * np.array([x - 1, y - 1]) - COLUMN / 2
+                ax.add_patch(plt.Rectangle(corner, COLUMN, COLUMN, fill=False, ec=OUTLINE))
+    for ax in axes[1]:
+        ax.set_xlabel("x [m]")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("y [m]")
+    return axes[0, 0]
+
+
+if __name__ == "__main__":
+    run(main, visualize)
