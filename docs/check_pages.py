@@ -1,0 +1,173 @@
+"""Open built pages in headless Chromium and tell what is wrong: ``check_pages.py FOLDER``.
+
+Every page is opened wide and as wide as a phone. Pictures must load, nothing may be told in the
+console, no page may be wider than the screen, and links within the pages must lead somewhere.
+Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
+pictures of the pages are kept.
+"""
+
+import argparse
+import functools
+import shutil
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from urllib.parse import unquote, urldefrag, urljoin, urlparse
+
+#: width and height of the screens in CSS pixels, and whether they are those of a phone
+SCREENS = {"wide": (1280, 900, False), "phone": (390, 844, True)}
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+)
+BROKEN = """return Array.from(document.images)
+    .filter(i => i.loading != 'lazy' && !(i.complete && i.naturalWidth > 0)).map(i => i.src)"""
+WIDTH = "return [document.documentElement.scrollWidth, window.innerWidth]"
+EAGER = "document.querySelectorAll('img').forEach(i => i.loading = 'eager')"
+LOADED = """const done = arguments[0];
+    Promise.all(Array.from(document.images).map(i => i.decode().catch(() => 0))).then(done)"""
+
+
+class Page(HTMLParser):
+    """Links of a page and the places in it that others may link to."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.links: set[str] = set()
+        self.places: set[str] = {""}
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list) -> None:
+        """Collect links and places."""
+        for name, value in attrs:
+            if name == "id" or (tag == "a" and name == "name"):
+                self.places.add(value)
+            elif name in ("href", "src") and value:
+                self.links.add(value)
+
+
+def broken_links(folder: Path) -> list[str]:
+    """Links from page to page, or to files, that lead nowhere."""
+    pages = {path: Page(path.read_text(encoding="utf-8")) for path in folder.rglob("*.html")}
+    faults = []
+    for path, page in sorted(pages.items()):
+        for link in sorted(page.links):
+            if urlparse(link).scheme or link.startswith("//"):
+                continue
+            target, place = urldefrag(urljoin(path.as_uri(), link))
+            file = Path(unquote(urlparse(target).path))
+            name = path.relative_to(folder)
+            if not file.is_file():
+                faults.append(f"{name}: no file for the link {link}")
+            elif file in pages and unquote(place) not in pages[file].places:
+                faults.append(f"{name}: no place for the link {link}")
+    return faults
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves files and says nothing."""
+
+    def log_message(self, *args) -> None:
+        """Say nothing."""
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address of a server of the folder on this machine."""
+    handler = functools.partial(Quiet, directory=str(folder))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@contextmanager
+def browser():
+    """Headless Chromium with a profile of its own.
+
+    Raises
+    ------
+    FileNotFoundError
+        If Chromium or its driver is missing.
+    """
+    from selenium import webdriver
+
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if not (chromium and driver):
+        raise FileNotFoundError("no Chromium. Remedy: apt install chromium chromium-driver")
+    # selenium would fetch what it is not told
+    service = webdriver.ChromeService(driver)
+    with tempfile.TemporaryDirectory() as profile:
+        options = webdriver.ChromeOptions()
+        options.binary_location = chromium
+        for flag in (*FLAGS, f"--user-data-dir={profile}"):
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        opened = webdriver.Chrome(options=options, service=service)
+        try:
+            yield opened
+        finally:
+            opened.quit()
+
+
+def check(folder: Path, shots: Path | None = None) -> list[str]:
+    """What is wrong with the pages in a folder, one line each."""
+    folder = Path(folder).resolve()
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.html"))
+    if "index.html" not in names:
+        raise FileNotFoundError(f"expected built pages in {folder}, found no index.html")
+    faults = broken_links(folder)
+    with served(folder) as address, browser() as driver:
+        for screen, (width, height, phone) in SCREENS.items():
+            size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
+            driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+            for name in names:
+                where = f"{name}, {screen}"
+                driver.get(f"{address}/{name}")
+                driver.execute_script(EAGER)
+                driver.execute_async_script(LOADED)
+                faults += [f"{where}: broken picture {x}" for x in driver.execute_script(BROKEN)]
+                found, room = driver.execute_script(WIDTH)
+                if found > room or room != width:
+                    faults.append(f"{where}: {found} pixels wide on a screen of {room}")
+                told = driver.get_log("browser")
+                faults += [f"{where}: {line['level']} {line['message']}" for line in told]
+                if shots is not None:
+                    keep(driver, shots / screen / Path(name).with_suffix(".png"), size)
+    return faults
+
+
+def keep(driver, path: Path, size: dict) -> None:
+    """A picture of the whole page."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tall = driver.execute_script("return document.documentElement.scrollHeight")
+    override = functools.partial(driver.execute_cdp_cmd, "Emulation.setDeviceMetricsOverride")
+    override(size | {"height": min(tall, 12_000)})
+    driver.save_screenshot(str(path))
+    override(size)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="where sphinx wrote the pages")
+    parser.add_argument("--shots", type=Path, metavar="DIR", help="keep pictures of pages there")
+    options = parser.parse_args()
+    faults = check(options.folder, options.shots)
+    print("\n".join(faults) or "nothing wrong")
+    sys.exit(bool(faults))

@@ -1,0 +1,591 @@
+"""Drawings of the pages: ``python docs/drawings.py FOLDER`` writes them as SVG files.
+
+They are about as wide as a page on a phone, so that their letters stay readable there.
+"""
+
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon
+from scipy.spatial import ConvexHull
+from skfem import MeshTri
+
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    PunchSolution,
+    RigidPunch,
+    check_mesh,
+    general_triangulation,
+    maximal_couple,
+    minimal_couple,
+    rectangular_couple,
+)
+from skfem_dual.grids.corners import barycentres
+from skfem_dual.grids.generate import disc
+from skfem_dual.visuals.curves import LINES
+from skfem_dual.visuals.matplotlib import draw, isobars, plot
+from skfem_dual.visuals.style import CONTACT, DUAL, FAULT, LIGHT, OUTLINE, PRIMAL
+
+#: fills cells of the triangulation that are marked out, as LIGHT does those of dual grids
+GREY = "#e4e4e4"
+ARROW = {"arrowstyle": "-|>", "color": OUTLINE, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+NOTE = {"fontsize": 9.5, "color": OUTLINE}
+WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+
+DRAWINGS: dict[str, Callable[[], Axes]] = {}
+
+
+def drawing(function: Callable[[], Axes]) -> Callable[[], Axes]:
+    """Let `draw_all` know of a drawing; its file has the name of the function."""
+    DRAWINGS[function.__name__] = function
+    return function
+
+
+def draw_all(folder: Path) -> None:
+    """Write all drawings into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, function in DRAWINGS.items():
+        figure = function().figure
+        # without a date the same drawing is the same file
+        figure.savefig(folder / f"{name}.svg", facecolor="white", metadata={"Date": None})
+        plt.close(figure)
+
+
+def sheet(width: float = 4.2, height: float = 3.4) -> Axes:
+    """A plane to draw in, to scale and without axes."""
+    ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    return ax
+
+
+def diagram(width: float = 4.6, height: float = 3.2) -> Axes:
+    """Axes for curves."""
+    ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def segments(ax: Axes, p, ends, color: str, width: float, style: str = "-", **more) -> None:
+    """Segments between pairs of points, ``ends`` of shape (2, k)."""
+    gaps = np.full((1, ends.shape[1]), np.nan)
+    x, y = (np.vstack([row[ends], gaps]).T.ravel() for row in p)
+    ax.plot(x, y, style, color=color, lw=width, solid_capstyle="round", **more)
+
+
+def dots(ax: Axes, p, color: str, size: float = 5, **more) -> None:
+    """Points."""
+    ax.plot(*p, "o", color=color, ms=size, mew=0, **more)
+
+
+def fill(ax: Axes, corners, color: str) -> None:
+    """A filled polygon below all lines, corners of shape (2, k)."""
+    ax.add_patch(Polygon(corners.T, facecolor=color, edgecolor="none", zorder=0))
+
+
+def legend(ax: Axes, columns: int = 2) -> None:
+    """The names of the lines below a drawing."""
+    ax.figure.legend(loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
+
+
+def patch(seed: int = 3) -> MeshTri:
+    """Irregular triangles around the origin that reach beyond the drawings."""
+    rng = np.random.default_rng(seed)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(9), np.arange(9), indexing="ij"))
+    p = np.stack([i - 4 + 0.5 * (j - 4), np.sqrt(3) / 2 * (j - 4)])
+    p = p + rng.uniform(-0.16, 0.16, p.shape)
+    k = np.flatnonzero((i < 8) & (j < 8))
+    t = np.hstack([[k, k + 9, k + 1], [k + 9, k + 10, k + 1]])
+    return MeshTri(p, np.ascontiguousarray(t, dtype=np.int32))
+
+
+def hexagon() -> MeshTri:
+    """Six nodes around one, and six around these: an irregular hexagon of 24 triangles."""
+    angle = np.pi / 3 * np.arange(6)
+    inner = np.stack([np.cos(angle + 0.1), 0.9 * np.sin(angle + 0.1)])
+    corner = 2.05 * np.stack([np.cos(angle), 0.92 * np.sin(angle)])
+    middle = (corner + np.roll(corner, -1, axis=1)) / 2
+    p = np.hstack([[[0.05], [0.0]], inner, corner, middle])
+    k = np.arange(6)
+    one, two, three = k + 1, k + 7, k + 13
+    following = np.roll(one, -1)
+    t = np.hstack(
+        [
+            [0 * k, one, following],
+            [one, following, three],
+            [one, two, three],
+            [following, three, np.roll(two, -1)],
+        ]
+    )
+    return MeshTri(p, np.ascontiguousarray(t, dtype=np.int32))
+
+
+def cell(partition, i: int) -> np.ndarray:
+    """Corners of a cell, shape (2, k)."""
+    polygons = partition.polygons
+    return polygons.p[:, polygons.indices[polygons.offsets[i] : polygons.offsets[i + 1]]]
+
+
+@drawing
+def definition1() -> Axes:
+    """A window into two grids on the whole plane."""
+    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(patch())
+    mesh = dual.mesh
+    node = int(np.argmin(np.hypot(*(mesh.p - [[-0.7], [0.45]]))))
+    triangle = int(np.argmin(np.hypot(*(barycentres(mesh) - [[0.95], [-0.5]]))))
+    fill(ax, cell(dual.partition, node), LIGHT)
+    fill(ax, mesh.p[:, mesh.t[:, triangle]], GREY)
+    segments(ax, mesh.p, mesh.facets, PRIMAL, 1.2, label="grid A")
+    ribs = dual.facets[:, dual.corresponded >= 0]
+    segments(ax, dual.p, ribs, DUAL, 1.2, label="grid B")
+    dots(ax, mesh.p, OUTLINE, label="nodes of A")
+    dots(ax, dual.p[:, : mesh.nelements], DUAL, 4, label="nodes of B")
+    facet = int(np.argmin(np.hypot(*(dual.crossings - [[0.75], [0.75]]))))
+    segments(ax, mesh.p, mesh.facets[:, [facet]], OUTLINE, 3)
+    segments(ax, dual.p, dual.facets[:, [facet]], DUAL, 3)
+    x, y = dual.crossings[:, facet]
+    ax.annotate(
+        "corresponded\nribs $l$ and $l^*$",
+        (x, y),
+        (0.5, 1.17),
+        bbox=WHITE,
+        arrowprops={"arrowstyle": "-", "color": OUTLINE, "lw": 0.8},
+        **NOTE,
+    )
+    ax.set_xlim(-1.75, 1.75)
+    ax.set_ylim(-1.35, 1.6)
+    legend(ax)
+    return ax
+
+
+@drawing
+def definition2() -> Axes:
+    """A triangulation and the dual grid that fills the same domain."""
+    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    mesh = dual.mesh
+    inner, boundary = 0, 7
+    fill(ax, cell(dual.partition, inner), LIGHT)
+    fill(ax, cell(dual.partition, boundary), LIGHT)
+    edge = mesh.f2t[1] == -1
+    segments(ax, mesh.p, mesh.facets[:, ~edge], PRIMAL, 1.2, label="grid A")
+    segments(ax, dual.p, dual.facets[:, dual.corresponded >= 0], DUAL, 1.6, label="grid B")
+    segments(ax, mesh.p, mesh.facets[:, edge], OUTLINE, 2, label="edge of both")
+    dots(ax, mesh.p, OUTLINE, label="nodes of A")
+    dots(ax, dual.p[:, : mesh.nelements + dual.nboundary], DUAL, 4)
+    ax.text(0.13, 0.1, "$P_i$", **NOTE)
+    ax.text(1.83, 0.1, "$P_k$", ha="right", **NOTE)
+    legend(ax)
+    return ax
+
+
+@drawing
+def definition3() -> Axes:
+    """Rectangular grids on domains of their own."""
+    x, y = np.array([0, 1.0, 1.9, 3.0, 4.0]), np.array([0, 0.9, 2.0, 3.0])
+    around = np.zeros((5, 4), dtype=bool)
+    around[1:-1, 1:-1] = True
+    around[0, 1:3] = around[1:4, 0] = around[0, 0] = True
+    return couple_sheet(rectangular_couple(x, y, around=around))
+
+
+def couple_sheet(couple) -> Axes:
+    """Both grids of a couple with their nodes."""
+    ax = sheet(4.2, 3.7)
+    segments(ax, couple.a.polygons.p, couple.a.facets, PRIMAL, 1.4, label="grid A")
+    segments(ax, couple.b.polygons.p, couple.b.facets, DUAL, 1.4, label="grid B")
+    dots(ax, couple.a.polygons.p, OUTLINE, label="nodes of A")
+    dots(ax, couple.b.polygons.p, DUAL, 4, label="nodes of B")
+    legend(ax)
+    return ax
+
+
+@drawing
+def definition4_minimal() -> Axes:
+    """Cells around inner nodes only."""
+    return couple_sheet(minimal_couple(disc(n=19)))
+
+
+@drawing
+def definition4_maximal() -> Axes:
+    """Cells around all nodes, beyond the domain of A."""
+    return couple_sheet(maximal_couple(disc(n=19)))
+
+
+@drawing
+def corresponded_ribs() -> Axes:
+    """A facet, its rib and where they cross; the rib of a facet on the edge."""
+    ax = sheet(4.4, 3.0)
+    p = np.array([[0.0, 2.2, 0.9, 1.3], [0.0, 0.1, 1.6, -1.5]])
+    a, b, c, d = p.T
+    left, right = (a + b + c) / 3, (a + b + d) / 3
+    fill(ax, np.stack([a, right, b, left], axis=1), LIGHT)
+    for start, end in ((a, c), (c, b), (b, d), (d, a)):
+        ax.plot(*zip(start, end, strict=True), color=PRIMAL, lw=1.2)
+    ax.plot(*zip(a, b, strict=True), color=OUTLINE, lw=2.4)
+    ax.plot(*zip(left, right, strict=True), color=DUAL, lw=2.4)
+    s = np.linalg.solve(np.stack([b - a, left - right], axis=1), left - a)[0]
+    x = a + s * (b - a)
+    dots(ax, p, OUTLINE, 6)
+    dots(ax, np.stack([left, right], axis=1), DUAL, 6)
+    ax.plot(*x, "s", color=OUTLINE, ms=5)
+    for name, place, (dx, dy) in (
+        ("$a$", a, (-0.2, 0.0)),
+        ("$b$", b, (0.1, 0.0)),
+        ("$C_L$", left, (0.1, 0.1)),
+        ("$C_R$", right, (0.1, -0.25)),
+        ("$X$", x, (0.1, 0.1)),
+    ):
+        ax.text(place[0] + dx, place[1] + dy, name, **NOTE)
+    ax.text(0.55, -0.2, "facet $l$", ha="center", **NOTE)
+    ax.text(1.22, -0.22, "rib $l^*$", **NOTE)
+    # on the edge
+    q = np.array([[3.3, 4.9, 4.2], [-0.7, -0.5, 0.9]])
+    a, b, c = q.T
+    centre, middle = q.mean(axis=1), (a + b) / 2
+    for start, end in ((a, c), (c, b)):
+        ax.plot(*zip(start, end, strict=True), color=PRIMAL, lw=1.2)
+    ax.plot(*zip(a, b, strict=True), color=OUTLINE, lw=2.4)
+    ax.plot(*zip(centre, middle, strict=True), color=DUAL, lw=2.4)
+    dots(ax, q, OUTLINE, 6)
+    dots(ax, centre[:, None], DUAL, 6)
+    ax.plot(*middle, "s", color=OUTLINE, ms=5)
+    ax.text(centre[0] + 0.1, centre[1] + 0.05, "$C$", **NOTE)
+    ax.text(middle[0] - 0.05, middle[1] - 0.3, "$D = X$", **NOTE)
+    ax.text(4.1, -1.25, "edge of the domain", ha="center", **NOTE)
+    return ax
+
+
+@drawing
+def median_dual() -> Axes:
+    """The cell of the paper and that of finite volumes around one node."""
+    ax, mesh = sheet(4.2, 3.7), patch(5)
+    dual = DualMesh.from_mesh(mesh)
+    node = int(np.argmin(np.hypot(*mesh.p)))
+    facets = np.nonzero((mesh.facets == node).any(axis=0))[0]
+    fill(ax, cell(dual.partition, node), LIGHT)
+    segments(ax, mesh.p, mesh.facets, PRIMAL, 1.2)
+    ribs = dual.facets[:, facets]
+    segments(ax, dual.p, ribs, DUAL, 2.2, label="cell of the paper")
+    middles = mesh.p[:, mesh.facets[:, facets]].mean(axis=1)
+    both = np.hstack([dual.p, middles])
+    last = dual.p.shape[1] + np.arange(len(facets))
+    pairs = np.hstack([[ribs[0], last], [last, ribs[1]]])
+    segments(ax, both, pairs, FAULT, 1.8, "--", label="median dual cell")
+    dots(ax, mesh.p, OUTLINE, 5, label="nodes")
+    ax.plot(*middles, "s", color=FAULT, ms=4.5, label="middles of facets")
+    dots(ax, dual.p[:, np.unique(ribs)], DUAL, 5)
+    ax.set_xlim(-1.0, 1.0)
+    ax.set_ylim(-0.85, 0.85)
+    legend(ax)
+    return ax
+
+
+@drawing
+def refinement() -> Axes:
+    """The common refinement of both grids."""
+    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    fine, mesh = dual.refinement, dual.mesh
+    triangle = 0
+    for k in range(6):
+        number = 6 * triangle + k
+        fill(ax, fine.p[:, fine.t[:, number]], GREY if k % 2 else LIGHT)
+    segments(ax, fine.p, fine.facets, "#c9c9c9", 0.8, label="common refinement")
+    segments(ax, mesh.p, mesh.facets, OUTLINE, 1.4, label="triangles")
+    ribs = dual.facets[:, dual.corresponded >= 0]
+    segments(ax, dual.p, ribs, DUAL, 1.6, label="dual cells")
+    ax.plot(*dual.crossings, "s", color=OUTLINE, ms=3.5, label="crossings $X$")
+    legend(ax)
+    return ax
+
+
+@drawing
+def general() -> Axes:
+    """The general triangulation."""
+    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    whole = general_triangulation(dual)
+    segments(ax, whole.p, whole.facets, PRIMAL, 1.3, label="general triangulation")
+    dots(ax, whole.p[:, len(dual) :], DUAL, 5, label="nodes of the dual grid")
+    dots(ax, dual.mesh.p, OUTLINE, 5, label="nodes of the triangulation")
+    legend(ax, 1)
+    return ax
+
+
+@drawing
+def collocation() -> Axes:
+    """Centroids of cells and the nodes they belong to."""
+    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    segments(ax, dual.p, dual.facets, DUAL, 1.2, label="dual cells")
+    dots(ax, dual.mesh.p, OUTLINE, 5, label="nodes")
+    style = {"color": FAULT, "ms": 7, "mew": 1.6, "label": "centroids"}
+    ax.plot(*dual.centroids, "x", **style)
+    legend(ax)
+    return ax
+
+
+@drawing
+def edge_weighted() -> Axes:
+    """Pressure in the cells along a radius, constant and weighted."""
+    ax = diagram()
+    dual = DualMesh.from_mesh(disc(n=150, true_area=True))
+    soil = HalfSpace(1.0, 0.25)
+    r = np.linspace(0, 1, 1500, endpoint=False)
+    turn = 0.12
+    x = r * np.array([[np.cos(turn)], [np.sin(turn)]])
+    exact = 1 / (2 * np.pi * np.sqrt(1 - r**2))
+    ax.plot(r, exact, color="#c9c9c9", lw=5, label="exact")
+    kinds = (("constant", "constant cells"), ("singular", "edge-weighted cells"))
+    for (edge, name), (color, style) in zip(kinds, LINES[1:], strict=False):
+        p = RigidPunch(soil, dual.basis(), edge=edge).solve(1.0).pressure_at(x)
+        ax.plot(r, np.where(p > 0, p, np.nan), style, color=color, lw=1.4, label=name)
+    ax.set_xlim(0, 1)
+    ax.set_ylim(0, 1.2)
+    ax.set_xlabel("r / a")
+    ax.set_ylabel(r"$p\,a^2 / P$")
+    ax.legend(frameon=False, fontsize=9, loc="upper left")
+    return ax
+
+
+@drawing
+def lift_off() -> Axes:
+    """A circle that lifts off, in a section: ground, punch and pressures."""
+    ax = diagram(4.6, 3.6)
+    dual = DualMesh.from_mesh(disc(n=600, true_area=True))
+    solution = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
+    x = np.linspace(-1.6, 1.6, 400)
+    line = np.stack([x, np.zeros_like(x)])
+    under = np.abs(x) <= 1
+    punch = solution.punch_displacement(line)
+    ground = solution.displacement(line)
+    ax.fill_between(x, ground, 1.5, color="#f2efe8", lw=0)
+    ax.plot(x, ground, color=OUTLINE, lw=1.2)
+    ax.plot(x[under], punch[under], color=CONTACT, lw=3, solid_capstyle="butt")
+    shown = np.linspace(-0.96, 0.96, 25)
+    p = solution.pressure_at(np.stack([shown, np.zeros_like(shown)]))
+    here = np.stack([shown, np.zeros_like(shown)])
+    for s, q, w in zip(shown, p, solution.displacement(here), strict=True):
+        if q > 0:
+            foot = min(w + 0.9 * q, 1.45)
+            arrow = {"arrowstyle": "-|>", "color": FAULT, "lw": 0.9}
+            ax.annotate("", (s, w), (s, foot), arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
+    ax.annotate("", (0.5, 0.68), (0.5, 0.02), arrowprops=ARROW)
+    ax.text(0.56, 0.2, "$P$", **NOTE)
+    ax.text(-1.0, -0.12, "rigid punch", color=CONTACT, fontsize=9.5)
+    ax.text(-0.62, 0.42, "gap", **NOTE)
+    ax.text(-1.5, 1.3, "ground", **NOTE)
+    ax.text(-0.15, 1.3, "pressure $p$", color=FAULT, fontsize=9.5)
+    ax.set_ylim(1.5, -0.25)
+    ax.set_xlim(-1.6, 1.6)
+    ax.set_xlabel("x / a")
+    ax.set_ylabel(r"settlement $w\,E^* a / P$")
+    return ax
+
+
+@drawing
+def influence() -> Axes:
+    """Influence functions of three grounds over that of the first."""
+    ax = diagram()
+    first = HalfSpace(1.0, 0.25)
+    grounds = {
+        "homogeneous": first,
+        "E = E₀ (1 + z / h)": GradedHalfSpace.init_linear(1.0, 0.25, 1.0),
+        "layer h on rigid base": LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], "bonded"),
+        "layer h on E₀ / 3": LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], HalfSpace(1 / 3, 0.25)),
+    }
+    r = np.geomspace(0.02, 10, 300)
+    for (name, ground), (color, style) in zip(grounds.items(), LINES, strict=True):
+        ax.semilogx(r, ground.influence(r) / first.influence(r), style, color=color, label=name)
+    ax.set_ylim(-0.1, 3.1)
+    ax.set_xlim(r[0], r[-1])
+    ax.set_xlabel("r / h")
+    ax.set_ylabel(r"$\omega$ over that of the surface moduli")
+    ax.legend(frameon=False, fontsize=9)
+    return ax
+
+
+@drawing
+def neighbours() -> Axes:
+    """Fig. 15: the nodes around a node of either grid."""
+    ax, couple = sheet(4.2, 3.9), rectangular_couple(range(5), range(5))
+    segments(ax, couple.a.polygons.p, couple.a.facets, PRIMAL, 1.2, label="grid A")
+    segments(ax, couple.b.polygons.p, couple.b.facets, DUAL, 1.0, "--", label="grid B")
+    dots(ax, couple.a.polygons.p, OUTLINE, 4)
+    dots(ax, couple.b.polygons.p, DUAL, 4)
+    # Q_j with four nodes of A, P_i with four of B
+    for centre, color, name, around in (
+        (np.array([0.5, 2.5]), OUTLINE, "$Q_j$", "$P_{{i{}}}$"),
+        (np.array([3.0, 1.0]), DUAL, "$P_i$", "$Q_{{j{}}}$"),
+    ):
+        corners = centre[:, None] + [[-0.5, 0.5, 0.5, -0.5], [0.5, 0.5, -0.5, -0.5]]
+        star(ax, centre, corners, color, name, [around.format(k) for k in range(1, 5)])
+    legend(ax)
+    return ax
+
+
+def star(ax: Axes, centre, around, color: str, name: str, names: list[str]) -> None:
+    """A node, arrows to it from those around it, and their names."""
+    other = DUAL if color == OUTLINE else OUTLINE
+    for place, label in zip(around.T, names, strict=True):
+        arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.3, "shrinkA": 4, "shrinkB": 5}
+        ax.annotate("", centre, place, arrowprops=arrow, zorder=4)
+        side = np.sign(place - centre)
+        ax.text(*(place + side * [0.1, 0.16]), label, ha="center", va="center", zorder=5, **NOTE)
+    dots(ax, around, color, 8)
+    dots(ax, centre[:, None], other, 8)
+    style = {"ha": "center", "va": "center", "bbox": WHITE, "zorder": 5}
+    ax.text(centre[0] + 0.28, centre[1], name, **style | NOTE)
+
+
+@drawing
+def punch() -> Axes:
+    """Fig. 6: the punch, its load and the signs, in an oblique view."""
+    ax = sheet(4.4, 2.9)
+
+    def view(x, y, z=0.0):
+        """x to the right, y towards the reader, z down: a right-handed system."""
+        return np.array([x - 0.5 * y, -0.4 * y - z])
+
+    def mark(name: str, place, dx: float, dy: float, **more) -> None:
+        ax.text(place[0] + dx, place[1] + dy, name, ha="center", va="center", **NOTE | more)
+
+    ground = view(np.array([-2.2, 2.2, 2.2, -2.2]), np.array([-2.1, -2.1, 2.1, 2.1]))
+    ax.add_patch(Polygon(ground.T, facecolor="#f2efe8", edgecolor=PRIMAL, lw=0.8))
+    angle = np.linspace(0, 2 * np.pi, 200)
+    radius, thick = 1.25 * (1 + 0.07 * np.cos(3 * angle)), 0.22
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    low, high = view(x, y), view(x, y, -thick)
+    hull = np.hstack([low, high])
+    side = hull[:, ConvexHull(hull.T).vertices]
+    for corners, color in ((side, LIGHT), (high, "#fdf3ef")):
+        ax.add_patch(Polygon(corners.T, facecolor=color, edgecolor=CONTACT, lw=1.2, zorder=2))
+    top = view(0, 0, -thick)
+    for name, (x, y), dx, dy in (("$x$", (3.1, 0), 0.15, 0.0), ("$y$", (0, 3.3), -0.15, -0.05)):
+        ax.annotate("", view(x, y, -thick), top, arrowprops=ARROW, zorder=3)
+        mark(name, view(x, y, -thick), dx, dy)
+    ax.plot(*np.stack([top, view(0, 0, 1.15)], axis=1), ":", color=OUTLINE, lw=1.2, zorder=3)
+    ax.annotate("", view(0, 0, 1.75), view(0, 0, 1.15), arrowprops=ARROW, zorder=3)
+    mark("$z$", view(0, 0, 1.75), 0.17, 0.05)
+    c = (0.55, -0.5)
+    for foot in ((c[0], 0), (0, c[1])):
+        line = np.stack([view(*foot, -thick), view(*c, -thick)], axis=1)
+        ax.plot(*line, ":", color=OUTLINE, lw=1.2, zorder=3)
+    load = ARROW | {"lw": 2.4}
+    ax.annotate("", view(*c, -thick), view(*c, -1.75), arrowprops=load, zorder=4)
+    mark("$P$", view(*c, -1.6), 0.2, 0.0)
+    mark(r"$\varepsilon_x$", view(0.36, 0, -thick), 0.0, -0.13, zorder=4)
+    mark(r"$\varepsilon_y$", view(0, -0.3, -thick), -0.17, 0.03, zorder=4)
+    mark("$C$", view(*c, -thick), 0.16, 0.02, zorder=4)
+    r = 0.36
+    turning(ax, lambda s: view(2.45, r * np.cos(s), r * np.sin(s) - thick))
+    mark("$M_2$", view(2.45, 0, -thick), 0.1, 0.62, color=FAULT)
+    turning(ax, lambda s: view(r * np.sin(s), 2.5, r * np.cos(s) - thick))
+    mark("$M_1$", view(0, 2.5, -thick), -0.62, 0.1, color=FAULT)
+    mark("ground, $z = 0$", view(-1.3, -2.1), 0.05, 0.14)
+    ax.set_xlim(-3.3, 3.4)
+    ax.set_ylim(-1.95, 2.15)
+    return ax
+
+
+def turning(ax: Axes, circle: Callable) -> None:
+    """An arrow around an axis: three quarters of a circle in space."""
+    s = np.linspace(0.9, 0.9 + 1.6 * np.pi, 60)
+    line = np.stack([circle(angle) for angle in s], axis=1)
+    ax.plot(*line[:, :-3], color=FAULT, lw=1.6, zorder=4)
+    arrow = {"arrowstyle": "-|>", "color": FAULT, "lw": 1.6, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", line[:, -1], line[:, -5], arrowprops=arrow, zorder=4)
+
+
+@drawing
+def faults() -> Axes:
+    """A mesh without a dual grid, the bad place marked."""
+    mesh = faulty()
+    ax = draw(mesh, report=check_mesh(mesh), ax=sheet(4.2, 3.2), legend=False)
+    ax.set_axis_off()
+    legend(ax)
+    return ax
+
+
+def faulty() -> MeshTri:
+    """Slender triangles side by side: two barycentres see each other past their facet."""
+    p = np.array([[0.0, 1.0, 1.9, 2.6, 0.4, 1.3, -0.4], [0.0, 0.0, 0.12, 1.0, 0.9, 1.3, -0.7]])
+    t = np.array([[0, 1, 4], [1, 4, 5], [1, 2, 5], [2, 3, 5], [0, 1, 6], [1, 2, 6]]).T
+    return MeshTri(p, np.ascontiguousarray(t, dtype=np.int32))
+
+
+def graded(grading) -> Axes:
+    """A triangulation of a disc."""
+    ax = sheet(2.9, 2.8)
+    draw(disc(n=200, graded=grading), ax=ax, legend=False)
+    return ax
+
+
+@drawing
+def graded_not() -> Axes:
+    """Near uniform."""
+    return graded(None)
+
+
+@drawing
+def graded_by_ratio() -> Axes:
+    """Facets of the boundary a fifth as long as the largest."""
+    return graded(0.2)
+
+
+@drawing
+def graded_by_law() -> Axes:
+    """Drawn to the edge."""
+    return graded("sine")
+
+
+@cache
+def eccentric() -> PunchSolution:
+    """A circle under an eccentric force."""
+    dual = DualMesh.from_mesh(disc(n=300, true_area=True))
+    return RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(1.0, at=(0.2, 0.1))
+
+
+@drawing
+def picture_lifted() -> Axes:
+    """Isobars under a punch that lifts off."""
+    dual = DualMesh.from_mesh(disc(n=600, true_area=True))
+    s = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
+    basis, p = s.nodal_pressure()
+    over, region = p / s.mean_pressure, s.contact_region
+    return isobars(basis, over, title="p / mean p", contact=region, ax=sheet(4.2, 3.4))
+
+
+@drawing
+def picture_draw() -> Axes:
+    """What draw shows."""
+    ax = sheet(4.2, 3.9)
+    draw(eccentric().punch.basis.dual, ax=ax)
+    return ax
+
+
+@drawing
+def picture_plot() -> Axes:
+    """What plot shows."""
+    s = eccentric()
+    ax = sheet(4.2, 3.4)
+    return plot(s.punch.basis, s.pressure / s.mean_pressure, title="p / mean p", ax=ax)
+
+
+@drawing
+def picture_isobars() -> Axes:
+    """What isobars shows."""
+    s = eccentric()
+    basis, p = s.nodal_pressure()
+    return isobars(basis, p / s.mean_pressure, title="p / mean p", ax=sheet(4.2, 3.4))
+
+
+if __name__ == "__main__":
+    plt.switch_backend("agg")
+    draw_all(Path(sys.argv[1]))
