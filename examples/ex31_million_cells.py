@@ -6,7 +6,7 @@ under a force at a / 4 from its centre has the exact settlement P / (2 a E*) and
 3 M / (4 a^3 E*). Its mesh, graded to the edge, is refined again and again, and its boundary put
 back on the circle.
 
-``main()`` goes up to some thousand cells, ``main(n=1_000_000)`` to a million.
+By default it goes up to some thousand cells, with ``--n 1000000`` to a million.
 """
 
 from collections.abc import Iterator

@@ -1,6 +1,7 @@
 """Running an example as a script: ``python examples/exNN_name.py [--save DIR]``."""
 
 import argparse
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,11 +12,17 @@ def run(main: Callable, visualize: Callable, **options) -> None:
     """Solve, print the result, and show the pictures or save them as files.
 
     ``visualize`` takes what ``main`` returns and gives pictures by their names, each a pyvista
-    Plotter or matplotlib Axes. The options are those of ``main``.
+    Plotter or matplotlib Axes. The options are those of ``main``; numbers among its arguments can
+    be given on the command line too.
     """
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--save", metavar="DIR", type=Path, help="write the pictures there")
-    folder = parser.parse_args().save
+    for name, argument in inspect.signature(main).parameters.items():
+        default = options.get(name, argument.default)
+        if isinstance(default, (int, float)):
+            parser.add_argument(f"--{name}", type=type(default), default=default)
+    options |= vars(parser.parse_args())
+    folder = options.pop("save")
     result = main(**options)
     print(result)
     pictures = visualize(result)
