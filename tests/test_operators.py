@@ -250,6 +250,8 @@ def test_benchmark(monkeypatch, capsys):
     fast_operator = importlib.import_module("fast_operator")
     found = fast_operator.main(sizes=(1000,))
     assert all(row.error < 1e-6 for row in found.values())
+    for _, lifted in fast_operator.punches(sizes=(1000,)).values():
+        assert lifted.settlement == pytest.approx(0.4821, rel=1e-3)
     assert "graded" in capsys.readouterr().out
     for name in ("fast_operator", "plans"):
         sys.modules.pop(name, None)
