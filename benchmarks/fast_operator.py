@@ -167,14 +167,18 @@ def punches(sizes=(10_000, 100_000)) -> dict:
         for n in sizes:
             triangulation = mesh(n)
             start = perf_counter()
-            punch = RigidPunch(SOIL, DualMesh.from_mesh(triangulation).basis(), rtol=1e-6)
+            basis = DualMesh.from_mesh(triangulation).basis()
+            punch = RigidPunch(SOIL, basis, rtol=1e-6)
             punch.solve(1.0)
             between = perf_counter()
+            print(f"{kind:<9}{len(basis.partition):>9}{between - start:>16.2f}", end="")
+            if n > 200_000:  # hundreds of products
+                print(flush=True)
+                continue
             lifted = punch.solve(1.0, (0.5, 0.0))
             end = perf_counter()
             found[kind, n] = between - start, lifted
             print(
-                f"{kind:<9}{len(lifted.pressure):>9}{between - start:>16.2f}"
                 f"{end - between:>12.2f}{lifted.iterations:>7}{lifted.settlement:>9.5f}",
                 flush=True,
             )

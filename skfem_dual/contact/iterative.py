@@ -30,6 +30,8 @@ from .quadtree import Quadtree
 GROUP = 10
 #: neighbours of a group lie so far beyond it, over the half-width of its box
 OVERLAP = 0.9
+#: cells of a group and its neighbours at most, the nearest, where far smaller ones are beside it
+AROUND = 100
 #: large boxes, about, and the fewest cells in one
 COARSE, FEWEST = 1000, 30
 #: directions that GMRES keeps before it starts anew
@@ -72,7 +74,11 @@ class Preconditioner:
         middle, half = tree.middle[:, near.boxes], tree.half[near.boxes]
         away = np.abs(centroids[:, cells[near.items]] - middle[:, group]).max(axis=0)
         kept = away <= (1 + OVERLAP) * half[group]
-        items, group = near.items[kept], group[kept]
+        items, group, away = near.items[kept], group[kept], away[kept]
+        order = np.lexsort((away, group))
+        starts = np.searchsorted(group, np.arange(len(half) + 1))
+        order = order[np.arange(len(order)) - starts[group] < AROUND]
+        items, group = items[order], group[order]
         items = items[np.lexsort((items, group))]
         starts = np.searchsorted(group, np.arange(len(half) + 1))
         rows = tree.targets[:, near.boxes]

@@ -64,7 +64,7 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
     # near entries and moments of every cell, two expansions and a table for every box; twice the
     # former while they are made
     memory = each * (120.0 * size + fields * (terms * size + 60) + 2 * terms * 1.5 + 500)
-    setup = 0.1 * fields + each * (6e-6 + 40e-6 * layered) + each * 2e-9 * terms
+    setup = 0.1 * fields + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * fields * (2e-7 + 1e-8 * terms))
 
 
