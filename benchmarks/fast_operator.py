@@ -18,8 +18,9 @@ from skfem import MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
 from skfem_dual.contact.fmm_dense import moment_matrix
-from skfem_dual.contact.iterative import Preconditioner, solve_many
+from skfem_dual.contact.iterative import solve_many
 from skfem_dual.contact.operators import InfluenceOperator
+from skfem_dual.contact.preconditioner import Preconditioner
 from skfem_dual.grids.edge import EdgeWeights, edge_ribs
 from skfem_dual.grids.generate import disc
 

@@ -58,6 +58,7 @@ LAYERS = [
         "contact.fmm",
         "contact.fmm_dense",
         "contact.operators",
+        "contact.preconditioner",
         "contact.iterative",
         "contact.representations",
         "contact.symmetry",

@@ -7,8 +7,9 @@ from skfem import MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
 from skfem_dual.contact import iterative
-from skfem_dual.contact.iterative import Preconditioner, solve_many
+from skfem_dual.contact.iterative import solve_many
 from skfem_dual.contact.operators import InfluenceOperator
+from skfem_dual.contact.preconditioner import Preconditioner
 
 GROUNDS = {
     "homogeneous": HalfSpace(3.0, 0.2),

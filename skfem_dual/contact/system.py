@@ -13,9 +13,10 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from .blocks import SymmetricMatrix
-from .iterative import Preconditioner, solve_many
+from .iterative import solve_many
 from .load import Constraints
 from .operators import InfluenceOperator
+from .preconditioner import Preconditioner
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
 
 Method = Literal["auto", "active-set", "cg"]

@@ -125,6 +125,7 @@ def small(text: Any) -> Html:
 
 
 def paragraph(*parts: Any) -> Html:
+    """Parts one after the other in a paragraph."""
     return Html(f"<p>{joined(parts)}</p>\n")
 
 

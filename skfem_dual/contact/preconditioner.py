@@ -1,0 +1,294 @@
+"""An approximate inverse of influence operators, in two levels.
+
+Settlements that vary slowly are answered by uniform pressures on large boxes, the rest by
+solutions on small groups of cells with their neighbours, of which each group keeps its own part:
+restricted additive Schwarz (Cai and Sarkis, 1999).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import csr_matrix
+
+from ..grids.partition import Partition
+from ..grids.polygons import Polygons
+from .compiled import inputs
+from .fmm import Blocks, FastSummation
+from .fmm_compiled import vectorised
+from .fmm_lists import near_lists
+from .fmm_threads import Threads
+from .influence import influence_matrix
+from .operators import InfluenceOperator
+from .quadtree import Quadtree
+
+#: mean number of cells in a group of a uniform mesh
+GROUP = 10
+#: neighbours of a group lie so far beyond it, over the half-width of its box
+OVERLAP = 0.9
+#: cells of a group and its neighbours at most, the nearest, where far smaller ones are beside it
+AROUND = 100
+#: large boxes, about, and the fewest cells in one
+COARSE, FEWEST = 1000, 30
+
+
+@dataclass(frozen=True, eq=False)
+class Preconditioner:
+    """An approximate inverse of a square operator.
+
+    Attributes
+    ----------
+    cells : (n,) array of int
+        The cells in the order of the blocks.
+    blocks : Blocks
+        Rows of each group in the inverse on the group and its neighbours.
+    coarse : Coarse
+        What answers slowly varying settlements.
+    """
+
+    cells: ndarray
+    blocks: Blocks
+    coarse: "Coarse"
+
+    @classmethod
+    def build(cls, operator: InfluenceOperator) -> "Preconditioner":
+        """Of an operator from cells to the collocation point of each."""
+        if operator.shape[0] != operator.shape[1]:
+            raise ValueError(f"expected a square operator, got shape {operator.shape}")
+        partition = operator.partition
+        centroids, points = partition.centroids, np.zeros(len(partition))
+        tree = _boxes(partition, GROUP, 2 * GROUP)
+        cells = tree.cells  # the same order as that of the points
+        near, _, _ = near_lists(tree, centroids[:, cells], points, len(partition))
+        group = np.repeat(np.arange(len(near.boxes)), near.counts)
+        middle, half = tree.middle[:, near.boxes], tree.half[near.boxes]
+        away = np.abs(centroids[:, cells[near.items]] - middle[:, group]).max(axis=0)
+        kept = away <= (1 + OVERLAP) * half[group]
+        items, group, away = near.items[kept], group[kept], away[kept]
+        order = np.lexsort((away, group))
+        starts = np.searchsorted(group, np.arange(len(half) + 1))
+        near_enough = np.arange(len(order)) - starts[group] < AROUND
+        own = away[order] <= half[group]
+        order = order[near_enough | own]
+        items, group = items[order], group[order]
+        items = items[np.lexsort((items, group))]
+        starts = np.searchsorted(group, np.arange(len(half) + 1))
+        rows = tree.targets[:, near.boxes]
+        blocks = _inverses(operator, cells, rows, starts, items)
+        return cls(cells, blocks, Coarse.build(operator))
+
+    def __matmul__(self, w: ndarray) -> ndarray:
+        """Approximate pressures under settlements ``w`` of shape (n,)."""
+        out, rest = self.coarse.split(w)
+        inner = np.zeros(len(w))
+        with Threads() as run:
+            self.blocks.add_product(rest[self.cells], inner, run)
+        out[self.cells] += inner
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Coarse:
+    """Large boxes of cells, each taken for a square under uniform pressure.
+
+    Attributes
+    ----------
+    box : (n,) array of int
+        Box of each cell.
+    shares : (n,) array of float
+        Area of each cell over that of its box.
+    factors : tuple of arrays
+        LU factors of the settlements of the squares' middles.
+    """
+
+    box: ndarray
+    shares: ndarray
+    factors: tuple[ndarray, ndarray]
+
+    @classmethod
+    def build(cls, operator: InfluenceOperator) -> "Coarse":
+        """Of the cells of an operator."""
+        partition = operator.partition
+        n = len(partition)
+        size = max(FEWEST, n // COARSE)
+        tree = _boxes(partition, size, 1.6 * size)
+        targets = tree.targets[:, tree.leaves]
+        box = np.empty(n, np.int32)
+        for k, (begin, end) in enumerate(targets.T):
+            box[tree.points[begin:end]] = k
+        areas = np.bincount(box, partition.areas)
+        middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
+        squares = _squares(middles / areas, np.sqrt(areas))
+        matrix = influence_matrix(operator.substrate, squares, squares.nodes)
+        return cls(box, partition.areas / areas[box], lu_factor(matrix))
+
+    def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
+        """Pressures under the means of settlements over the boxes; settlements less the means."""
+        mean = np.bincount(self.box, self.shares * w)
+        return lu_solve(self.factors, mean)[self.box], w - mean[self.box]
+
+
+def _boxes(partition: Partition, size: int, most: float) -> Quadtree:
+    """Cells by their centroids in boxes of about ``size`` and at most ``most``."""
+    centroids, points = partition.centroids, np.zeros(len(partition))
+    unit = np.sqrt(size * np.median(partition.areas))
+    return Quadtree.build(centroids, points, centroids, int(most), 1.0, unit)
+
+
+def _squares(middles: ndarray, sides: ndarray) -> Partition:
+    """Squares that share no ribs."""
+    n = len(sides)
+    corners = np.array([[-0.5, 0.5, 0.5, -0.5], [-0.5, -0.5, 0.5, 0.5]])
+    p = (middles[:, :, None] + sides[:, None] * corners[:, None]).reshape(2, -1)
+    vertices = np.arange(4 * n).reshape(n, 4)
+    facets = np.stack([vertices.ravel(), np.roll(vertices, -1, axis=1).ravel()])
+    outside = np.full(4 * n, -1)
+    return Partition(
+        Polygons(p, vertices.ravel(), np.arange(0, 4 * n + 1, 4)),
+        facets,
+        np.stack([np.repeat(np.arange(n), 4), outside]),
+        middles,
+        outside,
+    )
+
+
+def _inverses(
+    operator: InfluenceOperator, cells: ndarray, rows: ndarray, starts: ndarray, items: ndarray
+) -> Blocks:
+    """Rows of inverses of what acts nearby."""
+    n = len(cells)
+    near = csr_matrix(operator.shape)
+    summation, arguments = operator.summation, ()
+    if summation is None:
+        matrix = operator.to_dense()
+    else:
+        matrix = np.empty((0, 0))
+        arguments = _known_entries(operator, summation, cells)
+        if operator.correction is not None:
+            near = operator.correction.near[cells][:, cells].tocsr()
+    sparse = inputs(near.indptr, near.indices, near.data)
+    blocks = Blocks(rows, starts, items, np.empty(0))
+    offsets = blocks.offsets
+    values = np.empty(offsets[-1], np.float32)
+
+    def work(piece: slice) -> None:
+        room = np.full(n, -1, np.int32), np.empty(n, np.int32)
+        for first in range(piece.start, piece.stop, 64):
+            k = slice(first, min(first + 64, piece.stop))
+            ends = starts[k.start : k.stop + 1]
+            local = np.empty(int(np.sum(np.diff(ends) ** 2)))
+            if summation is None:
+                _take(matrix, *inputs(cells, ends, items), local)
+            else:
+                _look_up(*inputs(ends, items), *arguments, *room, local)
+            part = values[offsets[k.start] : offsets[k.stop]]
+            _invert(*inputs(rows[:, k], ends, items), *sparse, local, part)
+
+    with Threads() as run:
+        run(work, rows.shape[1])
+    return Blocks(rows, starts, items, values)
+
+
+def _known_entries(operator: InfluenceOperator, fast: FastSummation, cells: ndarray) -> tuple:
+    """What `_look_up` takes: near entries of a fast summation, and points for the others."""
+    n = len(cells)
+    rank = np.empty((2, n), np.int32)
+    rank[0, fast.tree.points] = rank[1, fast.tree.cells] = np.arange(n)
+    near = fast.near
+    order = np.argsort(near.rows[0])
+    block = np.repeat(order, (near.rows[1] - near.rows[0])[order])  # all points are in one
+    partition = operator.partition
+    charges = operator.substrate.singular_coefficient * partition.areas
+    return inputs(
+        rank[0, cells], rank[1, cells], block, near.rows[0], near.starts, near.columns,
+        near.offsets, near.values, operator.x[:, cells], partition.centroids[:, cells],
+        charges[cells],
+    )  # fmt: skip
+
+
+@vectorised
+def _take(matrix, cells, starts, items, out):
+    """Blocks of a matrix, with the rows and columns of some items."""
+    at = 0
+    for k in range(starts.shape[0] - 1):
+        some = cells[items[starts[k] : starts[k + 1]]]
+        for i in some:
+            for j in some:
+                out[at] = matrix[i, j]
+                at += 1
+
+
+@vectorised
+def _look_up(
+    starts, items, point, cell, block, first, begin, columns, offsets, values, x, centroids,
+    charges, stamp, place, out,
+):  # fmt: skip
+    """The same from blocks of near entries; the others as if charges were in the centroids."""
+    at = 0
+    stamp[:] = -1
+    for k in range(starts.shape[0] - 1):
+        some = items[starts[k] : starts[k + 1]]
+        for i in some:
+            row, b = point[i], block[point[i]]
+            width = begin[b + 1] - begin[b]
+            base = offsets[b] + (row - first[b]) * width
+            for c in range(width):
+                j = columns[begin[b] + c]
+                stamp[j], place[j] = row, c
+            for j in some:
+                other = cell[j]
+                if stamp[other] == row:
+                    out[at] = values[base + place[other]]
+                else:
+                    dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
+                    out[at] = charges[j] / np.sqrt(dx * dx + dy * dy)
+                at += 1
+
+
+@vectorised
+def _invert(rows, starts, items, indptr, indices, data, local, values):
+    """Rows of the inverses of square blocks, after sparse entries are added to these."""
+    at, out = 0, 0
+    for block in range(rows.shape[1]):
+        some = items[starts[block] : starts[block + 1]]
+        size, own = some.shape[0], rows[1, block] - rows[0, block]
+        first = np.searchsorted(some, rows[0, block])
+        # rows of the inverse solve equations with the transpose
+        m, y = np.empty((size, size)), np.zeros((size, own))
+        for i in range(size):
+            for j in range(size):
+                m[j, i] = local[at + i * size + j]
+            for k in range(indptr[some[i]], indptr[some[i] + 1]):
+                j = np.searchsorted(some, indices[k])
+                if j < size and some[j] == indices[k]:
+                    m[j, i] += data[k]
+        for i in range(own):
+            y[first + i, i] = 1.0
+        for k in range(size):
+            pivot = k
+            for i in range(k + 1, size):
+                if abs(m[i, k]) > abs(m[pivot, k]):
+                    pivot = i
+            for j in range(k, size):
+                m[k, j], m[pivot, j] = m[pivot, j], m[k, j]
+            for j in range(own):
+                y[k, j], y[pivot, j] = y[pivot, j], y[k, j]
+            for i in range(k + 1, size):
+                f = m[i, k] / m[k, k]
+                for j in range(k + 1, size):
+                    m[i, j] -= f * m[k, j]
+                for j in range(own):
+                    y[i, j] -= f * y[k, j]
+        for k in range(size - 1, -1, -1):
+            for i in range(k + 1, size):
+                f = m[k, i]
+                for j in range(own):
+                    y[k, j] -= f * y[i, j]
+            for j in range(own):
+                y[k, j] /= m[k, k]
+        for i in range(own):
+            for j in range(size):
+                values[out] = y[j, i]
+                out += 1
+        at += size * size
