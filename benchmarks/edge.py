@@ -15,7 +15,7 @@ from plans import KINDS, PLANS, make
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
 from skfem_dual.contact.exact import ellipse_pressure
-from skfem_dual.grids.edge import distance_to_segments
+from skfem_dual.grids.outline import distance_to_segments
 
 SOIL = HalfSpace(1.0, 0.0)
 SIZES = (150, 600, 2400)

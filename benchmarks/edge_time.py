@@ -16,9 +16,10 @@ from plans import PLANS, make
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
-from skfem_dual.contact.edge_correction import EdgeCorrection
-from skfem_dual.contact.influence import influence_matrix
-from skfem_dual.grids.edge import EdgeWeights, edge_ribs
+from skfem_dual.elements.edge_correction import EdgeCorrection
+from skfem_dual.elements.edge_weights import EdgeWeights
+from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.grids.outline import edge_ribs
 
 SOIL = HalfSpace(1.0, 0.0)
 LADDER = (20, 30, 45, 65, 100, 150, 220, 330, 500, 750, 1100, 1700, 2500)

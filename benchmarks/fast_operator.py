@@ -17,12 +17,13 @@ from edge_time import best
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
-from skfem_dual.contact.fmm_dense import moment_matrix
-from skfem_dual.contact.iterative import solve_many
-from skfem_dual.contact.operators import InfluenceOperator
-from skfem_dual.contact.preconditioner import Preconditioner
-from skfem_dual.grids.edge import EdgeWeights, edge_ribs
+from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.grids.generate import disc
+from skfem_dual.grids.outline import edge_ribs
+from skfem_dual.operators.dense import moment_matrix
+from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.iterative import solve_many
+from skfem_dual.operators.preconditioner import Preconditioner
 
 SOIL = HalfSpace(1.0, 0.0)
 GROUND = GradedHalfSpace.init_linear(1.0, 0.25, 0.5)

@@ -8,9 +8,9 @@ from plans import make
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
-from skfem_dual.contact.fmm_dense import moment_matrix
-from skfem_dual.contact.operators import InfluenceOperator
 from skfem_dual.grids.generate import disc, rectangle
+from skfem_dual.operators.dense import moment_matrix
+from skfem_dual.operators.influence_operator import InfluenceOperator
 
 SOIL = HalfSpace(1.0, 0.0)
 

@@ -18,8 +18,8 @@ from plans import PLANS, make
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
-from skfem_dual.grids.edge import distance_to_segments
 from skfem_dual.grids.generate import disc
+from skfem_dual.grids.outline import distance_to_segments
 from skfem_dual.post.estimate import estimate_error
 from skfem_dual.post.functional import CoupleFunctional, Neighbours, Weights
 from skfem_dual.post.postprocess import postprocess

@@ -19,7 +19,7 @@ from skfem_dual import (
     LayeredHalfSpace,
     RigidPunch,
 )
-from skfem_dual.contact.influence import influence_matrix
+from skfem_dual.elements.influence import influence_matrix
 
 HOMOGENEOUS = HalfSpace(1.0, 0.25)
 

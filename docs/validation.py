@@ -26,7 +26,7 @@ from skfem_dual import (
     flexible_settlement,
 )
 from skfem_dual.contact import exact
-from skfem_dual.contact.stresses import stress_below
+from skfem_dual.contact.below import stress_below
 from skfem_dual.grids.generate import annulus, disc, polar, rectangle
 from skfem_dual.io import read_mesh
 

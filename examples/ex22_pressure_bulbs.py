@@ -12,7 +12,7 @@ from gallery import run
 from skfem import CellBasis
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
-from skfem_dual.contact.stresses import stress_below, vertical_section
+from skfem_dual.contact.below import stress_below, vertical_section
 from skfem_dual.io import read_mesh
 
 ANNULUS = Path(__file__).parents[1] / "tests" / "data" / "eccentric_annulus.msh"

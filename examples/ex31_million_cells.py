@@ -20,8 +20,8 @@ from skfem import CellBasis, ElementTriP1, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, InfluenceOperator, RigidPunch
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
-from skfem_dual.contact.iterative import solve_many
 from skfem_dual.grids.generate import disc
+from skfem_dual.operators.iterative import solve_many
 
 SOIL = HalfSpace(young=1.0, poisson=0.25)
 ECCENTRICITY = 0.25

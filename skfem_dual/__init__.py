@@ -1,18 +1,16 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from .contact.below import displacement_below, stress_below, vertical_section
 from .contact.group import PunchesSolution, RigidPunches
 from .contact.load import Load
-from .contact.loads import flexible_settlement
-from .contact.operators import InfluenceOperator
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.punch import RigidPunch
 from .contact.refine import refine_to_contact
 from .contact.region import ContactRegion
 from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
 from .contact.solution import EdgeCoefficient, PunchSolution
-from .contact.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
-from .contact.substrates import HalfSpace
-from .contact.symmetry import Symmetry
+from .elements.flexible import flexible_settlement
+from .elements.stresses import Stresses
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
@@ -24,11 +22,15 @@ from .grids.general import dual_nodes, general_triangulation
 from .grids.preprocess import PreprocessReport, improve, relocate, repair
 from .grids.rectangles import rectangular_couple
 from .grids.voronoi import delaunay_voronoi
+from .ground.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
+from .ground.substrates import HalfSpace
+from .operators.influence_operator import InfluenceOperator
+from .operators.symmetry import Symmetry
 from .post.estimate import CoupleEstimate, estimate_error, marked
 from .post.functional import Weights
 from .post.postprocess import PostprocessedPressure, postprocess
 from .post.smooth import SmoothedCouple, smooth_couple
-from .sweep import Outcome, SweepResult, sweep
+from .sweeps.sweep import Outcome, SweepResult, sweep
 
 __version__ = "0.1.0"
 
@@ -66,12 +68,14 @@ __all__ = [
     "RoundedCylinder",
     "SmoothedCouple",
     "Sphere",
+    "Stresses",
     "SweepResult",
     "Symmetry",
     "Weights",
     "check_dual",
     "check_mesh",
     "delaunay_voronoi",
+    "displacement_below",
     "dual_nodes",
     "estimate_error",
     "flexible_settlement",
@@ -88,5 +92,7 @@ __all__ = [
     "relocate",
     "repair",
     "smooth_couple",
+    "stress_below",
     "sweep",
+    "vertical_section",
 ]

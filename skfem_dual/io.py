@@ -14,12 +14,12 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from .contact.solution import PunchSolution
-from .contact.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
-from .contact.substrates import HalfSpace
 from .errors import MeshError, MeshWarning
 from .grids.checks import user_tags
 from .grids.dual_mesh import DualMesh
 from .grids.polygons import Polygons, some
+from .ground.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
+from .ground.substrates import HalfSpace
 
 PathLike = str | os.PathLike[str]
 

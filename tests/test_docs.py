@@ -31,7 +31,7 @@ VARY = re.compile(r"^ *(?:Residuals|Time \[s\]) .*", re.M)
 MODULES = (
     "contact.exact",
     "contact.shapes",
-    "contact.stresses",
+    "elements.stresses",
     "grids.generate",
     "io",
     "report",

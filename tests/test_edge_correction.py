@@ -7,9 +7,10 @@ from scipy.integrate import quad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace
-from skfem_dual.contact.edge_correction import EdgeCorrection
-from skfem_dual.contact.influence import influence_matrix
-from skfem_dual.grids.edge import EdgeWeights, edge_ribs
+from skfem_dual.elements.edge_correction import EdgeCorrection
+from skfem_dual.elements.edge_weights import EdgeWeights
+from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
 
 

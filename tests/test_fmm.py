@@ -8,13 +8,13 @@ from numpy.polynomial import chebyshev
 from plans import disc, perturbed, rectangle
 
 from skfem_dual import DualMesh
-from skfem_dual.contact.compiled import inputs
-from skfem_dual.contact.fmm_chebyshev import PADDING, Chebyshev
-from skfem_dual.contact.fmm_kernels import gather_loads
-from skfem_dual.contact.fmm_lists import near_lists
-from skfem_dual.contact.fmm_moments import polygon_moments, radii
-from skfem_dual.contact.fmm_threads import Threads
-from skfem_dual.contact.quadtree import OFFSETS, Quadtree
+from skfem_dual.elements.moments import polygon_moments, radii
+from skfem_dual.kernels.compiled import inputs
+from skfem_dual.kernels.threads import Threads
+from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev
+from skfem_dual.operators.fmm.lists import near_lists
+from skfem_dual.operators.fmm.quadtree import OFFSETS, Quadtree
+from skfem_dual.operators.fmm.translations import gather_loads
 
 
 def random_circles(seed, n, m, ratio):

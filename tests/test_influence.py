@@ -8,7 +8,7 @@ from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace
 from skfem_dual.contact.exact import uniform_circle_displacement
-from skfem_dual.contact.influence import influence_matrix, surface_displacement
+from skfem_dual.elements.influence import influence_matrix, surface_displacement
 from skfem_dual.grids.partition import Partition
 
 SOIL = HalfSpace(1.0, 0.0)

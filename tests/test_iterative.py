@@ -6,10 +6,10 @@ from plans import disc, sin_graded
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
-from skfem_dual.contact import iterative
-from skfem_dual.contact.iterative import solve_many
-from skfem_dual.contact.operators import InfluenceOperator
-from skfem_dual.contact.preconditioner import Preconditioner
+from skfem_dual.operators import iterative
+from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.iterative import solve_many
+from skfem_dual.operators.preconditioner import Preconditioner
 
 GROUNDS = {
     "homogeneous": HalfSpace(3.0, 0.2),

@@ -8,7 +8,7 @@ from plans import perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace
-from skfem_dual.contact.influence import influence_matrix, surface_displacement
+from skfem_dual.elements.influence import influence_matrix, surface_displacement
 from skfem_dual.grids.partition import Partition
 
 GROUNDS = {

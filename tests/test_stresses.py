@@ -6,14 +6,9 @@ from plans import disc, perturbed, polar, rectangle
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
-from skfem_dual.contact.influence import surface_displacement
-from skfem_dual.contact.stresses import (
-    displacement_below,
-    displacements,
-    stress_below,
-    stresses,
-    vertical_section,
-)
+from skfem_dual.contact.below import displacement_below, stress_below, vertical_section
+from skfem_dual.elements.influence import surface_displacement
+from skfem_dual.elements.stresses import displacements, stresses
 from skfem_dual.grids.partition import Partition
 
 SOIL = HalfSpace(2.0, 0.3)

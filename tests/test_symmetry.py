@@ -8,11 +8,11 @@ from plans import annulus, disc, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
-from skfem_dual.contact.blocks import SymmetricMatrix
-from skfem_dual.contact.symmetry import Symmetry
 from skfem_dual.contact.unilateral import ContactProblem, active_set, conjugate_gradients
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.partition import Partition
+from skfem_dual.operators.blocks import SymmetricMatrix
+from skfem_dual.operators.symmetry import Symmetry
 
 SOIL = HalfSpace(1.0, 0.25)
 

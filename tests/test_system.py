@@ -15,9 +15,10 @@ from skfem_dual import (
     RigidPunch,
     Symmetry,
 )
-from skfem_dual.contact import iterative, punch, system
-from skfem_dual.contact.blocks import SymmetricMatrix
-from skfem_dual.contact.operators import InfluenceOperator
+from skfem_dual.contact import punch, system
+from skfem_dual.operators import iterative
+from skfem_dual.operators.blocks import SymmetricMatrix
+from skfem_dual.operators.influence_operator import InfluenceOperator
 
 GROUNDS = {
     "homogeneous": HalfSpace(1.0, 0.0),

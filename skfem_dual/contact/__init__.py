@@ -1,1 +1,1 @@
-"""Stage 2: boundary elements. Rigid punches on elastic substrates (section 4 of the paper)."""
+"""What is solved: bodies on the ground, loads, contact that is found."""

@@ -15,11 +15,11 @@ from skfem import CellBasis, ElementTriP0, MeshTri
 from ..errors import ConvergenceWarning
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
+from ..ground.substrates import Substrate
 from .load import Constraints, Load, require_compression
 from .neighbours import free_of, require_apart
 from .punch import RigidPunch
 from .solution import PunchSolution
-from .substrates import Substrate
 from .system import ContactSystem, Method, timed
 from .unilateral import Contact
 

@@ -5,7 +5,7 @@ from numpy import ndarray
 from scipy.spatial import ConvexHull
 
 from ..errors import ConvergenceError
-from ..grids.edge import edge_ribs
+from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from .region import fitted_planes

@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.cellwise import nodal_mesh
-from ..grids.edge import distance_to_segments, edge_ribs
+from ..grids.outline import distance_to_segments, edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some

@@ -11,22 +11,23 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
+from ..elements.edge_correction import EdgeCorrection
+from ..elements.edge_weights import EdgeWeights
+from ..elements.influence import influence_matrix
 from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
-from ..grids.edge import EdgeWeights, edge_ribs
 from ..grids.fan import Fan
+from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from .blocks import SymmetricMatrix
-from .edge_correction import EdgeCorrection
-from .influence import influence_matrix
+from ..ground.substrates import Substrate
+from ..operators.blocks import SymmetricMatrix
+from ..operators.influence_operator import InfluenceOperator
+from ..operators.symmetry import Symmetry
 from .kern import kern
 from .load import Load, Pair, checked_number, checked_pair, require_compression
-from .operators import InfluenceOperator
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
-from .substrates import Substrate
-from .symmetry import Symmetry
 from .system import DENSE, ContactSystem, Method, timed
 from .unilateral import Contact
 

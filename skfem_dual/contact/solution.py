@@ -8,12 +8,12 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
+from ..elements.influence import as_points, surface_displacement
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
-from .influence import as_points, surface_displacement
+from ..operators.influence_operator import InfluenceOperator
 from .load import Load
-from .operators import InfluenceOperator
 from .region import ContactRegion
 
 if TYPE_CHECKING:

@@ -12,11 +12,11 @@ import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from .blocks import SymmetricMatrix
-from .iterative import solve_many
+from ..operators.blocks import SymmetricMatrix
+from ..operators.influence_operator import InfluenceOperator
+from ..operators.iterative import solve_many
+from ..operators.preconditioner import Preconditioner
 from .load import Constraints
-from .operators import InfluenceOperator
-from .preconditioner import Preconditioner
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
 
 Method = Literal["auto", "active-set", "cg"]

@@ -1,1 +1,1 @@
-"""Stage 1: partition. Dual grids of triangulations (sections 2 and 3 of the paper)."""
+"""Partition: dual grids of triangulations (sections 2 and 3 of the paper)."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from .edge import distance_to_segments
+from .outline import distance_to_segments
 
 
 @dataclass(frozen=True)

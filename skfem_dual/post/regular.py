@@ -18,8 +18,8 @@ from scipy.sparse.linalg import splu
 from skfem import CellBasis, ElementTriP1, MeshTri
 from skfem.models.poisson import laplace, unit_load
 
+from ..elements.edge_weights import EdgeWeights
 from ..grids.dual_mesh import DualMesh
-from ..grids.edge import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.general import general_triangulation
 from ..grids.partition import Partition

@@ -5,9 +5,9 @@ from typing import Any
 
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
-from ..contact.stratified import GradedHalfSpace, LayeredHalfSpace
-from ..contact.substrates import HalfSpace, Substrate
 from ..grids.cellwise import nodal_mesh
+from ..ground.stratified import GradedHalfSpace, LayeredHalfSpace
+from ..ground.substrates import HalfSpace, Substrate
 from .figures import mesh_picture
 from .numbers import Standing
 from .page import (

@@ -13,10 +13,10 @@ from plans import disc, perturbed, rectangle
 from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
-from skfem_dual.contact import operators
-from skfem_dual.contact.operators import InfluenceOperator
 from skfem_dual.errors import ConvergenceError
 from skfem_dual.grids.partition import Partition
+from skfem_dual.operators import influence_operator as operators
+from skfem_dual.operators.influence_operator import InfluenceOperator
 
 GROUNDS = {
     "homogeneous": HalfSpace(2.0, 0.3),
@@ -238,7 +238,7 @@ def test_bad_points():
 
 def test_a_tolerance_out_of_reach(monkeypatch):
     monkeypatch.setattr(operators, "order_for", lambda rtol: 4)
-    monkeypatch.setattr("skfem_dual.contact.fmm.order_for", lambda rtol: 4)
+    monkeypatch.setattr("skfem_dual.operators.fmm.summation.order_for", lambda rtol: 4)
     with pytest.raises(ConvergenceError, match=r'rtol=1e-06, the fast.*method="dense"'):
         InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], 1e-6, "fast")
 

@@ -5,7 +5,7 @@ from skfem import ElementTriP1
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.contact.exact import uniform_circle_displacement
-from skfem_dual.contact.loads import flexible_settlement
+from skfem_dual.elements.flexible import flexible_settlement
 
 DUAL = DualMesh.from_mesh(disc(5))
 SOIL = HalfSpace(2.0, 0.3)

@@ -13,20 +13,19 @@ from itertools import pairwise
 import numpy as np
 from numpy import ndarray
 
-from ..grids.edge import EdgeWeights
-from ..grids.partition import Partition
-from .compiled import inputs
-from .fmm_chebyshev import PADDING, Chebyshev, Kernel
-from .fmm_kernels import block_products, evaluate, gather_loads, look_up, translate
-from .fmm_lists import Lists, near_lists
-from .fmm_moments import Loads, radii
-from .fmm_threads import Threads
-from .hankel import RadialTable
-from .influence import _in_blocks
-from .near import NearField
+from ...elements.edge_weights import EdgeWeights
+from ...elements.moments import Loads, radii
+from ...elements.near import NearField
+from ...elements.remainder import NEAR
+from ...grids.partition import Partition
+from ...ground.hankel import RadialTable
+from ...ground.substrates import Substrate
+from ...kernels.compiled import inputs
+from ...kernels.threads import Threads, in_blocks
+from .chebyshev import PADDING, Chebyshev, Kernel
+from .lists import Lists, near_lists
 from .quadtree import OFFSETS, Quadtree
-from .remainder import NEAR
-from .substrates import Substrate
+from .translations import block_products, evaluate, gather_loads, look_up, translate
 
 #: from half-width and the offsets needed to matrices as `compressed`
 Crossing = Callable[[float, ndarray], tuple[ndarray, ndarray, ndarray]]
@@ -325,7 +324,7 @@ def _gather_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: ty
         gather_loads(k.start, k.stop, *args, offsets - offsets[k.start], part)
         values[offsets[k.start] : offsets[k.stop]] = part
 
-    _in_blocks(work, len(boxes))
+    in_blocks(work, len(boxes))
     return Blocks(rows, starts, blocks.columns, values)
 
 
@@ -360,7 +359,7 @@ def _direct_blocks(
         direct.fill(x, rows[:, k], (starts, lists.items), part)
         values[offsets[k.start] : offsets[k.stop]] = part
 
-    _in_blocks(work, rows.shape[1])
+    in_blocks(work, rows.shape[1])
     return Blocks(rows, lists.starts, lists.items, values)
 
 
@@ -407,5 +406,5 @@ def _outward_blocks(
         offset = (x[:, point[some]] - tree.middle[:, b]) / tree.half[b]
         table[some] = chebyshev.outgoing(kernel, tree.half[b], offset)
 
-    _in_blocks(work, len(pairs))
+    in_blocks(work, len(pairs))
     return Blocks(rows, outward.starts * terms, columns, values)

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from .compiled import compiled
-from .fmm_compiled import vectorised
-from .remainder import _lookup
+from ...elements.remainder import _lookup
+from ...kernels.compiled import compiled, vectorised
 
 #: cells that are gathered together
 CELLS = 16

@@ -5,18 +5,15 @@ each. Neighbouring cells share ribs, so every rib is integrated once and counted
 its left, against the cell on its right.
 """
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-
-import numba
 import numpy as np
 from numpy import ndarray
 
-from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled, inputs
+from ..ground.substrates import Substrate
+from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import in_blocks
+from .edge_weights import EdgeWeights
 from .remainder import remainder_rows
-from .substrates import Substrate
 
 
 def influence_matrix(
@@ -56,11 +53,11 @@ def influence_matrix(
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs = _ribs(partition)
     c = substrate.singular_coefficient
-    _in_blocks(lambda rows: _fill(*inputs(x[:, rows]), *ribs, c, matrix[rows]), x.shape[1])
+    in_blocks(lambda rows: _fill(*inputs(x[:, rows]), *ribs, c, matrix[rows]), x.shape[1])
     if substrate.remainder is not None:
         add = remainder_rows(substrate.remainder, partition, weights, x)
         factor = 1 / substrate.surface.young
-        _in_blocks(lambda rows: add(rows, factor, matrix[rows]), x.shape[1])
+        in_blocks(lambda rows: add(rows, factor, matrix[rows]), x.shape[1])
     return matrix
 
 
@@ -78,7 +75,7 @@ def surface_displacement(
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
     out = np.empty(x.shape[1])
     ribs = _ribs(partition)
-    _in_blocks(lambda rows: _sum(*inputs(x[:, rows]), *ribs, jump, out[rows]), x.shape[1])
+    in_blocks(lambda rows: _sum(*inputs(x[:, rows]), *ribs, jump, out[rows]), x.shape[1])
     if substrate.remainder is not None:
         add = remainder_rows(substrate.remainder, partition, weights, x)
 
@@ -87,7 +84,7 @@ def surface_displacement(
             add(rows, 1 / substrate.surface.young, block)
             out[rows] += block @ pressure
 
-        _in_blocks(work, x.shape[1])
+        in_blocks(work, x.shape[1])
     return out
 
 
@@ -112,20 +109,6 @@ def _ribs(partition: Partition) -> tuple[ndarray, ...]:
     p = partition.polygons.p
     along = p[:, partition.facets[1]] - p[:, partition.facets[0]]
     return inputs(p, partition.facets, partition.f2c, along, np.hypot(*along))
-
-
-def _in_blocks(work: Callable[[slice], None], m: int) -> None:
-    """Call ``work`` on slices of ``range(m)`` from threads; the kernels release the GIL."""
-    threads = numba.config.NUMBA_NUM_THREADS
-    size = max(128, min(256, -(-m // threads)))
-    blocks = [slice(start, min(start + size, m)) for start in range(0, m, size)]
-    if len(blocks) < 2:  # starting threads would take longer
-        for block in blocks:
-            work(block)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        # list: wait for all, and let an exception through
-        list(pool.map(work, blocks))
 
 
 @compiled

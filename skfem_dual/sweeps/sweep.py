@@ -12,8 +12,16 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from .errors import ConvergenceWarning
-from .records import PathLike, Problem, fingerprint, load, load_record, read_records, record
+from ..errors import ConvergenceWarning
+from .records import (
+    PathLike,
+    Problem,
+    fingerprint,
+    load,
+    load_record,
+    read_records,
+    record,
+)
 from .workers import Job, all_answers, cores, error_text, ours
 
 

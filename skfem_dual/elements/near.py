@@ -10,15 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled, inputs
-from .fmm_compiled import vectorised
-from .fmm_moments import load_moments, radii
-from .hankel import RadialTable
+from ..ground.hankel import RadialTable
+from ..ground.substrates import Substrate
+from ..kernels.compiled import compiled, inputs, vectorised
+from .edge_weights import EdgeWeights
 from .influence import _rib_integral
+from .moments import load_moments, radii
 from .remainder import NEAR, POINTS, _along_ribs, _from_afar, _pieces
-from .substrates import Substrate
 
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least
 NEAREST = 1.5

@@ -4,15 +4,14 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
-from ..grids.edge import EdgeWeights
+from ..elements.edge_weights import EdgeWeights
+from ..elements.moments import Loads, radii
+from ..elements.near import NearField
+from ..elements.remainder import remainder_rows
 from ..grids.partition import Partition
-from .compiled import compiled, inputs
-from .fmm_compiled import vectorised
-from .fmm_moments import Loads, radii
-from .influence import _in_blocks
-from .near import NearField
-from .remainder import remainder_rows
-from .substrates import Substrate
+from ..ground.substrates import Substrate
+from ..kernels.compiled import compiled, inputs, vectorised
+from ..kernels.threads import in_blocks
 
 #: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
 #: the fourth power
@@ -65,7 +64,7 @@ def moment_matrix(
         if add is not None:
             add(rows, factor, block)
 
-    _in_blocks(work, x.shape[1])
+    in_blocks(work, x.shape[1])
     return matrix
 
 

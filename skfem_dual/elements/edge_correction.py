@@ -13,9 +13,10 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..grids.edge import EdgeWeights
-from .compiled import compiled, inputs
-from .influence import _in_blocks, _rib_integral
+from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import in_blocks
+from .edge_weights import EdgeWeights
+from .influence import _rib_integral
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 NEAR = 2.5
@@ -65,7 +66,7 @@ class EdgeCorrection:
         def work(rows: slice) -> None:
             _add_dipoles(*inputs(self.x[:, rows]), *args, matrix[rows])
 
-        _in_blocks(work, self.x.shape[1])
+        in_blocks(work, self.x.shape[1])
         near = self.near.tocoo()
         matrix[near.row, near.col] += near.data
 
@@ -78,7 +79,7 @@ class EdgeCorrection:
         def work(rows: slice) -> None:
             _sum_dipoles(*inputs(self.x[:, rows]), *loads, out[rows])
 
-        _in_blocks(work, self.x.shape[1])
+        in_blocks(work, self.x.shape[1])
         return out + self.near @ q
 
 
@@ -101,7 +102,7 @@ def _near(
     def work(some: slice) -> None:
         _strip_sums(*args, strips, cells[some], offsets[some.start : some.stop + 1], rows, values)
 
-    _in_blocks(work, len(cells))
+    in_blocks(work, len(cells))
     values *= coefficient
     column = np.repeat(cells, counts)
     d = x[:, rows] - partition.centroids[:, column]

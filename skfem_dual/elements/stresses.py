@@ -20,13 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, ElementTriP1, MeshTri
 
 from ..grids.partition import Partition
-from .compiled import compiled, inputs
-from .influence import _in_blocks, as_points
-from .solution import PunchSolution
-from .substrates import HalfSpace, Substrate
+from ..ground.substrates import HalfSpace, Substrate
+from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import in_blocks
+from .influence import as_points
 
 
 class Stresses(NamedTuple):
@@ -53,101 +52,6 @@ class Stresses(NamedTuple):
         return np.stack(self)[[[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
 
 
-def stress_below(solution: PunchSolution, x) -> Stresses:
-    """Stresses in the ground below a punch.
-
-    The mean pressures of the cells act uniformly on their cells, also where the punch weights
-    the cells along a singular edge. Below such an edge sigma_z is then off by a tenth of the
-    mean pressure in a depth of one cell size, by 3 % in two and by 1 % in four; below the middle
-    of a circle of 545 cells by less than 0.5 % of itself everywhere. Grading the mesh to the
-    edge helps.
-
-    Parameters
-    ----------
-    solution : PunchSolution
-        Of a punch on a `HalfSpace`.
-    x : (3, m) array of float
-        Points in the ground, depths ``x[2] > 0``.
-
-    Returns
-    -------
-    Stresses
-        All components, compression positive, without the ground's own weight.
-
-    Raises
-    ------
-    ValueError
-        If a point is not in the ground, or the ground is not homogeneous.
-
-    Examples
-    --------
-    Rigid circle of radius 1 under a force of pi: on the axis
-    ``sigma_z = (1 + 3 z^2) / (2 (1 + z^2)^2)``.
-
-    >>> from skfem import MeshTri
-    >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
-    >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
-    >>> solution = RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(force=3.14159)
-    >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.2f}")
-    0.50
-    """
-    punch = solution.punch
-    return stresses(punch.substrate, punch.partition, solution.pressure, x)
-
-
-def displacement_below(solution: PunchSolution, x) -> ndarray:
-    """Displacements in the ground below a punch, shape (3, m), in the directions x, y, z.
-
-    The same loads, points and errors as `stress_below`.
-    """
-    punch = solution.punch
-    return displacements(punch.substrate, punch.partition, solution.pressure, x)
-
-
-def vertical_section(
-    solution: PunchSolution, start, end, depth: float, n: int = 100
-) -> tuple[CellBasis, ndarray]:
-    """Vertical stress in a section of the ground, to draw its bulbs of pressure.
-
-    Parameters
-    ----------
-    solution : PunchSolution
-        Of a punch on a `HalfSpace`.
-    start, end : pair of float
-        Ends of a line on the surface.
-    depth : float
-        Depth of the section below the line.
-    n : int
-        Number of intervals along the line; those of the depth are about as long.
-
-    Returns
-    -------
-    basis : CellBasis
-        First-order basis on a MeshTri. Its first coordinate is the distance from ``start``, its
-        second the *negative* depth, so that the surface is drawn on top.
-    values : (N,) array of float
-        The vector of sigma_z, compression positive; at the surface its limit from below, the
-        mean pressure of the cell.
-
-    Raises
-    ------
-    ValueError
-        If the section is empty, or as in `stress_below`.
-    """
-    start, end = (as_points(np.reshape(point, (-1, 1))) for point in (start, end))
-    length = float(np.hypot(*(end - start))[0])
-    if not (length > 0 and 0 < depth < np.inf and n >= 1):
-        raise ValueError(
-            "expected a section with length > 0, finite depth > 0 and n >= 1, got "
-            f"length={length:g}, depth={depth:g}, n={n}"
-        )
-    rows = max(1, round(n * depth / length))
-    mesh = MeshTri.init_tensor(np.linspace(0, length, n + 1), np.linspace(-depth, 0, rows + 1))
-    s, z = mesh.p[0] / length, np.maximum(-mesh.p[1], 1e-9 * depth)
-    values = stress_below(solution, np.vstack([(1 - s) * start + s * end, z])).sigma_z
-    return CellBasis(mesh, ElementTriP1()), values
-
-
 def stresses(substrate: Substrate, partition: Partition, pressure: ndarray, x) -> Stresses:
     """Stresses at points of shape (3, m) under one pressure per cell; see `stress_below`."""
     ground, x = _checked(substrate, x)
@@ -160,7 +64,7 @@ def stresses(substrate: Substrate, partition: Partition, pressure: ndarray, x) -
         _stresses(*inputs(x[:, rows]), *ribs, nu, part)
         out[:, rows] = part
 
-    _in_blocks(work, x.shape[1])
+    in_blocks(work, x.shape[1])
     return Stresses(*out / (2 * np.pi))
 
 
@@ -176,7 +80,7 @@ def displacements(substrate: Substrate, partition: Partition, pressure: ndarray,
         _displacements(*inputs(x[:, rows]), *ribs, nu, part)
         out[:, rows] = part
 
-    _in_blocks(work, x.shape[1])
+    in_blocks(work, x.shape[1])
     return out * (1 + nu) / (2 * np.pi * ground.young)
 
 
@@ -184,7 +88,7 @@ def _checked(substrate: Substrate, x) -> tuple[HalfSpace, ndarray]:
     if not isinstance(substrate, HalfSpace):
         raise ValueError(
             f"expected a homogeneous HalfSpace, got {type(substrate).__name__}: the solution "
-            "below its surface is not closed. Remedy: skfem_dual.contact.stresses.stresses("
+            "below its surface is not closed. Remedy: skfem_dual.elements.stresses.stresses("
             "HalfSpace(young, poisson), punch.partition, solution.pressure, x) lets the same "
             "pressures act on a homogeneous ground"
         )

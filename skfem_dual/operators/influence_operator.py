@@ -12,15 +12,16 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator
 from skfem import CellBasis
 
+from ..elements.edge_correction import EdgeCorrection
+from ..elements.edge_weights import EdgeWeights
+from ..elements.influence import as_points, influence_matrix
+from ..elements.near import NearField
 from ..errors import ConvergenceError
-from ..grids.edge import EdgeWeights, edge_ribs
+from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from .edge_correction import EdgeCorrection
-from .fmm import SINGLE, FastSummation, order_for
-from .fmm_dense import moment_matrix
-from .influence import as_points, influence_matrix
-from .near import NearField
-from .substrates import Substrate
+from ..ground.substrates import Substrate
+from .dense import moment_matrix
+from .fmm.summation import SINGLE, FastSummation, order_for
 
 Method = Literal["auto", "dense", "fast"]
 #: tolerances below it are for exact entries

@@ -9,14 +9,9 @@ from scipy.integrate import dblquad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh
-from skfem_dual.grids.edge import (
-    EdgeWeights,
-    _mean,
-    _mean_share,
-    distance_to_segments,
-    edge_ribs,
-)
+from skfem_dual.elements.edge_weights import EdgeWeights, _mean, _mean_share
 from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.outline import distance_to_segments, edge_ribs
 from skfem_dual.grids.partition import Partition
 
 

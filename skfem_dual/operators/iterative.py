@@ -6,7 +6,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from .operators import InfluenceOperator
+from .influence_operator import InfluenceOperator
 from .preconditioner import Preconditioner
 
 #: directions that GMRES keeps before it starts anew

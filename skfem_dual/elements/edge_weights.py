@@ -13,56 +13,17 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 from skfem import CellBasis
 
-from .cellwise import CellwiseBasis, nodal_mesh
-from .fan import Fan
-from .partition import Partition
-from .polygons import readonly
+from ..grids.cellwise import CellwiseBasis, nodal_mesh
+from ..grids.fan import Fan
+from ..grids.outline import distance_to_segments
+from ..grids.partition import Partition
+from ..grids.polygons import readonly
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
 #: phi in a cell whose node is farther from the edge than so many diameters of the largest
 #: triangle around it varies by less than the square of that
 FAR = (VARIATION**2 + 1) / (VARIATION**2 - 1)
-
-
-def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
-    """Distance of points to the nearest of some segments.
-
-    Parameters
-    ----------
-    x : (2, m) array of float
-        The points.
-    a, b : (2, n) array of float
-        Ends of the segments, n > 0.
-
-    Returns
-    -------
-    (m,) array of float
-        Exact up to rounding; the cost is nearly linear in m.
-    """
-    half = np.hypot(*(b - a)) / 2
-    workers = -1 if x.shape[1] > 5000 else 1  # starting threads takes its time
-    # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
-    # not farther than the hypotenuse of the distance and half the length. Segments of one octave
-    # of lengths at a time, so that this leaves few candidates
-    found = cKDTree(np.hstack([a, b]).T).query(x.T, workers=workers)[0]
-    octave = np.round(np.log2(half / half.max()).clip(-60))
-    for level in np.unique(octave):
-        mine = np.nonzero(octave == level)[0]
-        tree, reach = cKDTree(((a + b)[:, mine] / 2).T), half[mine].max()
-        radius = 1.000001 * np.hypot(found, reach)
-        near = tree.query_ball_point(x.T, radius, workers=workers)
-        pairs = np.repeat(np.arange(len(near)), [len(candidates) for candidates in near])
-        segment = mine[np.concatenate([*near, np.empty(0)]).astype(int)]
-        np.minimum.at(found, pairs, _distance(x[:, pairs], a[:, segment], b[:, segment]))
-    return found
-
-
-def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
-    """Distance of each point to its segment."""
-    along, offset = b - a, x - a
-    s = np.sum(offset * along, axis=0) / np.sum(along**2, axis=0).clip(np.finfo(float).tiny)
-    return np.hypot(*(offset - np.clip(s, 0, 1) * along))
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,18 +186,3 @@ def _mean_share(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
     s = b + c
     top = a**3 * s + 2 * a**2 * s**2 + 4 * a * b * c * s + 2 * b**2 * c**2
     return 8 / 15 * top / ((a + b) ** 2 * (a + c) ** 2 * s)
-
-
-def edge_ribs(partition: Partition) -> ndarray:
-    """Ribs on the edge of a plan: with a cell on one side only, and none in the same place.
-
-    In a polar grid the two banks of the seam and the points in the middle are no edge.
-    """
-    ribs = np.nonzero(partition.f2c[1] == -1)[0]
-    a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
-    length = np.hypot(*(b - a))
-    size = np.sqrt(partition.areas.sum())
-    real = length > 1e-12 * size
-    ends = np.vstack([np.minimum(a, b), np.maximum(a, b)])[:, real].T
-    pairs = cKDTree(ends).query_pairs(1e-10 * size, output_type="ndarray")
-    return readonly(np.delete(ribs[real], np.unique(pairs)), np.int32)

@@ -1,7 +1,7 @@
 import numba
 import pytest
 
-from skfem_dual.contact.compiled import compiled
+from skfem_dual.kernels.compiled import compiled
 
 
 def test_without_a_folder_for_caches(monkeypatch):

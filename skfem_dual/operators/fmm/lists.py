@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from .compiled import compiled, inputs
+from ...kernels.compiled import compiled, inputs
 from .quadtree import Quadtree
 
 

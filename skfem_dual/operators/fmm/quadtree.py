@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
-from .compiled import compiled, inputs
+from ...kernels.compiled import compiled, inputs
 
 #: no box is divided more often than this
 DEEPEST = 40

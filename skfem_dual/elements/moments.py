@@ -6,11 +6,11 @@ from math import factorial
 import numpy as np
 from numpy import ndarray
 
-from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
-from .fmm_compiled import vectorised
-from .influence import _in_blocks
+from ..kernels.compiled import vectorised
+from ..kernels.threads import in_blocks
+from .edge_weights import EdgeWeights
 
 #: moments up to this degree are kept
 DEGREE = 5
@@ -82,7 +82,7 @@ def polygon_moments(polygons: Polygons, degree: int) -> ndarray:
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
     gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
     args = polygons.p, polygons.indices, polygons.offsets, polygons.centroids, factorials, *gauss
-    _in_blocks(lambda k: _moments(k.start, k.stop, *args, out), n)
+    in_blocks(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
 
 

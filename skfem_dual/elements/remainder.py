@@ -11,10 +11,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy import ndarray
 
-from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
-from .compiled import compiled, inputs
-from .hankel import RadialTable
+from ..ground.hankel import RadialTable
+from ..kernels.compiled import compiled, inputs
+from .edge_weights import EdgeWeights
 
 #: cells nearer than so many of their radii are integrated along their ribs
 NEAR = 5.0

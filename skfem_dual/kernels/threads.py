@@ -1,4 +1,4 @@
-"""Threads that stay for many short pieces of work."""
+"""Threads for loops that release Python's lock."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -9,6 +9,20 @@ import numba
 PIECES = 16
 #: items of a piece are a multiple of this
 GRAIN = 64
+
+
+def in_blocks(work: Callable[[slice], None], m: int) -> None:
+    """Call ``work`` on slices of ``range(m)`` from threads; the kernels release the GIL."""
+    threads = numba.config.NUMBA_NUM_THREADS
+    size = max(128, min(256, -(-m // threads)))
+    blocks = [slice(start, min(start + size, m)) for start in range(0, m, size)]
+    if len(blocks) < 2:  # starting threads would take longer
+        for block in blocks:
+            work(block)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        # list: wait for all, and let an exception through
+        list(pool.map(work, blocks))
 
 
 class Threads:

@@ -12,16 +12,15 @@ from numpy import ndarray
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix
 
+from ..elements.influence import influence_matrix
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
-from .compiled import inputs
-from .fmm import Blocks, FastSummation
-from .fmm_compiled import vectorised
-from .fmm_lists import near_lists
-from .fmm_threads import Threads
-from .influence import influence_matrix
-from .operators import InfluenceOperator
-from .quadtree import Quadtree
+from ..kernels.compiled import inputs, vectorised
+from ..kernels.threads import Threads
+from .fmm.lists import near_lists
+from .fmm.quadtree import Quadtree
+from .fmm.summation import Blocks, FastSummation
+from .influence_operator import InfluenceOperator
 
 #: mean number of cells in a group of a uniform mesh
 GROUP = 10

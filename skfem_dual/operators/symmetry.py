@@ -17,8 +17,8 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from ..elements.edge_weights import EdgeWeights
 from ..errors import MeshError
-from ..grids.edge import EdgeWeights
 from ..grids.partition import Partition
 from ..grids.polygons import readonly, some
 from .representations import Component, representations

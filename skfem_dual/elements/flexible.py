@@ -7,8 +7,8 @@ from numpy import ndarray
 from skfem import CellBasis
 
 from ..grids.partition import Partition
+from ..ground.substrates import Substrate
 from .influence import surface_displacement
-from .substrates import Substrate
 
 
 def flexible_settlement(

@@ -1,0 +1,1 @@
+"""Compilation and threads of hot loops."""

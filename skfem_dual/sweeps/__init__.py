@@ -1,0 +1,1 @@
+"""Many problems through any executor."""
