@@ -22,7 +22,8 @@ from .grids.general import dual_nodes, general_triangulation
 from .grids.preprocess import PreprocessReport, improve, relocate, repair
 from .grids.rectangles import rectangular_couple
 from .grids.voronoi import delaunay_voronoi
-from .ground.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
+from .ground.graded import GradedHalfSpace
+from .ground.layered import Layer, LayeredHalfSpace
 from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry

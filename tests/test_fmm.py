@@ -10,7 +10,6 @@ from plans import disc, perturbed, rectangle
 from skfem_dual import DualMesh
 from skfem_dual.elements.moments import polygon_moments, radii
 from skfem_dual.kernels.compiled import inputs
-from skfem_dual.kernels.threads import Threads
 from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev
 from skfem_dual.operators.fmm.lists import near_lists
 from skfem_dual.operators.fmm.quadtree import OFFSETS, Quadtree
@@ -177,26 +176,3 @@ def test_gathered_loads_are_integrals_of_the_polynomials():
             y = c[:, None] + r * (a[:, None] + t * (b - a)[:, None])
             expected += weight @ polynomials(terms, (y - middle) / half)
     assert total == pytest.approx(expected, abs=1e-12)
-
-
-def test_work_is_cut_into_the_same_pieces_for_any_number_of_threads(monkeypatch):
-    import numba
-
-    pieces = []
-    for threads in (1, 2, 7):
-        monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", threads)
-        found = []
-        with Threads() as run:
-            run(found.append, 5000)
-            run(found.append, 0)
-        pieces.append(sorted((k.start, k.stop) for k in found))
-    assert pieces[0] == pieces[1] == pieces[2]
-    assert sum(stop - start for start, stop in pieces[0]) == 5000
-
-
-def test_errors_in_threads_come_through():
-    def work(some):
-        raise FloatingPointError(str(some.start))
-
-    with Threads() as run, pytest.raises(FloatingPointError):
-        run(work, 5000)

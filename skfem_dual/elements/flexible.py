@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis
 
 from ..grids.partition import Partition
@@ -15,7 +16,7 @@ def flexible_settlement(
     substrate: Substrate,
     basis: CellBasis,
     pressure: float | ndarray | Callable[[ndarray], ndarray],
-    x=None,
+    x: ArrayLike | None = None,
 ) -> ndarray:
     """Settlement of the surface under pressures that are given.
 

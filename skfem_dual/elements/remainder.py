@@ -4,22 +4,137 @@ It is smooth but for a logarithm at r = 0. Far cells act through their area and 
 near cells by quadrature along their ribs, which leaves the substrate's primitive only.
 Edge-weighted cells act around their weighted centroids from afar; near by, each triangle of their
 fan acts with its own mean and centroid of the weight.
+
+Source of the hyperbolic sine that takes the nearly singular part from a rib's quadrature:
+P. R. Johnston and D. Elliott, A sinh transformation for evaluating nearly singular boundary
+element integrals, Int. J. Numer. Meth. Engng 62 (2005).
 """
 
 from collections.abc import Callable
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
-from ..ground.hankel import RadialTable
+from ..ground.hankel import RadialTable, table_value
 from ..kernels.compiled import compiled, inputs
 from .edge_weights import EdgeWeights
 
 #: cells nearer than so many of their radii are integrated along their ribs
-NEAR = 5.0
+ALONG_RIBS = 5.0
 #: Gauss points on each side of the foot of the perpendicular on a rib
 POINTS = 6
+
+
+class FarCells(NamedTuple):
+    """Cells as they act from afar.
+
+    Attributes
+    ----------
+    middles : (2, n) array of float
+        Centroids.
+    reach : (n,) array of float
+        Points farther than this from a centroid are far.
+    acting : (2, n) array of float
+        Centroids of the loads.
+    areas : (n,) array of float
+    second : (3, n) array of float
+        Second moments of the loads about their centroids: xx, xy, yy.
+    """
+
+    middles: ndarray
+    reach: ndarray
+    acting: ndarray
+    areas: ndarray
+    second: ndarray
+
+
+class Pieces(NamedTuple):
+    """Uniformly loaded polygons that stand for cells near by.
+
+    Attributes
+    ----------
+    p : (2, k) array of float
+        Vertices.
+    indices : (l,) array of int
+        Vertices of all pieces, one after the other.
+    begin, end : (npieces,) array of int
+        Where those of each piece begin and end.
+    density : (npieces,) array of float
+        Load per area under a unit mean pressure on the cell.
+    shift : (2, npieces) array of float
+        From the centroid of a piece to where its load acts.
+    first, last : (n,) array of int
+        The first piece of each cell, and the one behind its last.
+    """
+
+    p: ndarray
+    indices: ndarray
+    begin: ndarray
+    end: ndarray
+    density: ndarray
+    shift: ndarray
+    first: ndarray
+    last: ndarray
+
+    @classmethod
+    def from_partition(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
+        """A cell is one piece; of an edge-weighted one each triangle is."""
+        polygons = partition.polygons
+        n = len(polygons)
+        weighted = np.zeros(n, dtype=bool) if weights is None else weights.weighted
+        whole = np.nonzero(~weighted)[0]
+        cell, sizes = whole, polygons.sizes[whole].astype(np.int64)
+        keep = np.repeat(~weighted, polygons.sizes)
+        p, indices = polygons.p, polygons.indices[keep]
+        density, shift = np.ones(len(whole)), np.zeros((2, len(whole)))
+        if weights is not None:
+            fan = weights.fan
+            own = weighted[fan.cell]
+            mean, off = weights.of_triangles
+            cell = np.concatenate([cell, fan.cell[own]])
+            sizes = np.concatenate([sizes, np.full(np.count_nonzero(own), 3)])
+            indices = np.concatenate([indices, p.shape[1] + fan.t[:, own].T.ravel()])
+            p = np.hstack([p, fan.p])
+            density = np.concatenate([density, mean[own] / weights.mean[fan.cell[own]]])
+            shift = np.hstack([shift, off[:, own]])
+        order = np.argsort(cell, kind="stable")
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
+        first = np.searchsorted(cell[order], np.arange(n + 1))
+        return cls(
+            *inputs(
+                p, indices.astype(np.int64), offsets[:-1][order], offsets[1:][order],
+                density[order], shift[:, order], first[:-1], first[1:],
+            )
+        )  # fmt: skip
+
+
+class Radial(NamedTuple):
+    """A `RadialTable` and the rule by which its primitive is integrated along ribs.
+
+    Attributes
+    ----------
+    omega, primitive_over_r : (panels, degree + 1) array of float
+    start, width : float
+        As in `RadialTable`.
+    gauss, gauss_weights : (k,) array of float
+        Rule on [-1, 1].
+    """
+
+    omega: ndarray
+    primitive_over_r: ndarray
+    start: float
+    width: float
+    gauss: ndarray
+    gauss_weights: ndarray
+
+    @classmethod
+    def from_table(cls, table: RadialTable, points: int) -> Self:
+        """With so many Gauss points."""
+        omega, primitive_over_r = inputs(table.omega, table.primitive_over_r)
+        gauss = inputs(*np.polynomial.legendre.leggauss(points))
+        return cls(omega, primitive_over_r, table.start, table.width, *gauss)
 
 
 def remainder_rows(
@@ -47,89 +162,63 @@ def remainder_rows(
     table.evaluate(table.omega, np.hypot(*np.ptp(np.hstack([polygons.p, x]), axis=1)))
     owner = np.repeat(np.arange(len(polygons)), polygons.sizes)
     spoke = np.hypot(*(polygons.p[:, polygons.indices] - polygons.centroids[:, owner]))
-    radius = np.maximum.reduceat(spoke, polygons.offsets[:-1])
-    loads = polygons if weights is None else weights
-    far = inputs(polygons.centroids, radius, loads.centroids, polygons.areas, loads.second_moments)
-    tables = *inputs(table.omega, table.primitive_over_r), table.start, table.width
-    gauss = inputs(*np.polynomial.legendre.leggauss(POINTS))
-    pieces = inputs(*_pieces(partition, weights))
+    reach = ALONG_RIBS * np.maximum.reduceat(spoke, polygons.offsets[:-1])
+    acting = polygons if weights is None else weights
+    far = FarCells(
+        *inputs(polygons.centroids, reach, acting.centroids, polygons.areas, acting.second_moments)
+    )
+    pieces, radial = Pieces.from_partition(partition, weights), Radial.from_table(table, POINTS)
 
     def add(rows: slice, factor: float, matrix: ndarray) -> None:
-        _add(*inputs(x[:, rows]), *far, *pieces, *tables, *gauss, factor, matrix)
+        _add(*inputs(x[:, rows]), far, pieces, radial, factor, matrix)
 
     return add
 
 
-def _pieces(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray, ...]:
-    """Uniformly loaded polygons that stand for each cell near by.
-
-    Points, indices and offsets as in `Polygons`; the first piece of each cell; density of each
-    piece and the shift of its load from its centroid.
-    """
-    polygons = partition.polygons
-    n = len(polygons)
-    weighted = np.zeros(n, dtype=bool) if weights is None else weights.weighted
-    whole = np.nonzero(~weighted)[0]
-    cell, sizes = whole, polygons.sizes[whole].astype(np.int64)
-    keep = np.repeat(~weighted, polygons.sizes)
-    p, indices = polygons.p, polygons.indices[keep]
-    density, shift = np.ones(len(whole)), np.zeros((2, len(whole)))
-    if weights is not None:
-        fan = weights.fan
-        own = weighted[fan.cell]
-        mean, off = weights.of_triangles
-        cell = np.concatenate([cell, fan.cell[own]])
-        sizes = np.concatenate([sizes, np.full(np.count_nonzero(own), 3)])
-        indices = np.concatenate([indices, p.shape[1] + fan.t[:, own].T.ravel()])
-        p = np.hstack([p, fan.p])
-        density = np.concatenate([density, mean[own] / weights.mean[fan.cell[own]]])
-        shift = np.hstack([shift, off[:, own]])
-    order = np.argsort(cell, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(sizes)])
-    first = np.searchsorted(cell[order], np.arange(n + 1))
-    return (
-        p, indices.astype(np.int64), offsets[:-1][order], sizes[order], first, density[order],
-        shift[:, order],
-    )  # fmt: skip
+@compiled
+def remainder_integral(x, y, j, far, pieces, radial):
+    """Integral of the remainder over cell j, seen from (x, y)."""
+    dx, dy = x - far.middles[0, j], y - far.middles[1, j]
+    if dx * dx + dy * dy > far.reach[j] ** 2:
+        return _by_moments(x - far.acting[0, j], y - far.acting[1, j], j, far, radial)
+    total = 0.0
+    for k in range(pieces.first[j], pieces.last[j]):
+        total += pieces.density[k] * _along_ribs(
+            x - pieces.shift[0, k], y - pieces.shift[1, k], k, pieces, radial
+        )
+    return total
 
 
 @compiled
-def _lookup(coefficients, start, width, r):
-    """A table at one distance; constant below its range, where it is negligible."""
-    s = max((np.log(r) - start) / width, 0.0) if r > 0.0 else 0.0
-    panel = min(int(s), coefficients.shape[0] - 1)
-    t = 2 * (s - panel) - 1
-    out = 0.0
-    for power in range(coefficients.shape[1] - 1, -1, -1):
-        out = out * t + coefficients[panel, power]
-    return out
-
-
-@compiled
-def _from_afar(coefficients, start, width, dx, dy, area, xx, xy, yy):
+def _by_moments(dx, dy, j, far, radial):
     """Integral over a far cell by its area and second moments, with derivatives in ln r."""
+    omega, width = radial.omega, radial.width
     r2 = dx * dx + dy * dy
-    s = max((np.log(r2) / 2 - start) / width, 0.0)
-    panel = min(int(s), coefficients.shape[0] - 1)
+    s = max((np.log(r2) / 2 - radial.start) / width, 0.0)
+    panel = min(int(s), omega.shape[0] - 1)
     t = 2 * (s - panel) - 1
     f, d1, d2 = 0.0, 0.0, 0.0
-    for power in range(coefficients.shape[1] - 1, -1, -1):
+    for power in range(omega.shape[1] - 1, -1, -1):
         d2 = d2 * t + 2 * d1
         d1 = d1 * t + f
-        f = f * t + coefficients[panel, power]
+        f = f * t + omega[panel, power]
     d1, d2 = d1 * 2 / width, d2 * 4 / (width * width)
+    xx, xy, yy = far.second[0, j], far.second[1, j], far.second[2, j]
     along = (xx * dx * dx + 2 * xy * dx * dy + yy * dy * dy) / r2
     across = xx + yy - along
-    return area * f + ((d2 - d1) * along + d1 * across) / (2 * r2)
+    return far.areas[j] * f + ((d2 - d1) * along + d1 * across) / (2 * r2)
 
 
 @compiled
-def _along_ribs(x, y, p, indices, begin, end, phi, start, width, gauss, weights):
-    """Integral over one cell: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
+def _along_ribs(x, y, k, pieces, radial):
+    """Integral over one piece: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
+    p, indices, begin, end = pieces.p, pieces.indices, pieces.begin[k], pieces.end[k]
+    gauss, weights = radial.gauss, radial.gauss_weights
+    table, start, width = radial.primitive_over_r, radial.start, radial.width
     total = 0.0
-    for k in range(begin, end):
-        a = indices[k]
-        b = indices[k + 1] if k + 1 < end else indices[begin]
+    for i in range(begin, end):
+        a = indices[i]
+        b = indices[i + 1] if i + 1 < end else indices[begin]
         lx, ly = p[0, b] - p[0, a], p[1, b] - p[1, a]
         length = np.sqrt(lx * lx + ly * ly)
         if length == 0.0:
@@ -147,30 +236,13 @@ def _along_ribs(x, y, p, indices, begin, end, phi, start, width, gauss, weights)
                 part = 0.0
                 for g in range(gauss.shape[0]):
                     r = abs(h) * np.cosh(low + half * (gauss[g] + 1))
-                    part += weights[g] * _lookup(phi, start, width, r)
+                    part += weights[g] * table_value(table, start, width, r)
                 total += h * half * part
     return total
 
 
 @compiled
-def _add(
-    x, centroids, radius, acting, areas, second,
-    p, indices, begin, sizes, first, density, shift,
-    omega, phi, start, width, gauss, weights, factor, matrix,
-):  # fmt: skip
+def _add(x, far, pieces, radial, factor, matrix):
     for i in range(x.shape[1]):
-        for j in range(areas.shape[0]):
-            dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
-            if dx * dx + dy * dy > (NEAR * radius[j]) ** 2:
-                value = _from_afar(
-                    omega, start, width, x[0, i] - acting[0, j], x[1, i] - acting[1, j],
-                    areas[j], second[0, j], second[1, j], second[2, j],
-                )  # fmt: skip
-            else:
-                value = 0.0
-                for k in range(first[j], first[j + 1]):
-                    value += density[k] * _along_ribs(
-                        x[0, i] - shift[0, k], x[1, i] - shift[1, k], p, indices,
-                        begin[k], begin[k] + sizes[k], phi, start, width, gauss, weights,
-                    )  # fmt: skip
-            matrix[i, j] += factor * value
+        for j in range(matrix.shape[1]):
+            matrix[i, j] += factor * remainder_integral(x[0, i], x[1, i], j, far, pieces, radial)

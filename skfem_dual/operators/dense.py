@@ -5,13 +5,13 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 
 from ..elements.edge_weights import EdgeWeights
-from ..elements.moments import Loads, radii
+from ..elements.moments import Multipoles, radii
 from ..elements.near import NearField
 from ..elements.remainder import remainder_rows
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
-from ..kernels.threads import in_blocks
+from ..kernels.threads import Threads
 
 #: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
 #: the fourth power
@@ -39,14 +39,14 @@ def moment_matrix(
     (m, ncells) array of float
         Settlement per unit pressure, positive into the ground.
     """
-    loads = Loads.singular(partition, weights, 3)
+    loads = Multipoles.from_dipoles(partition, weights, 3)
     centres, m = loads.centres, substrate.singular_coefficient * loads.moments
     third = np.stack([m[3, 0], m[2, 1], m[1, 2], m[0, 3]])
     near = NEAR * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)
     known = (9 * np.abs(third).sum(axis=0) / (THIRD * rtol * m[0, 0])) ** (1 / 3)
     moments = inputs(m[0, 0], m[1, 0], m[0, 1], m[2, 0], m[1, 1], m[0, 2])
     limits = inputs(near, known, third, *_groups(centres, np.maximum(near, known)))
-    direct = NearField.build(substrate, partition, weights, np.arange(len(partition)))
+    direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))
     add = None
     if substrate.remainder is not None:
@@ -64,7 +64,8 @@ def moment_matrix(
         if add is not None:
             add(rows, factor, block)
 
-    in_blocks(work, x.shape[1])
+    with Threads() as run:
+        run(work, x.shape[1])
     return matrix
 
 

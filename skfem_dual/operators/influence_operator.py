@@ -319,7 +319,7 @@ class InfluenceOperator(LinearOperator):
             raise ValueError(f"expected a square operator, got shape {self.shape}")
         each = np.arange(n)
         out = np.empty(n)
-        near = NearField.build(self.substrate, self.partition, self.weights, each, EXACT)
+        near = NearField.from_partition(self.substrate, self.partition, self.weights, each, EXACT)
         near.fill(self.x, np.stack([each, each + 1]), (np.arange(n + 1), each), out)
         return out if self.correction is None else out + self.correction.near.diagonal()
 

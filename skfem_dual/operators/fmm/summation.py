@@ -14,14 +14,14 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
-from ...elements.moments import Loads, radii
+from ...elements.moments import Multipoles, radii
 from ...elements.near import NearField
-from ...elements.remainder import NEAR
+from ...elements.remainder import ALONG_RIBS
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
 from ...kernels.compiled import inputs
-from ...kernels.threads import Threads, in_blocks
+from ...kernels.threads import Threads
 from .chebyshev import PADDING, Chebyshev, Kernel
 from .lists import Lists, near_lists
 from .quadtree import OFFSETS, Quadtree
@@ -167,7 +167,7 @@ class FastSummation:
         radius = radii(partition.polygons)
         # beside a remainder no expansion meets cells that it takes for near
         layered = substrate.remainder is not None
-        slack, reach = (NEAR / 2, NEAR * radius) if layered else (SLACK, radius)
+        slack, reach = (ALONG_RIBS / 2, ALONG_RIBS * radius) if layered else (SLACK, radius)
         usual = np.quantile(radius, 0.9)  # few cells of a uniform mesh stay in larger boxes
         unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * slack * usual)
         tree = Quadtree.build(partition.centroids, radius, x, LEAF, slack, unit)
@@ -177,15 +177,17 @@ class FastSummation:
             tree, partition.centroids[:, cells], reach[cells], chebyshev.terms
         )
         x = x[:, tree.points]
-        direct = NearField.build(substrate, partition, weights, cells, 10 * rtol)
+        direct = NearField.from_partition(substrate, partition, weights, cells, 10 * rtol)
         tolerance = 10 * rtol
         load, small, field = compressed(
             chebyshev.translations(substrate.surface.influence, 1.0, np.ones(len(OFFSETS), bool)),
             tolerance,
         )
         singular: Crossing = lambda half, needed: (load, small / half, field)  # noqa: E731
-        laws: list[tuple[Loads, Kernel, Crossing]]
-        laws = [(Loads.singular(partition, weights), substrate.surface.influence, singular)]
+        laws: list[tuple[Multipoles, Kernel, Crossing]]
+        laws = [
+            (Multipoles.from_dipoles(partition, weights), substrate.surface.influence, singular)
+        ]
         if (table := substrate.remainder) is not None:
             reached = np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1))
             table.evaluate(table.omega, reached)  # refuses what is beyond the table
@@ -193,7 +195,7 @@ class FastSummation:
             regular: Crossing = lambda half, needed: compressed(  # noqa: E731
                 chebyshev.translations(rest, half, needed), tolerance
             )
-            laws.append((Loads.regular(partition, weights), rest, regular))
+            laws.append((Multipoles.from_weights(partition, weights), rest, regular))
         levels = range(len(tree.levels) - 1)
         tables = [tree.interactions(level) for level in levels]
         fields = tuple(_field(tree, chebyshev, *law, tables, x, outward, dtype) for law in laws)
@@ -302,7 +304,7 @@ def _field(tree, chebyshev, loads, kernel, crossing, tables, x, outward, dtype) 
     )
 
 
-def _gather_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: type) -> Blocks:
+def _gather_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Multipoles, dtype: type) -> Blocks:
     """From cells to the moments of their boxes."""
     boxes = np.nonzero(tree.own > tree.sources[0])[0]
     own = np.stack([tree.sources[0, boxes], tree.own[boxes]])
@@ -324,7 +326,8 @@ def _gather_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: ty
         gather_loads(k.start, k.stop, *args, offsets - offsets[k.start], part)
         values[offsets[k.start] : offsets[k.stop]] = part
 
-    in_blocks(work, len(boxes))
+    with Threads() as run:
+        run(work, len(boxes))
     return Blocks(rows, starts, blocks.columns, values)
 
 
@@ -359,7 +362,8 @@ def _direct_blocks(
         direct.fill(x, rows[:, k], (starts, lists.items), part)
         values[offsets[k.start] : offsets[k.stop]] = part
 
-    in_blocks(work, rows.shape[1])
+    with Threads() as run:
+        run(work, rows.shape[1])
     return Blocks(rows, lists.starts, lists.items, values)
 
 
@@ -406,5 +410,6 @@ def _outward_blocks(
         offset = (x[:, point[some]] - tree.middle[:, b]) / tree.half[b]
         table[some] = chebyshev.outgoing(kernel, tree.half[b], offset)
 
-    in_blocks(work, len(pairs))
+    with Threads() as run:
+        run(work, len(pairs))
     return Blocks(rows, outward.starts * terms, columns, values)

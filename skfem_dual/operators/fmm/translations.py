@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...elements.remainder import _lookup
+from ...ground.hankel import table_value
 from ...kernels.compiled import compiled, vectorised
 
 #: cells that are gathered together
@@ -67,7 +67,7 @@ def gather_loads(begin, end, rows, middle, half, centres, loads, a, b, offsets, 
 def look_up(coefficients, start, width, r, out):
     """A radial table at many distances."""
     for i in range(r.shape[0]):
-        out[i] = _lookup(coefficients, start, width, r[i])
+        out[i] = table_value(coefficients, start, width, r[i])
 
 
 @vectorised
