@@ -49,7 +49,8 @@ def test_inputs_are_contiguous_and_read_only():
     transposed, same = inputs(a.T, a)
     assert transposed.flags.c_contiguous
     assert np.array_equal(transposed, a.T)
-    assert not (transposed.flags.writeable or same.flags.writeable)
+    assert not transposed.flags.writeable
+    assert not same.flags.writeable
     assert np.shares_memory(same, a)
     a[0, 0] = 1.0  # what the caller has stays as it was
     assert same[0, 0] == 1.0

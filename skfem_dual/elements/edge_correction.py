@@ -257,15 +257,19 @@ def _mean_in_strip(lower, upper, width, width1, mean):
 
 @compiled
 def _add_dipoles(x, cells, dipoles, matrix):
+    middles, moments = dipoles
     for i in range(x.shape[1]):
-        for j in range(cells.shape[0]):
-            matrix[i, cells[j]] += dipole_influence(x[0, i], x[1, i], j, dipoles)
+        for k in range(cells.shape[0]):
+            dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
+            matrix[i, cells[k]] += dipole_influence(dx, dy, moments[0, k], moments[1, k])
 
 
 @compiled
 def _sum_dipoles(x, dipoles, out):
+    middles, moments = dipoles
     for i in range(x.shape[1]):
         total = 0.0
-        for j in range(dipoles.moments.shape[1]):
-            total += dipole_influence(x[0, i], x[1, i], j, dipoles)
+        for k in range(middles.shape[1]):
+            dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
+            total += dipole_influence(dx, dy, moments[0, k], moments[1, k])
         out[i] += total

@@ -118,23 +118,18 @@ def _distances(x, y, p, r):
 
 
 @compiled
-def _integral(f, x, y, ribs, r):
-    """Integral of 1/r over the triangle of (x, y) and rib f; ``r`` are distances of vertices."""
-    p, along = ribs.p, ribs.along
-    a, b = ribs.facets[0, f], ribs.facets[1, f]
-    return rib_integral(
-        x, y, p[0, a], p[1, a], along[0, f], along[1, f], ribs.length[f], r[a], r[b]
-    )
-
-
-@compiled
 def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
-    r, f2c = np.empty(ribs.p.shape[1]), ribs.f2c
+    p, facets, f2c, along, length = ribs
+    r = np.empty(p.shape[1])
     for i in range(x.shape[1]):
-        _distances(x[0, i], x[1, i], ribs.p, r)
-        for f in range(f2c.shape[1]):
-            value = c * _integral(f, x[0, i], x[1, i], ribs, r)
+        x0, y0 = x[0, i], x[1, i]
+        _distances(x0, y0, p, r)
+        for f in range(facets.shape[1]):
+            a, b = facets[0, f], facets[1, f]
+            value = c * rib_integral(
+                x0, y0, p[0, a], p[1, a], along[0, f], along[1, f], length[f], r[a], r[b]
+            )
             matrix[i, f2c[0, f]] += value
             if f2c[1, f] >= 0:
                 matrix[i, f2c[1, f]] -= value
@@ -143,10 +138,15 @@ def _fill(x, ribs, c, matrix):
 @compiled
 def _sum(x, ribs, jump, out):
     """Integrals of 1/r with the weight ``jump`` of each rib."""
-    r = np.empty(ribs.p.shape[1])
+    p, facets, _, along, length = ribs
+    r = np.empty(p.shape[1])
     for i in range(x.shape[1]):
-        _distances(x[0, i], x[1, i], ribs.p, r)
+        x0, y0 = x[0, i], x[1, i]
+        _distances(x0, y0, p, r)
         total = 0.0
-        for f in range(jump.shape[0]):
-            total += jump[f] * _integral(f, x[0, i], x[1, i], ribs, r)
+        for f in range(facets.shape[1]):
+            a, b = facets[0, f], facets[1, f]
+            total += jump[f] * rib_integral(
+                x0, y0, p[0, a], p[1, a], along[0, f], along[1, f], length[f], r[a], r[b]
+            )
         out[i] = total

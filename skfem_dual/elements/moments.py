@@ -69,13 +69,10 @@ class Dipoles(NamedTuple):
 
 
 @compiled
-def dipole_influence(x, y, j, dipoles):
-    """Settlement at (x, y) by the dipole j; zero in its middle."""
-    dx, dy = x - dipoles.middles[0, j], y - dipoles.middles[1, j]
+def dipole_influence(dx, dy, mx, my):
+    """Settlement at (dx, dy) from a dipole; zero in its middle."""
     r2 = dx * dx + dy * dy
-    if r2 > 0.0:
-        return (dipoles.moments[0, j] * dx + dipoles.moments[1, j] * dy) / (r2 * np.sqrt(r2))
-    return 0.0
+    return (mx * dx + my * dy) / (r2 * np.sqrt(r2)) if r2 > 0.0 else 0.0
 
 
 def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:

@@ -17,8 +17,8 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from .edge_weights import EdgeWeights
 from .moments import Dipoles, dipole_influence, pressure_moments, radii
-from .remainder import ALONG_RIBS, POINTS, FarCells, Pieces, Radial, remainder_integral
-from .ribs import rib_integrals
+from .remainder import ALONG_RIBS, POINTS, FarCells, Pieces, Radial, add_remainder
+from .ribs import far_rib_integrals, rib_integral
 
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least
 LEAST_REACH = 1.5
@@ -68,7 +68,7 @@ class CellRibs(NamedTuple):
 
 
 class Remainder(NamedTuple):
-    """What `remainder_integral` takes, and the factor of the integrals.
+    """What `add_remainder` takes, and the factor of the integrals.
 
     Attributes
     ----------
@@ -220,7 +220,7 @@ def _reach(
 def _fill_singular(blocks, ribs, c, dipoles, values):
     """Entries of c / r and of the dipoles."""
     x, rows, starts, cells = blocks
-    column = np.full(dipoles.middles.shape[1] + 1, -1, np.int32)  # the last: outside of the plan
+    column = np.full(ribs.starts.shape[0], -1, np.int32)  # the last: outside of the plan
     widest, highest = 0, 0
     for block in range(rows.shape[1]):
         widest = max(widest, starts[block + 1] - starts[block])
@@ -235,11 +235,8 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
         entries[:, :height] = 0.0
         for k in range(width):
             column[some[k]] = k
-        for k in range(width):
-            _add_ribs(x0, y0, some[k], column, ribs, c, entries, part, scratch)
-            if dipoles.moments[0, some[k]] != 0.0 or dipoles.moments[1, some[k]] != 0.0:
-                for i in range(height):
-                    entries[k, i] += dipole_influence(x0[i], y0[i], some[k], dipoles)
+        _add_ribs(x0, y0, some, column, ribs, c, entries, part, scratch)
+        _add_dipoles(x0, y0, some, dipoles, entries)
         for k in range(width):
             column[some[k]] = -1
         for i in range(height):
@@ -249,27 +246,44 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
 
 
 @compiled
-def _add_ribs(x, y, cell, column, ribs, c, entries, part, scratch):
-    """Add what the ribs of a cell contribute, also to the cells beyond them.
+def _add_ribs(x, y, cells, column, ribs, c, entries, part, scratch):
+    """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
 
-    ``column`` has the row of ``entries`` of each cell, -1 for those of no interest; ``part`` and
+    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part`` and
     ``scratch`` are for temporary use.
     """
-    height = x.shape[0]
-    for a in range(ribs.starts[cell], ribs.starts[cell + 1]):
-        rib = ribs.around[a]
-        left = ribs.left[rib]
-        plus, minus = column[left], column[ribs.right[rib]]
-        if plus >= 0 and left != cell:
-            continue  # it is the turn of the other cell
-        ax, ay, lx, ly, length = ribs.geometry[rib]
-        rib_integrals(x, y, ax, ay, lx, ly, length, part, scratch)
-        if plus >= 0:
-            for i in range(height):
-                entries[plus, i] += c * part[i]
-        if minus >= 0:
-            for i in range(height):
-                entries[minus, i] -= c * part[i]
+    geometry, left, right, around, starts = ribs
+    for k in range(cells.shape[0]):
+        cell = cells[k]
+        for a in range(starts[cell], starts[cell + 1]):
+            rib = around[a]
+            plus, minus = column[left[rib]], column[right[rib]]
+            if plus >= 0 and left[rib] != cell:
+                continue  # it is the turn of the other cell
+            ax, ay, lx, ly, length = geometry[rib]
+            if not far_rib_integrals(x, y, ax, ay, lx, ly, length, part, scratch):
+                for i in range(x.shape[0]):
+                    dx, dy = x[i] - ax, y[i] - ay
+                    r1 = np.sqrt(dx * dx + dy * dy)
+                    r2 = np.sqrt((dx - lx) ** 2 + (dy - ly) ** 2)
+                    part[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r1, r2)
+            if plus >= 0:
+                for i in range(x.shape[0]):
+                    entries[plus, i] += c * part[i]
+            if minus >= 0:
+                for i in range(x.shape[0]):
+                    entries[minus, i] -= c * part[i]
+
+
+@compiled
+def _add_dipoles(x, y, cells, dipoles, entries):
+    middles, moments = dipoles
+    for k in range(cells.shape[0]):
+        mx, my = moments[0, cells[k]], moments[1, cells[k]]
+        if mx != 0.0 or my != 0.0:
+            for i in range(x.shape[0]):
+                dx, dy = x[i] - middles[0, cells[k]], y[i] - middles[1, cells[k]]
+                entries[k, i] += dipole_influence(dx, dy, mx, my)
 
 
 @compiled
@@ -278,8 +292,8 @@ def _add_remainder(blocks, remainder, values):
     far, pieces, radial, factor = remainder
     at = 0
     for block in range(rows.shape[1]):
+        some = cells[starts[block] : starts[block + 1]]
         for i in range(rows[0, block], rows[1, block]):
-            for k in range(starts[block], starts[block + 1]):
-                integral = remainder_integral(x[0, i], x[1, i], cells[k], far, pieces, radial)
-                values[at] += factor * integral
-                at += 1
+            part = values[at : at + some.shape[0]]
+            add_remainder(x[0, i], x[1, i], some, far, pieces, radial, factor, part)
+            at += some.shape[0]

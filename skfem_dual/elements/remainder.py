@@ -55,10 +55,8 @@ class Pieces(NamedTuple):
 
     Attributes
     ----------
-    p : (2, k) array of float
-        Vertices.
-    indices : (l,) array of int
-        Vertices of all pieces, one after the other.
+    vertices : (2, k) array of float
+        Those of all pieces, one after the other.
     begin, end : (npieces,) array of int
         Where those of each piece begin and end.
     density : (npieces,) array of float
@@ -69,8 +67,7 @@ class Pieces(NamedTuple):
         The first piece of each cell, and the one behind its last.
     """
 
-    p: ndarray
-    indices: ndarray
+    vertices: ndarray
     begin: ndarray
     end: ndarray
     density: ndarray
@@ -104,7 +101,7 @@ class Pieces(NamedTuple):
         first = np.searchsorted(cell[order], np.arange(n + 1))
         return cls(
             *inputs(
-                p, indices.astype(np.int64), offsets[:-1][order], offsets[1:][order],
+                p[:, indices], offsets[:-1][order], offsets[1:][order],
                 density[order], shift[:, order], first[:-1], first[1:],
             )
         )  # fmt: skip
@@ -176,54 +173,58 @@ def remainder_rows(
 
 
 @compiled
-def remainder_integral(x, y, j, far, pieces, radial):
-    """Integral of the remainder over cell j, seen from (x, y)."""
-    dx, dy = x - far.middles[0, j], y - far.middles[1, j]
-    if dx * dx + dy * dy > far.reach[j] ** 2:
-        return _by_moments(x - far.acting[0, j], y - far.acting[1, j], j, far, radial)
-    total = 0.0
-    for k in range(pieces.first[j], pieces.last[j]):
-        total += pieces.density[k] * _along_ribs(
-            x - pieces.shift[0, k], y - pieces.shift[1, k], k, pieces, radial
-        )
-    return total
+def add_remainder(x, y, cells, far, pieces, radial, factor, values):
+    """Add the integrals over some cells, seen from (x, y), times ``factor`` to ``values``."""
+    middles, reach, acting, areas, second = far
+    vertices, begin, end, density, shift, first, last = pieces
+    omega, primitive_over_r, start, width, gauss, weights = radial
+    for k in range(cells.shape[0]):
+        j = cells[k]
+        dx, dy = x - middles[0, j], y - middles[1, j]
+        if dx * dx + dy * dy > reach[j] ** 2:
+            dx, dy = x - acting[0, j], y - acting[1, j]
+            integral = _by_moments(
+                dx, dy, areas[j], second[0, j], second[1, j], second[2, j], omega, start, width
+            )
+        else:
+            integral = 0.0
+            for piece in range(first[j], last[j]):
+                integral += density[piece] * _along_ribs(
+                    x - shift[0, piece], y - shift[1, piece], vertices, begin[piece], end[piece],
+                    primitive_over_r, start, width, gauss, weights,
+                )  # fmt: skip
+        values[k] += factor * integral
 
 
 @compiled
-def _by_moments(dx, dy, j, far, radial):
+def _by_moments(dx, dy, area, xx, xy, yy, coefficients, start, width):
     """Integral over a far cell by its area and second moments, with derivatives in ln r."""
-    omega, width = radial.omega, radial.width
     r2 = dx * dx + dy * dy
-    s = max((np.log(r2) / 2 - radial.start) / width, 0.0)
-    panel = min(int(s), omega.shape[0] - 1)
+    s = max((np.log(r2) / 2 - start) / width, 0.0)
+    panel = min(int(s), coefficients.shape[0] - 1)
     t = 2 * (s - panel) - 1
     f, d1, d2 = 0.0, 0.0, 0.0
-    for power in range(omega.shape[1] - 1, -1, -1):
+    for power in range(coefficients.shape[1] - 1, -1, -1):
         d2 = d2 * t + 2 * d1
         d1 = d1 * t + f
-        f = f * t + omega[panel, power]
+        f = f * t + coefficients[panel, power]
     d1, d2 = d1 * 2 / width, d2 * 4 / (width * width)
-    xx, xy, yy = far.second[0, j], far.second[1, j], far.second[2, j]
     along = (xx * dx * dx + 2 * xy * dx * dy + yy * dy * dy) / r2
     across = xx + yy - along
-    return far.areas[j] * f + ((d2 - d1) * along + d1 * across) / (2 * r2)
+    return area * f + ((d2 - d1) * along + d1 * across) / (2 * r2)
 
 
 @compiled
-def _along_ribs(x, y, k, pieces, radial):
-    """Integral over one piece: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
-    p, indices, begin, end = pieces.p, pieces.indices, pieces.begin[k], pieces.end[k]
-    gauss, weights = radial.gauss, radial.gauss_weights
-    table, start, width = radial.primitive_over_r, radial.start, radial.width
+def _along_ribs(x, y, vertices, begin, end, coefficients, start, width, gauss, weights):
+    """Integral over a polygon: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
     total = 0.0
-    for i in range(begin, end):
-        a = indices[i]
-        b = indices[i + 1] if i + 1 < end else indices[begin]
-        lx, ly = p[0, b] - p[0, a], p[1, b] - p[1, a]
+    for a in range(begin, end):
+        b = a + 1 if a + 1 < end else begin
+        lx, ly = vertices[0, b] - vertices[0, a], vertices[1, b] - vertices[1, a]
         length = np.sqrt(lx * lx + ly * ly)
         if length == 0.0:
             continue
-        dx, dy = x - p[0, a], y - p[1, a]
+        dx, dy = x - vertices[0, a], y - vertices[1, a]
         h = (lx * dy - ly * dx) / length
         if abs(h) <= 1e-16 * length:
             continue
@@ -236,13 +237,13 @@ def _along_ribs(x, y, k, pieces, radial):
                 part = 0.0
                 for g in range(gauss.shape[0]):
                     r = abs(h) * np.cosh(low + half * (gauss[g] + 1))
-                    part += weights[g] * table_value(table, start, width, r)
+                    part += weights[g] * table_value(coefficients, start, width, r)
                 total += h * half * part
     return total
 
 
 @compiled
 def _add(x, far, pieces, radial, factor, matrix):
+    cells = np.arange(matrix.shape[1])
     for i in range(x.shape[1]):
-        for j in range(matrix.shape[1]):
-            matrix[i, j] += factor * remainder_integral(x[0, i], x[1, i], j, far, pieces, radial)
+        add_remainder(x[0, i], x[1, i], cells, far, pieces, radial, factor, matrix[i])

@@ -103,21 +103,12 @@ def segment_integral(x, y, ax, ay, bx, by):
     return rib_integral(x, y, ax, ay, lx, ly, length, r1, r2)
 
 
-@compiled
-def rib_integrals(x, y, ax, ay, lx, ly, length, values, room):
-    """`rib_integral` at several points into ``values``; ``room`` is for temporary use."""
-    if _far_integrals(x, y, ax, ay, lx, ly, length, values, room):
-        return
-    for i in range(x.shape[0]):
-        dx, dy = x[i] - ax, y[i] - ay
-        r1 = np.sqrt(dx * dx + dy * dy)
-        r2 = np.sqrt((dx - lx) ** 2 + (dy - ly) ** 2)
-        values[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r1, r2)
-
-
 @vectorised
-def _far_integrals(x, y, ax, ay, lx, ly, length, values, room):
-    """Whether the rib is far from all points; only then are the ``values`` the integrals."""
+def far_rib_integrals(x, y, ax, ay, lx, ly, length, values, room):
+    """`rib_integral` at several points into ``values``, if the rib is far from all of them.
+
+    Returns whether it is; ``room`` is for temporary use.
+    """
     least = np.inf
     for i in range(x.shape[0]):
         dx, dy = x[i] - ax, y[i] - ay

@@ -1,7 +1,7 @@
 """Compilation of the hot loops, and how they take their arrays.
 
-Kernels take what belongs together as a `typing.NamedTuple` of arrays: numba compiles its fields
-like single arguments.
+Kernels take what belongs together as a `typing.NamedTuple` of arrays. They unpack it once, before
+their loops: every time a tuple is handed on, all its arrays are counted, by all threads.
 """
 
 from collections.abc import Callable
