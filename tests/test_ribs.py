@@ -53,7 +53,7 @@ def test_on_the_line_of_the_rib():
 
 
 def test_many_far_points():
-    """The same as one by one; if one of them is near, it says that they are not."""
+    """The same as one by one; if one of them is near, it says that they are not far."""
     angle = np.linspace(0, 6, 20)
     x, y = A[0] + 5 * np.cos(angle), A[1] + 5 * np.sin(angle)
     d, length = B - A, np.hypot(*(B - A))

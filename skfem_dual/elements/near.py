@@ -235,8 +235,7 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
         entries[:, :height] = 0.0
         for k in range(width):
             column[some[k]] = k
-        _add_ribs(x0, y0, some, column, ribs, c, entries, part, scratch)
-        _add_dipoles(x0, y0, some, dipoles, entries)
+        _add_cells(x0, y0, some, column, ribs, c, dipoles, entries, part, scratch)
         for k in range(width):
             column[some[k]] = -1
         for i in range(height):
@@ -246,13 +245,14 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
 
 
 @compiled
-def _add_ribs(x, y, cells, column, ribs, c, entries, part, scratch):
-    """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
+def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, scratch):
+    """Add c times the integrals of 1/r, and the dipoles, to the row of ``entries`` of each cell.
 
     ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part`` and
     ``scratch`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
+    middles, moments = dipoles
     for k in range(cells.shape[0]):
         cell = cells[k]
         for a in range(starts[cell], starts[cell + 1]):
@@ -273,16 +273,10 @@ def _add_ribs(x, y, cells, column, ribs, c, entries, part, scratch):
             if minus >= 0:
                 for i in range(x.shape[0]):
                     entries[minus, i] -= c * part[i]
-
-
-@compiled
-def _add_dipoles(x, y, cells, dipoles, entries):
-    middles, moments = dipoles
-    for k in range(cells.shape[0]):
-        mx, my = moments[0, cells[k]], moments[1, cells[k]]
+        mx, my = moments[0, cell], moments[1, cell]
         if mx != 0.0 or my != 0.0:
             for i in range(x.shape[0]):
-                dx, dy = x[i] - middles[0, cells[k]], y[i] - middles[1, cells[k]]
+                dx, dy = x[i] - middles[0, cell], y[i] - middles[1, cell]
                 entries[k, i] += dipole_influence(dx, dy, mx, my)
 
 
