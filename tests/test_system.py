@@ -17,8 +17,8 @@ from skfem_dual import (
 )
 from skfem_dual.contact import punch, system
 from skfem_dual.operators import iterative
-from skfem_dual.operators.blocks import SymmetricMatrix
 from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 GROUNDS = {
     "homogeneous": HalfSpace(1.0, 0.0),
