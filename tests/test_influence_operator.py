@@ -230,7 +230,9 @@ def test_memory_is_refused_before_it_is_taken(monkeypatch):
     with pytest.raises(MemoryError, match=r"at most 2 MiB.*dense.*2\.266 MiB. Remedy: method"):
         InfluenceOperator(soil, basis, method="dense")
     monkeypatch.setattr(resources, "available_memory", lambda: 1000.0)
-    with pytest.raises(MemoryError, match=r"fast summation with rtol=1e-06 from 545 cells.*a coarser mesh"):
+    with pytest.raises(
+        MemoryError, match=r"fast summation with rtol=1e-06 from 545 cells.*a coarser mesh"
+    ):
         InfluenceOperator(soil, basis)
 
 

@@ -1,7 +1,5 @@
 """Iterative solutions against direct ones."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 from plans import disc, sin_graded
@@ -126,18 +124,6 @@ def test_no_convergence(monkeypatch):
     assert found.iterations == (3, 0)
     assert found.residuals[1] == (0.0,)
     assert not found.solution[:, 1].any()
-
-
-def test_threads_share_a_preconditioner():
-    """LAPACK shifts pivots in place while it solves: every thread needs its own."""
-    basis = DualMesh.from_mesh(disc(4)).basis()
-    inverse = Preconditioner.from_operator(InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-6))
-    columns = np.random.default_rng(0).standard_normal((200, len(basis.partition)))
-    expected = [inverse @ column for column in columns]
-    with ThreadPoolExecutor(4) as pool:
-        for _ in range(5):
-            together = list(pool.map(inverse.__matmul__, columns))
-            assert np.array_equal(together, expected)
 
 
 def test_progress(capsys):
