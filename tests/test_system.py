@@ -105,6 +105,11 @@ def test_many_points(monkeypatch):
     expected = found.displacement(x)
     monkeypatch.setattr(solution, "FEW", 10)
     assert found.displacement(x) == pytest.approx(expected, rel=1e-5)
+    # a tolerance of 0 is one: the same sums as at few points
+    exact = RigidPunch(GROUNDS["homogeneous"], found.punch.basis, rtol=0).solve(1.0)
+    at_many = exact.displacement(x)
+    monkeypatch.undo()
+    assert np.array_equal(at_many, exact.displacement(x))
 
 
 @pytest.mark.parametrize(
