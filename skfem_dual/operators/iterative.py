@@ -90,8 +90,8 @@ def solve_many(
     >>> found.success
     True
     >>> force = basis.partition.areas @ found.solution[:, 0]
-    >>> print(f"{force:.3f}")  # exact for the circle: 2
-    2.000
+    >>> print(f"{force:.2f}")  # exact for the circle: 2
+    2.00
     """
     rhs = np.asarray(rhs, dtype=float)
     if rhs.ndim != 2 or rhs.shape[0] != operator.shape[0]:
