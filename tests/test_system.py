@@ -17,8 +17,8 @@ from skfem_dual import (
 )
 from skfem_dual.contact import punch, system
 from skfem_dual.operators import iterative
-from skfem_dual.operators.blocks import SymmetricMatrix
 from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 GROUNDS = {
     "homogeneous": HalfSpace(1.0, 0.0),
@@ -105,6 +105,11 @@ def test_many_points(monkeypatch):
     expected = found.displacement(x)
     monkeypatch.setattr(solution, "FEW", 10)
     assert found.displacement(x) == pytest.approx(expected, rel=1e-5)
+    # a tolerance of 0 is one: the same sums as at few points
+    exact = RigidPunch(GROUNDS["homogeneous"], found.punch.basis, rtol=0).solve(1.0)
+    at_many = exact.displacement(x)
+    monkeypatch.undo()
+    assert np.array_equal(at_many, exact.displacement(x))
 
 
 @pytest.mark.parametrize(

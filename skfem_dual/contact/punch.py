@@ -21,8 +21,8 @@ from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
-from ..operators.blocks import SymmetricMatrix
-from ..operators.influence_operator import InfluenceOperator
+from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .kern import kern
 from .load import Load, Pair, checked_number, checked_pair, require_compression
@@ -199,9 +199,9 @@ class RigidPunch:
                 )
         if self.rtol is None and n <= DENSE:
             return self.matrix
-        rtol = 1e-6 if self.rtol is None else self.rtol
+        rtol = RTOL if self.rtol is None else self.rtol
         with timed(self.timings, "assembly"):
-            found = InfluenceOperator.of_cells(
+            found = InfluenceOperator.from_partition(
                 self.substrate, self.partition, x, self.weights, rtol
             )
         few = n <= DENSE and found.method == "dense"

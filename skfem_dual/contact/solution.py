@@ -12,7 +12,8 @@ from ..elements.influence import as_points, surface_displacement
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
-from ..operators.influence_operator import InfluenceOperator
+from ..operators.entries import EXACT
+from ..operators.influence_operator import RTOL, InfluenceOperator
 from .load import Load
 from .region import ContactRegion
 
@@ -141,10 +142,10 @@ class PunchSolution:
         x = as_points(x)
         w = np.zeros(x.shape[1])
         for punch, p in ((self.punch, self.pressure), *self.others):
-            if len(p) * x.shape[1] > FEW:
-                rtol = punch.rtol or 1e-6
+            rtol = RTOL if punch.rtol is None else punch.rtol
+            if len(p) * x.shape[1] > FEW and rtol >= EXACT:
                 cells = punch.substrate, punch.partition, x, punch.weights
-                w += InfluenceOperator.of_cells(*cells, rtol) @ p
+                w += InfluenceOperator.from_partition(*cells, rtol) @ p
                 continue
             w += surface_displacement(punch.substrate, punch.partition, p, x, punch.weights)
             if correction := punch.edge_correction(x):

@@ -12,10 +12,10 @@ import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..operators.blocks import SymmetricMatrix
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
+from ..operators.symmetric_matrix import SymmetricMatrix
 from .load import Constraints
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
 
@@ -69,7 +69,7 @@ class ContactSystem:
         if not isinstance(self.matrix, InfluenceOperator):
             raise TypeError("expected an operator, got a matrix, which is factorised")
         with timed(self.timings, "preconditioner"):
-            return Preconditioner.build(self.matrix)
+            return Preconditioner.from_operator(self.matrix)
 
     @cached_property
     def unit_pressures(self) -> ndarray:
@@ -99,12 +99,10 @@ class ContactSystem:
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
         with timed(self.timings, "iterations"):
-            found, _, success, message = solve_many(
-                self.matrix, rhs, rtol, progress, preconditioner=preconditioner
-            )
-        if not success:
-            self.failures.append(message)
-        return found
+            found = solve_many(self.matrix, rhs, rtol, progress, preconditioner=preconditioner)
+        if not found.success:
+            self.failures.append(found.message)
+        return found.solution
 
     @cached_property
     def stiffness(self) -> ndarray:
