@@ -60,6 +60,11 @@ class LoadedCells:
     def __len__(self) -> int:
         return len(self.partition)
 
+    @property
+    def few(self) -> bool:
+        """Whether their matrix is a small one."""
+        return len(self) <= DENSE
+
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
         matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
@@ -81,8 +86,7 @@ class LoadedCells:
     def operator(self, rtol: float) -> ndarray | InfluenceOperator:
         """From the cells to their collocation points; a matrix where that is small and sooner."""
         operator = self.fast_operator(self.collocation_points, rtol)
-        few = len(self) <= DENSE and operator.method == "dense"
-        return operator.to_dense() if few else operator
+        return operator.to_dense() if self.few and operator.method == "dense" else operator
 
     def symmetric_matrix(self, symmetry: Symmetry) -> SymmetricMatrix:
         """The matrix by the rows of one cell of each orbit."""

@@ -22,7 +22,7 @@ from .load import Load, Pair, checked_fraction, require_compression
 from .pressures import CellPressures
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
-from .system import DENSE, ContactSystem, Method, progress_bars, timed
+from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import Contact
 
 
@@ -131,7 +131,7 @@ class RigidPunch(Body):
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
         symmetry, cells = self._symmetry, self.footprint
-        if symmetry is None and self.rtol is None and len(cells) <= DENSE:
+        if symmetry is None and self.rtol is None and cells.few:
             return self.matrix
         with timed(self.timings, "assembly"):
             if symmetry is not None:
