@@ -32,13 +32,13 @@ class LoadPath:
         return self.solutions[i]
 
     def __repr__(self) -> str:
-        found = sum(s.success for s in self.solutions)
+        converged = sum(s.success for s in self.solutions)
         head = "<skfem_dual LoadPath object>\n  force        settlement   tilt"
         rows = [
             f"  {s.force:<12.5g} {s.settlement:<12.5g} ({s.tilt[0]:.5g}, {s.tilt[1]:.5g})"
             for s in self.solutions
         ]
-        return "\n".join([head, *rows, f"  {found} of {len(self)} found"])
+        return "\n".join([head, *rows, f"  {converged} of {len(self)} found"])
 
     @property
     def force(self) -> ndarray:

@@ -186,11 +186,11 @@ class MeasuredProfile:
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         x = np.asarray(x, dtype=float)
-        found = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
-        if np.isnan(found).any():
-            bad = np.argmax(np.isnan(found))
+        height = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
+        if np.isnan(height).any():
+            bad = np.argmax(np.isnan(height))
             raise ValueError(
                 f"expected points measured around the whole plan; ({x[0].flat[bad]:.6g}, "
                 f"{x[1].flat[bad]:.6g}) is outside them"
             )
-        return found
+        return height

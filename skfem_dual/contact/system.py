@@ -1,4 +1,9 @@
-"""The equations of rigid bodies on the ground, whatever bodies and whatever ground."""
+"""The equations of bodies on the ground, whatever bodies and whatever ground.
+
+Pressures p of the cells and a position s obey ``D p + gap = planes' s`` in contact and
+``balance resultants p = given``, equations (3) to (5) of the paper; the position follows from the
+Schur complement, the stiffness ``resultants D^-1 planes'``.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
