@@ -44,8 +44,8 @@ def test_resultants_of_linear_pressures():
     found = cells.resultant(np.full(len(cells), 2.0))
     assert found == pytest.approx([16.0, 32.0, 0.0])
     x = cells.partition.centroids
-    within = cells.partition.polygons.second_moments[0].sum()  # lost: constant in each cell
-    assert cells.resultant(x[0] - 3.0) == pytest.approx([0.0, 32 / 3 - within, 0.0])
+    xx, xy, _ = cells.partition.polygons.second_moments.sum(axis=1)  # lost inside the cells
+    assert cells.resultant(x[0] - 3.0) == pytest.approx([0.0, 32 / 3 - xx, -xy])
 
 
 def test_answers_need_cells_only():
