@@ -1,7 +1,8 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from .contact.below import displacement_below, stress_below, vertical_section
-from .contact.group import PunchesSolution, RigidPunches
+from .contact.group import RigidPunches
+from .contact.group_solution import PunchesSolution
 from .contact.load import Load
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.pressures import EdgeCoefficient

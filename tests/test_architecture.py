@@ -87,6 +87,7 @@ LAYERS = [
         "contact.paths",
         "contact.neighbours",
         "contact.union",
+        "contact.group_solution",
         "contact.group",
         "contact.refine",
     ],

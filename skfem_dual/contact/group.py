@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
-from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementTriP0, MeshTri
 
 from ..errors import ConvergenceWarning
@@ -20,6 +19,7 @@ from ..ground.substrates import Substrate
 from ..operators.blocks import SymmetricMatrix
 from ..operators.influence_operator import InfluenceOperator, available_memory
 from .footprint import LoadedCells
+from .group_solution import PunchesSolution
 from .load import Constraints, Load, checked_fraction, require_compression
 from .neighbours import free_of, require_apart
 from .punch import RigidPunch
@@ -246,10 +246,10 @@ class RigidPunches:
         *,
         unilateral: bool = True,
         method: Method = "auto",
-        start: "PunchesSolution | None" = None,
+        start: PunchesSolution | None = None,
         gap_rtol: float = 1e-10,
         progress: bool = False,
-    ) -> "PunchesSolution":
+    ) -> PunchesSolution:
         """Pressures and positions of all bodies under one load each.
 
         Parameters
@@ -301,7 +301,7 @@ class RigidPunches:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
         return PunchesSolution(self, self._solutions(given, contact, position, timings))
 
-    def _pressures_of(self, start: "PunchesSolution | None") -> ndarray | None:
+    def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
             return None
         parts = zip(self.punches, start.solutions, strict=True)
@@ -382,53 +382,3 @@ class RigidPunches:
                 f"  Bodies: {bodies}",
             ]
         )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PunchesSolution:
-    """Pressures under several punches and their positions.
-
-    Attributes
-    ----------
-    punches : RigidPunches
-        The problem solved.
-    solutions : tuple of PunchSolution
-        One for each punch.
-    """
-
-    punches: RigidPunches
-    solutions: tuple[PunchSolution, ...]
-
-    def __getitem__(self, i: int) -> PunchSolution:
-        return self.solutions[i]
-
-    def __len__(self) -> int:
-        return len(self.solutions)
-
-    @property
-    def success(self) -> bool:
-        """Whether the contact regions were found."""
-        return all(s.success for s in self.solutions)
-
-    @property
-    def iterations(self) -> int:
-        """Iterations in which they were found."""
-        return max(s.iterations for s in self.solutions)
-
-    @property
-    def force(self) -> ndarray:
-        """Resultant of each body, shape (nbodies,)."""
-        return np.array([sum(self[i].force for i in body) for body in self.punches.bodies])
-
-    def displacement(self, x: ArrayLike) -> ndarray:
-        """Settlement of the ground at points of shape (2, m), under all punches."""
-        return self[0].displacement(x)
-
-    def __repr__(self) -> str:
-        head = "  punch  force        settlement   tilt                      contact area"
-        rows = [
-            f"  {i:<7}{s.force:<13.6g}{s.settlement:<13.6g}"
-            f"{f'({s.tilt[0]:.4g}, {s.tilt[1]:.4g})':<26}{s.contact_area:.6g}"
-            for i, s in enumerate(self.solutions)
-        ]
-        return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])
