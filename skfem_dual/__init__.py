@@ -1,14 +1,16 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from .contact.below import displacement_below, stress_below, vertical_section
-from .contact.group import PunchesSolution, RigidPunches
+from .contact.group import RigidPunches
+from .contact.group_solution import PunchesSolution
 from .contact.load import Load
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
+from .contact.pressures import EdgeCoefficient
 from .contact.punch import RigidPunch
 from .contact.refine import refine_to_contact
 from .contact.region import ContactRegion
 from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
-from .contact.solution import EdgeCoefficient, PunchSolution
+from .contact.solution import PunchSolution
 from .elements.flexible import flexible_settlement
 from .elements.stresses import Stresses
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
@@ -31,7 +33,7 @@ from .post.estimate import CoupleEstimate, estimate_error, marked
 from .post.functional import Weights
 from .post.postprocess import PostprocessedPressure, postprocess
 from .post.smooth import SmoothedCouple, smooth_couple
-from .sweeps.sweep import Outcome, SweepResult, sweep
+from .sweeps.run import Outcome, SweepResult, sweep
 
 __version__ = "0.1.0"
 

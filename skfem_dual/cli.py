@@ -89,13 +89,14 @@ def solve(options: argparse.Namespace) -> int:
         progress=sys.stderr.isatty(),
     )
     times |= solution.timings
-    rows = [("Mesh", f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles")]
-    rows += solution.table()[:-1]  # all but its share of the time
+    rows = {"Mesh": f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles"}
+    rows |= solution.table()
+    del rows["Time [s]"]  # the solution's share of it
     condition = solution.condition_number if len(solution.pressure) <= DENSE else None
     if condition is not None:
-        rows.append(("Condition number", f"{condition:.4g}"))
-    rows.append(("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in times.items())))
-    print("\n".join(f"{name:<19}{value}" for name, value in rows))
+        rows["Condition number"] = f"{condition:.4g}"
+    rows["Time [s]"] = ", ".join(f"{k} {v:.3f}" for k, v in times.items())
+    print("\n".join(f"{name:<19}{value}" for name, value in rows.items()))
     if options.json:
         text = (
             json.dumps(_as_dict(options, solution, condition, times), indent=2, allow_nan=False)
@@ -140,7 +141,7 @@ def _substrate(options: argparse.Namespace):
 def dual(options: argparse.Namespace) -> int:
     """``dual MESH``: census, file and picture of the dual grid."""
     grid = DualMesh.from_mesh(read_mesh(options.mesh))
-    print("\n".join(line.strip() for line in repr(grid).splitlines()[1:]))
+    print("\n".join(grid.lines()))
     if options.vtu:
         write_dual(options.vtu, grid)
     _draw(options, "draw", grid)
@@ -151,7 +152,7 @@ def check(options: argparse.Namespace) -> int:
     """``check MESH``: what a triangulation must be to have a dual grid."""
     mesh = read_mesh(options.mesh)
     report = check_mesh(mesh)
-    print("\n".join(line[2:] for line in repr(report).splitlines()[1:]))
+    print("\n".join(report.lines()))
     _draw(options, "draw", mesh, report=report)
     return 0 if report.ok else 1
 

@@ -86,13 +86,17 @@ LAYERS = [
         "contact.shapes",
         "contact.unilateral",
         "contact.system",
+        "contact.footprint",
         "contact.region",
         "contact.kern",
+        "contact.pressures",
         "contact.solution",
         "contact.punch",
         "contact.below",
         "contact.paths",
         "contact.neighbours",
+        "contact.union",
+        "contact.group_solution",
         "contact.group",
         "contact.refine",
     ],
@@ -119,7 +123,7 @@ LAYERS = [
         "visuals.matplotlib",
     ],
     ["io"],
-    ["sweeps.records", "sweeps.workers", "sweeps.sweep"],
+    ["sweeps.records", "sweeps.workers", "sweeps.run"],
     [
         "report.numbers",
         "report.page",
@@ -136,7 +140,6 @@ ORDER = [module for layer in LAYERS for module in layer]
 # allowed against the order: methods that make objects of the module above, and annotations
 LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
-    ("contact.solution", "contact.punch"),
     ("ground.substrates", "ground.hankel"),
 }
 THIRD_PARTY = {

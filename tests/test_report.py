@@ -542,7 +542,7 @@ def test_bracket_of_constant_pressures():
 @pytest.mark.slow
 def test_what_the_indicator_is_worth(monkeypatch):
     """The page says: settlement below twice the difference in 74 of 80 cases, tilt in 61."""
-    path = Path(__file__).parents[1] / "benchmarks" / "plans.py"
+    path = Path(__file__).parents[1] / "benchmarks" / "eight_plans.py"
     spec = importlib.util.spec_from_file_location("plans_of_benchmarks", path)
     plans = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, spec.name, plans)

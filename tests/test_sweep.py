@@ -31,9 +31,9 @@ from threadpoolctl import threadpool_info
 from skfem_dual import ConvergenceWarning, DualMesh, HalfSpace, RigidPunch
 from skfem_dual.sweeps import workers
 from skfem_dual.sweeps.records import fingerprint
-from skfem_dual.sweeps.sweep import SweepResult, sweep
+from skfem_dual.sweeps.run import SweepResult, sweep
 
-module = sys.modules["skfem_dual.sweeps.sweep"]
+module = sys.modules["skfem_dual.sweeps.run"]
 LOADS = [dict(force=1.0, at=(e, 0.0)) for e in np.linspace(0, 0.4, 12)]
 
 
@@ -366,7 +366,7 @@ def test_own_workers_that_cannot_start():
 @pytest.mark.slow
 def test_scripts_without_a_guard(tmp_path):
     script = tmp_path / "script.py"
-    script.write_text("from skfem_dual.sweeps.sweep import sweep\nsweep(abs, [1], 1)\n")
+    script.write_text("from skfem_dual.sweeps.run import sweep\nsweep(abs, [1], 1)\n")
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True)
     assert 'call sweep under if __name__ == "__main__"' in ended.stderr
 
@@ -450,7 +450,7 @@ def test_a_killed_program_resumes(tmp_path):
         "import sys\n"
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "from test_sweep import slow_square\n"
-        "from skfem_dual.sweeps.sweep import sweep\n"
+        "from skfem_dual.sweeps.run import sweep\n"
         "sweep(slow_square, [dict(x=x, seconds=0.05) for x in range(200)], file=sys.argv[1])\n"
     )
     program = subprocess.Popen([sys.executable, "-c", code, file])

@@ -7,6 +7,7 @@ Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
 
@@ -25,7 +26,9 @@ def circle_tilt(moment: float, radius: float, young: float, poisson: float) -> f
     return 3 * moment / (4 * radius**3 * contact_modulus(young, poisson))
 
 
-def circle_pressure(x, force: float, radius: float, moments=(0.0, 0.0)) -> ndarray:
+def circle_pressure(
+    x: ArrayLike, force: float, radius: float, moments: tuple[float, float] = (0.0, 0.0)
+) -> ndarray:
     """Pressure under a rigid flat circle around the origin.
 
     Parameters
@@ -56,7 +59,7 @@ def ellipse_settlement(
     return float(force * ellipk(1 - (b / a) ** 2) / (np.pi * modulus * a))
 
 
-def ellipse_pressure(x, force: float, semiaxes: tuple[float, float]) -> ndarray:
+def ellipse_pressure(x: ArrayLike, force: float, semiaxes: tuple[float, float]) -> ndarray:
     """Pressure under a rigid flat ellipse with its axes along x and y, central force."""
     x = np.asarray(x, dtype=float)
     d2 = 1 - (x[0] / semiaxes[0]) ** 2 - (x[1] / semiaxes[1]) ** 2
@@ -75,7 +78,9 @@ def hertz_approach(force: float, radius: float, young: float, poisson: float) ->
     return hertz_radius(force, radius, young, poisson) ** 2 / radius
 
 
-def hertz_pressure(x, force: float, radius: float, young: float, poisson: float) -> ndarray:
+def hertz_pressure(
+    x: ArrayLike, force: float, radius: float, young: float, poisson: float
+) -> ndarray:
     """Pressure under a sphere whose lowest point is the origin, at points of shape (2, ...)."""
     a = hertz_radius(force, radius, young, poisson)
     r2 = np.sum(np.asarray(x, dtype=float) ** 2, axis=0)
@@ -92,7 +97,9 @@ def cone_approach(force: float, angle: float, young: float, poisson: float) -> f
     return float(np.pi / 2 * np.tan(angle) * cone_radius(force, angle, young, poisson))
 
 
-def cone_pressure(x, force: float, angle: float, young: float, poisson: float) -> ndarray:
+def cone_pressure(
+    x: ArrayLike, force: float, angle: float, young: float, poisson: float
+) -> ndarray:
     """Pressure under a cone whose tip is the origin, where it is infinite; x as (2, ...)."""
     a = cone_radius(force, angle, young, poisson)
     r = np.sqrt(np.sum(np.asarray(x, dtype=float) ** 2, axis=0))
@@ -102,11 +109,11 @@ def cone_pressure(x, force: float, angle: float, young: float, poisson: float) -
 
 
 def uniform_circle_displacement(
-    r, pressure: float, radius: float, young: float, poisson: float
+    r: ArrayLike, pressure: float, radius: float, young: float, poisson: float
 ) -> ndarray:
     """Settlement at distance ``r`` from the centre of a uniformly loaded circle."""
-    r = np.abs(np.asarray(r, dtype=float)) / radius
-    inside, outside = np.minimum(r, 1.0), np.maximum(r, 1.0)
+    s = np.abs(np.asarray(r, dtype=float)) / radius
+    inside, outside = np.minimum(s, 1.0), np.maximum(s, 1.0)
     m = 1 / outside**2
-    w = np.where(r <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (r > 1))))
+    w = np.where(s <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (s > 1))))
     return 4 * pressure * radius / (np.pi * contact_modulus(young, poisson)) * w

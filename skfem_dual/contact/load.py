@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -50,7 +51,7 @@ class Load:
     settlement: float | None = None
     tilt: Pair | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if (self.force is None) == (self.settlement is None):
             raise ValueError(
                 "expected either a force or a settlement, got "
@@ -196,7 +197,7 @@ def _outside(points: ndarray, x: ndarray) -> float:
     return float((hull.equations @ np.append(x, 1.0)).max())
 
 
-def checked_number(name: str, value) -> float:
+def checked_number(name: str, value: Any) -> float:
     """``value`` as a finite number.
 
     Raises
@@ -213,7 +214,15 @@ def checked_number(name: str, value) -> float:
     return number
 
 
-def checked_pair(name: str, value) -> Pair:
+def checked_fraction(name: str, value: Any) -> float:
+    """``value`` as a number between 0 and 1; errors as `checked_number`."""
+    number = checked_number(name, value)
+    if not 0 < number < 1:
+        raise ValueError(f"expected a number between 0 and 1 for {name}, got {number:g}")
+    return number
+
+
+def checked_pair(name: str, value: Any) -> Pair:
     """``value`` as two finite numbers; errors as `checked_number`."""
     try:
         x, y = value

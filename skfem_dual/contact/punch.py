@@ -1,7 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from time import perf_counter
@@ -11,29 +10,24 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
-from ..elements.edge_correction import EdgeCorrection
-from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import influence_matrix
 from ..errors import ConvergenceError, ConvergenceWarning
-from ..grids.cellwise import CellwiseBasis, nodal_mesh
-from ..grids.fan import Fan
-from ..grids.outline import edge_ribs
-from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
-from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
+from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
-from .load import Load, Pair, checked_number, checked_pair, require_compression
+from .load import Load, Pair, checked_fraction, require_compression
+from .pressures import CellPressures
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
-from .system import DENSE, ContactSystem, Method, timed
+from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import Contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunch:
+class RigidPunch(Body):
     """A rigid, smooth punch on an elastic substrate, flat or shaped.
 
     The unknowns are the mean pressures of the cells of a partition, and the displacement of the
@@ -91,96 +85,41 @@ class RigidPunch:
 
     substrate: Substrate
     basis: CellBasis
-    edge: Literal["singular", "constant"] | None = None
-    edge_boundaries: str | Sequence[str] | ndarray | None = None
-    collocation: Literal["centroid", "node"] = "centroid"
+    edge: Edge | None = None
+    edge_boundaries: EdgeBoundaries | None = None
+    collocation: Collocation = "centroid"
     origin: Pair = (0.0, 0.0)
     gap: Gap | None = None
     rtol: float | None = None
     symmetry: Literal["auto"] | Symmetry | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
-    def __post_init__(self):
-        if isinstance(self.substrate, type) or not hasattr(self.substrate, "remainder"):
-            raise TypeError(f"expected a substrate such as HalfSpace, got {self.substrate!r}")
-        if self.collocation not in ("centroid", "node"):
-            raise ValueError(
-                f'expected collocation "centroid" or "node", got {self.collocation!r}'
-            )
+    def __post_init__(self) -> None:
         if self.edge is None:
             flat = self.gap is None
             object.__setattr__(self, "edge", "singular" if flat else "constant")
-        if self.edge not in ("singular", "constant"):
-            raise ValueError(f'expected edge "singular" or "constant", got {self.edge!r}')
-        if self.edge == "singular" and self.collocation == "node":
-            raise ValueError(
-                'expected collocation "centroid" with edge "singular", got "node". Remedy: '
-                'edge="constant" for the paper\'s scheme'
-            )
-        if self.edge == "constant" and self.edge_boundaries is not None:
-            raise ValueError('expected edge "singular" where edge_boundaries are named')
-        object.__setattr__(self, "origin", checked_pair("origin", self.origin))
-        if self.rtol is not None and not 0 <= checked_number("rtol", self.rtol) <= 1e-2:
-            raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={self.rtol}")
         if not (self.symmetry in (None, "auto") or isinstance(self.symmetry, Symmetry)):
             raise TypeError(f'expected symmetry "auto" or a Symmetry, got {self.symmetry!r}')
-        self.weights  # noqa: B018 - a basis that cannot be used is refused now
-        self.initial_gap  # noqa: B018 - and so is a shape
+        # a basis that cannot be used is refused now, and so is a shape
+        object.__setattr__(self, "origin", self.footprint.origin)
+        self.initial_gap  # noqa: B018
 
     def __getstate__(self) -> dict:
         """What makes the punch; matrix and factors, many times larger, are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
-    def partition(self) -> Partition:
-        """The cells, in the order of the DOFs of the basis."""
-        return Partition.from_basis(self.basis)
-
-    @cached_property
-    def fan(self) -> Fan:
-        """Triangles that fill the cells."""
-        return Fan.from_basis(self.basis)
-
-    @cached_property
-    def weights(self) -> EdgeWeights | None:
-        """How the pressure varies inside the cells; None if it does not."""
-        partition = self.partition  # also where it is not needed: a bad basis is refused now
-        if self.edge == "constant":
-            return None
-        ribs = edge_ribs(partition)
-        if self.edge_boundaries is not None:
-            ribs = ribs[np.isin(partition.boundary[ribs], self._named_facets())]
-            if len(ribs) == 0:
-                raise ValueError(
-                    f"expected boundaries with facets on the edge of the plan, got "
-                    f'{self.edge_boundaries!r}. Remedy: edge="constant" if there is no such edge'
-                )
-        return EdgeWeights.from_basis(self.basis, partition, ribs)
-
-    def _named_facets(self) -> ndarray:
-        names = self.edge_boundaries
-        if isinstance(names, np.ndarray) and np.issubdtype(names.dtype, np.integer):
-            return names
-        if not isinstance(names, (str, Sequence)):
-            raise TypeError(f"expected names or facets for edge_boundaries, got {names!r}")
-        names = [names] if isinstance(names, str) else list(names)
-        known = nodal_mesh(self.basis).boundaries or {}
-        if missing := [name for name in names if name not in list(known)]:
-            raise ValueError(
-                f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
-            )
-        return np.concatenate([np.empty(0), *(known[name] for name in names)])
-
-    @property
-    def collocation_points(self) -> ndarray:
-        """Collocation point of each cell, shape (2, n)."""
-        at_nodes = self.collocation == "node"
-        return self.partition.nodes if at_nodes else self.partition.centroids
-
-    @property
-    def acting(self) -> ndarray:
-        """Point through which the pressure of each cell acts, shape (2, n)."""
-        return self.partition.centroids if self.weights is None else self.weights.centroids
+    def footprint(self) -> Footprint:
+        """The cells under the punch, with all that pressures and gaps depend on."""
+        return Footprint.from_basis(
+            self.substrate,
+            self.basis,
+            self.edge or "singular",
+            self.edge_boundaries,
+            self.collocation,
+            self.origin,
+            self.rtol,
+        )
 
     @cached_property
     def matrix(self) -> ndarray:
@@ -191,50 +130,27 @@ class RigidPunch:
     @cached_property
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
-        x, n = self.collocation_points, len(self.partition)
-        if (symmetry := self._symmetry) is not None:
-            with timed(self.timings, "assembly"):
-                return SymmetricMatrix.from_rows(
-                    symmetry, lambda i: self.influence(np.ascontiguousarray(x[:, i]))
-                )
-        if self.rtol is None and n <= DENSE:
+        symmetry, cells = self._symmetry, self.footprint
+        if symmetry is None and self.rtol is None and cells.few:
             return self.matrix
-        rtol = RTOL if self.rtol is None else self.rtol
         with timed(self.timings, "assembly"):
-            found = InfluenceOperator.from_partition(
-                self.substrate, self.partition, x, self.weights, rtol
-            )
-        few = n <= DENSE and found.method == "dense"
-        return found.to_dense() if few else found
-
-    def influence(self, x: ndarray) -> ndarray:
-        """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
-        if correction := self.edge_correction(x):
-            correction.add_to(matrix)
-        return matrix
+            if symmetry is not None:
+                return cells.symmetric_matrix(symmetry)
+            return cells.operator(cells.tolerance)
 
     @cached_property
     def _symmetry(self) -> Symmetry | None:
         """The symmetry to be used; None if there is none, or too little for so many cells."""
-        n, found = len(self.partition), self.symmetry
-        if found is None:
+        if self.symmetry is None:
             return None
-        if isinstance(found, Symmetry):
-            if len(found) != n:
-                raise ValueError(
-                    f"expected a symmetry of the {n} cells of the punch, got one of {len(found)}"
-                )
-            return found
-        found = Symmetry.detect(self.partition, self.collocation_points, self.weights)
-        small = n**2 <= DENSE**2 * found.saving.memory
-        return found if len(found.permutations) > 1 and small else None
-
-    def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
-        """What the variation of the pressure inside the cells adds to settlements at ``x``."""
-        if self.weights is None:
-            return None
-        return EdgeCorrection.from_weights(self.weights, self.substrate.singular_coefficient, x)
+        if self.symmetry == "auto":
+            return self.footprint.usable_symmetry()
+        if len(self.symmetry) != len(self.footprint):
+            raise ValueError(
+                f"expected a symmetry of the {len(self.footprint)} cells of the punch, got one of "
+                f"{len(self.symmetry)}"
+            )
+        return self.symmetry
 
     @cached_property
     def initial_gap(self) -> ndarray:
@@ -253,21 +169,6 @@ class RigidPunch:
             self.partition.areas,
             self.timings,
         )
-
-    @cached_property
-    def centre(self) -> ndarray:
-        """Centroid of the plan, about which all is computed: no cancellation far from it."""
-        areas = self.partition.areas
-        return self.partition.centroids @ areas / areas.sum()
-
-    def planes(self, x: ndarray) -> ndarray:
-        """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
-        return np.vstack([np.ones(x.shape[1]), x - self.centre[:, None]])
-
-    @cached_property
-    def resultants(self) -> ndarray:
-        """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
-        return self.planes(self.acting) * self.partition.areas
 
     def stiffness(self) -> ndarray:
         """Force and moments by unit settlement and unit tilts, shape (3, 3).
@@ -321,8 +222,8 @@ class RigidPunch:
             raise ValueError(
                 "expected a flat punch, got one with a gap, whose contact depends on the force"
             )
-        found = kern(self.system, self.partition, self.acting, self.centre)
-        return readonly(found - np.array(self.origin)[:, None])
+        corners = kern(self.system, self.partition, self.acting, self.centre)
+        return readonly(corners - np.array(self.origin)[:, None])
 
     @property
     def condition_number(self) -> float:
@@ -339,8 +240,8 @@ class RigidPunch:
         tilt: Pair | None = None,
         unilateral: bool = True,
         method: Method = "auto",
-        start: PunchSolution | None = None,
-        rtol: float = 1e-10,
+        start: CellPressures | None = None,
+        gap_rtol: float = 1e-10,
         progress: bool = False,
     ) -> PunchSolution:
         """Pressures and position of the punch under a load, in a position, or a mixture of both.
@@ -357,8 +258,8 @@ class RigidPunch:
             gradients, whose time grows with the square of the number of cells; or, by default,
             these, polished by a direct solution where that is cheap.
         start : PunchSolution, optional
-            A solution nearby to begin with, on any grid.
-        rtol : float
+            A solution nearby to begin with, on any grid and of any body.
+        gap_rtol : float
             Accuracy of the gaps in contact under conjugate gradients, over the largest
             settlement.
         progress : bool
@@ -373,25 +274,24 @@ class RigidPunch:
         ------
         ValueError
             If the load is incomplete, contradictory or not finite, or if no pressures can
-            balance it: tension, moments without a force, or a resultant beyond the plan.
+            balance it: tension, moments without a force, or a resultant beyond the plan; or if
+            ``gap_rtol`` is not between 0 and 1.
         ConvergenceError
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt)
+        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
         if unilateral:
             corners, o = self.partition.polygons.p, np.array(self.origin)[:, None]
             require_compression(load, self.acting - o, corners - o, self.gap is None)
         system, centre = self.system, self.centre
         constraints = load.constraints(self.origin - centre)
         begin = perf_counter()
-        if start is None and self.gap is None:
-            system.prepare(progress)
-        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        # infinite loads are refused below
+        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
             if unilateral:
                 pressures = None if start is None else self.pressures_of(start)
-                contact, position = system.unilateral(
-                    constraints, method, pressures, rtol, progress
-                )
+                contact, position = system.unilateral(constraints, method, pressures, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
@@ -411,8 +311,7 @@ class RigidPunch:
         ``others`` are the punches beside it, with their pressures.
         """
         pressure, shift = contact.pressure, self.centre - self.origin
-        resultant = self.resultants @ pressure
-        resultant[1:] += resultant[0] * shift
+        resultant = self.footprint.resultant(pressure)
         imposed = resultant.copy()
         if load.force is not None:
             imposed[0] = load.force
@@ -442,30 +341,17 @@ class RigidPunch:
             others=others,
         )
 
-    def pressures_of(self, start: PunchSolution) -> ndarray:
+    def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""
-        if not isinstance(start, PunchSolution):
+        if not isinstance(start, CellPressures):
             raise TypeError(f"expected a PunchSolution for start, got {type(start).__name__}")
-        if start.punch.basis is self.basis:
-            return start.pressure.clip(0)
-        found = start.pressure_at(self.partition.centroids)
-        return np.where(np.isfinite(found), found, 0.0).clip(0)
+        return start.pressures_on(self.footprint)
 
     def __repr__(self) -> str:
         return (
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
-
-    @property
-    def grid_description(self) -> str:
-        """Number and kind of the cells and the collocation, for tables."""
-        if isinstance(self.basis, CellwiseBasis) and self.basis.grid == "dual":
-            kind = "dual cells"
-        else:
-            corners = set(self.partition.polygons.sizes.tolist())
-            kind = {3: "triangles", 4: "quadrilaterals"}[corners.pop()]
-        return f"{len(self.partition)} {kind}, {self.edge} edge, {self.collocation} collocation"
 
 
 def _describe(contact: Contact) -> str:

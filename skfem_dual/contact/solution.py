@@ -1,35 +1,23 @@
-"""Pressures under a punch and its position: what a solver answers."""
+"""Position of a rigid punch and the pressures under it: what a solver answers."""
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis
+from numpy.typing import ArrayLike
 
-from ..elements.influence import as_points, surface_displacement
-from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
-from ..grids.planar import contours
-from ..grids.polygons import readonly
-from ..operators.entries import EXACT
-from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..elements.influence import as_points
 from .load import Load
-from .region import ContactRegion
-
-if TYPE_CHECKING:
-    from .punch import RigidPunch
+from .pressures import CellPressures
 
 #: up to so many cells a printed solution tells the condition number, in a few milliseconds
 REPR_CONDITION = 2000
-#: up to so many pairs of points and cells displacements are summed exactly
-FEW = 10**8
 TINY = float(np.finfo(float).tiny)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class PunchSolution:
-    """Pressures under a punch and its position.
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class PunchSolution(CellPressures):
+    """Pressures under a rigid punch and its position.
 
     Attributes
     ----------
@@ -67,238 +55,49 @@ class PunchSolution:
         Punches beside this one on the same ground, with their pressures.
     """
 
-    punch: "RigidPunch"
     load: Load
-    pressure: ndarray
-    gap: ndarray
     settlement: float
     tilt: ndarray
-    resultant: ndarray
     resultant_residual: ndarray
-    displacement_residual: float
-    complementarity_residual: float
-    iterations: int
-    success: bool
-    message: str
-    timings: dict[str, float]
-    others: tuple[tuple["RigidPunch", ndarray], ...] = ()
-
-    @property
-    def force(self) -> float:
-        """Resultant of the pressure."""
-        return float(self.resultant[0])
-
-    @property
-    def centre_of_pressure(self) -> ndarray:
-        """Point through which the resultant acts, from the origin; NaN without a force."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return self.resultant[1:] / self.resultant[0]
-
-    @property
-    def contact(self) -> ndarray:
-        """Cells in contact, indices."""
-        return np.nonzero((self.pressure != 0) | (self.gap == 0))[0]
-
-    @cached_property
-    def contact_region(self) -> ContactRegion:
-        """Where punch and ground touch, with an edge that runs inside the cells."""
-        return ContactRegion.from_cells(
-            self.punch.partition,
-            nodal_mesh(self.punch.basis),
-            self.pressure,
-            self.gap,
-            self.punch.substrate.surface.contact_modulus,
-        )
-
-    @property
-    def contact_area(self) -> float:
-        """Area of the contact region."""
-        return self.contact_region.area
-
-    @property
-    def mean_pressure(self) -> float:
-        """Force over contact area; zero without contact."""
-        area = self.contact_area
-        return self.force / area if area > 0 else 0.0
 
     @property
     def condition_number(self) -> float:
         """Condition number of the matrix in the 2-norm; computed when asked for."""
         return self.punch.condition_number
 
-    def displacement(self, x) -> ndarray:
-        """Settlement of the ground at any points of its surface.
-
-        Parameters
-        ----------
-        x : (2, m) array of float
-            Points under the punch or beside it.
-
-        Returns
-        -------
-        (m,) array of float
-            Positive into the ground.
-        """
-        x = as_points(x)
-        w = np.zeros(x.shape[1])
-        for punch, p in ((self.punch, self.pressure), *self.others):
-            rtol = RTOL if punch.rtol is None else punch.rtol
-            if len(p) * x.shape[1] > FEW and rtol >= EXACT:
-                cells = punch.substrate, punch.partition, x, punch.weights
-                w += InfluenceOperator.from_partition(*cells, rtol) @ p
-                continue
-            w += surface_displacement(punch.substrate, punch.partition, p, x, punch.weights)
-            if correction := punch.edge_correction(x):
-                w += correction.apply(p)
-        return w
-
-    def punch_displacement(self, x) -> ndarray:
+    def punch_displacement(self, x: ArrayLike) -> ndarray:
         """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, m)."""
         x = as_points(x)
-        return self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
+        return self.settlement + self.tilt @ (x - np.array(self.footprint.origin)[:, None])
 
-    def pressure_at(self, x) -> ndarray:
-        """Pressure at any points.
-
-        Parameters
-        ----------
-        x : (2, m) array of float
-            Points.
-
-        Returns
-        -------
-        (m,) array of float
-            ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
-            punch.
-        """
-        x = as_points(x)
-        fan, weights = self.punch.fan, self.punch.weights
-        triangle = fan.locate(x)
-        inside = triangle >= 0
-        triangle = triangle[inside]
-        cell = fan.cell[triangle]
-        pressure = self.pressure[cell]
-        if weights is not None:
-            phi = weights.root[fan.t[:, triangle]] ** 2
-            phi = np.sum(fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
-            phi[phi < 1e-12 * weights.root.max() ** 2] = 0.0  # on the edge but for rounding
-            pressure = pressure * weights.relative(cell, np.sqrt(phi))
-        out = np.zeros(x.shape[1])
-        out[inside] = pressure
-        return out
-
-    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
-        """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
-
-        On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
-        takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
-        the mean pressures of cells, finite where the pressure itself is not.
-
-        Returns
-        -------
-        basis : CellBasis
-            First-order basis on the mesh.
-        values : (N,) array of float
-            Its vector.
-        """
-        basis, weights = self.punch.basis, self.punch.weights
-        pressure = self.pressure
-        if weights is not None:
-            # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
-            cells = np.arange(len(self.pressure))
-            dual = isinstance(basis, CellwiseBasis) and basis.grid == "dual"
-            root = weights.root[cells if dual else nodal_mesh(basis).t]
-            inner = root > 1e-9 * weights.root.max()
-            factor = weights.relative(cells, root)
-            pressure = pressure * np.where(inner, factor, 1.0)
-        return nodal_values(basis, pressure)
-
-    def edge_coefficient(self) -> "EdgeCoefficient":
-        """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.
-
-        Raises
-        ------
-        ValueError
-            If the punch has no singular edge.
-        """
-        weights = self.punch.weights
-        if weights is None:
-            raise ValueError(
-                'expected a punch with edge="singular", got constant pressures at the edge'
-            )
-        partition = self.punch.partition
-        cells = partition.f2c[0, weights.ribs]
-        contour, order = contours(partition.facets[:, weights.ribs], cells)
-        ribs, cells = weights.ribs[order], cells[order]
-        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
-        end = np.cumsum(np.hypot(*(b - a)))
-        begin = np.append(0, end[:-1])
-        # a cell may own several ribs in a row: one value halfway along them
-        first = np.nonzero((np.diff(cells, prepend=-1) != 0) | (np.diff(contour, prepend=-1) != 0))
-        last = np.append(first[0][1:], len(ribs)) - 1
-        halfway = (begin[first] + end[last]) / 2
-        rib = np.searchsorted(end, halfway)
-        s = (halfway - begin[rib]) / (end[rib] - begin[rib])
-        contour, cells = contour[first], cells[first]
-        starts = begin[first][np.searchsorted(contour, contour)]
-        return EdgeCoefficient(
-            x=readonly(a[:, rib] + s * (b - a)[:, rib]),
-            values=readonly(self.pressure[cells] / weights.mean[cells]),
-            contour=readonly(contour),
-            arc=readonly(halfway - starts),
-        )
-
-    def table(self) -> list[tuple[str, str]]:
-        """Names and values of the rows of ``repr``."""
+    def table(self) -> dict[str, str]:
+        """Rows of ``repr`` by their names, without the condition number."""
         p, scale = self.pressure, max(abs(self.settlement), TINY)
-        areas = self.punch.partition.areas
+        areas = self.footprint.partition.areas
         size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])
         load = np.abs(p) @ areas
         residual = np.abs(self.resultant_residual / size).max() / load if load > 0 else 0.0
         e = self.centre_of_pressure
-        return [
-            ("Grid", self.punch.grid_description),
-            ("Substrate", str(self.punch.substrate)),
-            ("Settlement W0", f"{self.settlement:.6g}"),
-            ("Tilt (Lx, Ly)", f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})"),
-            ("Force, acting at", f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})"),
-            ("Contact area", f"{self.contact_area:.6g}"),
-            ("Pressure mean", f"{self.mean_pressure:.6g}"),
-            ("Pressure of cells", f"{p.min():.6g} to {p.max():.6g}"),
-            (
-                "Residuals",
-                f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}",
+        return {
+            "Grid": self.footprint.description,
+            "Substrate": str(self.footprint.substrate),
+            "Settlement W0": f"{self.settlement:.6g}",
+            "Tilt (Lx, Ly)": f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})",
+            "Force, acting at": f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})",
+            "Contact area": f"{self.contact_area:.6g}",
+            "Pressure mean": f"{self.mean_pressure:.6g}",
+            "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",
+            "Residuals": (
+                f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}"
             ),
-            ("Result", self.message),
-            ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())),
-        ]
+            "Result": self.message,
+            "Time [s]": ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items()),
+        }
 
     def __repr__(self) -> str:
         rows = self.table()
         if len(self.pressure) <= REPR_CONDITION:
-            rows.insert(-2, ("Condition number", f"{self.condition_number:.4g}"))
-        lines = [f"  {name:<18}{value}" for name, value in rows]
+            last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
+            rows |= {"Condition number": f"{self.condition_number:.4g}"} | last
+        lines = [f"  {name:<18}{value}" for name, value in rows.items()]
         return "\n".join(["<skfem_dual PunchSolution object>", *lines])
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeCoefficient:
-    """Limit of ``p sqrt(d)`` at the edge, d the distance to it, along the contours of a plan.
-
-    Attributes
-    ----------
-    x : (2, k) array of float
-        Points on the edge, one for each cell there, in order along each contour, the plan to
-        the left.
-    values : (k,) array of float
-        The coefficient there, pressure times the square root of a length.
-    contour : (k,) array of int
-        Number of the contour, ascending.
-    arc : (k,) array of float
-        Length of the contour up to there.
-    """
-
-    x: ndarray
-    values: ndarray
-    contour: ndarray
-    arc: ndarray

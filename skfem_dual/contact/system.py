@@ -1,7 +1,13 @@
-"""The equations of rigid bodies on the ground, whatever bodies and whatever ground."""
+"""The equations of bodies on the ground, whatever bodies and whatever ground.
 
-from collections.abc import Iterator
+Pressures p of the cells and a position s obey ``D p + gap = planes' s`` in contact and
+``balance resultants p = given``, equations (3) to (5) of the paper; the position follows from the
+Schur complement, the stiffness ``resultants D^-1 planes'``.
+"""
+
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
@@ -12,11 +18,12 @@ import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ..operators.factors import solve_factorised
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .load import Constraints
+from .load import Constraints, checked_fraction
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
 
 Method = Literal["auto", "active-set", "cg"]
@@ -24,6 +31,8 @@ Method = Literal["auto", "active-set", "cg"]
 POLISHED = 3000
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
+
+_bars: ContextVar[bool] = ContextVar("progress bars", default=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +54,6 @@ class ContactSystem:
         Areas of the cells.
     timings : dict
         Takes the seconds of the factorisation.
-    failures : list of str
-        Takes what iterations did not converge.
     """
 
     matrix: ndarray | SymmetricMatrix | InfluenceOperator
@@ -55,7 +62,6 @@ class ContactSystem:
     gap: ndarray
     areas: ndarray
     timings: dict[str, float] = field(default_factory=dict)
-    failures: list[str] = field(default_factory=list, init=False)
 
     @cached_property
     def factors(self) -> tuple[ndarray, ndarray]:
@@ -71,38 +77,41 @@ class ContactSystem:
         with timed(self.timings, "preconditioner"):
             return Preconditioner.from_operator(self.matrix)
 
-    @cached_property
+    @property
     def unit_pressures(self) -> ndarray:
         """Pressures by each unit component of the position, shape (n, m)."""
+        return self._by_position[0]
+
+    @property
+    def shape_pressures(self) -> ndarray:
+        """Pressures that would close the gap, shape (n,)."""
+        return self._by_shape[0][:, 0]
+
+    @cached_property
+    def _by_position(self) -> tuple[ndarray, str]:
         return self._inverse(self.planes.T)
 
     @cached_property
-    def shape_pressures(self) -> ndarray:
-        """Pressures that would close the gap, shape (n,)."""
-        if not self.gap.any():
-            return np.zeros(len(self.gap))
-        return self._inverse(self.gap[:, None])[:, 0]
+    def _by_shape(self) -> tuple[ndarray, str]:
+        gap = self.gap[:, None]
+        return self._inverse(gap) if gap.any() else (np.zeros_like(gap), "")
 
-    def prepare(self, progress: bool) -> None:
-        """Compute what serves every load, with progress bars if it is iterated."""
-        if "unit_pressures" not in self.__dict__:
-            self.__dict__["unit_pressures"] = self._inverse(self.planes.T, progress)
+    def _inverse(self, rhs: ndarray) -> tuple[ndarray, str]:
+        """Pressures under which the collocation points settle as given, shape (n, k).
 
-    def _inverse(self, rhs: ndarray, progress: bool = False) -> ndarray:
-        """Pressures under which the collocation points settle as given, shape (n, k)."""
+        With them why iterations did not converge, if they did not.
+        """
         if isinstance(self.matrix, SymmetricMatrix):
             with timed(self.timings, "factorisation"):
                 factors = self.matrix.factors
-            return factors.solve(rhs)
+            return factors.solve(rhs), ""
         if isinstance(self.matrix, np.ndarray):
-            return scipy.linalg.lu_solve(self.factors, rhs)
+            return solve_factorised(self.factors, rhs), ""
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
         with timed(self.timings, "iterations"):
-            found = solve_many(self.matrix, rhs, rtol, progress, preconditioner=preconditioner)
-        if not found.success:
-            self.failures.append(found.message)
-        return found.solution
+            answer = solve_many(self.matrix, rhs, rtol, _bars.get(), preconditioner=preconditioner)
+        return answer.solution, "" if answer.success else answer.message
 
     @cached_property
     def stiffness(self) -> ndarray:
@@ -127,7 +136,7 @@ class ContactSystem:
             )
         matrix, factors = self.matrix, self.factors
 
-        def largest(product) -> float:
+        def largest(product: Callable[[ndarray], ndarray]) -> float:
             gram = LinearOperator(matrix.shape, matvec=product, dtype=float)
             # fixed start: the same digits in every run
             start = np.random.default_rng(0).standard_normal(len(matrix))
@@ -138,8 +147,8 @@ class ContactSystem:
         scale = np.abs(matrix).max()  # in any units
         scaled = matrix / scale
 
-        def inverse(v, trans=0):
-            return scale * scipy.linalg.lu_solve(factors, v, trans=trans)
+        def inverse(v: ndarray, trans: int = 0) -> ndarray:
+            return scale * solve_factorised(factors, v, trans)
 
         top = largest(lambda v: scaled.T @ (scaled @ v))
         bottom = largest(lambda v: inverse(inverse(v, trans=1)))
@@ -162,7 +171,7 @@ class ContactSystem:
         pressure = self.unit_pressures @ position - self.shape_pressures
         gap = self.matrix @ pressure + self.gap - position @ self.planes
         full = np.ones(len(gap), dtype=bool)
-        failure = "; ".join(self.failures)
+        failure = "; ".join(filter(None, (self._by_position[1], self._by_shape[1])))
         return Contact(pressure, motion, gap, full, not failure, failure), position
 
     def unilateral(
@@ -170,8 +179,7 @@ class ContactSystem:
         constraints: Constraints,
         method: Method = "auto",
         start: ndarray | None = None,
-        rtol: float = 1e-10,
-        progress: bool = False,
+        gap_rtol: float = 1e-10,
     ) -> tuple[Contact, ndarray]:
         """Contact that is found, and the position.
 
@@ -183,18 +191,18 @@ class ContactSystem:
             ``"auto"``: conjugate gradients, polished by the active set up to `POLISHED` cells.
         start : (n,) array of float, optional
             Pressures to begin with.
-        rtol : float
-            Accuracy of the conjugate gradients.
-        progress : bool
-            Whether they show a progress bar.
+        gap_rtol : float
+            Accuracy of the gaps under conjugate gradients, over the largest settlement.
 
         Raises
         ------
         ValueError
-            If ``method`` is unknown or cannot take the constraints.
+            If ``method`` is unknown or cannot take the constraints, or ``gap_rtol`` is not
+            between 0 and 1.
         ConvergenceError
             If the bodies can move without resistance.
         """
+        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
         if method not in ("auto", "active-set", "cg"):
             raise ValueError(f'expected method "auto", "active-set" or "cg", got {method!r}')
         if method == "cg" and not constraints.conjugate:
@@ -223,20 +231,27 @@ class ContactSystem:
                 'Remedy: method="cg" with a settlement imposed where the reaction acts, or a '
                 "coarser mesh"
             )
-        if method == "auto" and constraints.conjugate:
-            polish = dense and len(self.areas) <= POLISHED
-            accuracy = 1e-4 if polish else rtol
-            found = conjugate_gradients(problem, start, accuracy, progress=progress)
-            if polish:
-                if found.success:
-                    start = found.pressure
-                direct = active_set(problem, _beginning(start, len(self.areas)))
-                found = replace(direct, history=found.history + direct.history)
-        elif method == "cg":
-            found = conjugate_gradients(problem, start, rtol, progress=progress)
-        else:
-            found = active_set(problem, _beginning(start, len(self.areas)))
-        return found, constraints.fixed + motions @ found.motion
+        contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
+        return contact, constraints.fixed + motions @ contact.motion
+
+    def _contact(
+        self,
+        problem: ContactProblem,
+        method: Method,
+        conjugate: bool,
+        start: ndarray | None,
+        gap_rtol: float,
+    ) -> Contact:
+        """Contact by one method, or by conjugate gradients polished by the active set."""
+        n = len(self.areas)
+        if method == "active-set" or not conjugate:
+            return active_set(problem, _beginning(start, n))
+        dense = not isinstance(self.matrix, InfluenceOperator)
+        if not (method == "auto" and dense and n <= POLISHED):
+            return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
+        rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
+        polished = active_set(problem, _beginning(rough.pressure if rough.success else start, n))
+        return replace(polished, history=rough.history + polished.history)
 
     def _scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""
@@ -248,6 +263,16 @@ class ContactSystem:
 def _beginning(start: ndarray | None, n: int) -> ndarray:
     """Cells in contact to begin with: those with a pressure, all of them by default."""
     return np.ones(n, dtype=bool) if start is None else start > 0
+
+
+@contextmanager
+def progress_bars(shown: bool) -> Iterator[None]:
+    """Whether iterations inside the block show progress bars, also those that serve every load."""
+    token = _bars.set(shown)
+    try:
+        yield
+    finally:
+        _bars.reset(token)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ which only multiply by D.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy import ndarray
@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 from ..errors import ConvergenceError
 from ..grids.polygons import readonly
+from .load import checked_fraction
 
 
 class Product(Protocol):
@@ -86,7 +87,7 @@ class Contact:
     message: str = ""
     history: tuple[float, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
@@ -159,7 +160,7 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
 def conjugate_gradients(
     problem: ContactProblem,
     start: ndarray | None = None,
-    rtol: float = 1e-10,
+    gap_rtol: float = 1e-10,
     most: int = 1000,
     progress: bool = False,
 ) -> Contact:
@@ -177,123 +178,180 @@ def conjugate_gradients(
         `Constraints.conjugate`.
     start : (n,) array of float, optional
         Pressures to begin with, changed to balance the load; none by default.
-    rtol : float
+    gap_rtol : float
         Violation of the conditions on the gap, over the largest settlement, to be reached.
     most : int
         Iterations after which to give up.
     progress : bool
         Whether to show a progress bar.
+
+    Raises
+    ------
+    ValueError
+        If ``gap_rtol`` is not between 0 and 1.
     """
-    areas, planes, given = problem.areas, problem.planes, problem.given
-    acting = problem.resultants / areas
-    scale = np.sqrt(areas)  # inverse of the preconditioner
-
-    def displacement(force: ndarray) -> ndarray:
-        return problem.matrix @ (force / areas)
-
-    history: list[float] = []
-    message = f"no convergence in {most} iterations of the conjugate gradients"
-    begin = np.zeros(len(areas)) if start is None else areas * start
-    found = _balanced(begin, acting, given, scale)
-    motion, gap = np.zeros(len(given)), problem.gap
-    if found is None:
+    gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+    forces, areas = CellForces.from_problem(problem), problem.areas
+    motion, gap = np.zeros(len(problem.given)), problem.gap
+    force = forces.balanced(np.zeros(len(areas)) if start is None else areas * start)
+    if force is None:
         nothing = np.zeros(len(areas))
         return Contact(nothing, motion, gap, nothing > 0, False, "the load cannot be balanced")
-    force = found
-    settlement = displacement(force)
-    before: tuple[ndarray, ndarray, float] | None = None  # direction, gap, decrease
-    bar = tqdm(total=None, desc="contact", unit="it", disable=not progress)
-    for _ in range(most):
-        contact = force > 0
-        gap = settlement + problem.gap
-        sides = acting[:, contact] * scale[contact]
-        # of cells that cannot tell some motion, the least one
-        motion = np.linalg.pinv(sides @ planes[:, contact].T) @ (sides @ gap[contact])
-        gap = gap - motion @ planes
-        wrong = np.where(contact, np.abs(gap), -gap).max()
-        largest = max(np.abs(settlement).max(), wrong)
-        history.append(float(wrong / largest) if largest > 0 else 0.0)
-        bar.update()
-        bar.set_postfix_str(f"violation {history[-1]:.1e}, {contact.sum()} cells")
-        if history[-1] <= rtol:
-            bar.close()
-            return Contact(force / areas, motion, gap, contact, history=tuple(history))
-        # cells that were let go and overlap the punch come back
-        overlap = ~contact & (gap < 0)
-        working = contact | overlap
-        slope = _without_resultant(scale * gap, working, acting, scale)
-        direction = slope
-        if before is not None and not overlap.any():
-            beta = max(0.0, slope @ (gap - before[1]) / before[2])
-            direction = _without_resultant(slope + beta * before[0], working, acting, scale)
-        before = direction, gap, float(gap @ slope)
-        product = displacement(direction)
-        step = (gap @ direction) / (direction @ product)
-        trial = force - step * direction
-        if (trial >= 0).all():
-            force, settlement = trial, settlement - step * product
-            continue
-        # cells beyond the working set stay behind, however the balance shifts forces
-        direction = np.where(working, direction, scale * gap)
-        for _ in range(20):
-            found = _balanced(force - step * direction, acting, given, scale)
-            if found is not None:
-                pressed, change = displacement(found), found - force
-                # energy as seen from here; the matrix is not quite symmetric, so it has no
-                # energy of its own
-                if change @ (gap + (pressed - settlement) / 2) <= 0:
-                    break
-            step /= 2
-        if found is None:
-            message = "the load cannot be balanced"
-            break
-        force, settlement = found, pressed
-    bar.close()
+    settlement = forces.settlement(force)
+    before: Step | None = None
+    history: list[float] = []
+    message = f"no convergence in {most} iterations of the conjugate gradients"
+    with tqdm(total=None, desc="contact", unit="it", disable=not progress) as bar:
+        for _ in range(most):
+            contact = force > 0
+            motion, gap = forces.rigid_motion(settlement, contact)
+            history.append(_violation(gap, contact, settlement))
+            bar.update()
+            bar.set_postfix_str(f"violation {history[-1]:.1e}, {contact.sum()} cells")
+            if history[-1] <= gap_rtol:
+                return Contact(force / areas, motion, gap, contact, history=tuple(history))
+            before = forces.descent(gap, contact, before)
+            product = forces.settlement(before.direction)
+            size = (gap @ before.direction) / (before.direction @ product)
+            trial = force - size * before.direction
+            if (trial >= 0).all():
+                force, settlement = trial, settlement - size * product
+                continue
+            projected = forces.projected(force, settlement, before, size)
+            if projected is None:
+                message = "the load cannot be balanced"
+                break
+            force, settlement = projected
     return Contact(force / areas, motion, gap, force > 0, False, message, tuple(history))
 
 
-def _without_resultant(
-    force: ndarray, working: ndarray, acting: ndarray, scale: ndarray
-) -> ndarray:
-    """``force`` on the working cells, changed so that it has no resultant."""
-    out = np.where(working, force, 0.0)
-    sides = acting[:, working] * scale[working]
-    out[working] -= np.linalg.pinv(sides @ acting[:, working].T) @ (acting @ out) @ sides
-    return out
+class Step(NamedTuple):
+    """Where one iteration goes: direction, the cells it changes, gaps and decrease there."""
+
+    direction: ndarray
+    working: ndarray
+    gap: ndarray
+    decrease: float
 
 
-def _balanced(force: ndarray, acting: ndarray, given: ndarray, scale: ndarray) -> ndarray | None:
-    """The forces nearest to ``force`` that do not pull and have the given resultants.
+@dataclass(frozen=True, eq=False)
+class CellForces:
+    """A problem in the forces on its cells, with the steps of conjugate gradients between them.
 
-    They are ``max(force + scale * (mu @ acting), 0)``; the few multipliers mu maximise a concave
-    function, by Newton's method. None if there are no such forces.
+    Attributes
+    ----------
+    problem : ContactProblem
+        The problem.
+    acting : (k, n) array of float
+        Resultants of unit forces on the cells.
+    scale : (n,) array of float
+        Inverse of the preconditioner.
     """
-    sides = acting * scale
-    # a little of all cells: those pressed on may be too few to balance anything
-    spare = 1e-8 * sides @ acting.T
 
-    def state(mu: ndarray) -> tuple[ndarray, ndarray, float]:
-        found = (force + mu @ sides).clip(0)
-        return found, acting @ found - given, 0.5 * np.sum(found**2 / scale) - mu @ given
+    problem: ContactProblem
+    acting: ndarray
+    scale: ndarray
 
-    mu = np.zeros(len(given))
-    found, error, dual = state(mu)
-    for _ in range(200):
-        size = np.abs(given).max(initial=0.0) + (np.abs(acting) @ found).max(initial=0.0)
-        if np.abs(error).max(initial=0.0) <= 1e-14 * size:
-            break
-        free = found > 0
-        step = np.linalg.pinv(sides[:, free] @ acting[:, free].T + spare) @ error
-        for _ in range(40):
-            trial = state(mu - step)
-            if trial[2] < dual or np.abs(trial[1]).max() < np.abs(error).max():
+    @classmethod
+    def from_problem(cls, problem: ContactProblem) -> "CellForces":
+        """With the square roots of the areas as preconditioner."""
+        return cls(problem, problem.resultants / problem.areas, np.sqrt(problem.areas))
+
+    def settlement(self, force: ndarray) -> ndarray:
+        """Of the collocation points under forces on the cells."""
+        return self.problem.matrix @ (force / self.problem.areas)
+
+    def rigid_motion(self, settlement: ndarray, contact: ndarray) -> tuple[ndarray, ndarray]:
+        """Motions that leave the gaps in contact without a resultant, and the gaps they leave."""
+        gap, planes = settlement + self.problem.gap, self.problem.planes
+        sides = self.acting[:, contact] * self.scale[contact]
+        # of cells that cannot tell some motion, the least one
+        motion = np.linalg.pinv(sides @ planes[:, contact].T) @ (sides @ gap[contact])
+        return motion, gap - motion @ planes
+
+    def descent(self, gap: ndarray, contact: ndarray, before: Step | None) -> Step:
+        """The next direction, conjugate to the one before while no cell comes back.
+
+        Cells that were let go and overlap the punch come back.
+        """
+        overlap = ~contact & (gap < 0)
+        working = contact | overlap
+        slope = self.without_resultant(self.scale * gap, working)
+        direction = slope
+        if before is not None and not overlap.any():
+            beta = max(0.0, slope @ (gap - before.gap) / before.decrease)
+            direction = self.without_resultant(slope + beta * before.direction, working)
+        return Step(direction, working, gap, float(gap @ slope))
+
+    def projected(
+        self, force: ndarray, settlement: ndarray, step: Step, size: float
+    ) -> tuple[ndarray, ndarray] | None:
+        """Forces that do not pull at the end of a step, and their settlements.
+
+        The step is halved until the energy decreases. None if the load cannot be balanced there.
+        """
+        # cells beyond the working set stay behind, however the balance shifts forces
+        direction = np.where(step.working, step.direction, self.scale * step.gap)
+        pressed = None
+        for _ in range(20):
+            pressed = self.balanced(force - size * direction)
+            if pressed is not None:
+                settled, change = self.settlement(pressed), pressed - force
+                # energy as seen from here; the matrix is not quite symmetric, so it has no
+                # energy of its own
+                if change @ (step.gap + (settled - settlement) / 2) <= 0:
+                    break
+            size /= 2
+        return None if pressed is None else (pressed, settled)
+
+    def without_resultant(self, force: ndarray, working: ndarray) -> ndarray:
+        """``force`` on the working cells, changed so that it has no resultant."""
+        acting, out = self.acting, np.where(working, force, 0.0)
+        sides = acting[:, working] * self.scale[working]
+        out[working] -= np.linalg.pinv(sides @ acting[:, working].T) @ (acting @ out) @ sides
+        return out
+
+    def balanced(self, force: ndarray) -> ndarray | None:
+        """The forces nearest to ``force`` that do not pull and have the given resultants.
+
+        They are ``max(force + scale * (mu @ acting), 0)``; the few multipliers mu maximise a
+        concave function, by Newton's method. None if there are no such forces.
+        """
+        acting, scale, given = self.acting, self.scale, self.problem.given
+        sides = acting * scale
+        # a little of all cells: those pressed on may be too few to balance anything
+        spare = 1e-8 * sides @ acting.T
+
+        def state(mu: ndarray) -> tuple[ndarray, ndarray, float]:
+            pressed = (force + mu @ sides).clip(0)
+            dual = 0.5 * np.sum(pressed**2 / scale) - mu @ given
+            return pressed, acting @ pressed - given, dual
+
+        mu = np.zeros(len(given))
+        pressed, error, dual = state(mu)
+        for _ in range(200):
+            size = np.abs(given).max(initial=0.0) + (np.abs(acting) @ pressed).max(initial=0.0)
+            if np.abs(error).max(initial=0.0) <= 1e-14 * size:
                 break
-            step = step / 2
-        else:
-            break  # as near as rounding lets
-        mu = mu - step
-        found, error, dual = trial
-    return found if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
+            free = pressed > 0
+            step = np.linalg.pinv(sides[:, free] @ acting[:, free].T + spare) @ error
+            for _ in range(40):
+                trial = state(mu - step)
+                if trial[2] < dual or np.abs(trial[1]).max() < np.abs(error).max():
+                    break
+                step = step / 2
+            else:
+                break  # as near as rounding lets
+            mu = mu - step
+            pressed, error, dual = trial
+        return pressed if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
+
+
+def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:
+    """Largest distance in contact or overlap elsewhere, over the largest settlement."""
+    wrong = np.where(contact, np.abs(gap), -gap).max()
+    largest = max(np.abs(settlement).max(), wrong)
+    return float(wrong / largest) if largest > 0 else 0.0
 
 
 def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:

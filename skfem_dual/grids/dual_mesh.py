@@ -101,17 +101,20 @@ class DualMesh:
         crossings = start + corners.crossing_parameters * (end - start)
         return cls(mesh, _dual_partition(corners, crossings), readonly(crossings))
 
-    def __repr__(self) -> str:
+    def lines(self) -> list[str]:
+        """The census of the grid, line by line."""
         parts, holes = self.topology
-        return (
-            "<skfem_dual DualMesh object>\n"
-            f"  Cells (nodes of the triangulation): {len(self)}\n"
-            f"  Triangles: {self.mesh.nelements}, K_TV = {self.K_TV:.2f}\n"
-            f"  Nodes: {self.p.shape[1]}, ribs: {self.facets.shape[1]}\n"
-            f"  Boundary nodes: {self.nboundary}, parts: {parts}, holes: {holes}\n"
-            f"  Area: {self.areas.sum():.4g}, of the cells: "
-            f"{self.areas.min():.4g} to {self.areas.max():.4g}"
-        )
+        return [
+            f"Cells (nodes of the triangulation): {len(self)}",
+            f"Triangles: {self.mesh.nelements}, K_TV = {self.K_TV:.2f}",
+            f"Nodes: {self.p.shape[1]}, ribs: {self.facets.shape[1]}",
+            f"Boundary nodes: {self.nboundary}, parts: {parts}, holes: {holes}",
+            f"Area: {self.areas.sum():.4g}, of the cells: "
+            f"{self.areas.min():.4g} to {self.areas.max():.4g}",
+        ]
+
+    def __repr__(self) -> str:
+        return "\n  ".join(["<skfem_dual DualMesh object>", *self.lines()])
 
     def __len__(self) -> int:
         return len(self.partition)

@@ -122,11 +122,14 @@ class Report:
         """The required conditions that are not met."""
         return tuple(c for c in self.conditions if c.required and not c.ok)
 
-    def __repr__(self) -> str:
+    def lines(self) -> list[str]:
+        """Conditions, measures, and what violates the conditions, line by line."""
         lines = [condition.line() for condition in self.conditions]
         lines += [measure.line() for measure in self.measures]
-        lines += [c.message() for c in self.violated]
-        return "\n  ".join([f"<skfem_dual {type(self).__name__} object>", *lines])
+        return lines + [c.message() for c in self.violated]
+
+    def __repr__(self) -> str:
+        return "\n  ".join([f"<skfem_dual {type(self).__name__} object>", *self.lines()])
 
 
 def require(conditions: Iterator[Condition]) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..contact.paths import MomentRotation
+from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
-from ..contact.solution import EdgeCoefficient
 from .axes import draw_segments, prepared, pyplot
 from .field import Field
 from .style import CONTACT, LIGHT, OUTLINE

@@ -1,0 +1,304 @@
+"""The cells under a body, how the pressure varies inside them, and where they are collocated.
+
+It is all that pressures, gaps and their equations depend on, whatever the body is: rigid, bending,
+alone or one of many. The equations are (5) of the paper.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis
+
+from ..elements.edge_correction import EdgeCorrection
+from ..elements.edge_weights import EdgeWeights
+from ..elements.influence import influence_matrix
+from ..grids.cellwise import CellwiseBasis, nodal_mesh
+from ..grids.fan import Fan
+from ..grids.outline import edge_ribs
+from ..grids.partition import Partition
+from ..ground.substrates import Substrate
+from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..operators.symmetric_matrix import SymmetricMatrix
+from ..operators.symmetry import Symmetry
+from .load import Pair, checked_number, checked_pair
+from .system import DENSE
+
+Edge = Literal["singular", "constant"]
+Collocation = Literal["centroid", "node"]
+EdgeBoundaries = str | Sequence[str] | ndarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadedCells:
+    """Cells on the ground, of one body or of several.
+
+    Attributes
+    ----------
+    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+        The ground.
+    partition : Partition
+        The n cells.
+    weights : EdgeWeights or None
+        How the pressure varies inside them; None if it does not.
+    collocation_points : (2, n) array of float
+        The point of each cell in which ground and body meet.
+    """
+
+    substrate: Substrate
+    partition: Partition
+    weights: EdgeWeights | None
+    collocation_points: ndarray
+
+    def __len__(self) -> int:
+        return len(self.partition)
+
+    @property
+    def few(self) -> bool:
+        """Whether their matrix is a small one."""
+        return len(self) <= DENSE
+
+    def influence(self, x: ndarray) -> ndarray:
+        """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
+        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
+        if correction := self.edge_correction(x):
+            correction.add_to(matrix)
+        return matrix
+
+    def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
+        """What the variation of the pressure inside the cells adds to settlements at ``x``."""
+        if self.weights is None:
+            return None
+        return EdgeCorrection.from_weights(self.weights, self.substrate.singular_coefficient, x)
+
+    def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
+        """From the cells to points of shape (2, m), to a tolerance."""
+        cells = self.substrate, self.partition, x, self.weights
+        return InfluenceOperator.from_partition(*cells, rtol)
+
+    def operator(self, rtol: float) -> ndarray | InfluenceOperator:
+        """From the cells to their collocation points; a matrix where that is small and sooner."""
+        operator = self.fast_operator(self.collocation_points, rtol)
+        return operator.to_dense() if self.few and operator.method == "dense" else operator
+
+    def symmetric_matrix(self, symmetry: Symmetry) -> SymmetricMatrix:
+        """The matrix by the rows of one cell of each orbit."""
+        x = self.collocation_points
+        return SymmetricMatrix.from_rows(
+            symmetry, lambda i: self.influence(np.ascontiguousarray(x[:, i]))
+        )
+
+    def usable_symmetry(self) -> Symmetry | None:
+        """The symmetry of the cells; None if they have none, or too little for their number."""
+        symmetry = Symmetry.detect(self.partition, self.collocation_points, self.weights)
+        small = len(self) ** 2 <= DENSE**2 * symmetry.saving.memory
+        return symmetry if len(symmetry.permutations) > 1 and small else None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Footprint(LoadedCells):
+    """The cells under one body.
+
+    Attributes
+    ----------
+    basis : CellwiseBasis or CellBasis
+        Piecewise constants on the plan; cell ``i`` is that of DOF ``i``.
+    edge, collocation
+        As of `RigidPunch`.
+    origin : pair of float
+        The point to which resultants refer.
+    rtol : float or None
+        Accuracy of settlements under given pressures; None: exact while that is a small matrix.
+    """
+
+    basis: CellBasis
+    edge: Edge
+    collocation: Collocation
+    origin: Pair
+    rtol: float | None
+
+    @classmethod
+    def from_basis(
+        cls,
+        substrate: Substrate,
+        basis: CellBasis,
+        edge: Edge = "singular",
+        edge_boundaries: EdgeBoundaries | None = None,
+        collocation: Collocation = "centroid",
+        origin: Pair = (0.0, 0.0),
+        rtol: float | None = None,
+    ) -> "Footprint":
+        """Of a basis of piecewise constants; arguments as of `RigidPunch`.
+
+        Raises
+        ------
+        TypeError, ValueError, MeshError
+            If an argument is not what it must be, or they contradict each other.
+        """
+        if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
+            raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
+        if collocation not in ("centroid", "node"):
+            raise ValueError(f'expected collocation "centroid" or "node", got {collocation!r}')
+        if edge not in ("singular", "constant"):
+            raise ValueError(f'expected edge "singular" or "constant", got {edge!r}')
+        if edge == "singular" and collocation == "node":
+            raise ValueError(
+                'expected collocation "centroid" with edge "singular", got "node". Remedy: '
+                'edge="constant" for the paper\'s scheme'
+            )
+        if edge == "constant" and edge_boundaries is not None:
+            raise ValueError('expected edge "singular" where edge_boundaries are named')
+        origin = checked_pair("origin", origin)
+        if rtol is not None and not 0 <= checked_number("rtol", rtol) <= 1e-2:
+            raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={rtol}")
+        partition = Partition.from_basis(basis)
+        weights = None
+        if edge == "singular":
+            weights = _weights(basis, partition, edge_boundaries)
+        points = partition.nodes if collocation == "node" else partition.centroids
+        return cls(substrate, partition, weights, points, basis, edge, collocation, origin, rtol)
+
+    @cached_property
+    def fan(self) -> Fan:
+        """Triangles that fill the cells."""
+        return Fan.from_basis(self.basis)
+
+    @cached_property
+    def centre(self) -> ndarray:
+        """Centroid of the plan, about which all is computed: no cancellation far from it."""
+        areas = self.partition.areas
+        return self.partition.centroids @ areas / areas.sum()
+
+    @property
+    def acting(self) -> ndarray:
+        """Point through which the pressure of each cell acts, shape (2, n)."""
+        return self.partition.centroids if self.weights is None else self.weights.centroids
+
+    def planes(self, x: ndarray) -> ndarray:
+        """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
+        return np.vstack([np.ones(x.shape[1]), x - self.centre[:, None]])
+
+    @cached_property
+    def resultants(self) -> ndarray:
+        """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
+        return self.planes(self.acting) * self.partition.areas
+
+    def resultant(self, pressure: ndarray) -> ndarray:
+        """Integrals of ``p``, ``p x`` and ``p y`` from the origin, shape (3,)."""
+        resultant = self.resultants @ pressure
+        resultant[1:] += resultant[0] * (self.centre - self.origin)
+        return resultant
+
+    @property
+    def tolerance(self) -> float:
+        """Accuracy of what is summed up."""
+        return RTOL if self.rtol is None else self.rtol
+
+    @property
+    def on_dual_cells(self) -> bool:
+        """Whether the cells are those of a dual grid."""
+        return isinstance(self.basis, CellwiseBasis) and self.basis.grid == "dual"
+
+    @property
+    def description(self) -> str:
+        """Number and kind of the cells and the collocation, for tables."""
+        if self.on_dual_cells:
+            kind = "dual cells"
+        else:
+            corners = set(self.partition.polygons.sizes.tolist())
+            kind = {3: "triangles", 4: "quadrilaterals"}[corners.pop()]
+        return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
+
+
+def _weights(
+    basis: CellBasis, partition: Partition, boundaries: EdgeBoundaries | None
+) -> EdgeWeights:
+    """Weights that grow to the edge of the plan, or to the part of it on some boundaries."""
+    ribs = edge_ribs(partition)
+    if boundaries is not None:
+        ribs = ribs[np.isin(partition.boundary[ribs], _named_facets(basis, boundaries))]
+        if len(ribs) == 0:
+            raise ValueError(
+                f"expected boundaries with facets on the edge of the plan, got {boundaries!r}. "
+                'Remedy: edge="constant" if there is no such edge'
+            )
+    return EdgeWeights.from_basis(basis, partition, ribs)
+
+
+def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
+    if isinstance(names, np.ndarray) and np.issubdtype(names.dtype, np.integer):
+        return names
+    if not isinstance(names, (str, Sequence)):
+        raise TypeError(f"expected names or facets for edge_boundaries, got {names!r}")
+    names = [names] if isinstance(names, str) else list(names)
+    known = nodal_mesh(basis).boundaries or {}
+    if missing := [name for name in names if name not in list(known)]:
+        raise ValueError(
+            f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
+        )
+    return np.concatenate([np.empty(0), *(known[name] for name in names)])
+
+
+class Body(ABC):
+    """What stands on a footprint shows its cells."""
+
+    @property
+    @abstractmethod
+    def footprint(self) -> Footprint:
+        """The cells under the body, with all that pressures and gaps depend on."""
+
+    @property
+    def partition(self) -> Partition:
+        """The cells, in the order of the DOFs of the basis."""
+        return self.footprint.partition
+
+    @property
+    def fan(self) -> Fan:
+        """Triangles that fill the cells."""
+        return self.footprint.fan
+
+    @property
+    def weights(self) -> EdgeWeights | None:
+        """How the pressure varies inside the cells; None if it does not."""
+        return self.footprint.weights
+
+    @property
+    def collocation_points(self) -> ndarray:
+        """Collocation point of each cell, shape (2, n)."""
+        return self.footprint.collocation_points
+
+    @property
+    def acting(self) -> ndarray:
+        """Point through which the pressure of each cell acts, shape (2, n)."""
+        return self.footprint.acting
+
+    @property
+    def centre(self) -> ndarray:
+        """Centroid of the plan, about which all is computed: no cancellation far from it."""
+        return self.footprint.centre
+
+    @property
+    def resultants(self) -> ndarray:
+        """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
+        return self.footprint.resultants
+
+    @property
+    def grid_description(self) -> str:
+        """Number and kind of the cells and the collocation, for tables."""
+        return self.footprint.description
+
+    def planes(self, x: ndarray) -> ndarray:
+        """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
+        return self.footprint.planes(x)
+
+    def influence(self, x: ndarray) -> ndarray:
+        """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
+        return self.footprint.influence(x)
+
+    def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
+        """What the variation of the pressure inside the cells adds to settlements at ``x``."""
+        return self.footprint.edge_correction(x)

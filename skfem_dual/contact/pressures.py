@@ -1,0 +1,231 @@
+"""Pressures of cells: what is answered about contact, whatever presses on the ground."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+from skfem import CellBasis
+
+from ..elements.influence import as_points, surface_displacement
+from ..grids.cellwise import nodal_mesh, nodal_values
+from ..grids.planar import contours
+from ..grids.polygons import readonly
+from ..operators.entries import EXACT
+from .footprint import Footprint
+from .region import ContactRegion
+
+#: up to so many pairs of points and cells displacements are summed exactly
+FEW = 10**8
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class CellPressures:
+    """Pressures and gaps of the cells under a body.
+
+    The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
+    the ``footprint`` is used, ``others`` are those beside it.
+    """
+
+    punch: Any
+    pressure: ndarray
+    gap: ndarray
+    resultant: ndarray
+    displacement_residual: float
+    complementarity_residual: float
+    iterations: int
+    success: bool
+    message: str
+    timings: dict[str, float]
+    others: tuple[tuple[Any, ndarray], ...] = ()
+
+    @property
+    def footprint(self) -> Footprint:
+        """The cells under the body."""
+        return self.punch.footprint
+
+    @property
+    def force(self) -> float:
+        """Resultant of the pressure."""
+        return float(self.resultant[0])
+
+    @property
+    def centre_of_pressure(self) -> ndarray:
+        """Point through which the resultant acts, from the origin; NaN without a force."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.resultant[1:] / self.resultant[0]
+
+    @property
+    def contact(self) -> ndarray:
+        """Cells in contact, indices."""
+        return np.nonzero((self.pressure != 0) | (self.gap == 0))[0]
+
+    @cached_property
+    def contact_region(self) -> ContactRegion:
+        """Where punch and ground touch, with an edge that runs inside the cells."""
+        return ContactRegion.from_cells(
+            self.footprint.partition,
+            nodal_mesh(self.footprint.basis),
+            self.pressure,
+            self.gap,
+            self.footprint.substrate.surface.contact_modulus,
+        )
+
+    @property
+    def contact_area(self) -> float:
+        """Area of the contact region."""
+        return self.contact_region.area
+
+    @property
+    def mean_pressure(self) -> float:
+        """Force over contact area; zero without contact."""
+        area = self.contact_area
+        return self.force / area if area > 0 else 0.0
+
+    def displacement(self, x: ArrayLike) -> ndarray:
+        """Settlement of the ground at any points of its surface.
+
+        Parameters
+        ----------
+        x : (2, m) array of float
+            Points under the punch or beside it.
+
+        Returns
+        -------
+        (m,) array of float
+            Positive into the ground.
+        """
+        x = as_points(x)
+        w = np.zeros(x.shape[1])
+        for punch, p in ((self.punch, self.pressure), *self.others):
+            cells = punch.footprint
+            if len(p) * x.shape[1] > FEW and cells.tolerance >= EXACT:
+                w += cells.fast_operator(x, cells.tolerance) @ p
+                continue
+            w += surface_displacement(cells.substrate, cells.partition, p, x, cells.weights)
+            if correction := cells.edge_correction(x):
+                w += correction.apply(p)
+        return w
+
+    def pressure_at(self, x: ArrayLike) -> ndarray:
+        """Pressure at any points.
+
+        Parameters
+        ----------
+        x : (2, m) array of float
+            Points.
+
+        Returns
+        -------
+        (m,) array of float
+            ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
+            punch.
+        """
+        x = as_points(x)
+        fan, weights = self.footprint.fan, self.footprint.weights
+        triangle = fan.locate(x)
+        inside = triangle >= 0
+        triangle = triangle[inside]
+        cell = fan.cell[triangle]
+        pressure = self.pressure[cell]
+        if weights is not None:
+            phi = weights.root[fan.t[:, triangle]] ** 2
+            phi = np.sum(fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
+            phi[phi < 1e-12 * weights.root.max() ** 2] = 0.0  # on the edge but for rounding
+            pressure = pressure * weights.relative(cell, np.sqrt(phi))
+        out = np.zeros(x.shape[1])
+        out[inside] = pressure
+        return out
+
+    def pressures_on(self, footprint: Footprint) -> ndarray:
+        """Pressures of other cells, none negative, to begin a solution with; shape (n,)."""
+        if footprint.basis is self.footprint.basis:
+            return self.pressure.clip(0)
+        pressure = self.pressure_at(footprint.partition.centroids)
+        return np.where(np.isfinite(pressure), pressure, 0.0).clip(0)
+
+    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
+        """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
+
+        On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
+        takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
+        the mean pressures of cells, finite where the pressure itself is not.
+
+        Returns
+        -------
+        basis : CellBasis
+            First-order basis on the mesh.
+        values : (N,) array of float
+            Its vector.
+        """
+        basis, weights = self.footprint.basis, self.footprint.weights
+        pressure = self.pressure
+        if weights is not None:
+            # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
+            cells = np.arange(len(self.pressure))
+            on_dual = self.footprint.on_dual_cells
+            root = weights.root[cells if on_dual else nodal_mesh(basis).t]
+            inner = root > 1e-9 * weights.root.max()
+            factor = weights.relative(cells, root)
+            pressure = pressure * np.where(inner, factor, 1.0)
+        return nodal_values(basis, pressure)
+
+    def edge_coefficient(self) -> "EdgeCoefficient":
+        """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.
+
+        Raises
+        ------
+        ValueError
+            If the punch has no singular edge.
+        """
+        weights = self.footprint.weights
+        if weights is None:
+            raise ValueError(
+                'expected a punch with edge="singular", got constant pressures at the edge'
+            )
+        partition = self.footprint.partition
+        cells = partition.f2c[0, weights.ribs]
+        contour, order = contours(partition.facets[:, weights.ribs], cells)
+        ribs, cells = weights.ribs[order], cells[order]
+        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        end = np.cumsum(np.hypot(*(b - a)))
+        begin = np.append(0, end[:-1])
+        # a cell may own several ribs in a row: one value halfway along them
+        first = np.nonzero((np.diff(cells, prepend=-1) != 0) | (np.diff(contour, prepend=-1) != 0))
+        last = np.append(first[0][1:], len(ribs)) - 1
+        halfway = (begin[first] + end[last]) / 2
+        rib = np.searchsorted(end, halfway)
+        s = (halfway - begin[rib]) / (end[rib] - begin[rib])
+        contour, cells = contour[first], cells[first]
+        starts = begin[first][np.searchsorted(contour, contour)]
+        return EdgeCoefficient(
+            x=readonly(a[:, rib] + s * (b - a)[:, rib]),
+            values=readonly(self.pressure[cells] / weights.mean[cells]),
+            contour=readonly(contour),
+            arc=readonly(halfway - starts),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeCoefficient:
+    """Limit of ``p sqrt(d)`` at the edge, d the distance to it, along the contours of a plan.
+
+    Attributes
+    ----------
+    x : (2, k) array of float
+        Points on the edge, one for each cell there, in order along each contour, the plan to
+        the left.
+    values : (k,) array of float
+        The coefficient there, pressure times the square root of a length.
+    contour : (k,) array of int
+        Number of the contour, ascending.
+    arc : (k,) array of float
+        Length of the contour up to there.
+    """
+
+    x: ndarray
+    values: ndarray
+    contour: ndarray
+    arc: ndarray
