@@ -12,7 +12,7 @@ import skfem_dual
 ROOT = Path(skfem_dual.__file__).parent
 # a module imports modules of lower layers, or of its own layer in the order below
 LAYERS = [
-    ["errors"],
+    ["errors", "arguments"],
     [
         "grids.polygons",
         "grids.planar",
