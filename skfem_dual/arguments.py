@@ -196,9 +196,15 @@ def checked_points(name: str, value, dim: int = 2, *, least: int = 0) -> ndarray
 
 
 def checked_indices(
-    name: str, value, size: int, shape: tuple[int | str, ...] = ("n",), *, each: str = ""
+    name: str,
+    value,
+    size: int,
+    shape: tuple[int | str, ...] = ("n",),
+    *,
+    least: int = 0,
+    each: str = "",
 ) -> ndarray:
-    """``value`` as indices from 0 to ``size - 1``, in an array of `numpy.intp`.
+    """``value`` as indices from ``least``, 0 or -1, to ``size - 1`` in an array of `numpy.intp`.
 
     Raises
     ------
@@ -209,11 +215,25 @@ def checked_indices(
     """
     array = _numeric(name, value, "iu", "integers")
     _require_shape(name, array, shape, 0)
-    if ((array < 0) | (array >= size)).any():
-        i = tuple(int(k) for k in np.argwhere((array < 0) | (array >= size))[0])
-        allowed = f"from 0 to {size - 1}" if size else "of nothing"
+    if ((array < least) | (array >= size)).any():
+        i = tuple(int(k) for k in np.argwhere((array < least) | (array >= size))[0])
+        allowed = f"from {least} to {size - 1}" if size else "of nothing"
         raise ValueError(f"expected {name} {allowed}, got {array[i]} at {_place(i, each)}")
     return np.asarray(array, dtype=np.intp, order="C")
+
+
+def checked_mask(name: str, value, shape: tuple[int, ...]) -> ndarray:
+    """``value`` as booleans of the shape given; errors as `checked_array`."""
+    array = _numeric(name, value, "b", "booleans")
+    _require_shape(name, array, shape, 0)
+    return np.asarray(array, dtype=bool, order="C")
+
+
+def checked_flag(name: str, value) -> bool:
+    """``value`` as True or False, or a TypeError; 0 and 1 will do."""
+    if isinstance(value, (bool, np.bool_)) or (isinstance(value, int) and value in (0, 1)):
+        return bool(value)
+    raise TypeError(f"expected True or False for {name}, got {shown(value)}")
 
 
 def checked_instance(name: str, value: _T, kinds: type | tuple[type, ...], remedy="") -> _T:

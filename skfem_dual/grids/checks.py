@@ -8,6 +8,7 @@ from numpy import ndarray
 from skfem import ElementTriP1, MeshTri
 from skfem.mesh import MeshTri1
 
+from ..arguments import shown
 from ..errors import MeshError
 from .corners import Corners, signed_areas
 from .planar import covered_twice
@@ -76,7 +77,7 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
 def check_type(mesh) -> None:
     """Accept straight, continuous triangulations only."""
     if not isinstance(mesh, MeshTri1):
-        raise TypeError(f"expected a skfem MeshTri, got {type(mesh).__name__}")
+        raise TypeError(f"expected a skfem MeshTri, got {shown(mesh)}")
     if not (mesh.elem is ElementTriP1 and mesh.affine):
         raise MeshError(
             f"expected straight triangles sharing their nodes (MeshTri), got "

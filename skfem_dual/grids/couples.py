@@ -8,6 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_array
 
+from ..arguments import checked_choice, checked_indices, checked_instance
 from ..errors import MeshError
 from .dual_mesh import DualMesh
 from .partition import Partition
@@ -56,31 +57,28 @@ class GridCouple:
     unbounded: ndarray = field(default_factory=lambda: np.empty(0, int))
 
     def __post_init__(self):
-        if self.kind not in ("1-type", "2-type", "maximal", "minimal"):
-            raise MeshError(f"expected 1-type, 2-type, maximal or minimal, got {self.kind!r}")
-        for name in ("node_in_a", "node_in_b", "ribs", "unbounded"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int32))
-        nodes_a, nodes_b = self.a.polygons.p.shape[1], self.b.polygons.p.shape[1]
-        for name, shape, least, n in (
-            ("node_in_a", (len(self.a),), -1, nodes_b),
-            ("node_in_b", (len(self.b),), -1, nodes_a),
-            (
-                "ribs",
-                (2, self.ribs.size // 2),
-                0,
-                (self.a.facets.shape[1], self.b.facets.shape[1]),
+        checked_choice("kind", self.kind, ("1-type", "2-type", "maximal", "minimal"))
+        a, b = (checked_instance(x, getattr(self, x), Partition) for x in ("a", "b"))
+        ribs = a.facets.shape[1], b.facets.shape[1]
+        found = {
+            "node_in_a": checked_indices(
+                "node_in_a", self.node_in_a, b.polygons.p.shape[1], (len(a),), least=-1
             ),
-            ("unbounded", (self.unbounded.size,), 0, len(self.b)),
-        ):
-            index = getattr(self, name)
-            if index.shape != shape:
-                raise MeshError(f"expected {name} of shape {shape}, got {index.shape}")
-            if index.min(initial=least) < least or np.greater_equal(index.T, n).any():
-                raise MeshError(f"expected indices from {least} to less than {n} in {name}")
+            "node_in_b": checked_indices(
+                "node_in_b", self.node_in_b, a.polygons.p.shape[1], (len(b),), least=-1
+            ),
+            "ribs": checked_indices("ribs", self.ribs, max(ribs), (2, "n")),
+            "unbounded": checked_indices("unbounded", self.unbounded, len(b)),
+        }
+        for row, n in zip(found["ribs"], ribs):
+            checked_indices("ribs", row, n)
+        for name, value in found.items():
+            object.__setattr__(self, name, readonly(value, np.int32))
 
     @classmethod
     def from_dual(cls, dual: DualMesh) -> "GridCouple":
-        """A triangulation and its 1-type dual grid."""
+        """A triangulation and its 1-type dual grid; a TypeError for anything else."""
+        checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
         return cls(
             "1-type",
             dual.primal_partition,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import shown
 from .couples import GridCouple, boundary_nodes
 from .dual_mesh import DualMesh
 from .partition import Partition
@@ -53,7 +54,7 @@ def check_dual(couple: GridCouple | DualMesh) -> DualReport:
     if isinstance(couple, DualMesh):
         couple = GridCouple.from_dual(couple)
     if not isinstance(couple, GridCouple):
-        raise TypeError(f"expected a GridCouple or a DualMesh, got {type(couple).__name__}")
+        raise TypeError(f"expected a GridCouple or a DualMesh, got {shown(couple)}")
     one_type = couple.kind == "1-type"
     a, b = couple.a, couple.b
     found = [_sides(a, "A"), _sides(b, "B"), *_graphs(couple)]

@@ -8,6 +8,7 @@ from numpy import ndarray
 from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
+from ..arguments import checked_choice, checked_instance
 from .checks import check_type, crossing_condition, triangulation_conditions, user_tags
 from .corners import Corners, signed_areas
 from .dual_mesh import DualMesh
@@ -57,8 +58,7 @@ def general_triangulation(
     >>> mesh.p.shape[1] + mesh.nelements + len(mesh.boundary_facets()), general.p.shape[1]
     (73, 73)
     """
-    if diagonal not in ("best", "rib", "facet"):
-        raise ValueError(f'expected diagonal "best", "rib" or "facet", got {diagonal!r}')
+    checked_choice("diagonal", diagonal, ("best", "rib", "facet"))
     if isinstance(mesh, DualMesh):
         mesh = mesh.mesh
         corners = Corners(mesh)
@@ -113,7 +113,13 @@ def dual_nodes(dual: DualMesh) -> ndarray:
     -------
     (ndualnodes,) array of int
         ``general_triangulation(dual).p[:, dual_nodes(dual)]`` equals ``dual.p``.
+
+    Raises
+    ------
+    TypeError
+        If ``dual`` is something else.
     """
+    checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
     n = len(dual)
     nodes = n + np.arange(dual.p.shape[1])
     # the halves of boundary facets run between a boundary node and a middle numbered before it
