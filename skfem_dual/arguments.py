@@ -143,7 +143,13 @@ def checked_pair(name: str, value) -> Pair:
 
 
 def checked_array(
-    name: str, value, shape: tuple[int | str, ...], *, least: int = 0, each: str = ""
+    name: str,
+    value,
+    shape: tuple[int | str, ...] | None,
+    *,
+    least: int = 0,
+    each: str = "",
+    error: type[ValueError] = ValueError,
 ) -> ndarray:
     """``value`` as finite numbers in an array.
 
@@ -153,12 +159,14 @@ def checked_array(
         The argument, for messages.
     value : array_like of real numbers
         Also nested lists and tuples, in any byte order.
-    shape : tuple of int or str
-        Sizes; those with a name are free, but equal where the name is.
+    shape : tuple of int or str, or None
+        Sizes; those with a name are free, but equal where the name is. None: any shape.
     least : int
         The least size along the last axis.
     each : str
         What the last axis counts, such as "cell".
+    error : type
+        Raised instead of a ValueError, such as `MeshError`.
 
     Returns
     -------
@@ -181,18 +189,21 @@ def checked_array(
     ValueError: expected finite pressure, got inf at cell 1
     """
     array = _numeric(name, value, "iuf", "numbers")
-    _require_shape(name, array, shape, least)
+    if shape is not None:
+        _require_shape(name, array, shape, least, error)
     with np.errstate(over="ignore"):  # of long doubles, found below
         array = np.asarray(array, dtype=float, order="C")
     if not np.isfinite(array).all():
         i = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"expected finite {name}, got {float(array[i])} at {_place(i, each)}")
+        raise error(f"expected finite {name}, got {float(array[i])} at {_place(i, each)}")
     return array
 
 
-def checked_points(name: str, value, dim: int = 2, *, least: int = 0) -> ndarray:
+def checked_points(
+    name: str, value, dim: int = 2, *, least: int = 0, error: type[ValueError] = ValueError
+) -> ndarray:
     """``value`` as coordinates of shape (dim, n); errors as `checked_array`."""
-    return checked_array(name, value, (dim, "n"), least=least, each="point")
+    return checked_array(name, value, (dim, "n"), least=least, each="point", error=error)
 
 
 def checked_indices(
@@ -203,6 +214,7 @@ def checked_indices(
     *,
     least: int = 0,
     each: str = "",
+    error: type[ValueError] = ValueError,
 ) -> ndarray:
     """``value`` as indices from ``least``, 0 or -1, to ``size - 1`` in an array of `numpy.intp`.
 
@@ -214,18 +226,20 @@ def checked_indices(
         If it has another shape, or an index is out of range: the first place is named.
     """
     array = _numeric(name, value, "iu", "integers")
-    _require_shape(name, array, shape, 0)
+    _require_shape(name, array, shape, 0, error)
     if ((array < least) | (array >= size)).any():
         i = tuple(int(k) for k in np.argwhere((array < least) | (array >= size))[0])
         allowed = f"from {least} to {size - 1}" if size else "of nothing"
-        raise ValueError(f"expected {name} {allowed}, got {array[i]} at {_place(i, each)}")
+        raise error(f"expected {name} {allowed}, got {array[i]} at {_place(i, each)}")
     return np.asarray(array, dtype=np.intp, order="C")
 
 
-def checked_mask(name: str, value, shape: tuple[int, ...]) -> ndarray:
+def checked_mask(
+    name: str, value, shape: tuple[int, ...], *, error: type[ValueError] = ValueError
+) -> ndarray:
     """``value`` as booleans of the shape given; errors as `checked_array`."""
     array = _numeric(name, value, "b", "booleans")
-    _require_shape(name, array, shape, 0)
+    _require_shape(name, array, shape, 0, error)
     return np.asarray(array, dtype=bool, order="C")
 
 
@@ -348,7 +362,9 @@ def _unlike(value, array: ndarray) -> str:
     return shown(value)
 
 
-def _require_shape(name: str, array: ndarray, shape: tuple[int | str, ...], least: int) -> None:
+def _require_shape(
+    name: str, array: ndarray, shape: tuple[int | str, ...], least: int, error: type[ValueError]
+) -> None:
     sizes: dict[str, int] = {}
     fits = array.ndim == len(shape) and all(
         got == (sizes.setdefault(size, got) if isinstance(size, str) else size)
@@ -358,9 +374,9 @@ def _require_shape(name: str, array: ndarray, shape: tuple[int | str, ...], leas
         text = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
         turned = array.ndim == 2 == len(shape) and array.shape[1] == shape[0]
         remedy = ". Remedy: transpose it" if turned else ""
-        raise ValueError(f"expected {name} of shape ({text}), got {array.shape}{remedy}")
+        raise error(f"expected {name} of shape ({text}), got {array.shape}{remedy}")
     if least and array.shape[-1] < least:
-        raise ValueError(f"expected {name} with at least {least} items, got {array.shape[-1]}")
+        raise error(f"expected {name} with at least {least} items, got {array.shape[-1]}")
 
 
 def _place(index, each: str) -> str:

@@ -255,9 +255,7 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
         (lambda: disc(np.nan), "expected a finite size, got nan"),
         (lambda: disc(5.0), "expected a size smaller than the domain"),
         (lambda: disc(n=2), r"expected n from 4 to 1e.08, got 2"),
-        (lambda: disc(n=10.5), "expected an integer for n, got 10.5"),
         (lambda: disc(0.1, radius=0), "expected a positive radius, got 0"),
-        (lambda: disc(0.1, centre=(0, 0, 0)), "expected two numbers for centre"),
         (lambda: disc(0.1, graded="cosine"), 'expected graded "sine" or "quadratic"'),
         (lambda: disc(0.1, graded=1.5), "expected graded above 0 and of at most 1, got 1.5"),
         (lambda: disc(0.1, graded=0.5, nboundary=9), "either nboundary or graded as a number"),
@@ -286,6 +284,17 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
 def test_wrong_arguments(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_arguments_of_wrong_types():
+    with pytest.raises(TypeError, match=r"expected an integer for n, got 10\.5"):
+        disc(n=10.5)
+    with pytest.raises(TypeError, match="expected two numbers for centre"):
+        disc(0.1, centre=(0, 0, 0))
+    with pytest.raises(TypeError, match="expected a sequence for holes"):
+        polygon(EXCISED, 3, 0.1)
+    with pytest.raises(TypeError, match="True or False for true_area"):
+        disc(0.1, true_area="no")
 
 
 def test_too_few_boundary_nodes():

@@ -44,6 +44,8 @@ class GridCouple:
 
     Raises
     ------
+    TypeError
+        If something is no partition or no array of integers.
     MeshError
         If the arrays do not fit together.
     """
@@ -59,19 +61,20 @@ class GridCouple:
     def __post_init__(self):
         checked_choice("kind", self.kind, ("1-type", "2-type", "maximal", "minimal"))
         a, b = (checked_instance(x, getattr(self, x), Partition) for x in ("a", "b"))
-        ribs = a.facets.shape[1], b.facets.shape[1]
+        nodes_a, nodes_b = a.polygons.p.shape[1], b.polygons.p.shape[1]
         found = {
-            "node_in_a": checked_indices(
-                "node_in_a", self.node_in_a, b.polygons.p.shape[1], (len(a),), least=-1
-            ),
-            "node_in_b": checked_indices(
-                "node_in_b", self.node_in_b, a.polygons.p.shape[1], (len(b),), least=-1
-            ),
-            "ribs": checked_indices("ribs", self.ribs, max(ribs), (2, "n")),
-            "unbounded": checked_indices("unbounded", self.unbounded, len(b)),
+            name: checked_indices(
+                name, getattr(self, name), n, shape, least=least, error=MeshError
+            )
+            for name, n, shape, least in (
+                ("node_in_a", nodes_b, (len(a),), -1),
+                ("node_in_b", nodes_a, (len(b),), -1),
+                ("ribs", max(a.facets.shape[1], b.facets.shape[1]), (2, "n"), 0),
+                ("unbounded", len(b), ("n",), 0),
+            )
         }
-        for row, n in zip(found["ribs"], ribs):
-            checked_indices("ribs", row, n)
+        for row, grid in zip(found["ribs"], (a, b)):
+            checked_indices("ribs", row, grid.facets.shape[1], error=MeshError)
         for name, value in found.items():
             object.__setattr__(self, name, readonly(value, np.int32))
 

@@ -58,9 +58,9 @@ class Polygons:
     offsets: ndarray
 
     def __post_init__(self):
-        p = checked_points("p", self.p)
-        indices = checked_indices("indices", self.indices, p.shape[1])
-        ends = checked_indices("offsets", self.offsets, len(indices) + 1)
+        p = checked_points("p", self.p, error=MeshError)
+        indices = checked_indices("indices", self.indices, p.shape[1], error=MeshError)
+        ends = checked_indices("offsets", self.offsets, len(indices) + 1, error=MeshError)
         object.__setattr__(self, "p", readonly(p))
         object.__setattr__(self, "indices", readonly(indices, np.int32))
         object.__setattr__(self, "offsets", readonly(ends, np.int32))
@@ -84,8 +84,8 @@ class Polygons:
 
         The vertices run around each cell in either sense; clockwise cells are reversed.
         """
-        p = checked_points("p", p)
-        t = checked_indices("t", t, p.shape[1], ("k", "n"))
+        p = checked_points("p", p, error=MeshError)
+        t = checked_indices("t", t, p.shape[1], ("k", "n"), error=MeshError)
         v = p[:, t] - p[:, t[:1]]
         twice = np.sum(v[0] * np.roll(v[1], -1, 0) - v[1] * np.roll(v[0], -1, 0), axis=0)
         return cls(

@@ -93,6 +93,8 @@ def rectangular_couple(
 
     Raises
     ------
+    TypeError, ValueError
+        If something is no array of numbers or booleans, or ``around`` another word.
     MeshError
         If the arrays do not make a grid, or there is no such dual grid: no inner node or a cell
         without one for ``"inner"``; a gap of one rectangle between the cells of B for
@@ -107,7 +109,8 @@ def rectangular_couple(
       B: 36 cells, 84 ribs, 49 nodes, area 36
       Corresponded ribs: 84
     """
-    x, y = (checked_array(name, c, ("n",), least=2) for name, c in (("x", x), ("y", y)))
+    x = checked_array("x", x, ("n",), least=2, error=MeshError)
+    y = checked_array("y", y, ("n",), least=2, error=MeshError)
     for name, c in (("x", x), ("y", y)):
         if len(bad := np.nonzero(~(np.diff(c) > 0))[0]):
             i = bad[0]
@@ -117,7 +120,7 @@ def rectangular_couple(
             )
     present = np.ones((len(x) - 1, len(y) - 1), dtype=bool)
     if missing is not None:
-        present &= ~checked_mask("missing", missing, present.shape)
+        present &= ~checked_mask("missing", missing, present.shape, error=MeshError)
     if not present.any():
         raise MeshError("expected a rectangle that is not missing")
     kinds: dict[str, Kind] = {"inner": "minimal", "all": "maximal"}
@@ -127,7 +130,8 @@ def rectangular_couple(
         checked_choice("around", around, kinds)
         kind, cells = kinds[around], count > (3 if around == "inner" else 0)
     else:
-        kind, cells = "2-type", checked_mask("around", around, count.shape) & (count > 0)
+        kind = "2-type"
+        cells = checked_mask("around", around, count.shape, error=MeshError) & (count > 0)
         if np.any(left_out := (count == 4) & ~cells):
             raise MeshError(
                 f"expected a cell around every inner node (Definition 3, condition 1); nodes "
