@@ -6,7 +6,7 @@ byte order. Messages name the argument, what was expected and what came.
 
 import math
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -160,7 +160,8 @@ def checked_array(
     value : array_like of real numbers
         Also nested lists and tuples, in any byte order.
     shape : tuple of int or str, or None
-        Sizes; those with a name are free, but equal where the name is. None: any shape.
+        Sizes; those with a name are free, but equal where the name is. None: any shape; "..."
+        in the end: any more.
     least : int
         The least size along the last axis.
     each : str
@@ -241,6 +242,23 @@ def checked_mask(
     array = _numeric(name, value, "b", "booleans")
     _require_shape(name, array, shape, 0, error)
     return np.asarray(array, dtype=bool, order="C")
+
+
+def checked_text(name: str, value) -> str:
+    """``value`` itself, if it is text, or a TypeError."""
+    if not isinstance(value, str):
+        raise TypeError(f"expected text for {name}, got {shown(value)}")
+    return value
+
+
+def checked_sequence(name: str, value) -> list:
+    """The items of ``value``, or a TypeError if it is text, a mapping or not iterable."""
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
+        raise TypeError(f"expected a sequence for {name}, got {shown(value)}")
+    try:
+        return list(value)
+    except TypeError:  # arrays without dimensions
+        raise TypeError(f"expected a sequence for {name}, got {shown(value)}") from None
 
 
 def checked_flag(name: str, value) -> bool:
@@ -366,8 +384,9 @@ def _require_shape(
     name: str, array: ndarray, shape: tuple[int | str, ...], least: int, error: type[ValueError]
 ) -> None:
     sizes: dict[str, int] = {}
-    fits = array.ndim == len(shape) and all(
-        got == (sizes.setdefault(size, got) if isinstance(size, str) else size)
+    fits = array.ndim == len(shape) or (shape[-1:] == ("...",) and array.ndim >= len(shape) - 1)
+    fits = fits and all(
+        size == "..." or got == (sizes.setdefault(size, got) if isinstance(size, str) else size)
         for size, got in zip(shape, array.shape)
     )
     if not fits:

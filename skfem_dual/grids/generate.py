@@ -1,6 +1,6 @@
 """Triangulations of plans, near uniform or graded to the edge, and polar grids."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy import ndarray
@@ -12,6 +12,7 @@ from ..arguments import (
     checked_integer,
     checked_number,
     checked_pair,
+    checked_sequence,
     checked_size,
     shown,
 )
@@ -254,7 +255,7 @@ def polygon(
         raise ValueError(f"expected graded as a number from 0 to 1 for polygons, got {graded!r}")
     loops = [
         corners_of("outline", outline),
-        *(corners_of(f"holes[{i}]", h) for i, h in enumerate(_listed("holes", holes))),
+        *(corners_of(f"holes[{i}]", h) for i, h in enumerate(checked_sequence("holes", holes))),
     ]
     check_loops(loops)
     return _generate([Polygon(loop) for loop in loops], size, n, graded, nboundary)
@@ -361,13 +362,6 @@ def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:
     moved = MeshTri(np.ascontiguousarray(p), mesh.t).with_boundaries(mesh.boundaries)
     require(dual_conditions(Corners(moved)))
     return moved
-
-
-def _listed(name: str, value) -> list:
-    """The items of a sequence, or a TypeError."""
-    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
-        raise TypeError(f"expected a sequence for {name}, got {shown(value)}")
-    return list(value)
 
 
 def _ratio(a: ndarray, b: ndarray) -> ndarray:
