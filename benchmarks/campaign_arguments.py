@@ -278,8 +278,10 @@ def same_values(right: Any) -> Iterator[tuple[str, Any]]:
         yield from {"numpy int": np.int64(right), "small int": np.int16(right)}.items()
 
 
-def trials(pictures: bool = False) -> Iterator[tuple[str, Callable[[], tuple[str, str]]]]:
-    """Label and judged call, in the order of the names."""
+def trials(
+    seed: int = 0, pictures: bool = False
+) -> Iterator[tuple[str, Callable[[], tuple[str, str]]]]:
+    """Label and judged call, in the order of the names; nothing is drawn at random."""
     for call in calls(pictures):
         parameters = inspect.signature(call.function).parameters.values()
         yield call.name, lambda call=call: judged(call, "", None, None)
