@@ -618,7 +618,7 @@ def test_layers(couple):
 def test_unknown_things_are_not_drawn():
     from skfem_dual.visuals.style import layers
 
-    with pytest.raises(TypeError, match="GridCouple to draw, got ndarray"):
+    with pytest.raises(TypeError, match="GridCouple to draw, got an array"):
         list(layers(polar(3, 8).p, nodes=False))
 
 
