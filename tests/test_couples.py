@@ -221,10 +221,13 @@ def test_arrays_that_do_not_fit(couple):
         {"ribs": couple.ribs + couple.a.facets.shape[1]},
         {"ribs": -couple.ribs},
         {"unbounded": [-1]},
-        {"kind": "3-type"},
     ):
         with pytest.raises(MeshError, match="expected"):
             replace(couple, **change)
+    with pytest.raises(ValueError, match="got '3-type'"):
+        replace(couple, kind="3-type")
+    with pytest.raises(TypeError, match="expected a Partition for b, got None"):
+        replace(couple, b=None)
 
 
 @pytest.mark.parametrize("thing", [None, MeshTri(), np.eye(2)])

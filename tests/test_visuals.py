@@ -161,9 +161,12 @@ def test_color_range_leaves_out_the_singular_edge():
     assert color_range(field, (0, 2)) == (0, 2, False, True)
     constant = Field.from_basis(CellBasis(DISC, ElementTriP0()), np.ones(DISC.nelements))
     assert color_range(constant) == (0.5, 1.5, False, False)
-    for wrong in [(2, 1), (0, np.nan), (1,)]:
-        with pytest.raises(ValueError, match="low < high"):
-            color_range(field, wrong)
+    with pytest.raises(ValueError, match="low < high"):
+        color_range(field, (2, 1))
+    with pytest.raises(ValueError, match=r"finite clim\[1\], got nan"):
+        color_range(field, (0, np.nan))
+    with pytest.raises(TypeError, match="two numbers for clim"):
+        color_range(field, (1,))
 
 
 def test_quantiles_of_a_linear_field_on_a_square():
