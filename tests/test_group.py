@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from plans import disc, rectangle, sin_graded
 from skfem import MeshTri
-from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 from skfem_dual import (
     DualMesh,
@@ -20,6 +19,7 @@ from skfem_dual import (
 from skfem_dual.contact import footprint, group
 from skfem_dual.grids import generate
 from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 UNIT = HalfSpace(1.0, 0.0)
 

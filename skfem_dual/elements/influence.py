@@ -11,6 +11,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..arguments import checked_array
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
@@ -98,16 +99,10 @@ def as_points(x: ArrayLike) -> ndarray:
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If it has another shape or is not finite.
     """
-    x = np.asarray(x, dtype=float)
-    if x.ndim != 2 or x.shape[0] != 2:
-        raise ValueError(f"expected points of shape (2, m), got {x.shape}")
-    if not np.isfinite(x).all():
-        bad = np.nonzero(~np.isfinite(x).all(axis=0))[0]
-        raise ValueError(f"expected finite points; the first that is not: {bad[0]}")
-    return x
+    return checked_array("x", x, (2, "m"), each="point")
 
 
 @compiled

@@ -22,11 +22,11 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..arguments import checked_array, shown
 from ..grids.partition import Partition
 from ..ground.substrates import HalfSpace, Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
-from .influence import as_points
 
 
 class Stresses(NamedTuple):
@@ -94,16 +94,13 @@ def displacements(
 def _checked(substrate: Substrate, x: ArrayLike) -> tuple[HalfSpace, ndarray]:
     if not isinstance(substrate, HalfSpace):
         raise ValueError(
-            f"expected a homogeneous HalfSpace, got {type(substrate).__name__}: the solution "
+            f"expected a homogeneous HalfSpace, got {shown(substrate)}: the solution "
             "below its surface is not closed. Remedy: skfem_dual.elements.stresses.stresses("
             "HalfSpace(young, poisson), punch.partition, solution.pressure, x) lets the same "
             "pressures act on a homogeneous ground"
         )
-    x = np.asarray(x, dtype=float)
-    if x.ndim != 2 or x.shape[0] != 3:
-        raise ValueError(f"expected points of shape (3, m), got {x.shape}")
-    as_points(x[:2])
-    if (bad := np.nonzero(~((x[2] > 0) & np.isfinite(x[2])))[0]).size:
+    x = checked_array("x", x, (3, "m"), each="point")
+    if (bad := np.nonzero(~(x[2] > 0))[0]).size:
         raise ValueError(
             "expected points in the ground, with finite depths z > 0; the first that is not: "
             f"{bad[0]}, with z={x[2, bad[0]]:g}"

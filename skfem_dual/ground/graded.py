@@ -3,15 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from math import isfinite
 from typing import Self
 
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_number, checked_size, checked_text, shown
 from .compliance import FORGOTTEN, homogeneous, through_graded
-from .stratified import Stratified
-from .substrates import HalfSpace, checked_moduli, checked_positive
+from .stratified import Stratified, checked_waves
+from .substrates import HalfSpace, checked_moduli
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,11 +49,12 @@ class GradedHalfSpace(Stratified):
     description: str = "profile"
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.length) and self.length > 0):
-            raise ValueError(f"expected a positive length, got {self.length!r}")
+        object.__setattr__(self, "length", checked_size("length", self.length))
+        _require_profile(self.young, self.poisson)
+        checked_text("description", self.description)
         depth = self.length * np.concatenate([[0.0], np.logspace(-6, 6, 49)])
         ratio, nu = self._moduli(depth)
-        young = ratio * float(self.young(np.zeros(1))[0])
+        young = ratio * _values("young", self.young, np.zeros(1))[0]
         for what, values, good, span in (
             ("young", young, np.isfinite(young) & (young > 0), "positive"),
             ("poisson", nu, (nu >= 0) & (nu <= 0.5), "from 0 to 0.5"),
@@ -69,7 +70,7 @@ class GradedHalfSpace(Stratified):
     def init_linear(cls, young: float, poisson: float, gradient: float) -> Self:
         """``E = young (1 + gradient z)``; the paper's B / h is ``gradient`` > 0."""
         young, poisson = checked_moduli(young, poisson)
-        gradient = checked_positive("gradient", gradient)
+        gradient = checked_size("gradient", gradient)
         return cls(
             partial(_linear, young, gradient),
             poisson,
@@ -81,7 +82,7 @@ class GradedHalfSpace(Stratified):
     def init_exponential(cls, young: float, poisson: float, ratio: float, length: float) -> Self:
         """``E = young (ratio + (1 - ratio) exp(-z / length))``, from young to ratio young."""
         young, poisson = checked_moduli(young, poisson)
-        ratio, length = checked_positive("ratio", ratio), checked_positive("length", length)
+        ratio, length = checked_size("ratio", ratio), checked_size("length", length)
         return cls(
             partial(_exponential, young, ratio, length),
             poisson,
@@ -93,10 +94,8 @@ class GradedHalfSpace(Stratified):
     def init_power(cls, young: float, poisson: float, exponent: float, offset: float) -> Self:
         """``E = young (1 + z / offset)^exponent``, 0 < exponent < 2; positive at the surface."""
         young, poisson = checked_moduli(young, poisson)
-        offset = checked_positive("offset", offset)
-        exponent = float(exponent)
-        if not 0 < exponent < 2:
-            raise ValueError(f"expected an exponent between 0 and 2, got {exponent:g}")
+        offset = checked_size("offset", offset)
+        exponent = checked_number("exponent", exponent, above=0, below=2)
         return cls(
             partial(_power, young, exponent, offset),
             poisson,
@@ -112,26 +111,27 @@ class GradedHalfSpace(Stratified):
 
         ``length`` is the depth over which they vary by a sizeable part; found by default.
         """
-        return cls(young, poisson, _length(young, poisson) if length is None else float(length))
+        _require_profile(young, poisson)
+        return cls(young, poisson, _length(young, poisson) if length is None else length)
 
     def __repr__(self) -> str:
         return f"GradedHalfSpace({self.description})"
 
     def _moduli(self, z: ndarray) -> tuple[ndarray, ndarray]:
         """E / E0 and nu at depths."""
-        nu = self.poisson(z) if callable(self.poisson) else self.poisson
-        young = np.asarray(self.young(z), dtype=float)
-        surface = float(np.asarray(self.young(np.zeros(1)))[0])
+        nu = _values("poisson", self.poisson, z)
+        young = _values("young", self.young, z)
+        surface = float(_values("young", self.young, np.zeros(1))[0])
         if not surface > 0:
             raise ValueError(
                 f"expected a positive Young's modulus at the surface, got {surface:g}: without "
                 "it the settlement under a force is not finite. Remedy: a small positive value"
             )
-        return young / surface, np.broadcast_to(np.asarray(nu, dtype=float), np.shape(z))
+        return young / surface, nu
 
     @cached_property
     def surface(self) -> HalfSpace:
-        young = float(np.asarray(self.young(np.zeros(1)))[0])
+        young = float(_values("young", self.young, np.zeros(1))[0])
         return HalfSpace(young, float(self._moduli(np.zeros(1))[1][0]))
 
     @property
@@ -139,19 +139,43 @@ class GradedHalfSpace(Stratified):
         return self.length, self.length
 
     def compliance(self, k: ndarray) -> ndarray:
+        k = checked_waves(k)
         bottom = FORGOTTEN / k
         start = homogeneous(*self._moduli(bottom))
         return through_graded(start, k, 0.0, bottom, self._moduli)
+
+
+def _require_profile(young: Callable, poisson: float | Callable) -> None:
+    """Refuse moduli that are no functions of depth."""
+    if not callable(young):
+        raise TypeError(
+            f"expected a function of depths for young, got {shown(young)}. Remedy: HalfSpace for "
+            "a modulus that does not vary"
+        )
+    if not callable(poisson):
+        checked_number("poisson", poisson)
+
+
+def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
+    """A modulus at depths, also where it is not finite."""
+    values = np.asarray(profile(z) if callable(profile) else profile)
+    if values.dtype.kind not in "iuf" or values.shape not in ((), z.shape):
+        raise TypeError(
+            f"expected {name} as a function that returns one number for each depth, got "
+            f"{shown(values)} for {len(z)} depths"
+        )
+    return np.broadcast_to(np.asarray(values, dtype=float), z.shape)
 
 
 def _length(young: Callable, poisson: float | Callable) -> float:
     """Twice the depth at which the moduli have changed by half of all they do, or a half."""
     depth = np.concatenate([[0.0], np.logspace(-9, 9, 2001)])
     with np.errstate(all="ignore"):  # moduli out of range are refused later
-        change = np.abs(np.log(np.asarray(young(depth), dtype=float)) - np.log(young(depth[:1])))
-    if callable(poisson):
-        change = change + 2 * np.abs(poisson(depth) - poisson(depth[:1]))
-    most = np.nanmax(change)
+        modulus, nu = _values("young", young, depth), _values("poisson", poisson, depth)
+        change = np.abs(np.log(modulus) - np.log(modulus[0]))
+        change = change + 2 * np.abs(nu - nu[0])
+        change[np.isnan(change)] = 0.0
+    most = change.max()
     return 2 * float(depth[np.argmax(change >= min(0.4, most / 2))]) if most > 1e-12 else 1.0
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import Literal
 
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_number, checked_sequence, checked_size, shown
 from .compliance import (
     FORGOTTEN,
     as_pair,
@@ -18,8 +18,8 @@ from .compliance import (
     through_homogeneous,
 )
 from .graded import GradedHalfSpace
-from .stratified import Stratified
-from .substrates import HalfSpace, checked_moduli, checked_positive
+from .stratified import Stratified, checked_waves
+from .substrates import HalfSpace, checked_moduli
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,15 @@ class Layer:
     gradient: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "thickness", checked_positive("thickness", self.thickness))
+        object.__setattr__(self, "thickness", checked_size("thickness", self.thickness))
         young, poisson = checked_moduli(self.young, self.poisson)
         object.__setattr__(self, "young", young)
         object.__setattr__(self, "poisson", poisson)
-        object.__setattr__(self, "gradient", float(self.gradient))
-        if not (isfinite(self.gradient) and 1 + self.gradient * self.thickness > 0):
+        gradient = checked_number("gradient", self.gradient)
+        if gradient:
+            checked_size("gradient or its negative", abs(gradient))
+        object.__setattr__(self, "gradient", gradient)
+        if not 0 < 1 + gradient * self.thickness < np.inf:
             raise ValueError(
                 f"expected a positive Young's modulus at the bottom of the layer, got the "
                 f"gradient {self.gradient:g} over the thickness {self.thickness:g}"
@@ -87,15 +90,16 @@ class LayeredHalfSpace(Stratified):
     base: HalfSpace | GradedHalfSpace | Literal["bonded", "smooth"]
 
     def __post_init__(self) -> None:
-        layers = tuple(self.layers)
+        layers = tuple(checked_sequence("layers", self.layers))
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
-            raise TypeError(f"expected a sequence of Layer, got {self.layers!r}")
+            raise TypeError(f"expected a sequence of Layer for layers, got {shown(self.layers)}")
         object.__setattr__(self, "layers", layers)
         if not (
-            isinstance(self.base, (HalfSpace, Stratified)) or self.base in ("bonded", "smooth")
+            isinstance(self.base, (HalfSpace, Stratified))
+            or (isinstance(self.base, str) and self.base in ("bonded", "smooth"))
         ):
             raise TypeError(
-                f'expected a substrate, "bonded" or "smooth" as the base, got {self.base!r}'
+                f'expected a substrate, "bonded" or "smooth" as the base, got {shown(self.base)}'
             )
         if self.base == "smooth" and layers[-1].gradient:
             raise ValueError(
@@ -122,6 +126,7 @@ class LayeredHalfSpace(Stratified):
         return min(scales), deep
 
     def compliance(self, k: ndarray) -> ndarray:
+        k = checked_waves(k)
         young = self.surface.young
         if isinstance(self.base, HalfSpace):
             q = homogeneous(np.full(len(k), self.base.young / young), self.base.poisson)

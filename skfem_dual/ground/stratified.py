@@ -6,8 +6,18 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..arguments import checked_array
 from .hankel import RadialTable
 from .substrates import HalfSpace
+
+
+def checked_waves(k: ArrayLike) -> ndarray:
+    """Wave numbers, positive; errors as `checked_array`."""
+    waves = checked_array("k", k, ("n",))
+    if not (waves > 0).all():
+        i = int(np.argmin(waves > 0))
+        raise ValueError(f"expected positive wave numbers k, got {waves[i]:g} at index {i}")
+    return waves
 
 
 class Stratified:
@@ -68,20 +78,20 @@ class Stratified:
         ValueError
             Beyond ``farthest``.
         """
-        r = np.abs(np.asarray(r, dtype=float))
+        r = np.abs(checked_array("r", r, None))
         table = self.remainder
         rest = table.evaluate(table.omega, r) / self.surface.young
         return self.surface.influence(r) + rest
 
     def symbol(self, k: ArrayLike) -> ndarray:
         """Fourier transform of the influence function."""
-        waves = np.abs(np.asarray(k, dtype=float))
+        waves = np.abs(checked_array("k", k, None))
         q = self.compliance(np.atleast_1d(waves).ravel())[2].reshape(waves.shape)
         return q / (waves * self.surface.young)
 
     def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``."""
-        radius = np.asarray(radius, dtype=float)
+        radius = checked_array("radius", radius, None)
         table = self.remainder
         rest = radius * table.evaluate(table.primitive_over_r, radius) / self.surface.young
         return self.surface.primitive(radius) + rest

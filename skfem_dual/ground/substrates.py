@@ -4,12 +4,13 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 3.2, for the settlement
 """
 
 from dataclasses import dataclass
-from math import isfinite
 from typing import TYPE_CHECKING, Protocol, SupportsFloat
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
+
+from ..arguments import checked_array, checked_number, checked_size, shown
 
 if TYPE_CHECKING:
     from .hankel import RadialTable
@@ -109,16 +110,16 @@ class HalfSpace:
         ``(1 - nu^2) / (pi E r)``; infinite at ``r = 0``.
         """
         with np.errstate(divide="ignore"):
-            return self.singular_coefficient / np.abs(np.asarray(r, dtype=float))
+            return self.singular_coefficient / np.abs(checked_array("r", r, None))
 
     def symbol(self, k: ArrayLike) -> ndarray:
         """Fourier transform of the influence function, ``2 / (E* k)``."""
         with np.errstate(divide="ignore"):
-            return 2 / (self.contact_modulus * np.abs(np.asarray(k, dtype=float)))
+            return 2 / (self.contact_modulus * np.abs(checked_array("k", k, None)))
 
     def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``."""
-        return self.singular_coefficient * np.asarray(radius, dtype=float)
+        return self.singular_coefficient * checked_array("radius", radius, None)
 
 
 def checked_moduli(young: SupportsFloat, poisson: SupportsFloat) -> tuple[float, float]:
@@ -129,30 +130,16 @@ def checked_moduli(young: SupportsFloat, poisson: SupportsFloat) -> tuple[float,
     TypeError, ValueError
         As `HalfSpace`.
     """
-    young, poisson = _number("young", young), _number("poisson", poisson)
-    if not (isfinite(young) and young > 0):
+    young, poisson = checked_number("young", young), checked_number("poisson", poisson)
+    if young <= 0:
         raise ValueError(f"expected a positive Young's modulus, got young={young:g}")
+    young = checked_size("young", young)
     if not 0 <= poisson <= 0.5:
-        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got {poisson:g}")
+        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got poisson={poisson:g}")
     return young, poisson
 
 
-def checked_positive(name: str, value: SupportsFloat) -> float:
-    """A positive number.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not.
-    """
-    number = _number(name, value)
-    if not (isfinite(number) and number > 0):
-        raise ValueError(f"expected a positive {name}, got {number:g}")
-    return number
-
-
-def _number(name: str, value: SupportsFloat) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"expected a number for {name}, got {value!r}") from None
+def checked_substrate(value: object) -> None:
+    """Refuse what is no ground, with a TypeError."""
+    if isinstance(value, type) or not hasattr(value, "singular_coefficient"):
+        raise TypeError(f"expected a substrate such as HalfSpace, got {shown(value)}")
