@@ -63,7 +63,7 @@ def flexible_settlement(
         values = np.full(len(partition), float(values))
     if values.shape != (len(partition),):
         raise ValueError(
-            f"expected one number for pressure, or one for each of the {len(partition)} cells, got "
+            f"expected one pressure, or one for each of the {len(partition)} cells, got "
             f"shape {values.shape}"
         )
     return surface_displacement(
