@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
+from skfem.assembly.basis import AbstractBasis
 
 from ..elements.influence import as_points, surface_displacement
+from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -185,6 +187,42 @@ class PunchSolution:
         out = np.zeros(x.shape[1])
         out[inside] = pressure
         return out
+
+    def load_vector(self, basis: AbstractBasis, **options) -> ndarray:
+        """The pressure as a load on finite elements: integrals of ``p v`` over the plan.
+
+        Parameters
+        ----------
+        basis : CellBasis or FacetBasis
+            Any scikit-fem basis on a 2-D mesh that covers the plan, or on facets of a 3-D mesh
+            that do; see `load_matrix`, which also has the options.
+        order, component, partial : optional
+            As in `load_matrix`.
+
+        Returns
+        -------
+        (basis.N,) array of float
+            Force and moments are those of the solution to rounding where the basis contains
+            linear functions.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `load_matrix`.
+
+        Examples
+        --------
+        >>> from skfem import CellBasis, ElementTriP2, MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> mesh = MeshTri.init_circle(3)
+        >>> solution = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis()).solve(1.0)
+        >>> f = solution.load_vector(CellBasis(mesh, ElementTriP2()))
+        >>> print(f"{f.sum():.12f}")
+        1.000000000000
+        """
+        punch = self.punch
+        matrix = load_matrix(punch.partition, punch.weights, punch.fan, basis, **options)
+        return matrix @ self.pressure
 
     def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
         """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
