@@ -28,6 +28,7 @@ from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
 from .post.estimate import CoupleEstimate, estimate_error, marked
+from .post.fields import pressure_field
 from .post.functional import Weights
 from .post.postprocess import PostprocessedPressure, postprocess
 from .post.smooth import SmoothedCouple, smooth_couple
@@ -89,6 +90,7 @@ __all__ = [
     "minimal_couple",
     "moment_rotation",
     "postprocess",
+    "pressure_field",
     "rectangular_couple",
     "refine_to_contact",
     "relocate",

@@ -54,6 +54,7 @@ LAYERS = [
         "elements.edge_correction",
         "elements.moments",
         "elements.near",
+        "elements.balance",
         "elements.overlaps",
         "elements.trial_functions",
         "elements.load_matrix",
@@ -97,6 +98,7 @@ LAYERS = [
         "post.mixture",
         "post.conserve",
         "post.postprocess",
+        "post.fields",
         "post.smooth",
         "post.estimate",
     ],
@@ -131,6 +133,7 @@ ORDER = [module for layer in LAYERS for module in layer]
 LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
     ("contact.solution", "contact.punch"),
+    ("contact.solution", "post.fields"),
     ("ground.substrates", "ground.hankel"),
 }
 THIRD_PARTY = {

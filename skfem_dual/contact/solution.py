@@ -9,6 +9,7 @@ from numpy import ndarray
 from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
+from ..elements.balance import balanced
 from ..elements.influence import as_points, surface_displacement
 from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
@@ -224,12 +225,27 @@ class PunchSolution:
         matrix = load_matrix(punch.partition, punch.weights, punch.fan, basis, **options)
         return matrix @ self.pressure
 
-    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
+    def pressure_field(
+        self, refine: int = 3, other: "PunchSolution | None" = None
+    ) -> tuple[CellBasis, ndarray]:
+        """The pressure as a first-order field on a refinement of the mesh, with the laws of the
+        edges of plan and contact: to draw, and to carry elsewhere; see `pressure_field`."""
+        from ..post.fields import pressure_field
+
+        return pressure_field(self, refine, other)
+
+    def nodal_pressure(self, *, conserve: bool = True) -> tuple[CellBasis, ndarray]:
         """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
 
         On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
         takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
         the mean pressures of cells, finite where the pressure itself is not.
+
+        Parameters
+        ----------
+        conserve : bool
+            Whether force and first moments of the field are those of the solution, by the least
+            change of its values; see `balanced`.
 
         Returns
         -------
@@ -248,7 +264,10 @@ class PunchSolution:
             inner = root > 1e-9 * weights.root.max()
             factor = weights.relative(cells, root)
             pressure = pressure * np.where(inner, factor, 1.0)
-        return nodal_values(basis, pressure)
+        nodal, values = nodal_values(basis, pressure)
+        if conserve:
+            values = balanced(nodal, values, self.resultant, self.punch.origin)
+        return nodal, values
 
     def edge_coefficient(self) -> "EdgeCoefficient":
         """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.

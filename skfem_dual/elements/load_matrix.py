@@ -158,7 +158,7 @@ def _points(
     if weights is not None and len(varying):
         square = weights.root[fan.t[:, triangle[varying]]] ** 2
         mean = weights.mean[fan.cell[triangle[varying]]]
-        for at, load in _graded(vertices[..., varying], square, order):
+        for at, load in graded(vertices[..., varying], square, order):
             parts.append((varying, at, load / mean[:, None]))
     piece = np.concatenate([np.repeat(own, at.shape[2]) for own, at, _ in parts])
     at = np.hstack([at.reshape(3, -1) for _, at, _ in parts])
@@ -176,7 +176,7 @@ def _area(vertices: ndarray) -> ndarray:
     return np.abs(np.sum(a * np.cross(b, c, axis=0), axis=0))
 
 
-def _graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[ndarray, ndarray]]:
+def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[ndarray, ndarray]]:
     """Points and weights for polynomials times ``phi^(-1/2)`` on pieces of triangles.
 
     A line of constant phi through the vertex in between cuts a piece in two, each a triangle
