@@ -12,6 +12,7 @@ from .contact.solution import EdgeCoefficient, PunchSolution
 from .elements.flexible import flexible_settlement
 from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses
+from .elements.transfer import evaluate, transfer
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
@@ -80,6 +81,7 @@ __all__ = [
     "displacement_below",
     "dual_nodes",
     "estimate_error",
+    "evaluate",
     "flexible_settlement",
     "general_triangulation",
     "improve",
@@ -98,5 +100,6 @@ __all__ = [
     "smooth_couple",
     "stress_below",
     "sweep",
+    "transfer",
     "vertical_section",
 ]

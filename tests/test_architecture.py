@@ -58,6 +58,7 @@ LAYERS = [
         "elements.overlaps",
         "elements.trial_functions",
         "elements.load_matrix",
+        "elements.transfer",
         "elements.flexible",
         "elements.stresses",
     ],
@@ -114,7 +115,7 @@ LAYERS = [
         "visuals.pyvista",
         "visuals.matplotlib",
     ],
-    ["io"],
+    ["io", "field_files"],
     ["sweeps.records", "sweeps.workers", "sweeps.sweep"],
     [
         "report.numbers",

@@ -10,7 +10,7 @@ from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..elements.balance import balanced
-from ..elements.influence import as_points, surface_displacement
+from ..elements.influence import flat_points, surface_displacement
 from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
 from ..grids.planar import contours
@@ -133,15 +133,15 @@ class PunchSolution:
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points under the punch or beside it.
+        x : (2, ...) array of float
+            Points under the punch or beside it, in any shape, as ``w.x`` in a form.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
             Positive into the ground.
         """
-        x = as_points(x)
+        x, shape = flat_points(x)
         w = np.zeros(x.shape[1])
         for punch, p in ((self.punch, self.pressure), *self.others):
             if len(p) * x.shape[1] > FEW:
@@ -152,28 +152,29 @@ class PunchSolution:
             w += surface_displacement(punch.substrate, punch.partition, p, x, punch.weights)
             if correction := punch.edge_correction(x):
                 w += correction.apply(p)
-        return w
+        return w.reshape(shape)
 
     def punch_displacement(self, x) -> ndarray:
-        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, m)."""
-        x = as_points(x)
-        return self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
+        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...)."""
+        x, shape = flat_points(x)
+        w = self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
+        return w.reshape(shape)
 
     def pressure_at(self, x) -> ndarray:
         """Pressure at any points.
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points.
+        x : (2, ...) array of float
+            Points, in any shape, as ``w.x`` in a form.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
             ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
             punch.
         """
-        x = as_points(x)
+        x, shape = flat_points(x)
         fan, weights = self.punch.fan, self.punch.weights
         triangle = fan.locate(x)
         inside = triangle >= 0
@@ -187,7 +188,7 @@ class PunchSolution:
             pressure = pressure * weights.relative(cell, np.sqrt(phi))
         out = np.zeros(x.shape[1])
         out[inside] = pressure
-        return out
+        return out.reshape(shape)
 
     def load_vector(self, basis: AbstractBasis, **options) -> ndarray:
         """The pressure as a load on finite elements: integrals of ``p v`` over the plan.

@@ -80,6 +80,8 @@ def pressure_field(
     laws = EdgeLaws.of(solution, int(refine))
     s = _fitted(solution, laws, _smoothed(solution, other))
     values = laws.at_nodes * laws.between(s)
+    if (solution.pressure >= 0).all():
+        values = values.clip(0.0)
     basis = CellBasis(laws.mesh, ElementTriP1())
     return basis, balanced(basis, values, solution.resultant, solution.punch.origin)
 
