@@ -246,7 +246,7 @@ class PunchSolution:
         ----------
         conserve : bool
             Whether force and first moments of the field are those of the solution, by the least
-            change of its values; see `balanced`.
+            change of the values on a singular edge, or of all without one.
 
         Returns
         -------
@@ -267,7 +267,12 @@ class PunchSolution:
             pressure = pressure * np.where(inner, factor, 1.0)
         nodal, values = nodal_values(basis, pressure)
         if conserve:
-            values = balanced(nodal, values, self.resultant, self.punch.origin)
+            part = None
+            if weights is not None:
+                part = np.zeros(len(values), dtype=bool)
+                singular = self.punch.partition.boundary[weights.ribs]
+                part[nodal.mesh.facets[:, singular]] = True
+            values = balanced(nodal, values, self.resultant, self.punch.origin, part)
         return nodal, values
 
     def edge_coefficient(self) -> "EdgeCoefficient":
