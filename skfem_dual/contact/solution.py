@@ -229,8 +229,23 @@ class PunchSolution:
     def pressure_field(
         self, refine: int = 3, other: "PunchSolution | None" = None
     ) -> tuple[CellBasis, ndarray]:
-        """The pressure as a first-order field on a refinement of the mesh, with the laws of the
-        edges of plan and contact: to draw, and to carry elsewhere; see `pressure_field`."""
+        """The pressure as a first-order field on a refinement of the mesh.
+
+        It follows the laws of the edges of plan and contact and carries force and moments: the
+        field to draw, and to take elsewhere.
+
+        Parameters
+        ----------
+        refine, other
+            As in `skfem_dual.pressure_field`.
+
+        Returns
+        -------
+        basis : CellBasis
+            ElementTriP1 on the refinement.
+        values : (N,) array of float
+            Its vector.
+        """
         from ..post.fields import pressure_field
 
         return pressure_field(self, refine, other)
