@@ -58,6 +58,11 @@ LAYERS = [
         "elements.moments",
         "elements.edge_correction",
         "elements.near",
+        "elements.balance",
+        "elements.overlaps",
+        "elements.shape_functions",
+        "elements.load_matrix",
+        "elements.transfer",
         "elements.flexible",
         "elements.stresses",
     ],
@@ -107,6 +112,7 @@ LAYERS = [
         "post.mixture",
         "post.conserve",
         "post.postprocess",
+        "post.fields",
         "post.smooth",
         "post.estimate",
     ],
@@ -122,7 +128,7 @@ LAYERS = [
         "visuals.pyvista",
         "visuals.matplotlib",
     ],
-    ["io"],
+    ["io", "field_files"],
     ["sweeps.records", "sweeps.workers", "sweeps.run"],
     [
         "report.numbers",
@@ -140,6 +146,7 @@ ORDER = [module for layer in LAYERS for module in layer]
 # allowed against the order: methods that make objects of the module above, and annotations
 LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
+    ("contact.pressures", "post.fields"),
     ("ground.substrates", "ground.hankel"),
 }
 THIRD_PARTY = {
