@@ -263,7 +263,9 @@ def checked_sequence(name: str, value) -> list:
 
 def checked_flag(name: str, value) -> bool:
     """``value`` as True or False, or a TypeError; 0 and 1 will do."""
-    if isinstance(value, (bool, np.bool_)) or (isinstance(value, int) and value in (0, 1)):
+    if isinstance(value, (bool, np.bool_)) or (
+        isinstance(value, (int, np.integer)) and value in (0, 1)
+    ):
         return bool(value)
     raise TypeError(f"expected True or False for {name}, got {shown(value)}")
 
@@ -400,6 +402,6 @@ def _require_shape(
 
 def _place(index, each: str) -> str:
     """Where in an array: the number of the item the last axis counts, or all indices."""
-    if each:
+    if each and len(index):
         return f"{each} {int(index[-1])}"
-    return f"index {', '.join(str(int(k)) for k in index)}"
+    return f"index {', '.join(str(int(k)) for k in index) or '()'}"

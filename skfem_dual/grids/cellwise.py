@@ -179,7 +179,7 @@ class CellwiseBasis(CellBasis):
 
 def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | None) -> None:
     """Refuse what scikit-fem does not take for a subset of elements or facets."""
-    if value is None or callable(value):
+    if value is None or (callable(value) and not isinstance(value, type)):
         return
     known = sorted(tags or {})
     names = [value] if isinstance(value, str) else value
