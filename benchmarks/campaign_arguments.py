@@ -275,7 +275,7 @@ def same_values(right: Any) -> Iterator[tuple[str, Any]]:
         }.items()  # fmt: skip
     elif isinstance(right, float):
         yield from {"numpy float": np.float64(right), "array": np.array(right)}.items()
-    elif isinstance(right, tuple) and all(isinstance(x, float) for x in right):
+    elif isinstance(right, tuple) and right and all(isinstance(x, float) for x in right):
         yield from {"as array": np.array(right), "swapped bytes": np.array(right, ">f8")}.items()
     elif isinstance(right, int):
         yield from {"numpy int": np.int64(right), "small int": np.int16(right)}.items()

@@ -366,7 +366,8 @@ def _numeric(name: str, value, kinds: str, wanted: str) -> ndarray:
         ) from None
     if np.ma.is_masked(value):
         raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
-    if array.dtype.kind not in kinds and (array.size or not isinstance(value, (list, tuple))):
+    # an empty list is an array of floats
+    if array.dtype.kind not in kinds and (array.size or array.dtype.kind not in "iuf"):
         raise TypeError(f"expected {name} as an array of {wanted}, got {_unlike(value, array)}")
     return array
 
