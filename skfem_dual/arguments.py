@@ -263,7 +263,9 @@ def checked_sequence(name: str, value) -> list:
 
 def checked_flag(name: str, value) -> bool:
     """``value`` as True or False, or a TypeError; 0 and 1 will do."""
-    if isinstance(value, (bool, np.bool_)) or (isinstance(value, int) and value in (0, 1)):
+    if isinstance(value, (bool, np.bool_)) or (
+        isinstance(value, (int, np.integer)) and value in (0, 1)
+    ):
         return bool(value)
     raise TypeError(f"expected True or False for {name}, got {shown(value)}")
 
@@ -364,7 +366,8 @@ def _numeric(name: str, value, kinds: str, wanted: str) -> ndarray:
         ) from None
     if np.ma.is_masked(value):
         raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
-    if array.dtype.kind not in kinds and (array.size or not isinstance(value, (list, tuple))):
+    # an empty list is an array of floats
+    if array.dtype.kind not in kinds and (array.size or array.dtype.kind not in "iuf"):
         raise TypeError(f"expected {name} as an array of {wanted}, got {_unlike(value, array)}")
     return array
 
@@ -400,6 +403,6 @@ def _require_shape(
 
 def _place(index, each: str) -> str:
     """Where in an array: the number of the item the last axis counts, or all indices."""
-    if each:
+    if each and len(index):
         return f"{each} {int(index[-1])}"
-    return f"index {', '.join(str(int(k)) for k in index)}"
+    return f"index {', '.join(str(int(k)) for k in index) or '()'}"

@@ -108,7 +108,8 @@ def cone_radius(force: float, angle: float, young: float, poisson: float) -> flo
 
 def cone_approach(force: float, angle: float, young: float, poisson: float) -> float:
     """Settlement of a cone, pi a tan(angle) / 2."""
-    return float(np.pi / 2 * np.tan(angle) * cone_radius(force, angle, young, poisson))
+    radius = cone_radius(force, angle, young, poisson)
+    return float(np.pi / 2 * np.tan(angle) * radius)
 
 
 def cone_pressure(

@@ -69,8 +69,8 @@ def flexible_settlement(
         values = np.full(len(partition), float(values))
     if values.shape != (len(partition),):
         raise ValueError(
-            f"expected one pressure, or one for each of the {len(partition)} cells, got "
-            f"shape {values.shape}"
+            f"expected one number for pressure, or one for each of the {len(partition)} cells, "
+            f"got shape {values.shape}"
         )
     return surface_displacement(
         substrate, partition, values, partition.centroids if x is None else x

@@ -25,13 +25,19 @@ def pyplot() -> Any:
     return plt
 
 
+def checked_axes(ax: Axes | None) -> Axes | None:
+    """``ax`` itself, if it is one of matplotlib or None; otherwise a TypeError."""
+    if ax is not None and not isinstance(ax, pyplot().Axes):
+        raise TypeError(f"expected matplotlib's Axes for ax, got {shown(ax)}")
+    return ax
+
+
 def prepared(ax: Axes | None, p: ndarray) -> Axes:
     """The axes to draw the points ``p`` in, with a method show as skfem's have."""
     plt = pyplot()
     from matplotlib.ticker import MaxNLocator
 
-    if ax is not None and not isinstance(ax, plt.Axes):
-        raise TypeError(f"expected matplotlib's Axes for ax, got {shown(ax)}")
+    ax = checked_axes(ax)
     if ax is None:
         width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
         size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked_text
 from ..contact.paths import MomentRotation
 from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
-from .axes import draw_segments, prepared, pyplot
+from .axes import checked_axes, draw_segments, prepared, pyplot
 from .field import Field
 from .style import CONTACT, LIGHT, OUTLINE
 
@@ -53,7 +54,9 @@ def plot_edge(
     if not isinstance(coefficient, EdgeCoefficient):
         raise TypeError(f"expected an EdgeCoefficient, got {type(coefficient).__name__}")
     plt = pyplot()
-    ax = ax or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
+    if title is not None:
+        checked_text("title", title)
+    ax = checked_axes(ax) or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
     contours = np.unique(coefficient.contour)
     for contour, (color, style) in zip(contours, cycle(LINES)):
         own = coefficient.contour == contour
@@ -142,7 +145,7 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     if not isinstance(curve, MomentRotation):
         raise TypeError(f"expected a MomentRotation, got {type(curve).__name__}")
     plt = pyplot()
-    ax = ax or plt.figure(figsize=(6.2, 4.2), layout="compressed").add_subplot()
+    ax = checked_axes(ax) or plt.figure(figsize=(6.2, 4.2), layout="compressed").add_subplot()
     note: dict[str, Any] = {"fontsize": 9, "color": OUTLINE}
     rotation, share = curve.rotation, curve.eccentricity / curve.overturning
     right = np.interp(SHOWN, share, rotation)
