@@ -234,7 +234,7 @@ def test_grounds(tmp_path):
         ("[base]\nyoung = 1.0\npoisson = 0.2\ndensity = 2.0", r"got \['density'\]"),
         ("layers = 3\n[base]\nyoung = 1.0\npoisson = 0.2", "layers = 3"),
         ("[base]\nyoung = -1.0\npoisson = 0.2", "positive Young's modulus"),
-        ("[[layers]]\nyoung = 1.0\n[base]\nyoung = 1.0\npoisson = 0.2", "in a layer of"),
+        ("[[layers]]\nyoung = 1.0\n[base]\nyoung = 1.0\npoisson = 0.2", "in layer 1 of"),
     ],
 )
 def test_bad_grounds(tmp_path, text, message):

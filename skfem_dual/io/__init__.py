@@ -1,0 +1,19 @@
+"""Meshes and results through meshio: any triangle mesh in, polygons and solutions out as VTU."""
+
+from .grounds import read_substrate
+from .meshes import read_mesh
+from .polygons import read_dual, read_polygons, write_dual, write_polygons, write_solution
+from .writing import PathLike, require_outputs, write_whole
+
+__all__ = [
+    "PathLike",
+    "read_dual",
+    "read_mesh",
+    "read_polygons",
+    "read_substrate",
+    "require_outputs",
+    "write_dual",
+    "write_polygons",
+    "write_solution",
+    "write_whole",
+]

@@ -1,0 +1,190 @@
+"""Files through meshio, whose readers may wait for ever or take all memory on damaged ones."""
+
+import os
+import pickle
+import re
+import stat
+import subprocess
+import sys
+from mmap import ACCESS_READ, mmap
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import MeshError
+from . import reader
+from .writing import PathLike
+
+if TYPE_CHECKING:
+    import meshio
+
+#: seconds that a reader of its own process may take, or seconds per megabyte if that is more
+SECONDS, SECONDS_PER_MB = 6.0, 1.6
+#: bytes of memory that it may take, and per byte of the file
+MEMORY, MEMORY_PER_BYTE = 500_000_000, 100
+#: readers that end on any file, and take no more memory than numbers in the text promise
+STEADY = {"gmsh", "vtk", "vtu", "xdmf", "off", "medit", "abaqus", "ply", "stl", "obj", "su2"}
+#: formats of names that say nothing to meshio, or something else
+FORMATS = {".msh": "gmsh"}  # meshio would try Ansys first
+#: what a header must hold, or a reader goes on looking for it
+HEADERS = {
+    "off": re.compile(rb"\A\s*OFF[^\n]*\n(\s*#[^\n]*\n|\s*\n)*\s*[^#\s]"),
+    "ply": re.compile(rb"^end_header\s*$", re.MULTILINE),
+    "vtk": re.compile(rb"^\s*DATASET\s+UNSTRUCTURED_GRID\b", re.MULTILINE | re.IGNORECASE),
+}
+#: reasons longer than this are cut
+REASON = 160
+
+
+def require_file(path: PathLike, what: str = "a file") -> Path:
+    """The path of a regular file that exists.
+
+    Raises
+    ------
+    TypeError
+        If it is no path.
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it is a folder, a pipe, a device, or has no name.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"expected the path of {what}, got {type(path).__name__}")
+    text = str(path)
+    if not text or "\0" in text:
+        raise ValueError(f"expected the path of {what}, got {text!r}")
+    try:
+        mode = Path(path).stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        raise FileNotFoundError(f"no such file: {path}") from None
+    if not stat.S_ISREG(mode):
+        kind = "folder" if stat.S_ISDIR(mode) else "pipe, socket or device"
+        raise ValueError(f"expected {what}, got the {kind} {path}. Remedy: name a regular file")
+    return Path(path)
+
+
+def read_through_meshio(path: PathLike, file_format: str | None = None) -> "meshio.Mesh":
+    """The meshio mesh of a file; every failure as an error that names the file.
+
+    Readers that may not end, or take memory for what a damaged header promises, run in a
+    process of their own with limits of time and memory.
+
+    Raises
+    ------
+    FileNotFoundError, TypeError
+        If there is no such file, or the path is none.
+    MeshError
+        If the file cannot be read.
+    """
+    import meshio
+
+    path = require_file(path, "a mesh file")
+    file_format = file_format or FORMATS.get(path.suffix.lower())
+    formats = {file_format} if file_format else _formats_of(path)
+    if not formats:
+        raise MeshError(
+            f"meshio cannot read {path}: no format has such a name. Remedy: name it by its "
+            "format, for instance .msh (Gmsh), .vtu, .vtk, .xdmf"
+        )
+    if "xdmf" in formats:
+        _require_files_named_in(path)
+    if _is_steady(path, formats):
+        outcome, found = reader.read(str(path), file_format)
+    else:
+        outcome, found = _read_apart(path, file_format)
+    if outcome == "missing":
+        raise MeshError(f"meshio cannot read {path} without {found}. Remedy: pip install {found}")
+    if outcome == "error":
+        raise MeshError(f"meshio cannot read {path}: {shortened(found, REASON)}")
+    try:
+        return meshio.Mesh(**found)
+    except (ValueError, TypeError, LookupError) as error:
+        raise MeshError(f"meshio cannot read {path}: {shortened(str(error), REASON)}") from error
+
+
+def shortened(text: str, length: int) -> str:
+    """``text`` in one line; where it is longer than ``length``, its middle is left out.
+
+    The remedy at its end stays, or two thirds of the length of it.
+
+    >>> shortened("expected this, got that and that. Remedy: mend it", 40)
+    'expected this, got ... Remedy: mend it'
+    """
+    text = " ".join(text.split())
+    if len(text) <= length:
+        return text
+    remedy = text.rfind("Remed")
+    tail = text[remedy:] if remedy >= 0 else text[-(length // 3) :]
+    if len(tail) > 2 * length // 3:
+        tail = f"{tail[: 2 * length // 3 - 4]} ..."
+    return f"{text[: length - len(tail) - 5].rstrip()} ... {tail.lstrip()}"
+
+
+def _formats_of(path: Path) -> set[str]:
+    import meshio
+
+    suffixes = [s.lower() for s in path.suffixes]
+    names = ["".join(suffixes[i:]) for i in range(len(suffixes))]
+    return {f for name in names for f in meshio.extension_to_filetypes.get(name, [])}
+
+
+def _is_steady(path: Path, formats: set[str]) -> bool:
+    """Whether the reader is sure to end, with memory in proportion to the file."""
+    size = path.stat().st_size
+    if not formats <= STEADY or not size:
+        return False
+    with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        if any(not HEADERS[f].search(content) for f in formats & set(HEADERS)):
+            return False
+        return _promises_little(content, size, formats)
+
+
+def _promises_little(content: mmap, size: int, formats: set[str]) -> bool:
+    """Whether no count in the file exceeds its size.
+
+    A larger number may also be no count, as the name of a node: the file is then only read apart.
+    """
+    digits = len(str(size))
+    large = re.compile(rb"(?<![\d.])[1-9]\d{%d,}" % (digits - 1))
+    if any(int(found.group()[:20]) > size for found in large.finditer(content)):
+        return False
+    if "gmsh" in formats and (begin := content.find(b"$Nodes\n")) >= 0:  # may be binary
+        head = content[begin + 7 : begin + 39]
+        counts = [int.from_bytes(head[i : i + 8], sys.byteorder) for i in (0, 8)]
+        return b"\0" not in head or max(counts) <= size
+    return True
+
+
+def _require_files_named_in(path: Path) -> None:
+    """Refuse an XDMF file that keeps its data in a pipe or device, on which a reader waits."""
+    named = re.compile(rb"<DataItem\b[^>]*?(?:HDF|Binary)[^>]*>([^<]*)<", re.IGNORECASE)
+    with open(path, "rb") as file:
+        names = {found.group(1).strip() for found in named.finditer(file.read())}
+    for name in {n.decode("utf-8", "replace").split(":")[0] for n in names}:
+        target = path.resolve().parent / name
+        if "\0" in name or (target.exists() and not target.is_file()):
+            raise MeshError(
+                f"expected data of {path} in a regular file, got {name!r}. Remedy: name the file "
+                "that holds them"
+            )
+
+
+def _read_apart(path: Path, file_format: str | None):
+    """As `reader.read` in a process of its own, with limits of time and memory."""
+    size = path.stat().st_size
+    seconds = max(SECONDS, SECONDS_PER_MB * size / 1e6)
+    memory = str(MEMORY + MEMORY_PER_BYTE * size)
+    command = [sys.executable, "-P", reader.__file__, str(path), file_format or "", memory]
+    try:
+        found = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=seconds,
+            check=True,
+        )
+    except subprocess.TimeoutExpired:
+        return "error", f"its reader did not end within {seconds:.0f} s; the file is damaged"
+    except subprocess.CalledProcessError:
+        return "error", "its reader broke down; the file is damaged or promises too much"
+    return pickle.loads(found.stdout)
