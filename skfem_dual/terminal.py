@@ -20,10 +20,13 @@ def number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
+        raise argparse.ArgumentTypeError(
+            f"expected a number, got {shortened(repr(text), 40)}"
+        ) from None
+    shown = shortened(repr(text), 40)
     if not (value == 0 or LEAST <= abs(value) <= MOST):
         raise argparse.ArgumentTypeError(
-            f"expected a finite number, 0 or from {LEAST:g} to {MOST:g} in size, got {text!r}"
+            f"expected a finite number, 0 or from {LEAST:g} to {MOST:g} in size, got {shown}"
         )
     return value
 

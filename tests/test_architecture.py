@@ -111,7 +111,7 @@ LAYERS = [
         "visuals.matplotlib",
     ],
     ["io.reader", "io.writing", "io.guarded", "io.meshes", "io.grounds", "io.polygons", "io"],
-    ["sweeps.records", "sweeps.workers", "sweeps.sweep"],
+    ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.sweep"],
     [
         "report.numbers",
         "report.page",

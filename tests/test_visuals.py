@@ -397,9 +397,9 @@ def test_missing_libraries_are_named(visuals, missing, monkeypatch):
 def fresh_probe(monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
-    offscreen.opengl_works.cache_clear()
+    offscreen.try_opengl.cache_clear()
     yield
-    offscreen.opengl_works.cache_clear()
+    offscreen.try_opengl.cache_clear()
 
 
 def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
@@ -407,8 +407,9 @@ def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
     monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", crash))
     with pytest.raises(RuntimeError, match="apt install libegl1 libgl1"):
         with_pyvista.draw(DISC)
-    monkeypatch.setenv("DISPLAY", ":0")  # nothing to probe
-    offscreen.require_opengl()
+    monkeypatch.setenv("DISPLAY", ":99")  # of a server that has gone
+    with pytest.raises(RuntimeError, match="DISPLAY is ':99'"):
+        with_pyvista.draw(DISC)
 
 
 def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):

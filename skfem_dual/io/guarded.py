@@ -3,6 +3,7 @@
 import os
 import pickle
 import re
+import signal
 import stat
 import subprocess
 import sys
@@ -17,8 +18,10 @@ from .writing import PathLike
 if TYPE_CHECKING:
     import meshio
 
-#: seconds that a reader of its own process may take, or seconds per megabyte if that is more
+#: seconds that a reader of its own process may take, or per megabyte if that is more
 SECONDS, SECONDS_PER_MB = 6.0, 1.6
+#: of these the processor may work so long on the file
+CPU_SECONDS, CPU_SECONDS_PER_MB = 2.0, 1.2
 #: bytes of memory that it may take, and per byte of the file
 MEMORY, MEMORY_PER_BYTE = 500_000_000, 100
 #: readers that end on any file, and take no more memory than numbers in the text promise
@@ -29,8 +32,10 @@ FORMATS = {".msh": "gmsh"}  # meshio would try Ansys first
 HEADERS = {
     "off": re.compile(rb"\A\s*OFF[^\n]*\n(\s*#[^\n]*\n|\s*\n)*\s*[^#\s]"),
     "ply": re.compile(rb"^end_header\s*$", re.MULTILINE),
-    "vtk": re.compile(rb"^\s*DATASET\s+UNSTRUCTURED_GRID\b", re.MULTILINE | re.IGNORECASE),
 }
+#: the other data sets of VTK hold no triangles, but take memory for what they promise
+UNSTRUCTURED = re.compile(rb"^\s*DATASET\s+UNSTRUCTURED_GRID\b", re.MULTILINE | re.IGNORECASE)
+ENDLESS = "its reader does not come to an end; the file is damaged or cut off"
 #: reasons longer than this are cut
 REASON = 160
 
@@ -133,7 +138,10 @@ def _is_steady(path: Path, formats: set[str]) -> bool:
     if not formats <= STEADY or not size:
         return False
     with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
-        if any(not HEADERS[f].search(content) for f in formats & set(HEADERS)):
+        for name in formats & set(HEADERS):
+            if not HEADERS[name].search(content):
+                raise MeshError(f"meshio cannot read {path}: its header of {name} is not complete")
+        if "vtk" in formats and not UNSTRUCTURED.search(content):
             return False
         return _promises_little(content, size, formats)
 
@@ -172,8 +180,9 @@ def _read_apart(path: Path, file_format: str | None):
     """As `reader.read` in a process of its own, with limits of time and memory."""
     size = path.stat().st_size
     seconds = max(SECONDS, SECONDS_PER_MB * size / 1e6)
-    memory = str(MEMORY + MEMORY_PER_BYTE * size)
-    command = [sys.executable, "-P", reader.__file__, str(path), file_format or "", memory]
+    cpu = CPU_SECONDS + CPU_SECONDS_PER_MB * size / 1e6
+    limits = [str(MEMORY + MEMORY_PER_BYTE * size), str(cpu)]
+    command = [sys.executable, "-P", reader.__file__, str(path), file_format or "", *limits]
     try:
         found = subprocess.run(
             command,
@@ -184,7 +193,8 @@ def _read_apart(path: Path, file_format: str | None):
             check=True,
         )
     except subprocess.TimeoutExpired:
-        return "error", f"its reader did not end within {seconds:.0f} s; the file is damaged"
-    except subprocess.CalledProcessError:
-        return "error", "its reader broke down; the file is damaged or promises too much"
+        return "error", ENDLESS
+    except subprocess.CalledProcessError as error:
+        ended = hasattr(signal, "SIGXCPU") and error.returncode == -signal.SIGXCPU
+        return "error", ENDLESS if ended else "its reader broke down; the file is damaged"
     return pickle.loads(found.stdout)

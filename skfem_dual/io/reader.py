@@ -5,8 +5,10 @@ It imports nothing of the package, which would take longer than most files.
 
 import contextlib
 import io
+import math
 import pickle
 import sys
+from pathlib import Path
 from typing import Any
 
 
@@ -29,26 +31,28 @@ def read(path: str, file_format: str | None) -> tuple[str, Any]:
     return "mesh", parts | {"cells": [(block.type, block.data) for block in found.cells]}
 
 
-def limit_memory(size: int) -> None:
-    """Leave room for ``size`` bytes beside what the process has; not on every system."""
+def limit(memory: int, seconds: float) -> None:
+    """So much memory and processor time beside what the process has used; not on every system."""
     try:
         import resource
-        from pathlib import Path
-
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-    except (ImportError, OSError):
+    except ImportError:
         return
-    limit = pages * resource.getpagesize() + size
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    cpu = math.ceil(used.ru_utime + used.ru_stime + seconds)
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu + 1))
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+    except OSError:
+        return
+    most = pages * resource.getpagesize() + memory
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
 
 
-def main(path: str, file_format: str, size: str) -> None:
-    """Read with at most ``size`` bytes of memory and write the pickled answer."""
-    import meshio  # noqa: F401 - before the limit
-    import numpy as np
+def main(path: str, file_format: str, memory: str, seconds: str) -> None:
+    """Read within the limits and write the pickled answer."""
+    import meshio  # noqa: F401 - not within the limits
 
-    np.zeros(1)
-    limit_memory(int(size))
+    limit(int(memory), float(seconds))
     answer = pickle.dumps(read(path, file_format or None), pickle.HIGHEST_PROTOCOL)
     sys.stdout.buffer.write(answer)
 

@@ -8,7 +8,7 @@ import sys
 import threading
 from collections.abc import Callable
 from functools import cache, wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from .style import MISSING
 
@@ -45,9 +45,16 @@ def one_at_a_time(draw: Callable[P, R]) -> Callable[P, R]:
     return alone
 
 
+class Trial(NamedTuple):
+    """Whether VTK can draw, and does it without a word on stderr."""
+
+    works: bool
+    quiet: bool
+
+
 @cache
-def opengl_works(display: str | None, window: str | None) -> bool:
-    """Whether VTK can draw, tried once in a process of its own, which takes about a second.
+def try_opengl(display: str | None, window: str | None) -> Trial:
+    """Draw in a process of its own, once; that takes about a second.
 
     Parameters
     ----------
@@ -60,8 +67,8 @@ def opengl_works(display: str | None, window: str | None) -> bool:
     try:
         run = subprocess.run(PROBE, capture_output=True, timeout=60, env=environment)
     except subprocess.TimeoutExpired:
-        return False
-    return run.returncode == 0
+        return Trial(False, False)
+    return Trial(run.returncode == 0, not run.stderr)
 
 
 @one_at_a_time
@@ -81,11 +88,18 @@ def require_opengl() -> None:
         return
     display, chosen = os.environ.get("DISPLAY"), os.environ.get(WINDOW)
     windows = [chosen] if chosen else [None, EGL] if display else [EGL]
+    working = []
     for window in windows:
-        if opengl_works(display, window):
-            if window:
-                os.environ[WINDOW] = window
-            return
+        trial = try_opengl(display, window)
+        if trial.works:
+            working.append(window)
+            if trial.quiet:
+                working = [window]
+                break
+    if working:
+        if working[0]:
+            os.environ[WINDOW] = working[0]
+        return
     stale = f" DISPLAY is {display!r}: is there such a server?" if display else ""
     raise RuntimeError(
         "VTK finds no working OpenGL to draw with. Remedy: apt install libegl1 libgl1, or "
