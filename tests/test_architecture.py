@@ -40,6 +40,7 @@ LAYERS = [
         "grids.duality",
     ],
     [
+        "kernels.disk",
         "kernels.compiled",
         "kernels.threads",
     ],

@@ -1,16 +1,57 @@
-import numba
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
+from skfem_dual.kernels import compiled as module
 from skfem_dual.kernels.compiled import compiled
+
+SCRIPT = """
+from skfem_dual.kernels.compiled import compiled
+
+@compiled
+def cubed(x):
+    return x * x * x
+
+print(cubed(3.0), cubed.stats.cache_hits[(cubed.signatures[0])] if cubed.stats.cache_hits else 0)
+"""
 
 
 def test_without_a_folder_for_caches(monkeypatch):
-    original = numba.njit
+    def no_cache(function):
+        raise RuntimeError("cannot cache function: no locator available")
 
-    def no_cache(*args, **options):
-        if options.get("cache"):
-            raise RuntimeError("cannot cache function: no locator available")
-        return original(*args, **options)
-
-    monkeypatch.setattr(numba, "njit", no_cache)
+    monkeypatch.setattr(module, "CheckedCache", no_cache)
     assert compiled(lambda x: 2 * x)(3.0) == pytest.approx(6.0)
+
+
+def test_damaged_caches_are_compiled_anew(tmp_path):
+    """Files cut off, emptied or with other bytes, index and code: the same result each time."""
+    script, cache = tmp_path / "script.py", tmp_path / "cache"
+    script.write_text(SCRIPT)
+
+    def run():
+        found = subprocess.run(
+            [sys.executable, "-W", "error", script],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(cache)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return found.stdout.split()
+
+    assert run() == ["27.0", "0"]
+    assert run() == ["27.0", "1"]  # from the disk
+    index, code = (next(cache.rglob(f"*.{kind}")) for kind in ("nbi", "nbc"))
+    whole = code.read_bytes()
+    for path, content in (
+        (index, b""),
+        (index, index.read_bytes()[:-20]),
+        (code, whole[: len(whole) // 2]),
+        (code, whole[:2000] + bytes([whole[2000] ^ 1]) + whole[2001:]),
+    ):
+        Path(path).write_bytes(content)
+        assert run() == ["27.0", "0"]
+    assert run() == ["27.0", "1"]

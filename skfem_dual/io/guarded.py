@@ -25,7 +25,7 @@ CPU_SECONDS, CPU_SECONDS_PER_MB = 2.0, 1.2
 #: bytes of memory that it may take, and per byte of the file
 MEMORY, MEMORY_PER_BYTE = 500_000_000, 100
 #: readers that end on any file, and take no more memory than numbers in the text promise
-STEADY = {"gmsh", "vtk", "vtu", "xdmf", "off", "medit", "abaqus", "ply", "stl", "obj", "su2"}
+STEADY = {"gmsh", "vtk", "vtu", "xdmf", "off", "medit", "abaqus", "ply", "stl", "obj"}
 #: formats of names that say nothing to meshio, or something else
 FORMATS = {".msh": "gmsh"}  # meshio would try Ansys first
 #: what a header must hold, or a reader goes on looking for it

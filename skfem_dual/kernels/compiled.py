@@ -1,16 +1,17 @@
 """Compilation of the hot loops."""
 
+import contextlib
+
 import numba
 import numpy as np
 from numpy import ndarray
 
+from .disk import CheckedCache
+
 
 def compiled(function):
     """``function`` compiled on first use, without Python's lock; kept on disk where possible."""
-    try:
-        return numba.njit(nogil=True, cache=True)(function)
-    except RuntimeError:  # numba finds no folder to write to
-        return numba.njit(nogil=True)(function)
+    return _kept(function, numba.njit(nogil=True)(function))
 
 
 def vectorised(function):
@@ -22,10 +23,7 @@ def vectorised(function):
     options = {
         "nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz", "arcp"}
     }  # fmt: skip
-    try:
-        return numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # numba finds no folder to write to
-        return numba.njit(**options)(function)
+    return _kept(function, numba.njit(**options)(function))
 
 
 def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
@@ -34,3 +32,11 @@ def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
     for view in views:
         view.flags.writeable = False
     return tuple(views)
+
+
+def _kept(function, dispatcher):
+    """The dispatcher of a function with a cache on disk."""
+    if hasattr(dispatcher, "enable_caching"):  # not where numba is told not to compile
+        with contextlib.suppress(RuntimeError):  # numba finds no folder to write to
+            dispatcher._cache = CheckedCache(function)
+    return dispatcher

@@ -12,6 +12,7 @@ from ..contact.punch import RigidPunch
 from ..contact.solution import EdgeCoefficient
 from .axes import draw_segments, prepared, pyplot
 from .field import Field
+from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"
 SHOWN = 0.85
 
 
+@one_at_a_time
 def plot_edge(
     coefficient: EdgeCoefficient, *, title: str | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -77,6 +79,7 @@ def plot_edge(
     return ax
 
 
+@one_at_a_time
 def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     """Draw the kern of a plan: under a force inside it the punch does not lift off.
 
@@ -115,6 +118,7 @@ def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@one_at_a_time
 def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Axes:
     """Plot the moment on a footing over its rotation, up to overturning.
 
