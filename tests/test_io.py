@@ -223,6 +223,9 @@ def test_grounds(tmp_path):
     assert ground.base == HalfSpace(60e6, 0.25)
 
 
+BASE = "[base]\nyoung = 1.0\npoisson = 0.2\n"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -234,6 +237,25 @@ def test_grounds(tmp_path):
         ("[base]\nyoung = 1.0\npoisson = 0.2\ndensity = 2.0", r"got \['density'\]"),
         ("layers = 3\n[base]\nyoung = 1.0\npoisson = 0.2", "layers = 3"),
         ("[base]\nyoung = -1.0\npoisson = 0.2", "positive Young's modulus"),
+        ("base = 3", r'"bonded" or "smooth" as base in .*ground.toml, got 3'),
+        ("base = ''", "as base in .*ground.toml, got ''"),
+        (BASE + 'gradient = ""', "number for gradient in base of .*ground.toml.* got ''"),
+        (BASE + "gradient = {}", "number for gradient in base of .*got {}"),
+        (BASE + "gradient = false", "number for gradient in base of .*got False"),
+        (BASE + "gradient = nan", "number for gradient in base of .*got nan"),
+        (BASE + "gradient = 1e308", "number for gradient in base of .*got 1e.308"),
+        (BASE + "gradient = 1e-310", "number for gradient in base of .*got 1e-310"),
+        ("[base]\nyoung = true\npoisson = 0.2", "number for young in base of .*got True"),
+        ("[base]\nyoung = 1\npoisson = [0.2]", r"number for poisson in base of .*got \[0.2\]"),
+        (f"[base]\nyoung = {'9' * 400}\npoisson = 0.2", "young in base of .*number of 1329 bits"),
+        (f"[base]\nyoung = 0x{'f' * 9000}\npoisson = 0.2", "young in base of .*36000 bits"),
+        (f"[base]\nyoung = {'9' * 5000}\npoisson = 0.2", "expected TOML"),
+        (f"base = {'[' * 9000}", "expected TOML"),
+        (f"[[layers]]\nthickness = 1e-308\nyoung = 1\npoisson = 0.2\n{BASE}", "in layer 1 of"),
+        (
+            f"[[layers]]\nthickness=1\nyoung=1\npoisson=0.2\ngradient=-2\n{BASE}",
+            "layer 1 of .*ground.toml: expected a positive Young's modulus at the bottom",
+        ),
         ("[[layers]]\nyoung = 1.0\n[base]\nyoung = 1.0\npoisson = 0.2", "in layer 1 of"),
     ],
 )
