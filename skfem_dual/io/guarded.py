@@ -1,15 +1,19 @@
 """Files through meshio, whose readers may wait for ever or take all memory on damaged ones."""
 
+import math
 import os
 import pickle
 import re
 import signal
 import stat
+import struct
 import subprocess
 import sys
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..errors import MeshError
 from . import reader
@@ -24,7 +28,7 @@ SECONDS, SECONDS_PER_MB = 6.0, 1.6
 CPU_SECONDS, CPU_SECONDS_PER_MB = 2.0, 1.2
 #: bytes of memory that it may take, and per byte of the file
 MEMORY, MEMORY_PER_BYTE = 500_000_000, 100
-#: readers that end on any file, and take no more memory than numbers in the text promise
+#: readers that end on any file, and but for Gmsh take memory in proportion to it
 STEADY = {"gmsh", "vtk", "vtu", "xdmf", "off", "medit", "abaqus", "ply", "stl", "obj"}
 #: formats of names that say nothing to meshio, or something else
 FORMATS = {".msh": "gmsh"}  # meshio would try Ansys first
@@ -143,23 +147,40 @@ def _is_steady(path: Path, formats: set[str]) -> bool:
                 raise MeshError(f"meshio cannot read {path}: its header of {name} is not complete")
         if "vtk" in formats and not UNSTRUCTURED.search(content):
             return False
-        return _promises_little(content, size, formats)
+        return "gmsh" not in formats or _promises_little(content, size)
 
 
-def _promises_little(content: mmap, size: int, formats: set[str]) -> bool:
-    """Whether no count in the file exceeds its size.
+def _promises_little(content: mmap, size: int) -> bool:
+    """Whether no count and no node number of a Gmsh file exceeds its size.
 
-    A larger number may also be no count, as the name of a node: the file is then only read apart.
+    The reader takes memory for as many nodes as the largest number. One that is sparse is no
+    fault: the file is then only read apart.
     """
-    digits = len(str(size))
-    large = re.compile(rb"(?<![\d.])[1-9]\d{%d,}" % (digits - 1))
-    if any(int(found.group()[:20]) > size for found in large.finditer(content)):
+    begin, end = content.find(b"$Nodes"), content.find(b"$EndNodes")
+    if begin < 0 or end < 0:
         return False
-    if "gmsh" in formats and (begin := content.find(b"$Nodes\n")) >= 0:  # may be binary
-        head = content[begin + 7 : begin + 39]
-        counts = [int.from_bytes(head[i : i + 8], sys.byteorder) for i in (0, 8)]
-        return b"\0" not in head or max(counts) <= size
-    return True
+    version = content[: content.find(b"$EndMeshFormat")].split()[1:3]
+    if version == [b"4.1", b"1"]:
+        return _largest_binary_number(content[begin:end].partition(b"\n")[2]) <= size
+    if version[1:] != [b"0"]:  # other binary ones are rare
+        return False
+    large = re.compile(rb"^[ \t]*(?:\d+[ \t]+)*\d{%d,}\b(?!\.)" % len(str(size)), re.MULTILINE)
+    return not large.search(content, begin, end)
+
+
+def _largest_binary_number(nodes: bytes) -> float:
+    """The largest count and number in the nodes of a binary Gmsh file 4.1."""
+    try:
+        blocks, *counts = struct.unpack_from("=4Q", nodes)
+        at = 32
+        for _ in range(blocks):
+            n = struct.unpack_from("=3iQ", nodes, at)[-1]
+            numbers = np.frombuffer(nodes, np.uint64, n, at + 20)
+            counts += [n, int(numbers.max(initial=0))]
+            at += 20 + 32 * n
+    except (struct.error, ValueError, OverflowError):  # cut off
+        return math.inf
+    return max(counts)
 
 
 def _require_files_named_in(path: Path) -> None:

@@ -64,9 +64,11 @@ def read_mesh(path: PathLike) -> MeshTri:
     keep = [i for i, block in enumerate(found.cells) if block.type in KINDS]
     # xdmf and others hand over cells unsorted by kind: only what from_meshio understands
     cells = [_cells(found.cells[i], len(points), path) for i in keep]
-    used = np.unique(
-        np.concatenate([nodes.ravel() for kind, nodes in cells if kind == "triangle"])
-    )
+    belongs = np.zeros(len(points), dtype=bool)
+    for kind, nodes in cells:
+        if kind == "triangle":
+            belongs[nodes] = True
+    used = np.nonzero(belongs)[0]
     if points.shape[1] == 3:
         _require_plane(points[used], path)
     if not (finite := np.isfinite(points[used, :2]).all(axis=1)).all():
@@ -109,8 +111,8 @@ def _cells(block, n: int, path: PathLike) -> tuple[str, ndarray]:
             f"expected {size} whole numbers for each {block.type} in {path}, got an array of "
             f"{nodes.dtype} of shape {nodes.shape}"
         )
-    wrong = np.nonzero(((nodes < 0) | (nodes >= n)).any(axis=1))[0]
-    if wrong.size:
+    if nodes.size and (nodes.min() < 0 or nodes.max() >= n):
+        wrong = np.nonzero(((nodes < 0) | (nodes >= n)).any(axis=1))[0]
         raise MeshError(
             f"expected nodes from 0 to {n - 1} in {path}, got {nodes[wrong[0]].tolist()} in "
             f"{block.type} {wrong[0]}, the first of {wrong.size}; numbers count from 0. Remedy: "
