@@ -185,6 +185,25 @@ def test_files_of_others_are_refused(tmp_path):
         read_polygons(tmp_path / "none.vtu")
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda mesh: mesh.cell_data["cell"][0].__setitem__(0, 99), "cells numbered from 0 to 24"),
+        (lambda mesh: mesh.cells[0].data.__setitem__((0, 1), 10**6), "expected indices from 0 to"),
+        (lambda mesh: mesh.cells[0].data.__setitem__((0, 1), -1), "expected indices from 0 to"),
+        (lambda mesh: mesh.cell_data["node"][0].__setitem__((0, 0), np.nan), "two coordinates"),
+    ],
+)
+def test_damaged_dual_grids(tmp_path, change, message):
+    path = tmp_path / "dual.vtu"
+    write_dual(path, DualMesh.from_mesh(MESH))
+    mesh = meshio.read(path)
+    change(mesh)
+    meshio.write(path, mesh)
+    with pytest.raises(MeshError, match=message):
+        read_dual(path)
+
+
 def test_files_are_written_whole_or_not_at_all(tmp_path):
     path = tmp_path / "result.txt"
     path.write_text("old")

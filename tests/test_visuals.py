@@ -1,5 +1,8 @@
+import os
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -419,6 +422,36 @@ def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):
     offscreen.require_opengl()
     offscreen.require_opengl()
     assert Path(count).read_text() == "x"
+
+
+def test_a_display_that_has_gone_leaves_egl(monkeypatch, fresh_probe, tmp_path):
+    """Where X11 fails and EGL works, EGL it is, without another word."""
+    script = "import os; raise SystemExit('VTK_DEFAULT_OPENGL_WINDOW' not in os.environ)"
+    monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", script))
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "")  # to be as it was at the end
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW")
+    offscreen.require_opengl()
+    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkEGLRenderWindow"
+
+
+def test_one_picture_at_a_time():
+    """Threads that draw wait for each other; one that draws within a picture does not."""
+    inside, most = [], []
+
+    @offscreen.one_at_a_time
+    def draw(depth=1):
+        inside.append(depth)
+        most.append(len(inside))
+        time.sleep(0.002)
+        if depth:
+            draw(depth - 1)
+        inside.pop()
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(draw, [1] * 8))
+    assert max(most) == 2
+    assert len(most) == 16
 
 
 def test_importing_the_modules_imports_no_graphics():

@@ -39,12 +39,15 @@ def read_dual(path: PathLike) -> DualMesh:
     polygons, cell_data, _ = read_polygons(path)
     if "node" not in cell_data:
         raise MeshError(f"expected cell data 'node' in {path}, got {sorted(cell_data)}")
+    node = np.asarray(cell_data["node"])
+    if node.ndim != 2 or node.shape[1] != 2 or not np.isfinite(node.astype(float)).all():
+        raise MeshError(f"expected two coordinates of the node of each cell in {path}")
     cells = np.repeat(np.arange(len(polygons)), polygons.sizes)
     order = np.argsort(polygons.indices, kind="stable")
     three = np.nonzero(np.bincount(polygons.indices) == 3)[0]
     triples = cells[order][np.isin(polygons.indices[order], three)].reshape(-1, 3)
     dual = DualMesh.from_mesh(
-        MeshTri(np.ascontiguousarray(cell_data["node"].T), np.ascontiguousarray(triples.T))
+        MeshTri(np.ascontiguousarray(node.T), np.ascontiguousarray(triples.T))
     )
     if not np.array_equal(dual.polygons.indices, polygons.indices):
         raise MeshError(f"the cells in {path} are not the 1-type dual of a triangulation")
@@ -130,8 +133,13 @@ def read_polygons(path: PathLike) -> tuple[Polygons, dict[str, ndarray], dict[st
     mesh = read_through_meshio(path, "vtu")
     if "cell" not in mesh.cell_data:
         raise MeshError(f"expected polygons with cell data 'cell' in {path}")
-    order = np.argsort(np.concatenate(mesh.cell_data["cell"]))
-    loops = [loop for block in mesh.cells for loop in block.data]
+    loops = [np.asarray(loop) for block in mesh.cells for loop in block.data]
+    numbers = np.concatenate(mesh.cell_data["cell"])
+    order = np.argsort(numbers, axis=0, kind="stable")
+    if not np.array_equal(numbers[order], np.arange(len(loops))):
+        raise MeshError(f"expected cells numbered from 0 to {len(loops) - 1} in {path}")
+    if not loops or any(loop.ndim != 1 or loop.dtype.kind not in "iu" for loop in loops):
+        raise MeshError(f"expected polygons of whole node numbers in {path}")
     loops = [loops[i] for i in order]
     polygons = Polygons(
         mesh.points[:, :2].T,
