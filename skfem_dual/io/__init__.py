@@ -3,10 +3,9 @@
 from .grounds import read_substrate
 from .meshes import read_mesh
 from .polygons import read_dual, read_polygons, write_dual, write_polygons, write_solution
-from .writing import PathLike, require_outputs, write_whole
+from .writing import require_outputs, write_whole
 
 __all__ = [
-    "PathLike",
     "read_dual",
     "read_mesh",
     "read_polygons",
