@@ -1,5 +1,6 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from . import startup as startup  # first, it looks after the other imports
 from .contact.below import displacement_below, stress_below, vertical_section
 from .contact.group import RigidPunches
 from .contact.group_solution import PunchesSolution

@@ -29,7 +29,7 @@ from skfem_dual import (
     transfer,
 )
 from skfem_dual.elements.balance import balanced, field_resultant
-from skfem_dual.field_files import write_field
+from skfem_dual.io import write_field
 
 SQUARE = perturbed(rectangle(5), 0.1)
 QUADRILATERALS = MeshQuad().refined(3).scaled(2.0).translated((-1.0, -1.0))

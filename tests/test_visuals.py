@@ -1,5 +1,8 @@
+import os
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -400,9 +403,9 @@ def test_missing_libraries_are_named(visuals, missing, monkeypatch):
 def fresh_probe(monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
-    offscreen.opengl_works.cache_clear()
+    offscreen.try_opengl.cache_clear()
     yield
-    offscreen.opengl_works.cache_clear()
+    offscreen.try_opengl.cache_clear()
 
 
 def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
@@ -410,8 +413,9 @@ def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
     monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", crash))
     with pytest.raises(RuntimeError, match="apt install libegl1 libgl1"):
         with_pyvista.draw(DISC)
-    monkeypatch.setenv("DISPLAY", ":0")  # nothing to probe
-    offscreen.require_opengl()
+    monkeypatch.setenv("DISPLAY", ":99")  # of a server that has gone
+    with pytest.raises(RuntimeError, match="DISPLAY is ':99'"):
+        with_pyvista.draw(DISC)
 
 
 def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):
@@ -421,6 +425,36 @@ def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):
     offscreen.require_opengl()
     offscreen.require_opengl()
     assert Path(count).read_text() == "x"
+
+
+def test_a_display_that_has_gone_leaves_egl(monkeypatch, fresh_probe, tmp_path):
+    """Where X11 fails and EGL works, EGL it is, without another word."""
+    script = "import os; raise SystemExit('VTK_DEFAULT_OPENGL_WINDOW' not in os.environ)"
+    monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", script))
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "")  # to be as it was at the end
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW")
+    offscreen.require_opengl()
+    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkEGLRenderWindow"
+
+
+def test_one_picture_at_a_time():
+    """Threads that draw wait for each other; one that draws within a picture does not."""
+    inside, most = [], []
+
+    @offscreen.one_at_a_time
+    def draw(depth=1):
+        inside.append(depth)
+        most.append(len(inside))
+        time.sleep(0.002)
+        if depth:
+            draw(depth - 1)
+        inside.pop()
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(draw, [1] * 8))
+    assert max(most) == 2
+    assert len(most) == 16
 
 
 def test_importing_the_modules_imports_no_graphics():

@@ -13,7 +13,8 @@ from ..arguments import checked_flag, checked_instance, checked_sequence, checke
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
-from ..io import PathLike, write_whole
+from ..io import write_whole
+from ..io.writing import PathLike
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .input import input_section
 from .numbers import Standing

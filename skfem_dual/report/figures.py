@@ -17,6 +17,7 @@ from ..grids.cellwise import nodal_mesh
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
 from ..visuals.matplotlib import draw, isobars, plot_kern
+from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
 from .numbers import Standing, relative_pressure
 from .page import Picture
@@ -135,6 +136,7 @@ def _one_path_each(ax: Axes) -> None:
         lines.remove()
 
 
+@one_at_a_time
 def _embedded(
     drawn: Callable[[Axes], None], p: ndarray, bar: float = 0.0, vector: bool = True
 ) -> Picture:

@@ -13,6 +13,7 @@ from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
 from .axes import checked_axes, draw_segments, prepared, pyplot
 from .field import Field
+from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"
 SHOWN = 0.85
 
 
+@one_at_a_time
 def plot_edge(
     coefficient: EdgeCoefficient, *, title: str | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -80,6 +82,7 @@ def plot_edge(
     return ax
 
 
+@one_at_a_time
 def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     """Draw the kern of a plan: under a force inside it the punch does not lift off.
 
@@ -118,6 +121,7 @@ def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@one_at_a_time
 def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Axes:
     """Plot the moment on a footing over its rotation, up to overturning.
 

@@ -25,6 +25,7 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
+from .offscreen import one_at_a_time
 from .style import (
     COLORMAP,
     CONTACT,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = ["draw", "isobars", "plot", "plot_edge", "plot_kern", "plot_moment_rotation"]
 
 
+@one_at_a_time
 def draw(
     grid: Mesh2D | DualMesh | GridCouple,
     *,
@@ -100,6 +102,7 @@ def draw(
     return ax
 
 
+@one_at_a_time
 def plot(
     basis: CellBasis,
     values,
@@ -179,6 +182,7 @@ def plot(
     return ax
 
 
+@one_at_a_time
 def isobars(
     basis: CellBasis,
     values,

@@ -25,6 +25,7 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
+from .offscreen import one_at_a_time
 from .scene import (
     PLAN,
     add_lines,
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
 UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
 
+@one_at_a_time
 def draw(
     grid: Mesh2D | DualMesh | GridCouple,
     *,
@@ -110,6 +112,7 @@ def draw(
     )
 
 
+@one_at_a_time
 def plot(
     basis: CellBasis,
     values,
@@ -186,6 +189,7 @@ def plot(
     return with_bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
 
 
+@one_at_a_time
 def isobars(
     basis: CellBasis,
     values,

@@ -9,8 +9,8 @@ from numpy import ndarray
 
 from .field import Field
 from .levels import round_ticks, short_numbers
-from .offscreen import require_opengl
-from .style import MISSING, OUTLINE
+from .offscreen import one_at_a_time, require_pyvista
+from .style import OUTLINE
 
 if TYPE_CHECKING:
     import pyvista
@@ -21,12 +21,8 @@ PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
 
 def new_plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
     """A plotter with a white background, or an error that names the remedy."""
-    try:
-        import pyvista
-    except ImportError as error:
-        raise ImportError(MISSING.format("pyvista")) from error
-    require_opengl()
-    plotter: Any = pyvista.Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter: Any = require_pyvista().Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter.screenshot = one_at_a_time(plotter.screenshot)
     plotter.set_background("white")
     return plotter
 

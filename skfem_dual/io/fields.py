@@ -14,8 +14,9 @@ from skfem import (
     ElementTriP2,
 )
 
-from .grids.cellwise import CellwiseBasis
-from .io import write_polygons, write_whole
+from ..grids.cellwise import CellwiseBasis
+from .polygons import write_polygons
+from .writing import write_whole
 
 
 def write_field(
