@@ -214,6 +214,7 @@ def test_the_mesh_may_be_changed_afterwards():
     mesh.p[:] = 0.0
     assert np.array_equal(dual.p, before)
     assert dual.mesh.p.max() == 1.0
+    assert not dual.mesh.t.flags.writeable
     with pytest.raises(ValueError, match="read-only"):
         dual.mesh.p[0, 0] = 1.0
 

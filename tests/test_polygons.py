@@ -36,6 +36,32 @@ def test_moments_move_and_scale_with_the_polygon(triangle, shift, factor):
     )
 
 
+def test_second_moments_about_the_centroid():
+    """Rectangle b h^3 / 12, the L by the theorem of parallel axes, both far from the origin."""
+    p = np.hstack([[[0.0, 3, 3, 0], [0.0, 0, 2, 2]], L_SHAPE])
+    for shift in (0.0, 1e3):
+        polygons = Polygons(p + shift, np.arange(10), [0, 4, 10])
+        (xx, xy, yy), tolerance = polygons.second_moments, 1e-9 * (1 + shift)
+        assert [xx[0], xy[0], yy[0]] == pytest.approx([4.5, 0, 2], abs=tolerance)
+        # 2 x 1 below, 1 x 1 above: seen from the corner, less the area times the centroid's
+        assert xx[1] == pytest.approx(8 / 3 + 1 / 3 - 3 * (5 / 6) ** 2, abs=tolerance)
+        assert xy[1] == pytest.approx(1 + 0.75 - 3 * (5 / 6) ** 2, abs=tolerance)
+        assert yy[1] == pytest.approx(2 / 3 + 7 / 3 - 3 * (5 / 6) ** 2, abs=tolerance)
+        assert not polygons.second_moments.flags.writeable
+
+
+def test_one_bad_polygon_among_others():
+    p = np.array([[0.0, 1, 1, 0], [0.0, 0, 1, 1]])
+    for bad, message in (
+        ([2, 1, 0], "counter-clockwise.* polygons 1 are"),
+        ([0, 2], "polygons 1"),
+    ):
+        indices = np.array([0, 1, 2, *bad, 0, 2, 3])
+        ends = np.cumsum([0, 3, len(bad), 3])
+        with pytest.raises(MeshError, match=message):
+            Polygons(p, indices, ends)
+
+
 def test_arrays_are_copied_and_cannot_be_changed():
     p = L_SHAPE.copy()
     polygons = Polygons(p, np.arange(6), [0, 6])
