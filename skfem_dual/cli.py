@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
 from .contact.system import DENSE
 from .errors import ConvergenceError
+from .ground.substrates import Substrate
 from .io import read_mesh, read_substrate, write_dual, write_solution, write_whole
 from .report import solve_on_other_grid, write_report
 from .report.numbers import relative_pressure
@@ -128,7 +129,7 @@ def _report(options: argparse.Namespace, solution: PunchSolution) -> None:
     )
 
 
-def _substrate(options: argparse.Namespace):
+def _substrate(options: argparse.Namespace) -> Substrate:
     moduli = options.young, options.poisson
     if (options.substrate is None) == (None in moduli) or (
         options.substrate and moduli != (None, None)
@@ -164,7 +165,7 @@ def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
     _draw(options, "isobars", basis, values, title=title, contact=solution.contact_region)
 
 
-def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
+def _draw(options: argparse.Namespace, what: str, *args: Any, **kwargs: Any) -> None:
     """Write the pictures asked for; both libraries draw by the same names."""
     if options.png:
         from .visuals import pyvista
@@ -217,7 +218,7 @@ def _as_dict(
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors take one line and whose numbers may read ``-1e6``."""
 
-    def __init__(self, *args, **kwargs):
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         # before Python 3.14 argparse takes -1e6 for an option
         self._negative_number_matcher = re.compile(r"^-\.?\d")
@@ -322,7 +323,7 @@ def _check_outputs(options: argparse.Namespace) -> None:
             raise FileNotFoundError(f"no such folder for --{name}: {Path(path).parent}")
 
 
-def _show_warning(warned, message, category, filename, lineno, file=None, line=None) -> None:
+def _show_warning(warned: list[str], message: Warning | str, *where: object) -> None:
     warned.append(_one_line(message))
     print(f"skfem-dual: warning: {warned[-1]}", file=sys.stderr)
 

@@ -8,6 +8,7 @@ import tomllib
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import ndarray
@@ -20,6 +21,9 @@ from .grids.dual_mesh import DualMesh
 from .grids.polygons import Polygons, some
 from .ground.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
 from .ground.substrates import HalfSpace
+
+if TYPE_CHECKING:
+    import meshio
 
 PathLike = str | os.PathLike[str]
 
@@ -73,7 +77,7 @@ def read_mesh(path: PathLike) -> MeshTri:
     return _only_used(_tagged_mesh(from_meshio, found), path)
 
 
-def _read(path: Path, file_format: str | None):
+def _read(path: Path, file_format: str | None) -> "meshio.Mesh":
     """The meshio mesh of a file; every failure as an error that names the file."""
     import meshio
 
@@ -103,7 +107,7 @@ def _require_plane(points: ndarray, path: Path) -> None:
         )
 
 
-def _tagged_mesh(from_meshio: Callable, found) -> MeshTri:
+def _tagged_mesh(from_meshio: Callable, found: "meshio.Mesh") -> MeshTri:
     """The triangles of a meshio mesh with the tags that skfem finds."""
     import meshio
 

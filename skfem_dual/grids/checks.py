@@ -73,7 +73,7 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
     )
 
 
-def check_type(mesh) -> None:
+def check_type(mesh: object) -> None:
     """Accept straight, continuous triangulations only."""
     if not isinstance(mesh, MeshTri1):
         raise TypeError(f"expected a skfem MeshTri, got {type(mesh).__name__}")

@@ -55,7 +55,7 @@ class GridCouple:
     ribs: ndarray
     unbounded: ndarray = field(default_factory=lambda: np.empty(0, int))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.kind not in ("1-type", "2-type", "maximal", "minimal"):
             raise MeshError(f"expected 1-type, 2-type, maximal or minimal, got {self.kind!r}")
         for name in ("node_in_a", "node_in_b", "ribs", "unbounded"):

@@ -86,7 +86,7 @@ class Fan:
         return cls._sorted(p, t, np.tile(cells, k), matrix)
 
     @classmethod
-    def _sorted(cls, p, t, cell, matrix) -> "Fan":
+    def _sorted(cls, p: ndarray, t: ndarray, cell: ndarray, matrix: csr_matrix) -> "Fan":
         areas = signed_areas(p, t)
         t = np.where(areas < 0, t[[0, 2, 1]], t)
         # quadrilaterals in the middle of a polar grid have sides without length

@@ -1,9 +1,10 @@
 """Triangulations of plans, near uniform or graded to the edge, and polar grids."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
 from .checks import dual_conditions
@@ -192,7 +193,7 @@ def rectangle(
 
 
 def polygon(
-    outline,
+    outline: ArrayLike | Sequence,
     holes: Sequence = (),
     size: float | None = None,
     n: int | None = None,
@@ -346,27 +347,27 @@ def _ratio(a: ndarray, b: ndarray) -> ndarray:
     return np.divide(a, b, out=np.ones_like(a), where=b > 0)
 
 
-def _law(graded: str):
+def _law(graded: str) -> Callable:
     if graded not in LAWS:
         raise ValueError(f"expected graded as one of {', '.join(LAWS)}, got {graded!r}")
     return LAWS[graded]
 
 
-def _positive(name: str, value) -> float:
+def _positive(name: str, value: object) -> float:
     number = np.asarray(value)
     if number.ndim or number.dtype.kind not in "iuf" or not 0 < number < np.inf:
         raise ValueError(f"expected {name} as a positive number, got {value!r}")
     return float(number)
 
 
-def _integer(name: str, value, least: int) -> int:
+def _integer(name: str, value: object, least: int) -> int:
     number = np.asarray(value)
     if number.ndim or number.dtype.kind not in "iu" or number < least:
         raise ValueError(f"expected {name} as an integer of at least {least}, got {value!r}")
     return int(number)
 
 
-def _point(name: str, value) -> tuple[float, float]:
+def _point(name: str, value: object) -> tuple[float, float]:
     x = np.asarray(value, dtype=float)
     if x.shape != (2,) or not np.isfinite(x).all():
         raise ValueError(f"expected {name} as two finite coordinates, got {value!r}")

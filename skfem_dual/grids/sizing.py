@@ -1,6 +1,6 @@
 """Triangles of a wanted size in a domain bounded by circles and polygons."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy import ndarray
@@ -126,7 +126,7 @@ def _points(
     boundary = [c.points(k) for c, k in zip(curves, counts)]
     boundary[1:] = [q[:, ::-1] for q in boundary[1:]]
 
-    def depth(x):
+    def depth(x: ndarray) -> ndarray:
         outer, *holes = (c.depth(x) for c in curves)
         return np.minimum.reduce([outer, *(-h for h in holes)])
 
@@ -148,23 +148,29 @@ def _points(
     return points, np.cumsum([0, *counts])
 
 
-def _lattice(curves: Sequence[Curve], depth, size: float, edge: float, start: complex) -> ndarray:
+def _lattice(
+    curves: Sequence[Curve],
+    depth: Callable[[ndarray], ndarray],
+    size: float,
+    edge: float,
+    start: complex,
+) -> ndarray:
     """Hexagonal lattice behind the row, refined towards the boundary if ``edge`` is small.
 
     Each refinement adds the middles of the triangles, so distances shrink by sqrt(3).
     """
 
-    def wanted(d):
+    def wanted(d: ndarray) -> ndarray:
         return np.clip(edge + GROWTH * d, None, size) if edge < size else np.full(len(d), size)
 
-    def level_of(d):
+    def level_of(d: ndarray) -> ndarray:
         return np.floor(0.5 - 2 * np.log(wanted(np.maximum(d, 0)) / size) / np.log(3))
 
-    def chosen(z, d, level):
+    def chosen(z: ndarray, d: ndarray, level: int) -> ndarray:
         here = (d > HEIGHT * edge + 0.5 * wanted(d)) & (level_of(d) >= level)
         return np.stack([z.real[here], z.imag[here]])
 
-    def at(z):
+    def at(z: ndarray) -> ndarray:
         return depth(np.stack([z.real, z.imag]))
 
     (left, right), (bottom, top) = curves[0].box

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..contact.region import ContactRegion
@@ -109,7 +110,7 @@ def draw(
 
 def plot(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     *,
     title: str | None = None,
     clim: Sequence[float] | None = None,
@@ -184,7 +185,7 @@ def plot(
 
 def isobars(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
     title: str | None = None,
