@@ -62,14 +62,15 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
     True
     """
     check_type(mesh)
-    corners, found = Corners(mesh), []
+    corners, conditions = Corners(mesh), []
     for condition in triangulation_conditions(corners):
-        found.append(condition)
+        conditions.append(condition)
         if not condition.ok:
-            return MeshReport(tuple(found))
+            return MeshReport(tuple(conditions))
     quality = MeshQuality(mesh)
     return MeshReport(
-        (*found, crossing_condition(corners), *quality.conditions()), tuple(quality.measures())
+        (*conditions, crossing_condition(corners), *quality.conditions()),
+        tuple(quality.measures()),
     )
 
 

@@ -126,8 +126,8 @@ class Fan:
         triangle = np.repeat(np.arange(len(near)), [len(points) for points in near])
         point = np.concatenate([*near, np.empty(0)]).astype(int)
         inside = self.coordinates(triangle, x[:, point]).min(axis=0)
-        found = np.full(x.shape[1], -1)
+        deepest = np.full(x.shape[1], -1)
         order = np.argsort(inside)  # the triangle deepest around a point wins
         order = order[inside[order] > -1e-9]
-        found[point[order]] = triangle[order]
-        return found
+        deepest[point[order]] = triangle[order]
+        return deepest

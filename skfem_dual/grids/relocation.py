@@ -180,9 +180,9 @@ def _solver(matrix: csr_matrix, p: ndarray) -> Callable[[ndarray], ndarray]:
     factors = splu(matrix[order][:, order].tocsc(), permc_spec="NATURAL")
 
     def solve(right: ndarray) -> ndarray:
-        found = np.empty_like(right)
-        found[order] = factors.solve(right[order])
-        return found
+        solution = np.empty_like(right)
+        solution[order] = factors.solve(right[order])
+        return solution
 
     return solve
 

@@ -93,11 +93,11 @@ def _wanted(
     """Points of the size that gives about ``n`` of them."""
     low, high = 0.0, np.inf  # sizes that give too many and too few
     size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
-    points, loops = found = _points(curves, size, ratio, nboundary, start)
+    points, loops = best = _points(curves, size, ratio, nboundary, start)
     for _ in range(20):
         excess = points.shape[1] - n
-        if abs(excess) < abs(found[0].shape[1] - n):
-            found = points, loops
+        if abs(excess) < abs(best[0].shape[1] - n):
+            best = points, loops
         if abs(excess) <= n // 2000:
             break
         low, high = (size, high) if excess > 0 else (low, size)
@@ -108,7 +108,7 @@ def _wanted(
             guess *= 1.0 if guess != size else 1.3 if excess > 0 else 1 / 1.3
         size = guess
         points, loops = _points(curves, size, ratio, nboundary, start)
-    return found
+    return best
 
 
 def _points(
@@ -181,16 +181,16 @@ def _lattice(
     basis = complex(size)
     z = middle + size * start + basis * (columns + rows % 2 / 2 + 1j * HEIGHT * rows).ravel()
     d = at(z)
-    found = [chosen(z, d, 0)]
+    points = [chosen(z, d, 0)]
     for level in range(1, int(level_of(np.zeros(1))[0]) + 1):
         reach = 2 * abs(basis)
         near = (d > -reach) & (level_of(d - reach) >= level)
         basis *= (1 + np.exp(1j * np.pi / 3)) / 3  # to the middle of a triangle
         new = np.concatenate([z[near] + basis, z[near] + 2 * basis])
         d_new = at(new)
-        found.append(chosen(new, d_new, level))
+        points.append(chosen(new, d_new, level))
         z, d = np.concatenate([z[near], new]), np.concatenate([d[near], d_new])
-    return np.hstack(found)
+    return np.hstack(points)
 
 
 def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, Quality]:

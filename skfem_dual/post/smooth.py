@@ -111,9 +111,9 @@ def smooth_couple(
     """
     neighbours = Neighbours.of(grids)
     F, G = neighbours.checked(F, G)
-    found, reason = chosen(weights, neighbours, F, G)
-    first, second = CoupleFunctional(neighbours, found).minimise(F, G)
-    return SmoothedCouple(grids, readonly(first), readonly(second), found, reason)
+    choice, reason = chosen(weights, neighbours, F, G)
+    first, second = CoupleFunctional(neighbours, choice).minimise(F, G)
+    return SmoothedCouple(grids, readonly(first), readonly(second), choice, reason)
 
 
 def joined_field(
