@@ -148,7 +148,7 @@ def _delaunay(p: ndarray) -> MeshTri:
     return mesh
 
 
-def _clip_polygon(clip: ArrayLike, p: ndarray) -> ndarray:
+def _clip_polygon(clip: ArrayLike | None, p: ndarray) -> ndarray:
     """Corners of the polygon to clip to, counter-clockwise."""
     if clip is None:
         low, high = p.min(axis=1), p.max(axis=1)

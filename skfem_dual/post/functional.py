@@ -280,7 +280,7 @@ class CoupleFunctional:
             ]
         )
 
-    def minimise(self, F: ArrayLike, G: ArrayLike) -> tuple[ndarray, ndarray]:
+    def minimise(self, F: ndarray, G: ndarray) -> tuple[ndarray, ndarray]:
         """The new values for which H is least.
 
         Parameters

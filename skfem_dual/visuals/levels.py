@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .field import Field
 
 
-def quantiles(field: Field, fractions: ArrayLike) -> ndarray:
+def quantiles(field: Field, fractions: Sequence[float] | ndarray) -> ndarray:
     """Values below which the field stays on the given fractions of the area.
 
     Triangles on which a field is constant do not count, nor does a minimum of piecewise
