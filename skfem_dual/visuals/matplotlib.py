@@ -164,7 +164,7 @@ def plot(
     bar = scalar_bar(ax, colored, title_with_factor(title, exponent), extend=extend)
     ticks = bar.get_ticks()
     ticks = ticks[(ticks >= low) & (ticks <= high)]
-    bar.set_ticks(ticks, labels=short_numbers(ticks, exponent))
+    bar.set_ticks(ticks.tolist(), labels=short_numbers(ticks, exponent))
     return ax
 
 
@@ -260,7 +260,7 @@ def isobars(
         for text in written:
             text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffff99")])
     bar = scalar_bar(ax, bands, title_with_factor(title, exponent), spacing="uniform")
-    bar.set_ticks(chosen, labels=texts)
+    bar.set_ticks(chosen.tolist(), labels=texts)
     return ax
 
 
