@@ -10,6 +10,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from imports import House, floor_plan
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
@@ -584,6 +585,14 @@ def picture_isobars() -> Axes:
     s = eccentric()
     basis, p = s.nodal_pressure()
     return isobars(basis, p / s.mean_pressure, title="p / mean p", ax=sheet(4.2, 3.4))
+
+
+@drawing
+def floors() -> Axes:
+    """The modules of the package and what they import."""
+    _, ax = plt.subplots(figsize=(6.4, 6.4), layout="constrained")
+    floor_plan(ax, House.read(Path(__file__).parents[1]))
+    return ax
 
 
 if __name__ == "__main__":

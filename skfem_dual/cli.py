@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
 from .contact.system import DENSE
 from .errors import ConvergenceError
+from .ground.substrates import Substrate
 from .io import (
     read_mesh,
     read_substrate,
@@ -151,7 +153,7 @@ def _report(options: argparse.Namespace, solution: PunchSolution) -> None:
     )
 
 
-def _substrate(options: argparse.Namespace):
+def _substrate(options: argparse.Namespace) -> Substrate:
     moduli = options.young, options.poisson
     if (options.substrate is None) == (None in moduli) or (
         options.substrate is not None and moduli != (None, None)
@@ -185,7 +187,7 @@ def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
     _draw(options, "isobars", basis, values, title=title, contact=solution.contact_region)
 
 
-def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
+def _draw(options: argparse.Namespace, what: str, *args: Any, **kwargs: Any) -> None:
     """Write the pictures asked for; both libraries draw by the same names."""
     if options.png:
         from .visuals import pyvista
@@ -235,7 +237,7 @@ def _as_dict(
     }
 
 
-def _without_infinities(value):
+def _without_infinities(value: Any) -> Any:
     """The same with None for numbers that JSON does not know."""
     if isinstance(value, dict):
         return {key: _without_infinities(item) for key, item in value.items()}
@@ -358,7 +360,7 @@ def _check_files(options: argparse.Namespace) -> None:
         pyplot()
 
 
-def _show_warning(warned, message, category, filename, lineno, file=None, line=None) -> None:
+def _show_warning(warned: list[str], message: Warning | str, *where: object) -> None:
     warned.append(_one_line(message))
     tell(f"warning: {warned[-1]}")
 

@@ -57,11 +57,11 @@ def end_of_imports() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _interrupted(number, frame) -> None:
+def _interrupted(number: int, frame: object) -> None:
     _leave("interrupted", 130)
 
 
-def _told(kind, error, trace) -> None:
+def _told(kind: type[BaseException], error: BaseException, trace: object) -> None:
     reason = " ".join(str(error).split()) or kind.__name__
     _leave(f"error: cannot start: {reason[:250]}", 2)
 

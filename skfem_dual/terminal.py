@@ -5,7 +5,7 @@ import contextlib
 import os
 import re
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .io.guarded import shortened
 
@@ -34,7 +34,7 @@ def number(text: str) -> float:
 class Parser(argparse.ArgumentParser):
     """A parser whose errors take one line and whose numbers may read ``-1e6``."""
 
-    def __init__(self, *args, **kwargs):
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         # before Python 3.14 argparse takes -1e6 for an option
         self._negative_number_matcher = re.compile(r"^-(\.?\d|inf|nan)", re.IGNORECASE)

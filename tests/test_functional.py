@@ -77,9 +77,11 @@ def test_known_coefficients():
     inner, boundary = np.ones(41, dtype=bool), disc(2).boundary_nodes()
     inner[boundary] = False
     assert np.array_equal(dual.inner[0], inner)
-    # regular hexagons: a sixth each
-    hexagon = Neighbours.of(DualMesh.from_mesh(annulus(6, 60)))
-    assert hexagon.alpha.data.max() < 0.25
+    # equilateral triangles, regular hexagons around inner nodes: a sixth each
+    mesh = MeshTri.init_tensor(np.arange(6.0), np.arange(6.0))
+    shear = np.array([[1, -0.5], [0, np.sqrt(0.75)]])  # the diagonals (1, 1) get the length 1
+    hexagon = Neighbours.of(DualMesh.from_mesh(MeshTri(shear @ mesh.p, mesh.t)))
+    assert hexagon.alpha.data == pytest.approx(1 / 6)
 
 
 def test_cells_not_around_their_nodes_are_refused():

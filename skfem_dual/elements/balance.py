@@ -1,19 +1,22 @@
 """Force and moments of scikit-fem fields, put right by the least change."""
 
+from typing import Any
+
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, LinearForm
 
 from ..errors import ConvergenceError
 
 
-def field_resultant(basis: CellBasis, values: ndarray, origin=(0.0, 0.0)) -> ndarray:
+def field_resultant(basis: CellBasis, values: ndarray, origin: ArrayLike = (0.0, 0.0)) -> ndarray:
     """Integrals of a field, and of it times x and y from an origin, shape (3,)."""
     return _integrals(basis, np.asarray(origin, dtype=float)) @ values
 
 
 def _integrals(basis: CellBasis, origin: ndarray) -> ndarray:
-    def arm(w):
+    def arm(w: Any) -> list:
         return [1.0, w.x[0] - origin[0], w.x[1] - origin[1]]
 
     return np.stack(
@@ -22,7 +25,11 @@ def _integrals(basis: CellBasis, origin: ndarray) -> ndarray:
 
 
 def balanced(
-    basis: CellBasis, values: ndarray, resultant: ndarray, origin, part: ndarray | None = None
+    basis: CellBasis,
+    values: ndarray,
+    resultant: ndarray,
+    origin: Sequence[float],
+    part: ndarray | None = None,
 ) -> ndarray:
     """The field nearest to one given that has a force and first moments.
 
@@ -47,14 +54,14 @@ def balanced(
     ConvergenceError
         If the field vanishes where it would have to change.
     """
-    origin = np.asarray(origin, dtype=float)
-    integrals = _integrals(basis, origin)
+    centre = np.asarray(origin, dtype=float)
+    integrals = _integrals(basis, centre)
     missing = resultant - integrals @ values
     if not missing.any():
         return values.copy()
     size = np.ptp(basis.mesh.p, axis=1).max()
     scale = np.array([1.0, size, size])
-    x = basis.doflocs - origin[:, None]
+    x = basis.doflocs - centre[:, None]
     free = np.abs(values)
     if part is not None and can_balance(basis.doflocs, part & (values != 0)):
         free = np.where(part, free, 0.0)

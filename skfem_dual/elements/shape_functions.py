@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
-from skfem.mapping import MappingAffine
+from skfem.mapping import Mapping, MappingAffine
 
 from ..grids.polygons import some
 
@@ -25,7 +25,7 @@ class ShapeFunctions:
     component: int | None
 
     @property
-    def mapping(self):
+    def mapping(self) -> Mapping:
         return self.basis.mapping
 
     @classmethod
@@ -126,7 +126,7 @@ def _monomials(x: ndarray, degree: int) -> ndarray:
     return np.stack([np.prod(x.T**p, axis=1) for p in powers if p.sum() <= degree])
 
 
-def _inverse(mapping, x: ndarray, element: ndarray) -> ndarray:
+def _inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
     """Coordinates in the reference element of points of shape (dim, m, 1) in elements.
 
     By Newton's method where the mapping is not affine; scikit-fem's own stays inside the

@@ -4,6 +4,7 @@ from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm, CellBasis
 
@@ -16,7 +17,7 @@ from .overlaps import overlaps
 from .shape_functions import ShapeFunctions
 
 
-def _checked(basis: CellBasis, values) -> ndarray:
+def _checked(basis: CellBasis, values: ArrayLike) -> ndarray:
     if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
         raise TypeError(f"expected a CellBasis on a 2-D mesh, got {type(basis).__name__}")
     values = np.asarray(values, dtype=float)
@@ -26,7 +27,7 @@ def _checked(basis: CellBasis, values) -> ndarray:
 
 
 def evaluate(
-    basis: CellBasis, values: ndarray, x, *, outside: Literal["nan", "zero"] = "nan"
+    basis: CellBasis, values: ndarray, x: ArrayLike, *, outside: Literal["nan", "zero"] = "nan"
 ) -> ndarray:
     """A field at any points.
 

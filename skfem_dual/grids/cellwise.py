@@ -194,7 +194,7 @@ def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | 
         checked_indices(name, np.atleast_1d(value), size)
 
 
-def checked_quadrature(value, dim: int = 2) -> tuple[ndarray, ndarray]:
+def checked_quadrature(value: Any, dim: int = 2) -> tuple[ndarray, ndarray]:
     """Points (dim, n) and weights (n,) of a rule on the reference triangle or interval."""
     try:
         points, weights = value

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
 from ..arguments import (
@@ -209,7 +210,7 @@ def rectangle(
 
 
 def polygon(
-    outline,
+    outline: ArrayLike | Sequence,
     holes: Sequence = (),
     size: float | None = None,
     n: int | None = None,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 from .polygons import some
@@ -139,7 +140,7 @@ def require(conditions: Iterator[Condition]) -> None:
             raise MeshError(condition.message())
 
 
-def where(offending) -> ndarray:
+def where(offending: ArrayLike) -> ndarray:
     """Indices at which a mask is true, read-only."""
     indices = np.flatnonzero(offending)
     indices.setflags(write=False)

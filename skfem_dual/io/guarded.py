@@ -11,7 +11,7 @@ import subprocess
 import sys
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -197,7 +197,7 @@ def _require_files_named_in(path: Path) -> None:
             )
 
 
-def _read_apart(path: Path, file_format: str | None):
+def _read_apart(path: Path, file_format: str | None) -> Any:
     """As `reader.read` in a process of its own, with limits of time and memory."""
     size = path.stat().st_size
     seconds = max(SECONDS, SECONDS_PER_MB * size / 1e6)

@@ -5,6 +5,7 @@ import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -88,7 +89,7 @@ def read_mesh(path: PathLike) -> MeshTri:
     return _only_used(mesh, used, path)
 
 
-def _points(points, path: PathLike) -> ndarray:
+def _points(points: Any, path: PathLike) -> ndarray:
     """Coordinates of shape (n, 2 or 3)."""
     try:
         points = np.asarray(points, dtype=float)
@@ -102,7 +103,7 @@ def _points(points, path: PathLike) -> ndarray:
     return points
 
 
-def _cells(block, n: int, path: PathLike) -> tuple[str, ndarray]:
+def _cells(block: Any, n: int, path: PathLike) -> tuple[str, ndarray]:
     """The kind of the cells of a block and their nodes, all of them less than ``n``."""
     nodes = np.asarray(block.data)
     size = KINDS[block.type]
@@ -121,7 +122,7 @@ def _cells(block, n: int, path: PathLike) -> tuple[str, ndarray]:
     return block.type, nodes.astype(np.int64)
 
 
-def _members(blocks, i: int, n: int, name: str, path: PathLike) -> ndarray:
+def _members(blocks: Any, i: int, n: int, name: str, path: PathLike) -> ndarray:
     """Cells of block ``i`` that belong to a set, all of them less than ``n``."""
     members = blocks[i] if i < len(blocks) else None
     index = np.asarray([] if members is None else members)

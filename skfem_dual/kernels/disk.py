@@ -4,6 +4,7 @@ numba would load them: at best that fails, until somebody removes them, at worst
 """
 
 import pickle
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,7 @@ class CheckedCache(FunctionCache):
         If there is no folder to write to.
     """
 
-    def __init__(self, function):
+    def __init__(self, function: Callable) -> None:
         super().__init__(function)
         self._cache_file = _CheckedFiles(
             cache_path=self._cache_path,

@@ -5,8 +5,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.sparse import block_array, csr_array, diags_array
-from scipy.sparse.linalg import LinearOperator, cg, splu
+from scipy.sparse.linalg import LinearOperator, SuperLU, cg, splu
 
 from ..arguments import LARGEST, checked_array, checked_number, shown
 from ..errors import ConvergenceError, MeshError
@@ -48,7 +49,7 @@ class Weights:
     D1: float = 0.0
     D2: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in zip((f.name for f in fields(self)), astuple(self)):
             value = checked_number(name, value, at_least=0, at_most=LARGEST)
             object.__setattr__(self, name, value)
@@ -97,7 +98,7 @@ class Neighbours:
         """Whether each node of the first and of the second grid has neighbours around it."""
         return np.diff(self.alpha.indptr) > 0, np.diff(self.beta.indptr) > 0
 
-    def checked(self, F, G) -> tuple[ndarray, ndarray]:
+    def checked(self, F: ArrayLike, G: ArrayLike) -> tuple[ndarray, ndarray]:
         """Values at the nodes of both grids as arrays of float.
 
         Raises
@@ -234,7 +235,7 @@ class CoupleFunctional:
     neighbours: Neighbours
     weights: Weights
 
-    def value(self, F, G, U, V) -> float:
+    def value(self, F: ArrayLike, G: ArrayLike, U: ArrayLike, V: ArrayLike) -> float:
         """The functional H for old values F, G and new values U, V."""
         F, G = self.neighbours.checked(F, G)
         U, V = self.neighbours.checked(U, V)
@@ -263,7 +264,7 @@ class CoupleFunctional:
         second = own[1] + (w.B1 + w.D1) * (alpha.T @ alpha)
         return block_array([[first, -coupling], [-coupling.T, second]], format="csr")
 
-    def right_side(self, F, G) -> ndarray:
+    def right_side(self, F: ArrayLike, G: ArrayLike) -> ndarray:
         """Right-hand side of the normal equations for old values F and G."""
         F, G = self.neighbours.checked(F, G)
         w, (alpha, beta) = self.weights, (self.neighbours.alpha, self.neighbours.beta)
@@ -274,7 +275,7 @@ class CoupleFunctional:
             ]
         )
 
-    def minimise(self, F, G) -> tuple[ndarray, ndarray]:
+    def minimise(self, F: ndarray, G: ndarray) -> tuple[ndarray, ndarray]:
         """The new values for which H is least.
 
         Parameters
@@ -305,7 +306,7 @@ class CoupleFunctional:
         return np.stack([self._iterate(b) for b in columns], axis=-1).reshape(right_side.shape)
 
     @cached_property
-    def _factors(self):
+    def _factors(self) -> SuperLU:
         options = {"SymmetricMode": True}
         return splu(self.matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from .results import in_short, position_section, pressure_section, standing_sect
 TITLE = "Rigid punch on elastic ground"
 
 
-def write_report(path: PathLike, solution: PunchSolution, **options) -> None:
+def write_report(path: PathLike, solution: PunchSolution, **options: Any) -> None:
     """Write `report_html` to a file ending in ``.html``, whole or not at all.
 
     Parameters

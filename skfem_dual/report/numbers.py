@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull, QhullError
+from skfem import CellBasis
 
 from ..contact.solution import PunchSolution
 from ..errors import ConvergenceError
@@ -250,7 +251,7 @@ class Standing:
         return abs(slope) * self.size <= LEVEL * np.abs(self.settlement_of_hull).max()
 
 
-def relative_pressure(solution: PunchSolution):
+def relative_pressure(solution: PunchSolution) -> tuple[CellBasis, ndarray, str]:
     """Nodal pressures over a scale, to draw isobars of.
 
     The scale is the mean pressure, or the largest where moments alone leave no mean.

@@ -14,6 +14,9 @@ from .style import MISSING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colorbar import Colorbar
+    from matplotlib.tri import Triangulation
 
 
 def pyplot() -> Any:
@@ -52,7 +55,7 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     return ax
 
 
-def triangulation(field: Field | ContactRegion):
+def triangulation(field: Field | ContactRegion) -> Triangulation:
     """The triangles for matplotlib."""
     from matplotlib.tri import Triangulation
 
@@ -79,7 +82,7 @@ def draw_segments(
     ax.autoscale_view()
 
 
-def scalar_bar(ax: Axes, colored, title: str, **options):
+def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)
     place: dict[str, Any] = (

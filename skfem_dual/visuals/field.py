@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.sparse import eye
 from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
@@ -43,7 +44,9 @@ class Field:
     flat: bool
 
     @classmethod
-    def from_basis(cls, basis: CellBasis, values, elements=FLAT + CONTINUOUS) -> "Field":
+    def from_basis(
+        cls, basis: CellBasis, values: ArrayLike, elements: tuple[type, ...] = FLAT + CONTINUOUS
+    ) -> "Field":
         """The field of ``basis`` with ``values`` of its DOFs.
 
         Cells of a dual grid come as their triangles in the common refinement, because

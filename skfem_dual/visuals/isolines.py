@@ -64,7 +64,7 @@ def label_points(field: Field, levels: ndarray) -> dict[int, ndarray]:
         lengths.append(length.max())
     outline = field.p[:, field.outline].mean(axis=1) / scale
 
-    found: dict[int, ndarray] = {}
+    anchors: dict[int, ndarray] = {}
     for i in np.argsort(lengths).tolist():  # short lines choose first
         if lengths[i] < 4:
             continue
@@ -73,9 +73,9 @@ def label_points(field: Field, levels: ndarray) -> dict[int, ndarray]:
         others = np.hstack([outline, *middles[:i], *middles[i + 1 :]])
         clear = cKDTree(others.T).query(candidates.T, p=np.inf)[0]
         apart = np.full(candidates.shape[1], np.inf)
-        for point in found.values():
+        for point in anchors.values():
             apart = np.minimum(apart, abs(candidates - point[:, None]).max(axis=0))
         best = np.argmax(np.minimum(clear, 1) + np.minimum(apart / 6, 1))
         if apart[best] > 1.2:
-            found[i] = candidates[:, best]
-    return {i: point * scale[:, 0] for i, point in found.items()}
+            anchors[i] = candidates[:, best]
+    return {i: point * scale[:, 0] for i, point in anchors.items()}

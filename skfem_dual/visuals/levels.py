@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_integer, checked_pair
 from .field import Field
@@ -12,7 +13,7 @@ from .field import Field
 MOST = 1000
 
 
-def quantiles(field: Field, fractions) -> ndarray:
+def quantiles(field: Field, fractions: Sequence[float] | ndarray) -> ndarray:
     """Values below which the field stays on the given fractions of the area.
 
     Triangles on which a field is constant do not count, nor does a minimum of piecewise
@@ -121,7 +122,7 @@ def color_range(
     return low, high, smallest < low, greatest > high
 
 
-def common_exponent(values) -> int:
+def common_exponent(values: ArrayLike) -> int:
     """The power of ten, a multiple of three, to take out of numbers too long to read.
 
     >>> common_exponent([1.05, 3]), common_exponent([2.4e5, 7e5]), common_exponent([2e-6, 3e-6])
@@ -132,7 +133,7 @@ def common_exponent(values) -> int:
     return 0 if 1e-2 <= typical < 1e4 else 3 * int(np.floor(np.log10(typical) / 3))
 
 
-def short_numbers(values, exponent: int) -> list[str]:
+def short_numbers(values: ArrayLike, exponent: int) -> list[str]:
     """``values / 10**exponent`` with as few digits as tell them apart.
 
     >>> short_numbers([1.05, 1.5, 3.0], 0), short_numbers([2.4e5, 1.2e6], 3)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
@@ -105,7 +106,7 @@ def draw(
 @one_at_a_time
 def plot(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     *,
     title: str | None = None,
     clim: Sequence[float] | None = None,
@@ -178,14 +179,14 @@ def plot(
     bar = scalar_bar(ax, colored, title_with_factor(title, exponent), extend=extend)
     ticks = bar.get_ticks()
     ticks = ticks[(ticks >= low) & (ticks <= high)]
-    bar.set_ticks(ticks, labels=short_numbers(ticks, exponent))
+    bar.set_ticks(ticks.tolist(), labels=short_numbers(ticks, exponent))
     return ax
 
 
 @one_at_a_time
 def isobars(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
     title: str | None = None,
@@ -276,7 +277,7 @@ def isobars(
         for text in written:
             text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffff99")])
     bar = scalar_bar(ax, bands, title_with_factor(title, exponent), spacing="uniform")
-    bar.set_ticks(chosen, labels=texts)
+    bar.set_ticks(chosen.tolist(), labels=texts)
     return ax
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
@@ -115,7 +116,7 @@ def draw(
 @one_at_a_time
 def plot(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     *,
     title: str | None = None,
     clim: Sequence[float] | None = None,
@@ -192,7 +193,7 @@ def plot(
 @one_at_a_time
 def isobars(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
     title: str | None = None,

@@ -61,7 +61,7 @@ def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) ->
     )
 
 
-def add_texts(plotter: Any, p: ndarray, texts: list[str], **options) -> None:
+def add_texts(plotter: Any, p: ndarray, texts: list[str], **options: Any) -> None:
     """Texts about points, above all else."""
     plotter.add_point_labels(
         raised(p, 3),
@@ -109,7 +109,7 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     return plotter
 
 
-def with_bar(plotter: Any, colored, title: str, p: ndarray, origin: ndarray) -> Any:
+def with_bar(plotter: Any, colored: Any, title: str, p: ndarray, origin: ndarray) -> Any:
     """The view of the plan ``p`` with a scalar bar of the actor ``colored`` on its right."""
     right = max(190, 40 + 10 * len(title))
     view(plotter, p, origin, right)
