@@ -122,7 +122,7 @@ class PunchSolution:
 
     @property
     def condition_number(self) -> float:
-        """Condition number of the matrix in the 2-norm; computed when asked for."""
+        """That of the punch, see `RigidPunch.condition_number`; computed when asked for."""
         return self.punch.condition_number
 
     def displacement(self, x) -> ndarray:

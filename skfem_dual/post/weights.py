@@ -88,4 +88,4 @@ def chosen(weights: Choice, neighbours: Neighbours, F, G) -> tuple[Weights, str]
         old, new = weights
     except (TypeError, ValueError):
         raise TypeError(f"expected weights as a pair W1, W2 or Weights, got {weights!r}") from None
-    return Weights.init_paper(old, new), "W1, W2 given, B = 16"
+    return Weights.init_paper(old, new), "W1, W2 given, B = 16, D = 16 W2"
