@@ -17,7 +17,6 @@ from .contact.system import DENSE
 from .errors import ConvergenceError
 from .io import read_mesh, read_substrate, write_dual, write_solution, write_whole
 from .report import solve_on_other_grid, write_report
-from .report.numbers import relative_pressure
 
 SUFFIXES = {
     "png": (".png",),
@@ -157,11 +156,10 @@ def check(options: argparse.Namespace) -> int:
 
 
 def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
-    """Pressures over their mean, or over the largest where moments alone leave no mean."""
+    """The pressure with the edge of contact."""
     if not (options.png or options.svg):
         return
-    basis, values, title = relative_pressure(solution)
-    _draw(options, "isobars", basis, values, title=title, contact=solution.contact_region)
+    _draw(options, "isobars", solution)
 
 
 def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:

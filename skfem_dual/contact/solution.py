@@ -279,6 +279,28 @@ class PunchSolution:
         lines = [f"  {name:<18}{value}" for name, value in rows]
         return "\n".join(["<skfem_dual PunchSolution object>", *lines])
 
+    def plot(self, **options):
+        """Isobars of the pressure with the edge of contact, drawn with matplotlib.
+
+        Parameters
+        ----------
+        **options
+            As of `visuals.matplotlib.isobars`: levels, title, labels, cmap, ax.
+
+        Returns
+        -------
+        Axes
+            ``solution.plot().figure.savefig("isobars.svg")`` writes a file.
+        """
+        from ..visuals.matplotlib import isobars
+
+        return isobars(self, **options)
+
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import solution_html
+
+        return solution_html(self)
+
 
 @dataclass(frozen=True, eq=False)
 class EdgeCoefficient:

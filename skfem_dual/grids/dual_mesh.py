@@ -113,6 +113,11 @@ class DualMesh:
             f"{self.areas.min():.4g} to {self.areas.max():.4g}"
         )
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import mesh_html
+
+        return mesh_html(self)
+
     def __len__(self) -> int:
         return len(self.partition)
 

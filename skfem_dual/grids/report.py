@@ -128,6 +128,11 @@ class Report:
         lines += [c.message() for c in self.violated]
         return "\n  ".join([f"<skfem_dual {type(self).__name__} object>", *lines])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import report_html
+
+        return report_html(self)
+
 
 def require(conditions: Iterator[Condition]) -> None:
     """Raise MeshError for the first required condition that is not met."""

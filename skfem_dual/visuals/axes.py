@@ -70,6 +70,13 @@ def draw_segments(
     ax.autoscale_view()
 
 
+def data_per_point(ax: Axes) -> float:
+    """How much of the coordinates a point of type is, in the axes as they are laid out now."""
+    ax.figure.draw_without_rendering()  # type: ignore[union-attr]
+    pixels = ax.transData.transform([[0.0, 0.0], [1.0, 0.0]])
+    return float(ax.figure.dpi / 72 / np.ptp(pixels[:, 0]))
+
+
 def scalar_bar(ax: Axes, colored, title: str, **options):
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)

@@ -10,13 +10,14 @@ from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
 from ..contact.region import ContactRegion
+from ..contact.solution import PunchSolution
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
-from .axes import draw_segments, prepared, scalar_bar, triangulation
+from .axes import data_per_point, draw_segments, prepared, scalar_bar, triangulation
 from .curves import plot_edge, plot_kern, plot_moment_rotation
-from .field import CONTINUOUS, Field
-from .isolines import label_points
+from .field import Field
+from .isolines import label_boxes, smooth_line
 from .levels import (
     choose_levels,
     color_range,
@@ -25,9 +26,13 @@ from .levels import (
     title_with_factor,
 )
 from .style import COLORMAP, CONTACT, OUTLINE, SEPARATED, band_colors, fineness, layers
+from .subject import Subject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+#: size of labels on isobars, in points
+LETTER = 8
 
 __all__ = ["draw", "isobars", "plot", "plot_edge", "plot_kern", "plot_moment_rotation"]
 
@@ -168,8 +173,8 @@ def plot(
 
 
 def isobars(
-    basis: CellBasis,
-    values,
+    pressure: PunchSolution | CellBasis,
+    values=None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
     title: str | None = None,
@@ -182,22 +187,25 @@ def isobars(
 
     Parameters
     ----------
-    basis : CellBasis
-        A continuous basis of first order (ElementTriP1 or ElementQuad1).
-    values : (N,) array of float
-        One value per DOF.
+    pressure : PunchSolution or CellBasis
+        A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
+        it, with the edge of contact; or any continuous scalar basis, also of higher order.
+    values : (N,) array of float, optional
+        One value per DOF of the basis.
     levels : int or sequence of float, optional
-        The values of the isobars, or how many. By default eight round numbers that part the
-        area about equally.
+        The values of the isobars, or about how many. By default about eight round numbers in
+        equal steps, zero among them where the sign changes; of a solution with a singular edge
+        such as part the area about equally.
     title : str, optional
         Quantity and unit, beside the scalar bar; big numbers get a common factor there.
     labels : bool
-        Whether to write the values on the isobars, once each where there is room.
+        Whether to write the values on the isobars, once each where there is room: inside the
+        plan and off other lines and labels.
     cmap : str
         Name of a matplotlib colour map.
     contact : ContactRegion, optional
-        ``solution.contact_region``: its edge is drawn, where the field falls to zero, and nothing
-        but a neutral colour where the punch has lifted off.
+        Of a basis, ``solution.contact_region``: its edge is drawn, where the field falls to
+        zero, and nothing but a neutral colour where the punch has lifted off.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
@@ -211,13 +219,13 @@ def isobars(
     ImportError
         If matplotlib is missing.
     TypeError, ValueError
-        If ``basis`` is of another kind, the values are constant, not finite or not one per DOF,
+        If ``pressure`` is of another kind, the values are constant, not finite or not one per DOF,
         the levels do not increase or none is between the values, or ``contact`` is none or that
         of another plan.
     """
-    field = Field.from_basis(basis, values, CONTINUOUS)
-    pressed = field if contact is None else field.in_contact(contact)
-    chosen = choose_levels(pressed, levels)
+    subject = Subject.of(pressure, values, title, contact)
+    field, pressed = subject.field, subject.pressed
+    chosen = choose_levels(pressed, levels, subject.singular)
     exponent = common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
     ax = prepared(ax, field.p)
@@ -234,7 +242,7 @@ def isobars(
         colors=colors,
         extend="neither" if single else "both",
     )
-    lines = ax.tricontour(
+    ax.tricontour(
         triangles,
         pressed.values,
         levels=chosen,
@@ -243,24 +251,21 @@ def isobars(
         linestyles="solid",
     )
     draw_segments(ax, field.p, field.outline, OUTLINE, 1.4)
-    _separation(ax, contact)
-    if labels:
-        from matplotlib.patheffects import withStroke
-
-        points = label_points(pressed, chosen)
-        written = ax.clabel(
-            lines,
-            fmt=dict(zip(chosen, texts)),
-            manual=list(points.values()),
-            fontsize=8,
-            colors=OUTLINE,
-            inline_spacing=3,
-        )
-        for text in written:
-            text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffff99")])
-    bar = scalar_bar(ax, bands, title_with_factor(title, exponent), spacing="uniform")
+    _separation(ax, subject.contact)
+    bar = scalar_bar(ax, bands, title_with_factor(subject.title, exponent), spacing="uniform")
     bar.set_ticks(chosen, labels=texts)
+    if labels:
+        _labels(ax, label_boxes(pressed, chosen, texts, LETTER * data_per_point(ax)), texts)
     return ax
+
+
+def _labels(ax: Axes, boxes: dict[int, ndarray], texts: list[str]) -> None:
+    """The values of isobars in the middles of their boxes."""
+    box = {"boxstyle": "square,pad=0.1", "facecolor": "#ffffff99", "edgecolor": "none"}
+    style: dict[str, Any] = {"fontsize": LETTER, "color": OUTLINE, "ha": "center", "va": "center"}
+    for i, corners in boxes.items():
+        x, y = corners.mean(axis=1)
+        ax.text(x, y, texts[i], bbox=box, zorder=4, **style)
 
 
 def _separation(ax: Axes, contact: ContactRegion | None) -> None:
@@ -274,4 +279,4 @@ def _separation(ax: Axes, contact: ContactRegion | None) -> None:
         colors=[SEPARATED],
     )
     for line in contact.edge:
-        ax.plot(*line, color=CONTACT, linewidth=2.2, zorder=3)
+        ax.plot(*smooth_line(line), color=CONTACT, linewidth=2.2, zorder=3)
