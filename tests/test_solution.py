@@ -114,8 +114,8 @@ def test_pressure_outside_and_on_the_edge():
     assert p[0] > 0
     assert p[1] == np.inf
     assert p[2] == 0
-    with pytest.raises(ValueError, match=r"shape \(2, m\)"):
-        solution.pressure_at([0.0, 0.0])
+    with pytest.raises(ValueError, match=r"shape \(2, \.\.\.\)"):
+        solution.pressure_at([0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -130,7 +130,9 @@ def test_nodal_pressure(grid):
     edge = basis.mesh.boundary_nodes()
     assert np.isfinite(p).all()
     if grid == "dual":
-        assert np.array_equal(p[edge], solution.pressure[edge])
+        plain = solution.nodal_pressure(conserve=False)[1]
+        assert np.array_equal(plain[edge], solution.pressure[edge])
+        assert p == pytest.approx(plain, rel=2e-2)  # the field lacks 1.5 % of the force
 
 
 @pytest.mark.parametrize("grid", GRIDS)

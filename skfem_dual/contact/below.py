@@ -6,11 +6,12 @@ from skfem import CellBasis, ElementTriP1, MeshTri
 
 from ..elements.influence import as_points
 from ..elements.stresses import Stresses, displacements, stresses
+from .punch import RigidPunch
 from .solution import PunchSolution
 
 
 def stress_below(solution: PunchSolution, x) -> Stresses:
-    """Stresses in the ground below a punch.
+    """Stresses in the ground below a punch and its neighbours.
 
     The mean pressures of the cells act uniformly on their cells, also where the punch weights
     the cells along a singular edge. Below such an edge sigma_z is then off by a tenth of the
@@ -47,17 +48,23 @@ def stress_below(solution: PunchSolution, x) -> Stresses:
     >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.2f}")
     0.50
     """
-    punch = solution.punch
-    return stresses(punch.substrate, punch.partition, solution.pressure, x)
+    found = [stresses(p.substrate, p.partition, q, x) for p, q in _loads(solution)]
+    return Stresses(*np.sum(found, axis=0))
 
 
 def displacement_below(solution: PunchSolution, x) -> ndarray:
-    """Displacements in the ground below a punch, shape (3, m), in the directions x, y, z.
+    """Displacements in the ground below a punch and its neighbours.
 
-    The same loads, points and errors as `stress_below`.
+    The shape is (3, m), in the directions x, y, z; loads, points and errors are those of
+    `stress_below`.
     """
-    punch = solution.punch
-    return displacements(punch.substrate, punch.partition, solution.pressure, x)
+    found = [displacements(p.substrate, p.partition, q, x) for p, q in _loads(solution)]
+    return np.sum(found, axis=0)
+
+
+def _loads(solution: PunchSolution) -> list[tuple[RigidPunch, ndarray]]:
+    """The punch and its neighbours with their pressures."""
+    return [(solution.punch, solution.pressure), *solution.others]
 
 
 def vertical_section(

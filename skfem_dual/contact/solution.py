@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
+from skfem.assembly.basis import AbstractBasis
 
-from ..elements.influence import as_points, surface_displacement
+from ..elements.balance import balanced
+from ..elements.influence import flat_points, surface_displacement
+from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import CellwiseBasis, nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -130,15 +133,15 @@ class PunchSolution:
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points under the punch or beside it.
+        x : (2, ...) array of float
+            Points under the punch or beside it, in any shape, as ``w.x`` in a form.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
             Positive into the ground.
         """
-        x = as_points(x)
+        x, shape = flat_points(x)
         w = np.zeros(x.shape[1])
         for punch, p in ((self.punch, self.pressure), *self.others):
             if len(p) * x.shape[1] > FEW:
@@ -149,28 +152,29 @@ class PunchSolution:
             w += surface_displacement(punch.substrate, punch.partition, p, x, punch.weights)
             if correction := punch.edge_correction(x):
                 w += correction.apply(p)
-        return w
+        return w.reshape(shape)
 
     def punch_displacement(self, x) -> ndarray:
-        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, m)."""
-        x = as_points(x)
-        return self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
+        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...)."""
+        x, shape = flat_points(x)
+        w = self.settlement + self.tilt @ (x - np.array(self.punch.origin)[:, None])
+        return w.reshape(shape)
 
     def pressure_at(self, x) -> ndarray:
         """Pressure at any points.
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points.
+        x : (2, ...) array of float
+            Points, in any shape, as ``w.x`` in a form.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
             ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
             punch.
         """
-        x = as_points(x)
+        x, shape = flat_points(x)
         fan, weights = self.punch.fan, self.punch.weights
         triangle = fan.locate(x)
         inside = triangle >= 0
@@ -184,14 +188,65 @@ class PunchSolution:
             pressure = pressure * weights.relative(cell, np.sqrt(phi))
         out = np.zeros(x.shape[1])
         out[inside] = pressure
-        return out
+        return out.reshape(shape)
 
-    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
+    def load_vector(self, basis: AbstractBasis, **options) -> ndarray:
+        """The pressure as a load on finite elements: integrals of ``p v`` over the plan.
+
+        Parameters
+        ----------
+        basis : CellBasis or FacetBasis
+            Any scikit-fem basis on a 2-D mesh that covers the plan, or on facets of a 3-D mesh
+            that do; see `load_matrix`, which also has the options.
+        order, component, partial : optional
+            As in `load_matrix`.
+
+        Returns
+        -------
+        (basis.N,) array of float
+            Force and moments are those of the solution to rounding where the basis contains
+            linear functions.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `load_matrix`.
+
+        Examples
+        --------
+        >>> from skfem import CellBasis, ElementTriP2, MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> mesh = MeshTri.init_circle(3)
+        >>> solution = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis()).solve(1.0)
+        >>> f = solution.load_vector(CellBasis(mesh, ElementTriP2()))
+        >>> print(f"{f.sum():.12f}")
+        1.000000000000
+        """
+        punch = self.punch
+        matrix = load_matrix(punch.partition, punch.weights, punch.fan, basis, **options)
+        return matrix @ self.pressure
+
+    def pressure_field(
+        self, refine: int = 3, other: "PunchSolution | None" = None
+    ) -> tuple[CellBasis, ndarray]:
+        """The pressure as a first-order field on a refinement of the mesh, with the laws of the
+        edges of plan and contact: to draw, and to carry elsewhere; see `pressure_field`."""
+        from ..post.fields import pressure_field
+
+        return pressure_field(self, refine, other)
+
+    def nodal_pressure(self, *, conserve: bool = True) -> tuple[CellBasis, ndarray]:
         """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
 
         On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
         takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
         the mean pressures of cells, finite where the pressure itself is not.
+
+        Parameters
+        ----------
+        conserve : bool
+            Whether force and first moments of the field are those of the solution, by the least
+            change of its values; see `balanced`.
 
         Returns
         -------
@@ -210,7 +265,10 @@ class PunchSolution:
             inner = root > 1e-9 * weights.root.max()
             factor = weights.relative(cells, root)
             pressure = pressure * np.where(inner, factor, 1.0)
-        return nodal_values(basis, pressure)
+        nodal, values = nodal_values(basis, pressure)
+        if conserve:
+            values = balanced(nodal, values, self.resultant, self.punch.origin)
+        return nodal, values
 
     def edge_coefficient(self) -> "EdgeCoefficient":
         """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.

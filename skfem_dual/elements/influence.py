@@ -105,6 +105,20 @@ def as_points(x) -> ndarray:
     return x
 
 
+def flat_points(x) -> tuple[ndarray, tuple[int, ...]]:
+    """Points of any shape (2, ...) as coordinates of shape (2, m), and the shape behind the 2.
+
+    Raises
+    ------
+    ValueError
+        If there are no two coordinates, or one is not finite.
+    """
+    x = np.asarray(x, dtype=float)
+    if x.ndim == 0 or x.shape[0] != 2:
+        raise ValueError(f"expected points of shape (2, ...), got {x.shape}")
+    return as_points(x.reshape(2, -1)), x.shape[1:]
+
+
 def _ribs(partition: Partition) -> tuple[ndarray, ...]:
     p = partition.polygons.p
     along = p[:, partition.facets[1]] - p[:, partition.facets[0]]

@@ -81,7 +81,7 @@ def postprocess(
     weights: Choice = "auto",
     *,
     edge: Literal["singular", "constant"] | None = None,
-    conserve: bool = False,
+    conserve: bool = True,
 ) -> PostprocessedPressure:
     """One field of pressure from two solutions of one problem on dual grids.
 

@@ -1,0 +1,61 @@
+"""Force and moments of scikit-fem fields, put right by the least change."""
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, LinearForm
+
+from ..errors import ConvergenceError
+
+
+def field_resultant(basis: CellBasis, values: ndarray, origin=(0.0, 0.0)) -> ndarray:
+    """Integrals of a field, and of it times x and y from an origin, shape (3,)."""
+    return _integrals(basis, np.asarray(origin, dtype=float)) @ values
+
+
+def _integrals(basis: CellBasis, origin: ndarray) -> ndarray:
+    def arm(w):
+        return [1.0, w.x[0] - origin[0], w.x[1] - origin[1]]
+
+    return np.stack(
+        [LinearForm(lambda v, w, k=k: v * arm(w)[k]).assemble(basis) for k in range(3)]
+    )
+
+
+def balanced(basis: CellBasis, values: ndarray, resultant: ndarray, origin) -> ndarray:
+    """The field nearest to one given that has a force and first moments.
+
+    The change is least in the sum of squares of the changes over the values they change, and so
+    a linear function times the field: what is zero stays so.
+
+    Parameters
+    ----------
+    basis : CellBasis
+        Of a scalar field.
+    values : (N,) array of float
+        Its vector.
+    resultant : (3,) array of float
+        Integrals of the field and of it times x and y, from ``origin``.
+    origin : pair of float
+        The point the moments refer to.
+
+    Raises
+    ------
+    ConvergenceError
+        If the field vanishes where it would have to change.
+    """
+    origin = np.asarray(origin, dtype=float)
+    integrals = _integrals(basis, origin)
+    missing = resultant - integrals @ values
+    if not missing.any():
+        return values.copy()
+    size = np.ptp(basis.mesh.p, axis=1).max()
+    scale = np.array([1.0, size, size])
+    x = basis.doflocs - origin[:, None]
+    shares = np.vstack([np.ones(x.shape[1]), x / size]) * np.abs(values)
+    try:
+        factor = np.linalg.solve(integrals @ shares.T / scale[:, None], missing / scale)
+    except np.linalg.LinAlgError:
+        raise ConvergenceError(
+            "no pressures are left to carry force and moments. Remedy: conserve=False"
+        ) from None
+    return values + factor @ shares
