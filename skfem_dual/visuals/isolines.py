@@ -15,7 +15,7 @@ WIDTH, PAD, HEIGHT = 0.66, 0.5, 1.3
 #: a line with a label is so many times as long as half the label
 LONG = 7.0
 #: mean distance of a smooth edge of contact from the points found, in segments between them
-KINK = 0.2
+KINK = 0.06
 
 
 def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
@@ -116,7 +116,7 @@ def smooth_line(line: ndarray) -> ndarray:
     Returns
     -------
     (2, n) array of float
-        A smoothing spline, some tenths of a segment from the points, with the same ends.
+        A smoothing spline, about a tenth of a segment from the points, with the same ends.
     """
     step = np.hypot(*np.diff(line, axis=1))
     closed = bool(np.all(line[:, 0] == line[:, -1]))

@@ -162,7 +162,7 @@ def plot(
         width = 0.7 * fineness(len(np.unique(field.cells)))
         draw_segments(ax, field.p, field.ribs, OUTLINE, width)
     draw_segments(ax, field.p, field.outline, OUTLINE, 1.2)
-    _separation(ax, contact)
+    _separation(ax, contact, field)
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, beyond]
     exponent = common_exponent([low, high])
     bar = scalar_bar(ax, colored, title_with_factor(title, exponent), extend=extend)
@@ -251,7 +251,7 @@ def isobars(
         linestyles="solid",
     )
     draw_segments(ax, field.p, field.outline, OUTLINE, 1.4)
-    _separation(ax, subject.contact)
+    _separation(ax, subject.contact, field)
     bar = scalar_bar(ax, bands, title_with_factor(subject.title, exponent), spacing="uniform")
     bar.set_ticks(chosen, labels=texts)
     if labels:
@@ -268,15 +268,12 @@ def _labels(ax: Axes, boxes: dict[int, ndarray], texts: list[str]) -> None:
         ax.text(x, y, texts[i], bbox=box, zorder=4, **style)
 
 
-def _separation(ax: Axes, contact: ContactRegion | None) -> None:
+def _separation(ax: Axes, contact: ContactRegion | None, field: Field) -> None:
     """The area out of contact, and the edge between."""
     if contact is None or not contact.edge:
         return
-    ax.tricontourf(
-        triangulation(contact),
-        contact.level,
-        levels=[contact.level.min() - 1, 0],
-        colors=[SEPARATED],
-    )
+    whole = np.zeros(field.p.shape[1])
+    options: dict[str, Any] = {"levels": [-1, 1], "colors": [SEPARATED], "zorder": 0.5}
+    ax.tricontourf(triangulation(field), whole, **options)
     for line in contact.edge:
         ax.plot(*smooth_line(line), color=CONTACT, linewidth=2.2, zorder=3)
