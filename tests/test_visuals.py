@@ -158,7 +158,8 @@ def test_zero_is_a_level_where_a_singular_pressure_changes_sign(tilt):
     field = Field.from_basis(nodal(DISC), punch(DISC, tilt=tilt))
     levels = choose_levels(field, singular=True)
     assert 0 in levels
-    assert levels[0] < 0 < levels[-1]
+    assert levels[-1] > 0
+    assert (levels[0] < 0) == (tilt > 2)  # hardly any area is below zero otherwise
 
 
 def test_levels_of_a_partial_contact():
@@ -266,6 +267,7 @@ def test_boxes_of_labels_have_room(mesh, values, letter):
         # on the line, in the middle of the box
         middle = box.mean(axis=1)[:, None]
         a, b = lines[i].transpose(2, 0, 1)
+        a, b = (x[:, np.any(a != b, axis=0)] for x in (a, b))  # none through a node
         along = np.clip(np.sum((middle - a) * (b - a), 0) / np.sum((b - a) ** 2, 0), 0, 1)
         assert np.hypot(*(a + along * (b - a) - middle)).min() < 1e-9
         assert np.ptp(box, axis=1)[0] > 0.5 * letter * len(texts[i])
@@ -374,7 +376,7 @@ def test_solutions_plot_themselves(lifted):
     for visuals in BACKENDS:
         with pytest.raises(TypeError, match="a solution alone"):
             visuals.isobars(lifted, lifted.pressure)
-        with pytest.raises(TypeError, match="one value for each of the .* DOFs, got none"):
+        with pytest.raises(TypeError, match=r"one value for each of the .* DOFs, got none"):
             visuals.isobars(nodal(DISC))
     nothing = lifted.punch.solve(0.0)
     with pytest.raises(ValueError, match="expected a load to draw isobars of"):

@@ -181,10 +181,10 @@ def continuous(basis: CellBasis, values) -> Field:
     """
     if not isinstance(basis, CellBasis) or isinstance(basis.elem, FLAT + CONTINUOUS):
         return Field.from_basis(basis, values, CONTINUOUS)
-    values = _checked(basis, values)
     name = type(basis.elem).__name__
     if basis.elem.refdom.dim() != 2 or np.ndim(basis.basis[0][0]) != 2:
         raise ValueError(f"expected a plane basis of scalars, got one of {name}")
+    values = _checked(basis, values)
     mesh, y = basis.refinterp(values, nrefs=HIGHER)
     y = np.ravel(y)
     # each element has points of its own: those in one place become one

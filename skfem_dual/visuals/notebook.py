@@ -95,4 +95,4 @@ def _image(name: str, drawn: Callable[[Axes], None]) -> str:
     drawn(figure.add_subplot())
     figure.savefig(buffer, format="png", dpi=RESOLUTION)
     data = b64encode(buffer.getvalue()).decode()
-    return f'<img alt="{escape(name)}" src="data:image/png;base64,{data}">'
+    return f'<img alt="{escape(name)}" src="data:image/png;base64,{data}"/>'
