@@ -15,7 +15,7 @@ WIDTH, PAD, HEIGHT = 0.66, 0.5, 1.3
 #: a line with a label is so many times as long as half the label
 LONG = 7.0
 #: mean distance of a smooth edge of contact from the points found, in segments between them
-KINK = 0.06
+KINK = 0.1
 
 
 def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:

@@ -10,13 +10,14 @@ from skfem import CellBasis
 
 from ..contact.region import ContactRegion
 from ..contact.solution import PunchSolution
+from ..grids.cellwise import nodal_mesh
 from .field import Field, continuous
 
 if TYPE_CHECKING:
     from numpy import ndarray
 
 #: most triangles of a pressure that is drawn, and how often they are cut in four at most
-TRIANGLES, REFINE = 100_000, 3
+TRIANGLES, REFINE = 50_000, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +92,9 @@ def pressure_scale(solution: PunchSolution) -> tuple[float, str]:
 
 def drawn_pressure(solution: PunchSolution) -> tuple[CellBasis, ndarray]:
     """`PunchSolution.pressure_field` on a mesh refined as often as a picture can show."""
-    cells = solution.punch.basis.mesh.nelements
-    refine = int(np.clip(np.log(TRIANGLES / cells) / np.log(4), 0, REFINE))
+    mesh = nodal_mesh(solution.punch.basis)
+    triangles = mesh.nelements * (1 if len(mesh.t) == 3 else 4)
+    refine = int(np.clip(np.log(TRIANGLES / triangles) / np.log(4), 0, REFINE))
     basis, pressure = solution.pressure_field(refine=refine)
     if solution.pressure.min() >= 0:  # what lies between cells that do not pull does not either
         pressure = pressure.clip(min=0.0)
