@@ -56,7 +56,7 @@ LAYERS = [
         "elements.near",
         "elements.balance",
         "elements.overlaps",
-        "elements.trial_functions",
+        "elements.shape_functions",
         "elements.load_matrix",
         "elements.transfer",
         "elements.flexible",

@@ -358,7 +358,7 @@ def test_slips():
     with pytest.raises(TypeError, match="expected a substrate"):
         RigidPunch(HalfSpace, dual.basis())
     solution = RigidPunch(UNIT, dual.basis()).solve(1.0, (0.3, 0.1))
-    with pytest.raises(ValueError, match=r"shape \(2, m\)"):
-        solution.punch_displacement([0.5, 0.2])
+    with pytest.raises(ValueError, match=r"shape \(2, \.\.\.\)"):
+        solution.punch_displacement([0.5, 0.2, 0.1])
     with pytest.raises(ConvergenceError):
         RigidPunch(UNIT, dual.basis()).solve(10.0, (1e308, 1e308), unilateral=False)

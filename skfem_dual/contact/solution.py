@@ -229,8 +229,23 @@ class PunchSolution:
     def pressure_field(
         self, refine: int = 3, other: "PunchSolution | None" = None
     ) -> tuple[CellBasis, ndarray]:
-        """The pressure as a first-order field on a refinement of the mesh, with the laws of the
-        edges of plan and contact: to draw, and to carry elsewhere; see `pressure_field`."""
+        """The pressure as a first-order field on a refinement of the mesh.
+
+        It follows the laws of the edges of plan and contact and carries force and moments: the
+        field to draw, and to take elsewhere.
+
+        Parameters
+        ----------
+        refine, other
+            As in `skfem_dual.pressure_field`.
+
+        Returns
+        -------
+        basis : CellBasis
+            ElementTriP1 on the refinement.
+        values : (N,) array of float
+            Its vector.
+        """
         from ..post.fields import pressure_field
 
         return pressure_field(self, refine, other)
@@ -246,7 +261,7 @@ class PunchSolution:
         ----------
         conserve : bool
             Whether force and first moments of the field are those of the solution, by the least
-            change of its values; see `balanced`.
+            change of the values on a singular edge, or of all without one.
 
         Returns
         -------
@@ -267,7 +282,12 @@ class PunchSolution:
             pressure = pressure * np.where(inner, factor, 1.0)
         nodal, values = nodal_values(basis, pressure)
         if conserve:
-            values = balanced(nodal, values, self.resultant, self.punch.origin)
+            part = None
+            if weights is not None:
+                part = np.zeros(len(values), dtype=bool)
+                singular = self.punch.partition.boundary[weights.ribs]
+                part[nodal.mesh.facets[:, singular]] = True
+            values = balanced(nodal, values, self.resultant, self.punch.origin, part)
         return nodal, values
 
     def edge_coefficient(self) -> "EdgeCoefficient":

@@ -21,7 +21,9 @@ def _integrals(basis: CellBasis, origin: ndarray) -> ndarray:
     )
 
 
-def balanced(basis: CellBasis, values: ndarray, resultant: ndarray, origin) -> ndarray:
+def balanced(
+    basis: CellBasis, values: ndarray, resultant: ndarray, origin, part: ndarray | None = None
+) -> ndarray:
     """The field nearest to one given that has a force and first moments.
 
     The change is least in the sum of squares of the changes over the values they change, and so
@@ -37,6 +39,8 @@ def balanced(basis: CellBasis, values: ndarray, resultant: ndarray, origin) -> n
         Integrals of the field and of it times x and y, from ``origin``.
     origin : pair of float
         The point the moments refer to.
+    part : (N,) array of bool, optional
+        Which values may change, unless too few of them are not zero, or those in a line.
 
     Raises
     ------
@@ -51,7 +55,10 @@ def balanced(basis: CellBasis, values: ndarray, resultant: ndarray, origin) -> n
     size = np.ptp(basis.mesh.p, axis=1).max()
     scale = np.array([1.0, size, size])
     x = basis.doflocs - origin[:, None]
-    shares = np.vstack([np.ones(x.shape[1]), x / size]) * np.abs(values)
+    free = np.abs(values)
+    if part is not None and can_balance(basis.doflocs, part & (values != 0)):
+        free = np.where(part, free, 0.0)
+    shares = np.vstack([np.ones(x.shape[1]), x / size]) * free
     try:
         factor = np.linalg.solve(integrals @ shares.T / scale[:, None], missing / scale)
     except np.linalg.LinAlgError:
@@ -59,3 +66,12 @@ def balanced(basis: CellBasis, values: ndarray, resultant: ndarray, origin) -> n
             "no pressures are left to carry force and moments. Remedy: conserve=False"
         ) from None
     return values + factor @ shares
+
+
+def can_balance(x: ndarray, part: ndarray) -> bool:
+    """Whether some of the points ``x`` are at least three and far from lying in a line."""
+    if np.count_nonzero(part) < 3:
+        return False
+    arm = x[:, part] - x[:, part].mean(axis=1, keepdims=True)
+    widths = np.linalg.svd(arm, compute_uv=False)
+    return bool(widths[1] > 0.05 * widths[0])

@@ -23,7 +23,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import some
 from .edge_weights import EdgeWeights
 from .overlaps import overlaps
-from .trial_functions import TestFunctions
+from .shape_functions import ShapeFunctions
 
 #: part of the area of a cell that may be missing by rounding
 MISSING = 1e-9
@@ -82,7 +82,7 @@ def load_matrix(
     ValueError
         If the basis does not cover the cells, covers them twice or is not in a horizontal plane.
     """
-    target = TestFunctions.of(basis, component)
+    target = ShapeFunctions.of(basis, component)
     if order is None:
         order = basis.elem.maxdeg + (0 if isinstance(target.mapping, MappingAffine) else 2)
     pieces = overlaps(fan.p[:, fan.t], target.cells)

@@ -13,7 +13,7 @@ from ..grids.partition import Partition
 from .influence import flat_points
 from .load_matrix import load_matrix, points_in_pieces
 from .overlaps import overlaps
-from .trial_functions import TestFunctions
+from .shape_functions import ShapeFunctions
 
 
 def _checked(basis: CellBasis, values) -> ndarray:
@@ -64,7 +64,7 @@ def evaluate(
     if outside not in ("nan", "zero"):
         raise ValueError(f'expected outside "nan" or "zero", got {outside!r}')
     x, shape = flat_points(x)
-    fan, functions = _element_fan(basis), TestFunctions.of(basis, None)
+    fan, functions = _element_fan(basis), ShapeFunctions.of(basis, None)
     triangle = fan.locate(x)
     inside = triangle >= 0
     out = np.full(x.shape[1], np.nan if outside == "nan" else 0.0)
@@ -121,7 +121,7 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
 def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     """Integrals of a field times the test functions of the target."""
     fan = _element_fan(basis)
-    source, there = TestFunctions.of(basis, None), TestFunctions.of(target, None)
+    source, there = ShapeFunctions.of(basis, None), ShapeFunctions.of(target, None)
     pieces = overlaps(fan.p[:, fan.t], there.cells)
     covered = np.bincount(pieces.first, pieces.share, len(fan.cell))
     missing = fan.areas @ (1 - covered).clip(0.0)

@@ -103,8 +103,8 @@ def postprocess(
         ``"constant"`` if the punch has no sharp edge.
     conserve : bool
         Whether the field and the pressures on both grids carry force and moments of the
-        solutions exactly, as constraints of the minimum. They then differ a little more from
-        the pressure in the points.
+        solutions exactly, by the least change of their values; on a singular edge the field
+        changes there only.
 
     Returns
     -------
@@ -165,13 +165,11 @@ def postprocess(
         return np.where(lifted, 0.0, x.clip(min=0.0) if not_pulled else x)
 
     new = kept(new)
-    if conserve:
-        resultants = np.array([s.resultant for s in solutions])
-        balance = Balance(couple, resultants, on_cells.punch.origin)
-        new = kept(balance.minimum(functional, new, new == 0))
     field, pressures = couple.to_field @ new, kept(couple.to_pressures @ new)
     grids = [pressures[:n], pressures[n:], field]
     if conserve:
+        resultants = np.array([_resultant(s) for s in solutions])
+        balance = Balance(couple, resultants, on_cells.punch.origin)
         grids = [balance.completed(which, values) for which, values in enumerate(grids)]
     return PostprocessedPressure(
         dual=dual,
@@ -186,6 +184,15 @@ def postprocess(
 
 
 _NONE = np.empty(0, np.int32)
+
+
+def _resultant(solution: PunchSolution) -> ndarray:
+    """Force and first moments of the pressures on the cells."""
+    punch = solution.punch
+    acting = (punch.weights or punch.partition).centroids - np.array(punch.origin)[:, None]
+    return np.vstack([np.ones(acting.shape[1]), acting]) @ (
+        punch.partition.areas * solution.pressure
+    )
 
 
 def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:

@@ -14,7 +14,7 @@ from ..grids.polygons import some
 
 
 @dataclass(frozen=True, eq=False)
-class TestFunctions:
+class ShapeFunctions:
     """Test functions on straight cells in the plane of the plan."""
 
     basis: AbstractBasis
@@ -29,7 +29,7 @@ class TestFunctions:
         return self.basis.mapping
 
     @classmethod
-    def of(cls, basis: AbstractBasis, component: int | None) -> "TestFunctions":
+    def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
         if type(basis) is FacetBasis and basis.mesh.dim() == 3:
             return cls._of_facets(basis, component)
         if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
@@ -42,7 +42,7 @@ class TestFunctions:
         return cls(basis, mesh.p[:, mesh.t[:, elements]], elements, None, None, component)
 
     @classmethod
-    def _of_facets(cls, basis: FacetBasis, component: int | None) -> "TestFunctions":
+    def _of_facets(cls, basis: FacetBasis, component: int | None) -> "ShapeFunctions":
         mesh = basis.mesh
         v = mesh.p[:, mesh.facets[:, basis.find]]
         if v.shape[2] == 0:
