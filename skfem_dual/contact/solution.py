@@ -369,6 +369,13 @@ class PunchSolution:
         -------
         Axes
             ``solution.plot().figure.savefig("isobars.svg")`` writes a file.
+
+        Raises
+        ------
+        ImportError
+            If matplotlib is missing.
+        ValueError
+            If there is no pressure, or the levels do not fit it.
         """
         from ..visuals.matplotlib import isobars
 
