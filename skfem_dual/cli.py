@@ -25,7 +25,6 @@ from .io import (
 )
 from .io.guarded import require_file
 from .report import solve_on_other_grid, write_report
-from .report.numbers import relative_pressure
 from .startup import end_of_imports
 from .terminal import Parser, is_watched, number, print_table, tell
 
@@ -180,11 +179,10 @@ def check(options: argparse.Namespace) -> tuple[int, str]:
 
 
 def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
-    """Pressures over their mean, or over the largest where moments alone leave no mean."""
+    """The pressure with the edge of contact."""
     if not (options.png or options.svg):
         return
-    basis, values, title = relative_pressure(solution)
-    _draw(options, "isobars", basis, values, title=title, contact=solution.contact_region)
+    _draw(options, "isobars", solution)
 
 
 def _draw(options: argparse.Namespace, what: str, *args: Any, **kwargs: Any) -> None:

@@ -124,11 +124,13 @@ LAYERS = [
         "visuals.field",
         "visuals.levels",
         "visuals.isolines",
+        "visuals.subject",
         "visuals.axes",
         "visuals.curves",
         "visuals.scene",
         "visuals.pyvista",
         "visuals.matplotlib",
+        "visuals.notebook",
     ],
     [
         "io.reader",
@@ -159,6 +161,10 @@ LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
     ("contact.pressures", "post.fields"),
     ("ground.substrates", "ground.hankel"),
+    ("contact.pressures", "visuals.matplotlib"),
+    ("contact.pressures", "visuals.notebook"),
+    ("grids.dual_mesh", "visuals.notebook"),
+    ("grids.report", "visuals.notebook"),
 }
 THIRD_PARTY = {
     "grids": {"numpy", "scipy", "skfem", "tqdm"},

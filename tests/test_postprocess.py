@@ -262,7 +262,7 @@ def test_invariance(solutions):
 
 def test_weights_given(solutions, weighted):
     pair = postprocess(*solutions, (256, 16))
-    eight = postprocess(*solutions, Weights(256, 256, 16, 16, 0, 0, 16, 16))
+    eight = postprocess(*solutions, Weights(256, 256, 16, 16, 0, 0, 256, 256))
     assert np.array_equal(pair.values, eight.values)
     assert np.isnan(pair.share)
     # without smoothing the pressures stay

@@ -32,6 +32,7 @@ def test_uniform_polar_grid_of_table_1():
     p = exact.circle_pressure(problem.partition.centroids, 1.0, 1.0)
     assert f"{np.mean((solution.pressure - p) ** 2):.4e}" == "4.3265e-03"
     # degree of conditionality 274.0 in print: nearest is the matrix with rows scaled to sum 1
+    assert problem.condition_number == pytest.approx(246.9, abs=0.1)
     scaled = problem.matrix / problem.matrix.sum(axis=1, keepdims=True)
     assert np.linalg.cond(scaled) == pytest.approx(275.4, abs=0.1)
 

@@ -1,5 +1,6 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,7 +26,7 @@ FEW = 10**8
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures:
+class CellPressures(ABC):
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -288,6 +289,39 @@ class CellPressures:
             contour=readonly(contour),
             arc=readonly(halfway - starts),
         )
+
+    @abstractmethod
+    def table(self) -> dict[str, str]:
+        """Rows of ``repr`` by their names."""
+
+    def plot(self, **options: Any) -> Any:
+        """Isobars of the pressure with the edge of contact, drawn with matplotlib.
+
+        Parameters
+        ----------
+        **options
+            As of `visuals.matplotlib.isobars`: levels, title, labels, cmap, ax.
+
+        Returns
+        -------
+        Axes
+            ``solution.plot().figure.savefig("isobars.svg")`` writes a file.
+
+        Raises
+        ------
+        ImportError
+            If matplotlib is missing.
+        ValueError
+            If there is no pressure, or the levels do not fit it.
+        """
+        from ..visuals.matplotlib import isobars
+
+        return isobars(self, **options)
+
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import solution_html
+
+        return solution_html(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ def balanced(
     basis: CellBasis,
     values: ndarray,
     resultant: ndarray,
-    origin: Sequence[float],
+    origin: ArrayLike,
     part: ndarray | None = None,
 ) -> ndarray:
     """The field nearest to one given that has a force and first moments.

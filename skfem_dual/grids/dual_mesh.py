@@ -117,6 +117,11 @@ class DualMesh:
     def __repr__(self) -> str:
         return "\n  ".join(["<skfem_dual DualMesh object>", *self.lines()])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import mesh_html
+
+        return mesh_html(self)
+
     def __len__(self) -> int:
         return len(self.partition)
 

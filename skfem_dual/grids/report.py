@@ -132,6 +132,11 @@ class Report:
     def __repr__(self) -> str:
         return "\n  ".join([f"<skfem_dual {type(self).__name__} object>", *self.lines()])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import report_html
+
+        return report_html(self)
+
 
 def require(conditions: Iterator[Condition]) -> None:
     """Raise MeshError for the first required condition that is not met."""

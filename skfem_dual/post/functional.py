@@ -2,6 +2,7 @@
 
 from dataclasses import astuple, dataclass, fields
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy import ndarray
@@ -21,6 +22,8 @@ DIRECT = 20_000
 TOLERANCE = 1e-11
 #: and the largest number of their steps
 STEPS = 5000
+#: factor on W2 by the reading of the last term: (sum - 4 U)^2 is 16 (mean - U)^2
+LAST = {"sums": 16.0, "means": 1.0}
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,13 @@ class Weights:
             checked_number(name, getattr(self, name), above=0)
 
     @classmethod
-    def init_paper(cls, old: float, new: float, middle: float = 16.0) -> "Weights":
+    def init_paper(
+        cls,
+        old: float,
+        new: float,
+        middle: float = 16.0,
+        last: Literal["sums", "means"] = "sums",
+    ) -> "Weights":
         """The three weights A : B : C of Section 5.1.
 
         Parameters
@@ -65,11 +74,30 @@ class Weights:
         old : float
             W1, weight of the old values, A1 = A2.
         new : float
-            W2, weight of the new values, D1 = D2.
+            W2, weight of the new values.
         middle : float
             The paper's fixed B = 16, B1 = B2.
+        last : {"sums", "means"}
+            How the last term of the functional is read. ``"means"``: as it is printed, means of
+            four new values minus the new value, D1 = D2 = W2. ``"sums"``: sums of four minus
+            four times the value, D1 = D2 = 16 W2. The paper's results are those of sums: only
+            they give the errors of Table 2, the smoothing of Fig. 16 and the best ratios
+            W2 / W1 that Section 5.1 tells (``examples/ex18_table2.py``).
+
+        Raises
+        ------
+        ValueError
+            If a weight is negative or not finite, W1 is zero or ``last`` is something else.
+
+        Examples
+        --------
+        >>> Weights.init_paper(64, 16).D1, Weights.init_paper(64, 16, last="means").D1
+        (256.0, 16.0)
         """
-        return cls(old, old, middle, middle, 0.0, 0.0, new, new)
+        if last not in LAST:
+            raise ValueError(f'expected last="sums" or "means", got {last!r}')
+        weight = LAST[last] * new
+        return cls(old, old, middle, middle, 0.0, 0.0, weight, weight)
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,8 +96,8 @@ def postprocess(
     weights : {"auto", "gcv"}, pair of float or Weights
         ``"auto"``: what the couple deserves by what is known of the errors of its solutions,
         from nothing up to the removal of their opposite biases, see `mixture`. ``"gcv"``:
-        generalised cross-validation, for random errors. A pair: the paper's W1 and W2 with
-        B = 16. `Weights`: all eight.
+        generalised cross-validation, for random errors. A pair: the paper's W1 and W2 as
+        `Weights.init_paper` reads them. `Weights`: all eight.
     edge : {"singular", "constant"}, optional
         Whether to divide the singularity out before the smoothing and to multiply it back, or to
         smooth the pressures themselves. By default ``"singular"``, the case of flat punches;

@@ -81,7 +81,8 @@ def smooth_couple(
     grids : DualMesh or GridCouple
         The grids.
     weights : {"gcv"}, pair of float or Weights
-        Generalised cross-validation; the paper's W1 and W2 with B = 16; or all eight weights.
+        Generalised cross-validation; the paper's W1 and W2 as `Weights.init_paper` reads them;
+        or all eight weights.
 
     Returns
     -------

@@ -91,4 +91,4 @@ def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> t
         raise TypeError(
             f"expected weights as a pair W1, W2 or Weights, got {shown(weights)}"
         ) from None
-    return Weights.init_paper(old, new), "W1, W2 given, B = 16"
+    return Weights.init_paper(old, new), "W1, W2 given, B = 16, D = 16 W2"

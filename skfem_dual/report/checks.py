@@ -170,7 +170,7 @@ def _meaning(solution: PunchSolution, cells: PunchSolution, estimate: CoupleEsti
     load = solution.load
     given_load = load.settlement is None and load.tilt is None
     flat = solution.punch.gap is None
-    if estimate.bracketed and given_load and flat:
+    if estimate.bracketed[0] and given_load and flat:
         return joined(
             [
                 "With constant pressures, dual cells collocated in their nodes and triangles in "

@@ -38,9 +38,9 @@ def checked_axes(ax: Axes | None) -> Axes | None:
 def prepared(ax: Axes | None, p: ndarray) -> Axes:
     """The axes to draw the points ``p`` in, with a method show as skfem's have."""
     plt = pyplot()
+    ax = checked_axes(ax)
     from matplotlib.ticker import MaxNLocator
 
-    ax = checked_axes(ax)
     if ax is None:
         width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
         size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)
@@ -80,6 +80,13 @@ def draw_segments(
         )
     )
     ax.autoscale_view()
+
+
+def data_per_point(ax: Axes) -> float:
+    """How much of the coordinates a point of type is, in the axes as they are laid out now."""
+    ax.figure.draw_without_rendering()  # type: ignore[union-attr]
+    pixels = ax.transData.transform([[0.0, 0.0], [1.0, 0.0]])
+    return float(ax.figure.dpi / 72 / np.ptp(pixels[:, 0]))
 
 
 def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:

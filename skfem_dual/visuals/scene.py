@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: pixels of the greater extent of the plan, and of the margins left, below and above it
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
+#: size of texts in pixels
+LETTER = 16
 
 
 def new_plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
@@ -67,7 +69,7 @@ def add_texts(plotter: Any, p: ndarray, texts: list[str], **options: Any) -> Non
         raised(p, 3),
         texts,
         **{"justification_horizontal": "center", "justification_vertical": "center"} | options,
-        font_size=16,
+        font_size=LETTER,
         bold=False,
         text_color="black",
         shape=None,
