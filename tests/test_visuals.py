@@ -400,8 +400,8 @@ def test_notebooks_show_tables_and_pictures(lifted, monkeypatch):
         assert len(rows) > 4
         data = next(parsed.iter("img")).get("src").removeprefix("data:image/png;base64,")
         assert 3_000 < len(b64decode(data)) < 100_000
-    settlement = next(r for r in lifted.table() if r[0] == "Settlement W0")
-    assert f">{settlement[1]}<" in lifted._repr_html_()
+    settlement = lifted.table()["Settlement W0"]
+    assert f">{settlement}<" in lifted._repr_html_()
     nothing = lifted.punch.solve(0.0)._repr_html_()
     assert "No picture: expected a load" in nothing
     monkeypatch.setitem(sys.modules, "matplotlib", None)
