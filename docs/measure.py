@@ -32,6 +32,7 @@ BENCHMARKS: dict[str, list[str]] = {
     "postprocess": ["postprocess.py"],
     "table2": ["table2.py"],
     "peers": ["peers.py"],
+    "campaign": ["campaign.py"],
 }
 PACKAGES = ("skfem-dual", "numpy", "scipy", "numba", "scikit-fem")
 

@@ -62,7 +62,7 @@ def flexible_settlement(
     partition = Partition.from_basis(basis)
     if isinstance(pressure, tuple):
         pressure = transfer(*pressure, basis)
-    if callable(pressure):
+    if callable(pressure) and not isinstance(pressure, type):
         pressure = basis.project(pressure)
     values = checked_array("pressure", pressure, None, each="cell")
     if values.ndim == 0:
