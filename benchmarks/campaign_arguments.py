@@ -63,7 +63,7 @@ def specimens() -> dict[str, Any]:
     couple = sd.GridCouple.from_dual(dual)
     outline = np.array([[0.0, 2, 2, 0], [0, 0, 1, 1]])
     points = np.array([[0.1, 0.3, -0.2, 0.0], [0.2, -0.1, 0.0, 0.4]])
-    group = sd.RigidPunches([punch, sd.RigidPunch(soil, apart)])
+    group = sd.RigidPunches([punch, sd.RigidPunch(soil, apart, origin=(3.0, 0.0))])
     from skfem_dual import io  # needs a file for everything it reads
 
     meshes = folder / "mesh.vtu"

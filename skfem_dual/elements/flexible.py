@@ -60,7 +60,7 @@ def flexible_settlement(
     if isinstance(basis, CellBasis) and basis.elem.maxdeg > 0 and isinstance(pressure, ndarray):
         basis, pressure = _elements(basis), (basis, pressure)
     partition = Partition.from_basis(basis)
-    if isinstance(pressure, tuple):
+    if isinstance(pressure, tuple) and len(pressure) == 2:
         pressure = transfer(*pressure, basis)
     if callable(pressure) and not isinstance(pressure, type):
         pressure = basis.project(pressure)
