@@ -56,7 +56,7 @@ VALUES = (
     ),
     *("5e-324", "1" + 400 * "0", "[1, 2]", "{a = 1}", "1979-05-27", "0x7f", "1_000", "''"),
 )
-MISSING = ("meshio", "pyvista", "matplotlib", "h5py", "tqdm")
+MISSING = ("meshio", "pyvista", "matplotlib", "h5py")
 
 
 @cache

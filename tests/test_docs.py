@@ -223,7 +223,8 @@ def test_validation(load):
 
 def test_tables_of_performance(load):
     measure = load("measure")
-    page = (DOCS / "performance.md").read_text(encoding="utf-8")
+    names = ("performance.md", "robustness.md")
+    page = "\n".join((DOCS / name).read_text(encoding="utf-8") for name in names)
     assert set(re.findall(r"^```\{measured\} (\w+)", page, re.M)) == set(measure.BENCHMARKS)
     for command in measure.BENCHMARKS.values():
         assert (ROOT / "benchmarks" / command[0]).is_file()

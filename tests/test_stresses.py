@@ -231,12 +231,12 @@ def test_vertical_section(solution):
 @pytest.mark.parametrize(
     ("x", "message"),
     [
-        (np.zeros((2, 2)), r"points of shape \(3, m\), got \(2, 2\)"),
+        (np.zeros((2, 2)), r"x of shape \(3, m\), got \(2, 2\)"),
         ([0.0, 0.0, 1.0], r"got \(3,\)"),
         ([[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]], "depths z > 0; the first that is not: 1, with z=0"),
         ([[0.0], [0.0], [-2.0]], "z=-2"),
-        ([[0.0], [0.0], [np.nan]], "z=nan"),
-        ([[np.inf], [0.0], [1.0]], "expected finite points"),
+        ([[0.0], [0.0], [np.nan]], "finite x, got nan at point 0"),
+        ([[np.inf], [0.0], [1.0]], "finite x, got inf at point 0"),
     ],
 )
 @pytest.mark.parametrize("below", [stress_below, displacement_below])
@@ -246,10 +246,16 @@ def test_bad_points(solution, below, x, message):
 
 
 @pytest.mark.parametrize(
-    ("end", "depth", "n"), [((0, 0), 1.0, 5), ((1, 0), 0.0, 5), ((1, 0), 1.0, 0)]
+    ("end", "depth", "n", "message"),
+    [
+        ((0, 0), 1.0, 5, "positive distance from start to end, got 0"),
+        ((1, 0), 0.0, 5, "positive depth, got 0"),
+        ((1, 0), 1.0, 0, r"n from 1 to 1e\+07, got 0"),
+        ((1, 0), 1e9, 100, r"at most 1e\+07 cells"),
+    ],
 )
-def test_empty_sections(solution, end, depth, n):
-    with pytest.raises(ValueError, match="expected a section with length > 0"):
+def test_empty_sections(solution, end, depth, n, message):
+    with pytest.raises(ValueError, match=message):
         vertical_section(solution, (0, 0), end, depth, n)
 
 

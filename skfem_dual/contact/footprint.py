@@ -14,6 +14,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
+from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix
@@ -21,11 +22,10 @@ from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from ..operators.influence_operator import RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
-from .load import Pair, checked_number, checked_pair
 from .system import DENSE
 
 Edge = Literal["singular", "constant"]
@@ -139,12 +139,9 @@ class Footprint(LoadedCells):
         TypeError, ValueError, MeshError
             If an argument is not what it must be, or they contradict each other.
         """
-        if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
-            raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
-        if collocation not in ("centroid", "node"):
-            raise ValueError(f'expected collocation "centroid" or "node", got {collocation!r}')
-        if edge not in ("singular", "constant"):
-            raise ValueError(f'expected edge "singular" or "constant", got {edge!r}')
+        checked_substrate(substrate)
+        checked_choice("collocation", collocation, ("centroid", "node"))
+        checked_choice("edge", edge, ("singular", "constant"))
         if edge == "singular" and collocation == "node":
             raise ValueError(
                 'expected collocation "centroid" with edge "singular", got "node". Remedy: '
@@ -153,8 +150,8 @@ class Footprint(LoadedCells):
         if edge == "constant" and edge_boundaries is not None:
             raise ValueError('expected edge "singular" where edge_boundaries are named')
         origin = checked_pair("origin", origin)
-        if rtol is not None and not 0 <= checked_number("rtol", rtol) <= 1e-2:
-            raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={rtol}")
+        if rtol is not None:
+            rtol = checked_number("rtol", rtol, at_least=0, at_most=1e-2)
         partition = Partition.from_basis(basis)
         weights = None
         if edge == "singular":

@@ -12,16 +12,26 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
+from ..arguments import (
+    checked_choice,
+    checked_flag,
+    checked_instance,
+    checked_integer,
+    checked_sequence,
+    checked_text,
+    shown,
+)
 from ..errors import ConvergenceWarning
+from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import available_memory
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import LoadedCells
 from .group_solution import PunchesSolution
-from .load import Constraints, Load, checked_fraction, require_compression
+from .load import Constraints, Load, checked_fraction, load_of, require_compression
 from .neighbours import free_of, require_apart
 from .punch import RigidPunch
 from .solution import PunchSolution
@@ -73,8 +83,8 @@ class RigidPunches:
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        punches = tuple(self.punches)
-        bad = [type(p).__name__ for p in punches if not isinstance(p, RigidPunch)]
+        punches = tuple(checked_sequence("punches", self.punches))
+        bad = [shown(p) for p in punches if not isinstance(p, RigidPunch)]
         if bad or not punches:
             raise TypeError(f"expected some RigidPunch, got {bad[0] if bad else 'none'}")
         for number, punch in enumerate(punches):
@@ -83,7 +93,10 @@ class RigidPunches:
                     f"expected all punches on one substrate, got {punches[0].substrate} under "
                     f"punch 0 and {punch.substrate} under punch {number}"
                 )
-        groups = [tuple(int(i) for i in group) for group in self.joined]
+        groups = [
+            tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
+            for group in checked_sequence("joined", self.joined)
+        ]
         named = [i for group in groups for i in group]
         if len(set(named)) < len(named) or any(not 0 <= i < len(punches) for i in named):
             raise ValueError(
@@ -133,12 +146,14 @@ class RigidPunches:
         ValueError
             If a subdomain does not exist.
         """
+        checked_substrate(substrate)
+        check_type(mesh)
+        checked_choice("grid", grid, ("dual", "triangles"))
         known = sorted(mesh.subdomains or {})
-        names = known if names is None else list(names)
+        names = known if names is None else checked_sequence("names", names)
+        names = [checked_text("names", name) for name in names]
         if missing := [name for name in names if name not in known] or not names:
             raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
-        if grid not in ("dual", "triangles"):
-            raise ValueError(f'expected grid "dual" or "triangles", got {grid!r}')
         punches = []
         for name in names:
             part = mesh.restrict(name)
@@ -277,12 +292,14 @@ class RigidPunches:
         ConvergenceError
             If the system of equations is singular.
         """
+        loads = checked_sequence("loads", loads)
+        unilateral = checked_flag("unilateral", unilateral)
         if len(loads) != len(self.bodies):
             raise ValueError(
                 f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
             )
         gap_rtol = checked_fraction("gap_rtol", gap_rtol)
-        given = [load if isinstance(load, Load) else Load(**load) for load in loads]
+        given = [load_of(f"loads[{number}]", load) for number, load in enumerate(loads)]
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
             origin = np.array(self.punches[body[0]].origin)
@@ -305,6 +322,7 @@ class RigidPunches:
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
             return None
+        checked_instance("start", start, PunchesSolution)
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
@@ -375,11 +393,5 @@ class RigidPunches:
     def __repr__(self) -> str:
         lines = [f"  Punch {i}: {p.grid_description}" for i, p in enumerate(self.punches)]
         bodies = ", ".join("+".join(map(str, body)) for body in self.bodies)
-        return "\n".join(
-            [
-                "<skfem_dual RigidPunches object>",
-                f"  Substrate: {self.punches[0].substrate}",
-                *lines,
-                f"  Bodies: {bodies}",
-            ]
-        )
+        head = f"<skfem_dual RigidPunches object>\n  Substrate: {self.punches[0].substrate}"
+        return "\n".join([head, *lines, f"  Bodies: {bodies}"])

@@ -1,7 +1,7 @@
 """What is imposed on a rigid punch: a load, a position, or a mixture of both."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy import ndarray
 from scipy.linalg import block_diag
 from scipy.spatial import ConvexHull, QhullError
 
-Pair = tuple[float, float]
+from ..arguments import Pair, checked_instance, checked_number, checked_pair, shown
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,17 @@ class Load:
         return Constraints(motions, np.array(fixed), balance.T, given)
 
 
+def load_of(name: str, value: Load | Mapping) -> Load:
+    """A load, given as such or by its keyword arguments."""
+    if isinstance(value, Load):
+        return value
+    checked_instance(name, value, (Load, Mapping))
+    known = {f.name for f in fields(Load)}
+    if unknown := [key for key in value if key not in known]:
+        raise TypeError(f"expected keys of {name} among {sorted(known)}, got {shown(unknown[0])}")
+    return Load(**value)
+
+
 @dataclass(frozen=True, eq=False)
 class Constraints:
     """Linear conditions on a position s of m components and the resultants r conjugate to it.
@@ -197,35 +208,9 @@ def _outside(points: ndarray, x: ndarray) -> float:
     return float((hull.equations @ np.append(x, 1.0)).max())
 
 
-def checked_number(name: str, value: Any) -> float:
-    """``value`` as a finite number.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is none.
-    """
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"expected a number for {name}, got {value!r}") from None
-    if not np.isfinite(number):
-        raise ValueError(f"expected a finite {name}, got {number}")
-    return number
-
-
 def checked_fraction(name: str, value: Any) -> float:
     """``value`` as a number between 0 and 1; errors as `checked_number`."""
     number = checked_number(name, value)
     if not 0 < number < 1:
         raise ValueError(f"expected a number between 0 and 1 for {name}, got {number:g}")
     return number
-
-
-def checked_pair(name: str, value: Any) -> Pair:
-    """``value`` as two finite numbers; errors as `checked_number`."""
-    try:
-        x, y = value
-    except (TypeError, ValueError):
-        raise TypeError(f"expected two numbers for {name}, got {value!r}") from None
-    return checked_number(name, x), checked_number(name, y)

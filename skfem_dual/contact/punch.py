@@ -10,6 +10,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
+from ..arguments import checked_flag, shown
 from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
@@ -98,8 +99,10 @@ class RigidPunch(Body):
         if self.edge is None:
             flat = self.gap is None
             object.__setattr__(self, "edge", "singular" if flat else "constant")
-        if not (self.symmetry in (None, "auto") or isinstance(self.symmetry, Symmetry)):
-            raise TypeError(f'expected symmetry "auto" or a Symmetry, got {self.symmetry!r}')
+        symmetry = self.symmetry
+        auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
+        if not (auto or isinstance(symmetry, Symmetry)):
+            raise TypeError(f'expected symmetry "auto" or a Symmetry, got {shown(symmetry)}')
         # a basis that cannot be used is refused now, and so is a shape
         object.__setattr__(self, "origin", self.footprint.origin)
         self.initial_gap  # noqa: B018
@@ -114,7 +117,7 @@ class RigidPunch(Body):
         return Footprint.from_basis(
             self.substrate,
             self.basis,
-            self.edge or "singular",
+            "singular" if self.edge is None else self.edge,
             self.edge_boundaries,
             self.collocation,
             self.origin,
@@ -143,7 +146,7 @@ class RigidPunch(Body):
         """The symmetry to be used; None if there is none, or too little for so many cells."""
         if self.symmetry is None:
             return None
-        if self.symmetry == "auto":
+        if isinstance(self.symmetry, str):
             return self.footprint.usable_symmetry()
         if len(self.symmetry) != len(self.footprint):
             raise ValueError(
@@ -285,6 +288,8 @@ class RigidPunch(Body):
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt)
+        unilateral = checked_flag("unilateral", unilateral)
+        progress = checked_flag("progress", progress)
         gap_rtol = checked_fraction("gap_rtol", gap_rtol)
         if unilateral:
             corners, o = self.partition.polygons.p, np.array(self.origin)[:, None]
@@ -349,7 +354,7 @@ class RigidPunch(Body):
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""
         if not isinstance(start, CellPressures):
-            raise TypeError(f"expected a PunchSolution for start, got {type(start).__name__}")
+            raise TypeError(f"expected a PunchSolution for start, got {shown(start)}")
         return start.pressures_on(self.footprint)
 
     def __repr__(self) -> str:

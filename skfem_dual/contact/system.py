@@ -18,6 +18,7 @@ import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ..arguments import checked_choice
 from ..operators.factors import solve_factorised
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
@@ -203,8 +204,7 @@ class ContactSystem:
             If the bodies can move without resistance.
         """
         gap_rtol = checked_fraction("gap_rtol", gap_rtol)
-        if method not in ("auto", "active-set", "cg"):
-            raise ValueError(f'expected method "auto", "active-set" or "cg", got {method!r}')
+        checked_choice("method", method, ("auto", "active-set", "cg"))
         if method == "cg" and not constraints.conjugate:
             raise ValueError(
                 'expected a settlement imposed where the reaction acts with method "cg". '

@@ -60,9 +60,9 @@ def flexible_settlement(
     if isinstance(basis, CellBasis) and basis.elem.maxdeg > 0 and isinstance(pressure, ndarray):
         basis, pressure = _elements(basis), (basis, pressure)
     partition = Partition.from_basis(basis)
-    if isinstance(pressure, tuple):
+    if isinstance(pressure, tuple) and len(pressure) == 2:
         pressure = transfer(*pressure, basis)
-    if callable(pressure):
+    if callable(pressure) and not isinstance(pressure, type):
         pressure = basis.project(pressure)
     values = checked_array("pressure", pressure, None, each="cell")
     if values.ndim == 0:

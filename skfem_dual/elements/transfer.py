@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm, CellBasis
 
+from ..arguments import checked_array, checked_choice
 from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -20,7 +21,7 @@ from .shape_functions import ShapeFunctions
 def _checked(basis: CellBasis, values: ArrayLike) -> ndarray:
     if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
         raise TypeError(f"expected a CellBasis on a 2-D mesh, got {type(basis).__name__}")
-    values = np.asarray(values, dtype=float)
+    values = checked_array("values", values, None, each="DOF")
     if values.shape != (basis.N,):
         raise ValueError(f"expected a vector of shape ({basis.N},), got {values.shape}")
     return values
@@ -62,8 +63,7 @@ def evaluate(
     [0.3, 1.0, nan]
     """
     values = _checked(basis, values)
-    if outside not in ("nan", "zero"):
-        raise ValueError(f'expected outside "nan" or "zero", got {outside!r}')
+    checked_choice("outside", outside, ("nan", "zero"))
     x, shape = flat_points(x)
     fan, functions = _element_fan(basis), ShapeFunctions.of(basis, None)
     triangle = fan.locate(x)

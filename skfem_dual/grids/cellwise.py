@@ -188,10 +188,14 @@ def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | 
             if not isinstance(part, str) or part not in known:
                 raise ValueError(f"expected tags among {known} for {name}, got {shown(part)}")
         return
-    if np.asarray(value).dtype == bool:
+    if isinstance(value, ndarray) and value.dtype == bool:
         checked_mask(name, value, (size,))
-    else:
-        checked_indices(name, np.atleast_1d(value), size)
+        return
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    found = checked_indices(name, [value] if whole else value, size)
+    integers = isinstance(value, ndarray) and value.dtype.kind in "iu"
+    if found.size == 0 and not integers:
+        raise ValueError(f"expected some of the {size} for {name}, got none")
 
 
 def checked_quadrature(value: Any, dim: int = 2) -> tuple[ndarray, ndarray]:

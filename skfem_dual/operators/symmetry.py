@@ -105,7 +105,7 @@ class Symmetry:
         if rotations is not None:
             rotations = checked_integer("rotations", rotations, at_least=1, at_most=len(partition))
         if mirror is not None:
-            mirror = checked_number("mirror", mirror)
+            mirror = checked_number("mirror", mirror, at_least=-100, at_most=100)
         cells = _Cells.from_partition(partition, x, weights, tol)
         if rotations is None and mirror is None:
             rotations, mirror = cells.search()

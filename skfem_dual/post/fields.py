@@ -17,6 +17,7 @@ from scipy.sparse.linalg import splu
 from skfem import CellBasis, ElementTriP1, MeshTri
 from skfem.models.poisson import laplace, unit_load
 
+from ..arguments import checked_instance, checked_integer
 from ..contact.pressures import CellPressures
 from ..elements.balance import balanced
 from ..elements.load_matrix import graded
@@ -74,11 +75,10 @@ def pressure_field(
     >>> print(f"{p[np.argmin(np.hypot(*basis.doflocs))]:.3f}")  # exact for the circle: 0.159
     0.159
     """
-    if isinstance(refine, bool) or not isinstance(refine, (int, np.integer)):
-        raise TypeError(f"expected a whole number of refinements, got {refine!r}")
-    if not 0 <= refine <= 6:
-        raise ValueError(f"expected 0 to 6 refinements, got {refine}")
-    laws = EdgeLaws.of(solution, int(refine))
+    checked_instance("solution", solution, CellPressures)
+    if other is not None:
+        checked_instance("other", other, CellPressures)
+    laws = EdgeLaws.of(solution, checked_integer("refine", refine, at_least=0, at_most=6))
     s = _fitted(solution, laws, _smoothed(solution, other))
     values = laws.at_nodes * laws.between(s)
     if (solution.pressure >= 0).all():
