@@ -49,7 +49,7 @@ def test_numbers_of_all_kinds_come_out_as_floats(value):
     assert number == 2
 
 
-@pytest.mark.parametrize("value", NO_NUMBER, ids=repr)
+@pytest.mark.parametrize("value", NO_NUMBER, ids=shown)
 def test_what_is_no_number_is_refused_by_name(value):
     with pytest.raises(TypeError, match="expected a number for force, got "):
         checked_number("force", value)

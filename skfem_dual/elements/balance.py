@@ -1,6 +1,5 @@
 """Force and moments of scikit-fem fields, put right by the least change."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
