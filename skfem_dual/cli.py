@@ -254,7 +254,26 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(required=True, metavar="{solve,dual,check}")
+    _add_solve(commands)
+    command = commands.add_parser("dual", help="the dual grid of the mesh")
+    command.set_defaults(run=dual)
+    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
+    _add_outputs(command, png="both grids", svg="both grids (SVG or PDF)", vtu="dual cells")
 
+    command = commands.add_parser(
+        "check",
+        help="whether the mesh has a dual grid, and if not, why",
+        epilog="Exit codes: 0; 1 if the mesh has a fault; 2 after an error; 130 if interrupted.",
+    )
+    command.set_defaults(run=check)
+    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
+    marked = "the mesh with the bad places marked"
+    _add_outputs(command, png=marked, svg=f"{marked} (SVG or PDF)")
+    return parser
+
+
+def _add_solve(commands: Any) -> None:
+    """``solve MESH`` among the commands of a parser."""
     command = commands.add_parser(
         "solve",
         help="pressures and settlement of a rigid punch whose plan is the mesh",
@@ -310,22 +329,6 @@ def _parser() -> argparse.ArgumentParser:
         json="the results",
         report="a report with pictures (HTML)",
     )
-
-    command = commands.add_parser("dual", help="the dual grid of the mesh")
-    command.set_defaults(run=dual)
-    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
-    _add_outputs(command, png="both grids", svg="both grids (SVG or PDF)", vtu="dual cells")
-
-    command = commands.add_parser(
-        "check",
-        help="whether the mesh has a dual grid, and if not, why",
-        epilog="Exit codes: 0; 1 if the mesh has a fault; 2 after an error; 130 if interrupted.",
-    )
-    command.set_defaults(run=check)
-    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
-    marked = "the mesh with the bad places marked"
-    _add_outputs(command, png=marked, svg=f"{marked} (SVG or PDF)")
-    return parser
 
 
 def _add_outputs(command: argparse.ArgumentParser, **outputs: str) -> None:

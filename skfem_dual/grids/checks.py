@@ -149,6 +149,12 @@ def triangulation_conditions(corners: Corners) -> Iterator[Condition]:
         "remove or remesh the triangles whose vertices lie on one line",
     )
     yield from _tag_conditions(mesh)
+    yield from _surface_conditions(corners)
+
+
+def _surface_conditions(corners: Corners) -> Iterator[Condition]:
+    """What makes triangles of positive area a part of the plane: no place is covered twice."""
+    mesh, p, t = corners.mesh, corners.mesh.p, corners.mesh.t
     counts = np.bincount(mesh.t2f.ravel())
     yield Condition(
         "facets shared by at most two triangles",

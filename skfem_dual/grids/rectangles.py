@@ -128,7 +128,34 @@ def rectangular_couple(
         present &= ~checked_mask("missing", missing, present.shape, error=MeshError)
     if not present.any():
         raise MeshError("expected a rectangle that is not missing")
+    kind, cells = _cells(present, around)
+    a = _Tensor.from_cells(x, y, present)
+    b = _Tensor.from_cells(_middles(x), _middles(y), cells)
+    ribs = [
+        np.stack([one, other])[:, (one >= 0) & (other >= 0)]
+        for one, other in ((a.along_x, b.along_y[1:-1]), (a.along_y, b.along_x[:, 1:-1]))
+    ]
+    node_in_a, node_in_b = b.node[1:-1, 1:-1][present], a.node[cells]
+    return GridCouple(
+        kind,
+        a.partition(b.p[:, node_in_a]),
+        b.partition(a.p[:, node_in_b]),
+        node_in_a,
+        node_in_b,
+        np.hstack(ribs),
+    )
+
+
+def _cells(present: ndarray, around: str | ndarray) -> tuple[Kind, ndarray]:
+    """Nodes of A with a cell of B around them, shape (nx, ny), and the kind of the couple.
+
+    Raises
+    ------
+    TypeError, ValueError, MeshError
+        As `rectangular_couple`.
+    """
     kinds: dict[str, Kind] = {"inner": "minimal", "all": "maximal"}
+    kind: Kind
     ring = np.pad(present, 1).astype(int)
     count = ring[1:, 1:] + ring[1:, :-1] + ring[:-1, 1:] + ring[:-1, :-1]
     if isinstance(around, str):
@@ -162,21 +189,7 @@ def rectangular_couple(
             f"1); they close the missing rectangles {_places(closed)}. Remedy: refine the grid, "
             "or leave out some boundary nodes with a mask"
         )
-    a = _Tensor.from_cells(x, y, present)
-    b = _Tensor.from_cells(_middles(x), _middles(y), cells)
-    ribs = [
-        np.stack([one, other])[:, (one >= 0) & (other >= 0)]
-        for one, other in ((a.along_x, b.along_y[1:-1]), (a.along_y, b.along_x[:, 1:-1]))
-    ]
-    node_in_a, node_in_b = b.node[1:-1, 1:-1][present], a.node[cells]
-    return GridCouple(
-        kind,
-        a.partition(b.p[:, node_in_a]),
-        b.partition(a.p[:, node_in_b]),
-        node_in_a,
-        node_in_b,
-        np.hstack(ribs),
-    )
+    return kind, cells
 
 
 def _middles(x: ndarray) -> ndarray:
