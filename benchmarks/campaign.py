@@ -94,7 +94,8 @@ def found_in(kind: str, seed: int = 0, part: float = 1.0) -> Iterator[Found]:
                 finished = True
                 break
             if len(item) == 2:
-                (first, label), patience = item, PATIENCE if first > begun else START
+                first, label = item
+                patience = PATIENCE if first > begun else START
             else:
                 yield tuple(item)
         process.wait()
