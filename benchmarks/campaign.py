@@ -94,7 +94,8 @@ def found_in(kind: str, seed: int = 0, part: float = 1.0) -> Iterator[Found]:
                 finished = True
                 break
             if len(item) == 2:
-                (first, label), patience = item, PATIENCE if first > begun else START
+                first, label = item
+                patience = PATIENCE if first > begun else START
             else:
                 yield tuple(item)
         process.wait()
@@ -131,7 +132,7 @@ if __name__ == "__main__":
         work(sys.argv[2], int(sys.argv[3]), float(sys.argv[4]), int(sys.argv[5]))
         sys.exit()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("kinds", nargs="*", choices=[*KINDS, []], default=list(KINDS))
+    parser.add_argument("kinds", nargs="*", choices=[*KINDS, []], default=[])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--part", type=float, default=1.0)
     parser.add_argument("--list", nargs="*", choices=OUTCOMES, default=[])

@@ -34,26 +34,26 @@ def test_wrong_arguments_of_grids_and_ground(load):
     names = ("check_mesh", "relocate", "general_triangulation", "rectangular_couple", "Layer")
     names += ("smooth_couple", "marked", "GridCouple", "HalfSpace", "grids.generate.disc")
     trials = [t for t in campaign.trials() if t[0].split("(")[0] in names]
-    found, bad = counts(trials[::7])
+    found, bad = counts(trials[::9])
     assert not bad
     assert found["clear"] > 100
     assert found["fine"] > 20
 
 
 def test_random_meshes(load):
-    found, bad = counts(islice(load("campaign_meshes").trials(seed=7), 16))
+    found, bad = counts(islice(load("campaign_meshes").trials(seed=7), 12))
     assert not bad
-    assert found["fine"] > 4
-    assert found["clear"] > 2
+    assert found["fine"] > 3
+    assert found["clear"] > 1
 
 
 def test_random_problems(load):
     campaign = load("campaign_problems")
     names = ("balance", "scaled", "moved", "renumbered")
     trials = (t for t in campaign.trials(seed=3) if t[0].split()[0] in names)
-    found, bad = counts(islice(trials, 8))
+    found, bad = counts(islice(trials, 5))
     assert not bad
-    assert found["fine"] > 4
+    assert found["fine"] > 2
 
 
 def test_damaged_files(load):

@@ -245,7 +245,7 @@ def test_bad_accuracy_of_the_gaps(gap_rtol):
 def test_bad_groups():
     with pytest.raises(TypeError, match="expected some RigidPunch, got none"):
         RigidPunches([])
-    with pytest.raises(TypeError, match="got int"):
+    with pytest.raises(TypeError, match="got 1"):
         RigidPunches([1])
     with pytest.raises(ValueError, match="overlap, got punches 0, 1"):
         pair(1.0)

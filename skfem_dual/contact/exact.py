@@ -6,6 +6,8 @@ Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5, 4.2 (Hertz) 
 Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 """
 
+from typing import Any
+
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
@@ -22,13 +24,13 @@ def contact_modulus(young: float, poisson: float) -> float:
 
 def circle_settlement(force: float, radius: float, young: float, poisson: float) -> float:
     """Settlement of a rigid flat circle under a central force, P / (2 a E*)."""
-    force, radius = checked_number("force", force), checked_size("radius", radius)
+    force, radius = _numbers("force", force), checked_size("radius", radius)
     return force / (2 * radius * contact_modulus(young, poisson))
 
 
 def circle_tilt(moment: float, radius: float, young: float, poisson: float) -> float:
     """Tilt of a rigid flat circle in full contact under a moment, 3 M / (4 a^3 E*)."""
-    moment, radius = checked_number("moment", moment), checked_size("radius", radius)
+    moment, radius = _numbers("moment", moment), checked_size("radius", radius)
     return 3 * moment / (4 * radius**3 * contact_modulus(young, poisson))
 
 
@@ -49,7 +51,7 @@ def circle_pressure(
         First moments of the pressure, its integrals times x and times y.
     """
     x = _places(x)
-    force, radius = checked_number("force", force), checked_size("radius", radius)
+    force, radius = _numbers("force", force), checked_size("radius", radius)
     moments = checked_pair("moments", moments)
     d2 = radius**2 - x[0] ** 2 - x[1] ** 2
     lever = 3 * (moments[0] * x[0] + moments[1] * x[1]) / radius**2
@@ -127,12 +129,19 @@ def uniform_circle_displacement(
     r: ArrayLike, pressure: float, radius: float, young: float, poisson: float
 ) -> ndarray:
     """Settlement at distance ``r`` from the centre of a uniformly loaded circle."""
-    pressure, radius = checked_number("pressure", pressure), checked_size("radius", radius)
+    pressure, radius = _numbers("pressure", pressure), checked_size("radius", radius)
     s = np.abs(checked_array("r", r, None)) / radius
     inside, outside = np.minimum(s, 1.0), np.maximum(s, 1.0)
     m = 1 / outside**2
     w = np.where(s <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (s > 1))))
     return 4 * pressure * radius / (np.pi * contact_modulus(young, poisson)) * w
+
+
+def _numbers(name: str, value: Any) -> Any:
+    """A number, or an array of them."""
+    if isinstance(value, (list, tuple, ndarray)):
+        return checked_array(name, value, None)
+    return checked_number(name, value)
 
 
 def _places(x: ArrayLike) -> ndarray:

@@ -43,20 +43,21 @@ def containing(polygons: Polygons, x: ndarray) -> tuple[ndarray, ndarray, ndarra
     polygon, point : (k,) array of int
         The pairs of which the point lies in the circle around the polygon.
     depth : (k,) array of float
-        Distance of the point from the boundary of the polygon over the radius of that circle;
+        Distance of the point from the boundary of the polygon over its thickness, the area over
+        the radius of that circle;
         negative outside, and zero where rounding of the coordinates hides the side.
     """
     starts, p = polygons.offsets[:-1], polygons.p[:, polygons.indices]
     middle = (np.minimum.reduceat(p, starts, axis=1) + np.maximum.reduceat(p, starts, axis=1)) / 2
     far = np.hypot(*(p - np.repeat(middle, polygons.sizes, axis=1)))
     radius = np.maximum.reduceat(far, starts)
-    blur = rounding(x, p)
+    blur, thickness = rounding(x, p), polygons.areas / radius
     near = cKDTree(x.T).query_ball_point(middle.T, (1 + MARGIN) * radius + blur)
     counts = np.fromiter(map(len, near), int, len(near))
     polygon = np.repeat(np.arange(len(near)), counts)
     point = np.fromiter(chain.from_iterable(near), int, len(polygon))
     depth = _depths(polygons, polygon, x[:, point])
-    return polygon, point, np.where(np.abs(depth) <= blur, 0.0, depth) / radius[polygon]
+    return polygon, point, np.where(np.abs(depth) <= blur, 0.0, depth) / thickness[polygon]
 
 
 def _depths(polygons: Polygons, polygon: ndarray, x: ndarray) -> ndarray:
