@@ -148,9 +148,9 @@ def test_load_of_a_cell(name):
     weights = weights_of(BASES[name])
     partition, fan, on = weights.partition, weights.fan, weights.weighted
     size = np.where(on, partition.areas, 0.0)
-    assert weights.load_moment(0, 0) == pytest.approx(size, rel=1e-12)
+    assert weights.pressure_moment(0, 0) == pytest.approx(size, rel=1e-12)
     for i, j in ((1, 0), (0, 1)):
-        assert weights.load_moment(i, j) == pytest.approx(0, abs=1e-14)
+        assert weights.pressure_moment(i, j) == pytest.approx(0, abs=1e-14)
     fine = MeshTri.init_refdom().refined(6)
     u, v = fine.p[:, fine.t].mean(axis=1)
     share = np.stack([1 - u - v, u, v])

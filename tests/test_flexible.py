@@ -35,7 +35,7 @@ def test_pressures_of_all_kinds():
     ("pressure", "message"),
     [
         (np.ones(3), r"one for each of the 2113 cells, got shape \(3,\)"),
-        (np.nan, "finite pressures; the first that is not: cell 0"),
+        (np.nan, "finite pressure, got nan"),
     ],
 )
 def test_bad_pressures(pressure, message):

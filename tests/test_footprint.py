@@ -104,7 +104,7 @@ def test_solutions_are_not_heavier_for_their_cells():
         ({"edge": "constant", "collocation": "middle"}, "got 'middle'"),
         ({"edge": "constant", "edge_boundaries": "rim"}, 'edge "singular" where'),
         ({"edge_boundaries": "rim"}, r"names of boundaries of the mesh, \[\], got \['rim'\]"),
-        ({"rtol": 0.1}, "from 0 to 0.01, got rtol=0.1"),
+        ({"rtol": 0.1}, "rtol from 0 to 0.01, got 0.1"),
         ({"origin": (0.0, np.inf)}, "finite origin"),
     ],
 )

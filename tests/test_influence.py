@@ -135,7 +135,7 @@ def test_invariances(angle, shift, factor, seed):
     [
         ([0.0, 0.0], r"shape \(2, m\), got \(2,\)"),
         (np.zeros((3, 2)), r"got \(3, 2\)"),
-        ([[0.0, np.nan], [0.0, 0.0]], "the first that is not: 1"),
+        ([[0.0, np.nan], [0.0, 0.0]], "expected finite x, got nan at point 1"),
     ],
 )
 def test_bad_points(x, message):

@@ -1,6 +1,5 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -26,7 +25,7 @@ FEW = 10**8
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures(ABC):
+class CellPressures:
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -290,9 +289,19 @@ class CellPressures(ABC):
             arc=readonly(halfway - starts),
         )
 
-    @abstractmethod
     def table(self) -> dict[str, str]:
-        """Rows of ``repr`` by their names."""
+        """Rows of ``repr`` by their names, those that all bodies have."""
+        p, e = self.pressure, self.centre_of_pressure
+        return {
+            "Grid": self.footprint.description,
+            "Substrate": str(self.footprint.substrate),
+            "Force, acting at": f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})",
+            "Contact area": f"{self.contact_area:.6g}",
+            "Pressure mean": f"{self.mean_pressure:.6g}",
+            "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",
+            "Result": self.message,
+            "Time [s]": ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items()),
+        }
 
     def plot(self, **options: Any) -> Any:
         """Isobars of the pressure with the edge of contact, drawn with matplotlib.

@@ -73,27 +73,23 @@ class PunchSolution(CellPressures):
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, without the condition number."""
-        p, scale = self.pressure, max(abs(self.settlement), TINY)
+        rows, scale = super().table(), max(abs(self.settlement), TINY)
         areas = self.footprint.partition.areas
         size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])
-        load = np.abs(p) @ areas
+        load = np.abs(self.pressure) @ areas
         residual = np.abs(self.resultant_residual / size).max() / load if load > 0 else 0.0
-        e = self.centre_of_pressure
-        return {
-            "Grid": self.footprint.description,
-            "Substrate": str(self.footprint.substrate),
+        first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
+        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
+        position = {
             "Settlement W0": f"{self.settlement:.6g}",
             "Tilt (Lx, Ly)": f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})",
-            "Force, acting at": f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})",
-            "Contact area": f"{self.contact_area:.6g}",
-            "Pressure mean": f"{self.mean_pressure:.6g}",
-            "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",
+        }
+        residuals = {
             "Residuals": (
                 f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}"
-            ),
-            "Result": self.message,
-            "Time [s]": ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items()),
+            )
         }
+        return first | position | rows | residuals | last
 
     def __repr__(self) -> str:
         rows = self.table()

@@ -59,7 +59,7 @@ def stresses(
     """Stresses at points of shape (3, m) under one pressure per cell; see `stress_below`."""
     ground, x = _checked(substrate, x)
     out = np.empty((6, x.shape[1]))
-    ribs = LoadedRibs.from_pressure(partition, pressure)
+    ribs = _LoadedRibs.from_pressure(partition, pressure)
     nu = ground.poisson
 
     def work(rows: slice) -> None:
@@ -78,7 +78,7 @@ def displacements(
     """Displacements at points of shape (3, m) under one pressure per cell; shape (3, m)."""
     ground, x = _checked(substrate, x)
     out = np.empty((3, x.shape[1]))
-    ribs = LoadedRibs.from_pressure(partition, pressure)
+    ribs = _LoadedRibs.from_pressure(partition, pressure)
     nu = ground.poisson
 
     def work(rows: slice) -> None:
@@ -108,7 +108,7 @@ def _checked(substrate: Substrate, x: ArrayLike) -> tuple[HalfSpace, ndarray]:
     return substrate, x
 
 
-class LoadedRibs(NamedTuple):
+class _LoadedRibs(NamedTuple):
     """Ribs across which the pressure jumps.
 
     Attributes

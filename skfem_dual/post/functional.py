@@ -257,7 +257,7 @@ class CoupleFunctional:
     >>> F, G = rng.uniform(-1, 1, 121), rng.uniform(-1, 1, 100)
     >>> U, V = functional.minimise(F, G)
     >>> print(f"{U.std() / F.std():.1f}, {V.std() / G.std():.1f}")
-    0.6, 0.3
+    0.5, 0.3
     """
 
     neighbours: Neighbours
