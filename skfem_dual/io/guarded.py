@@ -116,7 +116,7 @@ def shortened(text: str, length: int) -> str:
     The remedy at its end stays, or two thirds of the length of it.
 
     >>> shortened("expected this, got that and that. Remedy: mend it", 40)
-    'expected this, got ... Remedy: mend it'
+    'expected this, got t ... Remedy: mend it'
     """
     text = " ".join(text.split())
     if len(text) <= length:
