@@ -11,6 +11,7 @@ from .contact.region import ContactRegion
 from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
 from .contact.solution import PunchSolution
 from .elements.flexible import flexible_settlement
+from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
@@ -82,6 +83,7 @@ __all__ = [
     "flexible_settlement",
     "general_triangulation",
     "improve",
+    "load_matrix",
     "load_path",
     "marked",
     "maximal_couple",

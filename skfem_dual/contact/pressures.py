@@ -8,8 +8,10 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem import CellBasis
+from skfem.assembly.basis import AbstractBasis
 
 from ..elements.influence import as_points, surface_displacement
+from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -144,6 +146,42 @@ class CellPressures:
             return self.pressure.clip(0)
         pressure = self.pressure_at(footprint.partition.centroids)
         return np.where(np.isfinite(pressure), pressure, 0.0).clip(0)
+
+    def load_vector(self, basis: AbstractBasis, **options) -> ndarray:
+        """The pressure as a load on finite elements: integrals of ``p v`` over the plan.
+
+        Parameters
+        ----------
+        basis : CellBasis or FacetBasis
+            Any scikit-fem basis on a 2-D mesh that covers the plan, or on facets of a 3-D mesh
+            that do; see `load_matrix`, which also has the options.
+        order, component, partial : optional
+            As in `load_matrix`.
+
+        Returns
+        -------
+        (basis.N,) array of float
+            Force and moments are those of the solution to rounding where the basis contains
+            linear functions.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `load_matrix`.
+
+        Examples
+        --------
+        >>> from skfem import CellBasis, ElementTriP2, MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> mesh = MeshTri.init_circle(3)
+        >>> solution = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis()).solve(1.0)
+        >>> f = solution.load_vector(CellBasis(mesh, ElementTriP2()))
+        >>> print(f"{f.sum():.12f}")
+        1.000000000000
+        """
+        cells = self.footprint
+        matrix = load_matrix(cells.partition, cells.weights, cells.fan, basis, **options)
+        return matrix @ self.pressure
 
     def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
         """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
