@@ -11,7 +11,7 @@ Each row tells the worst of the plans, for the settlement also the root mean squ
 import argparse
 
 import numpy as np
-from plans import KINDS, PLANS, make
+from eight_plans import KINDS, PLANS, make
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
 from skfem_dual.contact.exact import ellipse_pressure

@@ -81,7 +81,7 @@ def operator_row(mesh: MeshTri, substrate=SOIL, rtol=1e-6) -> tuple[Row, Influen
     weights.moment  # noqa: B018
     between = perf_counter()
     arguments = substrate, partition, partition.centroids, weights, rtol
-    operator = InfluenceOperator.of_cells(*arguments, "fast")
+    operator = InfluenceOperator.from_partition(*arguments, "fast")
     setup = perf_counter() - between
     q = np.ones(len(partition))
     product = best(lambda: operator @ q, 3)
@@ -120,15 +120,15 @@ def _solve(operator: InfluenceOperator, setup: float, exact: float = 0.5) -> Non
     """Three right-hand sides of the rigid disc."""
     x = operator.x
     start = perf_counter()
-    inverse = Preconditioner.build(operator)
+    inverse = Preconditioner.from_operator(operator)
     ready = perf_counter() - start
     rhs = np.vstack([np.ones(x.shape[1]), x]).T
-    p, history, _, _ = solve_many(operator, rhs, 1e-6, preconditioner=inverse)
+    found = solve_many(operator, rhs, 1e-6, preconditioner=inverse)
     end = perf_counter() - start
-    force = float(operator.partition.areas @ p[:, 0])
+    force = float(operator.partition.areas @ found.solution[:, 0])
     print(
         f"{'':<9}solution: preconditioner {ready:.2f} s, with it {end:.2f} s, in all "
-        f"{setup + end:.2f} s; iterations {[len(h) - 1 for h in history]}; settlement of the "
+        f"{setup + end:.2f} s; iterations {list(found.iterations)}; settlement of the "
         f"circle {1 / (exact * force) - 1:+.1e}",
         flush=True,
     )
@@ -144,7 +144,7 @@ def dense(sizes=(1000, 4000, 10_000)) -> None:
         x = partition.centroids
         for rtol in (3e-6, 1e-6):
             seconds = best(lambda: moment_matrix(SOIL, partition, x, weights, rtol), 5)  # noqa: B023
-            operator = InfluenceOperator.of_cells(SOIL, partition, x, weights, rtol, "dense")
+            operator = InfluenceOperator.from_partition(SOIL, partition, x, weights, rtol, "dense")
             entry = seconds / len(partition) ** 2 * 1e9
             print(
                 f"{'':<9}{len(partition):>9}{rtol:>9.0e}{entry:>10.2f}{operator.row_error:>9.1e}"

@@ -3,8 +3,8 @@
 from time import perf_counter
 
 import numpy as np
+from eight_plans import make
 from peer_common import PROBLEMS, best, contact, serve
-from plans import make
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from plans import PLANS, make
+from eight_plans import PLANS, make
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch

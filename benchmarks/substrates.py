@@ -9,7 +9,7 @@ from time import perf_counter
 
 import numpy as np
 from edge_time import best
-from plans import make
+from eight_plans import make
 
 from skfem_dual import (
     DualMesh,

@@ -16,7 +16,7 @@ from skfem_dual import DualMesh, HalfSpace, RigidPunch, repair
 from skfem_dual.post.estimate import CoupleEstimate, estimate_error, marked
 
 #: force over settlement for E* = 1 and half-side 1, the L of three unit squares about its corner;
-#: the square from elsewhere, the L extrapolated to 5e-6 (benchmarks/plans.py)
+#: the square from elsewhere, the L extrapolated to 5e-6 (benchmarks/eight_plans.py)
 STIFFNESS = {"square": np.pi * 0.733576, "L-shape": 1.925276}
 
 

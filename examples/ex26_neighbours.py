@@ -15,7 +15,8 @@ from gallery import run
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
-from skfem_dual.contact.group import PunchesSolution, RigidPunches
+from skfem_dual.contact.group import RigidPunches
+from skfem_dual.contact.group_solution import PunchesSolution
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.grids.generate import rectangle
 

@@ -97,11 +97,12 @@ def measured(mesh: MeshTri, rtol: float, start: float) -> tuple[Row, ndarray]:
     meshed = perf_counter()
     punch = RigidPunch(SOIL, dual.basis())
     cells = punch.partition, punch.collocation_points, punch.weights
-    operator = InfluenceOperator.of_cells(SOIL, *cells, rtol, method="fast")
+    operator = InfluenceOperator.from_partition(SOIL, *cells, rtol, method="fast")
     ready = perf_counter()
     operator @ np.ones(len(dual))
     multiplied = perf_counter()
-    unit, histories, _, _ = solve_many(operator, punch.planes(operator.x).T, rtol)
+    iterated = solve_many(operator, punch.planes(operator.x).T, rtol)
+    unit = iterated.solution
     # settlement and tilts by which the pressures balance the force
     position = np.linalg.solve(punch.resultants @ unit, [1.0, ECCENTRICITY, 0.0])
     end = perf_counter()
@@ -112,7 +113,7 @@ def measured(mesh: MeshTri, rtol: float, start: float) -> tuple[Row, ndarray]:
         setup=ready - meshed,
         product=multiplied - ready,
         solution=end - multiplied,
-        histories=histories,
+        histories=iterated.residuals,
         memory=operator.memory,
         operator=operator.error,
         settlement=position[0] / circle_settlement(1.0, 1.0, *moduli) - 1,

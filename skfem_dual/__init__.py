@@ -1,7 +1,8 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from .contact.below import displacement_below, stress_below, vertical_section
-from .contact.group import PunchesSolution, RigidPunches
+from .contact.group import RigidPunches
+from .contact.group_solution import PunchesSolution
 from .contact.load import Load
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.pressures import EdgeCoefficient
@@ -24,7 +25,8 @@ from .grids.general import dual_nodes, general_triangulation
 from .grids.preprocess import PreprocessReport, improve, relocate, repair
 from .grids.rectangles import rectangular_couple
 from .grids.voronoi import delaunay_voronoi
-from .ground.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
+from .ground.graded import GradedHalfSpace
+from .ground.layered import Layer, LayeredHalfSpace
 from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry

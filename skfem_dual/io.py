@@ -18,7 +18,8 @@ from .errors import MeshError, MeshWarning
 from .grids.checks import user_tags
 from .grids.dual_mesh import DualMesh
 from .grids.polygons import Polygons, some
-from .ground.stratified import GradedHalfSpace, Layer, LayeredHalfSpace
+from .ground.graded import GradedHalfSpace
+from .ground.layered import Layer, LayeredHalfSpace
 from .ground.substrates import HalfSpace
 
 PathLike = str | os.PathLike[str]

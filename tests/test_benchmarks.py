@@ -13,8 +13,6 @@ FOLDER = Path(__file__).parents[1] / "benchmarks"
 @pytest.fixture
 def load(monkeypatch):
     monkeypatch.syspath_prepend(FOLDER)
-    # tests have a module of this name too
-    monkeypatch.delitem(sys.modules, "plans", raising=False)
     yield importlib.import_module
     for name in [
         n for n, m in sys.modules.items() if str(FOLDER) in str(getattr(m, "__file__", ""))

@@ -393,3 +393,24 @@ def test_cells_are_stars_exactly_where_ribs_cross():
     kite = mesh([(0, 0), (1, 0), (2.8, 1), (2.8, -1)], [(0, 1, 2), (0, 1, 3)])
     assert not check_mesh(kite).ok
     assert MeshQuality(kite).starless[0].tolist() == [1]
+
+
+@pytest.mark.parametrize("power", [-325, -265, -100, 100, 259, 325])
+def test_reports_do_not_depend_on_the_unit_of_length(power):
+    """Powers of two change no digit, also where fourth powers of lengths are no numbers."""
+    mesh = perturbed(rectangle(5, 5), 0.2, seed=1)
+    scaled = MeshTri(np.ldexp(mesh.p, power), mesh.t)
+    one, other = check_mesh(mesh), check_mesh(scaled)
+    assert one.ok
+    assert repr(one) == repr(other)
+    np.testing.assert_array_equal(
+        DualMesh.from_mesh(scaled).crossings, np.ldexp(DualMesh.from_mesh(mesh).crossings, power)
+    )
+
+
+def test_sizes_that_leave_no_room_for_products_are_refused():
+    for size in (1e101, 1e-101):
+        mesh = MeshTri(size * MeshTri().p, MeshTri().t)
+        with pytest.raises(MeshError, match=r"domain wider than 1e-100.*units"):
+            DualMesh.from_mesh(mesh)
+        assert not check_mesh(mesh).ok

@@ -10,6 +10,7 @@ from scipy.spatial import Voronoi
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, MeshError, check_mesh
+from skfem_dual.grids import generate
 from skfem_dual.grids.couples import GridCouple, boundary_nodes
 from skfem_dual.grids.duality import check_dual
 from skfem_dual.grids.extremal import maximal_couple, minimal_couple
@@ -220,10 +221,13 @@ def test_arrays_that_do_not_fit(couple):
         {"ribs": couple.ribs + couple.a.facets.shape[1]},
         {"ribs": -couple.ribs},
         {"unbounded": [-1]},
-        {"kind": "3-type"},
     ):
         with pytest.raises(MeshError, match="expected"):
             replace(couple, **change)
+    with pytest.raises(ValueError, match="got '3-type'"):
+        replace(couple, kind="3-type")
+    with pytest.raises(TypeError, match="expected a Partition for b, got None"):
+        replace(couple, b=None)
 
 
 @pytest.mark.parametrize("thing", [None, MeshTri(), np.eye(2)])
@@ -352,10 +356,9 @@ def test_a_couple_of_general_type():
     [
         ({"x": [0, 1], "y": range(9)}, "no minimal dual grid"),
         ({"x": [0, 2, 1], "y": [0, 1]}, "increasing coordinates x"),
-        ({"x": [0, 1], "y": [0, np.nan]}, "increasing coordinates y"),
-        ({"x": range(4), "y": range(4), "missing": [True]}, r"missing as booleans .*\(3, 3\)"),
+        ({"x": [0, 1], "y": [0, np.nan]}, "finite y, got nan at index 1"),
+        ({"x": range(4), "y": range(4), "missing": [True]}, r"missing of shape \(3, 3\)"),
         ({"x": [0, 1], "y": [0, 1], "missing": [[True]]}, "not missing"),
-        ({"x": range(4), "y": range(4), "around": "outer"}, "'inner', 'all' or a mask"),
         ({"x": range(4), "y": range(4), "around": np.ones((3, 3), bool)}, r"shape \(4, 4\)"),
         (
             {"x": range(4), "y": range(4), "around": np.zeros((4, 4), bool)},
@@ -375,6 +378,13 @@ def test_a_couple_of_general_type():
 def test_rectangles_without_a_dual(arguments, message):
     with pytest.raises(MeshError, match=message):
         rectangular_couple(**arguments)
+
+
+def test_rectangles_of_something_else():
+    with pytest.raises(ValueError, match='around "inner" or "all", got \'outer\''):
+        rectangular_couple(range(4), range(4), around="outer")
+    with pytest.raises(TypeError, match="missing as an array of booleans, got an array of float"):
+        rectangular_couple(range(4), range(4), missing=np.ones((3, 3)))
 
 
 # ---------------------------------------------------------------------------- triangulations
@@ -569,9 +579,9 @@ def test_points_on_one_line_of_the_hull():
 @pytest.mark.parametrize(
     ("points", "clip", "message"),
     [
-        (np.zeros((3, 5)), None, "finite points"),
+        (np.zeros((3, 5)), None, r"points of shape \(2, n\)"),
         ([[0, 1, np.nan], [0, 0, 1]], None, "finite points"),
-        ([[0, 1], [0, 0]], None, "three"),
+        ([[0, 1], [0, 0]], None, "points with at least 3 items"),
         ([[0, 1, 2], [0, 1, 2]], None, "one line"),
         ([[0, 1, 0, 0], [0, 0, 1, 0]], None, "coincide"),
         ([[0, 1, 0], [0, 0, 1]], "outline", "'hull' or a convex polygon"),
@@ -611,5 +621,28 @@ def test_layers(couple):
 def test_unknown_things_are_not_drawn():
     from skfem_dual.visuals.style import layers
 
-    with pytest.raises(TypeError, match="GridCouple to draw, got ndarray"):
+    with pytest.raises(TypeError, match="GridCouple to draw, got an array"):
         list(layers(polar(3, 8).p, nodes=False))
+
+
+@pytest.mark.parametrize("size", [1e-80, 1e-3, 1.0, 1e5, 1e78])
+@pytest.mark.parametrize("away", [0.0, 1e5, 1e9])
+def test_verdicts_do_not_depend_on_place_size_and_direction(size, away):
+    mesh = generate.disc(n=60)
+    turn = np.array([[np.cos(1), -np.sin(1)], [np.sin(1), np.cos(1)]])
+    mesh = MeshTri(size * (turn @ mesh.p + [[away], [-0.7 * away]]), mesh.t)
+    dual = DualMesh.from_mesh(mesh)
+    for couple in (
+        dual,
+        minimal_couple(dual),
+        maximal_couple(dual),
+        delaunay_voronoi(mesh.p),
+        delaunay_voronoi(mesh.p, "hull"),
+    ):
+        assert check_dual(couple).ok
+    couple = GridCouple.from_dual(dual)
+    assert not check_dual(replace(couple, node_in_b=np.roll(couple.node_in_b, 1))).ok
+    shifted = dual.p + 0.01 * size * (np.arange(dual.p.shape[1]) >= dual.mesh.nelements)
+    other = replace(couple.b, polygons=replace(dual.polygons, p=shifted))
+    found = [c.expected for c in check_dual(replace(couple, b=other)).violated]
+    assert any("boundary of A on that of B" in expected for expected in found)

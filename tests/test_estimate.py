@@ -86,9 +86,9 @@ def test_marking_takes_the_fewest_cells_that_suffice(indicator, fraction):
 
 
 def test_wrong_marking():
-    with pytest.raises(ValueError, match="fraction from 0 to 1, got 0"):
+    with pytest.raises(ValueError, match="fraction above 0 and of at most 1, got 0"):
         marked(np.ones(3), 0)
-    with pytest.raises(ValueError, match="finite indicator"):
+    with pytest.raises(ValueError, match="finite indicator, got nan at cell 1"):
         marked(np.array([1.0, np.nan]))
 
 

@@ -79,7 +79,7 @@ def check_ex12(result):
     square, annulus = result.punches.values()
     assert (square.dual.mesh.nelements, len(square.dual)) == (1118, 608)
     assert (annulus.dual.mesh.nelements, len(annulus.dual)) == (929, 539)
-    # of the excised square extrapolated to 5e-6 (benchmarks/plans.py), E* = 16 / 15
+    # of the excised square extrapolated to 5e-6 (benchmarks/eight_plans.py), E* = 16 / 15
     for name in ("edge-weighted", "edge-weighted, triangles"):
         w = square.solutions[name].settlement
         assert w == pytest.approx(0.9375 / 2.013249, rel=3e-4)
@@ -490,7 +490,7 @@ def test_28_problems_of_the_size_of_the_paper(monkeypatch):
     assert len(result.answers) == 28
     assert (result.factors > 1.6).all()
     assert (result.factors < 1.9).all()
-    # exact and known settlements (E* = 16 / 15), hexagon and plus from benchmarks/plans.py
+    # exact and known settlements (E* = 16 / 15), hexagon and plus from benchmarks/eight_plans.py
     for number, known in {
         1: 1 / 2,
         4: ellipk(0.75) / np.pi,

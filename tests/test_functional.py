@@ -215,9 +215,9 @@ def test_steps_do_not_grow_with_the_grids(monkeypatch):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ((-1, 1), "not negative"),
+        ((-1, 1), r"A1 from 0 to 1e\+100, got -1"),
         ((1, 1, np.nan), "finite"),
-        ((0, 1), "positive weights A1 and A2, got 0 and 1"),
+        ((0, 1), "positive A1, got 0"),
     ],
 )
 def test_wrong_weights(values, message):
@@ -232,7 +232,7 @@ def test_wrong_values():
         ValueError, match=r"each of the 30 and 20 nodes, got shapes \(29,\) and \(20,\)"
     ):
         functional.minimise(F[1:], G)
-    with pytest.raises(ValueError, match="of the second grid nodes 3 have others"):
+    with pytest.raises(ValueError, match="finite G, got inf at node 3"):
         functional.minimise(F, np.where(np.arange(20) == 3, np.inf, G))
     with pytest.raises(ValueError, match="got shapes"):
         functional.minimise(0.0, G)

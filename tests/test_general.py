@@ -186,3 +186,14 @@ def test_wrong_arguments():
         general_triangulation(MeshQuad())
     with pytest.raises(MeshError, match="positive area"):
         general_triangulation(MeshTri(np.array([[0.0, 1, 2], [0, 0, 0]]), [[0], [1], [2]]))
+
+
+@pytest.mark.parametrize("height", [1e-12, 3e-14])
+def test_slivers_give_a_triangulation_or_are_refused(height):
+    mesh = MeshTri().refined(2).scaled((1.0, height))
+    if height < 1e-13:
+        with pytest.raises(MeshError, match="thicker than rounding errors"):
+            general_triangulation(mesh)
+    else:
+        general = general_triangulation(mesh)
+        assert all(c.ok for c in triangulation_conditions(Corners(general)))

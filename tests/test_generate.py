@@ -251,22 +251,23 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
     [
         (lambda: disc(), "either size or n, got size=None and n=None"),
         (lambda: disc(0.1, 100), "either size or n"),
-        (lambda: disc(-1.0), "expected size as a positive number, got -1.0"),
-        (lambda: disc(np.nan), "expected size as a positive number, got nan"),
+        (lambda: disc(-1.0), "expected a positive size, got -1"),
+        (lambda: disc(np.nan), "expected a finite size, got nan"),
         (lambda: disc(5.0), "expected a size smaller than the domain"),
-        (lambda: disc(n=2), "expected n as an integer of at least 4, got 2"),
-        (lambda: disc(n=10.5), "expected n as an integer"),
-        (lambda: disc(0.1, radius=0), "expected radius as a positive number, got 0"),
-        (lambda: disc(0.1, centre=(0, 0, 0)), "expected centre as two finite coordinates"),
-        (lambda: disc(0.1, graded="cosine"), "expected graded as one of sine, quadratic"),
-        (lambda: disc(0.1, graded=1.5), "a number from 0 to 1, got 1.5"),
+        (lambda: disc(n=2), r"expected n from 4 to 1e.08, got 2"),
+        (lambda: disc(0.1, radius=0), "expected a positive radius, got 0"),
+        (lambda: disc(0.1, graded="cosine"), 'expected graded "sine" or "quadratic"'),
+        (lambda: disc(0.1, graded=1.5), "expected graded above 0 and of at most 1, got 1.5"),
         (lambda: disc(0.1, graded=0.5, nboundary=9), "either nboundary or graded as a number"),
-        (lambda: disc(0.1, nboundary=2), "expected nboundary as an integer of at least 3"),
+        (lambda: disc(0.1, nboundary=2), r"expected nboundary from 3 to 1e.08, got 2"),
         (lambda: annulus(1.0, 0.5, 0.1), "the hole to lie inside the circle of radius 0.5"),
         (lambda: annulus(0.5, 1.0, 0.1, hole=(0.6, 0)), "the hole to lie inside"),
-        (lambda: rectangle(0, 1, 0.1), "expected width as a positive number"),
-        (lambda: polygon([[0, 1], [0, 1]], size=0.1), "expected outline as finite coordinates"),
-        (lambda: polygon(EXCISED.T, size=0.1), r"an array of shape \(12, 2\)"),
+        (lambda: rectangle(0, 1, 0.1), "expected a positive width"),
+        (
+            lambda: polygon([[0, 1], [0, 1]], size=0.1),
+            "expected outline with at least 3 items, got 2",
+        ),
+        (lambda: polygon(EXCISED.T, size=0.1), r"outline of shape \(2, n\), got \(12, 2\)"),
         (lambda: polygon(EXCISED, size=0.1, graded="sine"), "graded as a number"),
         (lambda: polygon([[0, 1, 0, 1], [0, 1, 1, 0]], size=0.1), "neither cross nor touch"),
         (lambda: polygon([[0, 2, 1, 1], [0, 0, 0, 1]], size=0.1), "neither cross nor touch"),
@@ -275,14 +276,25 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
         (lambda: polygon(EXCISED, [SMALL + 5], 0.1), "hole 0 to lie inside the outline"),
         (lambda: polygon(EXCISED, [5 * SMALL], 0.1), "neither cross nor touch"),
         (lambda: polygon(EXCISED, [9 * SMALL], 0.1), "hole 0 to lie inside the outline"),
-        (lambda: polar(0, 40), "expected rings as an integer of at least 1, got 0"),
-        (lambda: polar(3, 2), "expected sectors as an integer of at least 3, got 2"),
-        (lambda: polar(3, 6, graded="linear"), "expected graded as one of"),
+        (lambda: polar(0, 40), "expected rings of at least 1, got 0"),
+        (lambda: polar(3, 2), "expected sectors of at least 3, got 2"),
+        (lambda: polar(3, 6, graded="linear"), 'expected graded "sine" or "quadratic"'),
     ],
 )
 def test_wrong_arguments(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_arguments_of_wrong_types():
+    with pytest.raises(TypeError, match=r"expected an integer for n, got 10\.5"):
+        disc(n=10.5)
+    with pytest.raises(TypeError, match="expected two numbers for centre"):
+        disc(0.1, centre=(0, 0, 0))
+    with pytest.raises(TypeError, match="expected a sequence for holes"):
+        polygon(EXCISED, 3, 0.1)
+    with pytest.raises(TypeError, match="True or False for true_area"):
+        disc(0.1, true_area="no")
 
 
 def test_too_few_boundary_nodes():

@@ -2,18 +2,24 @@ import pickle
 
 import numpy as np
 import pytest
-from plans import disc, rectangle
+from plans import disc, rectangle, sin_graded
 from skfem import MeshTri
 
 from skfem_dual import (
     DualMesh,
     GradedHalfSpace,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
     Load,
     Paraboloid,
     RigidPunch,
     RigidPunches,
 )
+from skfem_dual.contact import footprint, group
+from skfem_dual.grids import generate
+from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -156,6 +162,84 @@ def test_matrices_are_not_pickled():
     again = pickle.loads(pickle.dumps(found))
     assert again[0].pressure == pytest.approx(found[0].pressure)
     assert again.punches.solve(CENTRAL)[1].settlement == found[1].settlement
+
+
+@pytest.mark.parametrize("n", [400, pytest.param(2500, marks=pytest.mark.slow)])
+def test_many_cells_are_one_operator(n, monkeypatch, capsys):
+    """As the dense matrix answers, in full contact and lifting off, with both kinds of edges."""
+    monkeypatch.setattr(footprint, "DENSE", 50)
+    mesh = generate.disc(n=n)
+    punches = [
+        punch(mesh.translated((-1.2, 0.0)), origin=(-1.2, 0.0)),
+        punch(sin_graded(mesh).translated((1.2, 0.0)), origin=(1.2, 0.0), edge="constant"),
+    ]
+    many = RigidPunches(punches)
+    assert isinstance(many.operator, InfluenceOperator)
+    loads = [{"force": 1.0, "at": (-0.5, 0.1)}, {"force": 2.0}]
+    answers = many.solve(loads, progress=True), many.solve(loads, unilateral=False)
+    assert "GMRES" in capsys.readouterr().err
+    assert answers[0][0].contact_area < 0.9 * np.pi
+    monkeypatch.setattr(footprint, "DENSE", 10**4)
+    dense = RigidPunches(punches)
+    assert isinstance(dense.operator, np.ndarray)
+    expected = dense.solve(loads), dense.solve(loads, unilateral=False)
+    for one, other in zip(answers, expected):
+        assert one.success
+        for found, true in zip(one.solutions, other.solutions):
+            assert found.settlement == pytest.approx(true.settlement, rel=3e-6)
+            assert found.tilt == pytest.approx(true.tilt, rel=1e-5, abs=1e-5 * true.settlement)
+            size = np.abs(true.pressure).max()
+            assert found.pressure == pytest.approx(true.pressure, abs=1e-3 * size)
+            assert found.resultant_residual == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("substrate", [UNIT, LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], "bonded")])
+def test_union_of_cells_has_the_matrix_of_its_parts(substrate):
+    """Also for punches that touch, with an edge on part of their boundary or none."""
+    mesh = rectangle(6, 1.0, 1.0)
+    group = RigidPunches(
+        [
+            punch(mesh, substrate=substrate),
+            punch(disc(2).translated((0.0, 4.0)), "primal", substrate, edge="constant"),
+            punch(mesh.translated((2.0, 0.0)), substrate=substrate),
+        ],
+        joined=[(0, 2)],
+    )
+    x = group.cells.collocation_points
+    parts = np.hstack([p.influence(x) for p in group.punches])
+    assert group.cells.influence(x) == pytest.approx(parts, rel=1e-12)
+    assert group.cells.operator(1e-6) == pytest.approx(parts, rel=1e-4, abs=1e-6 * parts.max())
+
+
+def test_accuracy_and_symmetry_of_the_punches():
+    """The least of the tolerances if all have one; mirror lines of the arrangement."""
+    loads = [{"force": 1.0, "at": (0.2, 0.1)}, {"force": 2.0}]
+    exact = pair(2.5).solve(loads)
+    some = RigidPunches([punch(disc(3), rtol=1e-3), punch(disc(3).translated((3.0, 0.0)))])
+    assert some.cells.influence(some.cells.collocation_points) == pytest.approx(some.operator)
+    for rtol in (1e-3, 1e-7):
+        given = pair(2.5, rtol=rtol)
+        found = given.solve(loads)
+        assert np.abs(given.operator / pair(2.5).operator - 1).max() > 1e-12
+        assert found[0].settlement == pytest.approx(exact[0].settlement, rel=rtol)
+    symmetric = pair(2.5, symmetry="auto")
+    assert isinstance(symmetric.operator, SymmetricMatrix)
+    assert symmetric.operator.symmetry.name == "C2v"
+    found = symmetric.solve(loads)
+    for one, other in zip(found.solutions, exact.solutions):
+        assert one.pressure == pytest.approx(other.pressure, rel=1e-9)
+
+
+def test_too_little_memory(monkeypatch):
+    monkeypatch.setattr(group, "available_memory", lambda: 1e6)
+    with pytest.raises(MemoryError, match=r"0\.9537 MiB.*290 cells.*Remedy"):
+        pair(3.0).solve(CENTRAL)
+
+
+@pytest.mark.parametrize("gap_rtol", [0, 1, 10, -1e-6, np.nan])
+def test_bad_accuracy_of_the_gaps(gap_rtol):
+    with pytest.raises(ValueError, match="gap_rtol"):
+        pair(3.0).solve(CENTRAL, gap_rtol=gap_rtol)
 
 
 def test_bad_groups():

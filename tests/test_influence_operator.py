@@ -2,6 +2,7 @@
 
 import importlib
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 
@@ -13,10 +14,11 @@ from plans import disc, perturbed, rectangle
 from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual.elements.influence import influence_matrix
 from skfem_dual.errors import ConvergenceError
 from skfem_dual.grids.partition import Partition
-from skfem_dual.operators import influence_operator as operators
-from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators import entries, influence_operator, resources
+from skfem_dual.operators.influence_operator import RTOL, InfluenceOperator
 
 GROUNDS = {
     "homogeneous": HalfSpace(2.0, 0.3),
@@ -108,13 +110,13 @@ def test_other_points(ground):
     punch = RigidPunch(ground, basis)
     rng = np.random.default_rng(1)
     x = np.hstack([rng.uniform(-1.5, 1.5, (2, 300)), [[30.0, 1.0], [5.0, 0.0]]])
-    exact = operators.influence_matrix(ground, punch.partition, x, punch.weights)
+    exact = influence_matrix(ground, punch.partition, x, punch.weights)
     punch.edge_correction(x).add_to(exact)
-    alone = operators.influence_matrix(ground.surface, punch.partition, x)
+    alone = influence_matrix(ground.surface, punch.partition, x)
     q = rng.random(len(punch.partition))
     arguments = ground, punch.partition, x, punch.weights, 1e-6
     for method in ("fast", "dense"):
-        operator = InfluenceOperator.of_cells(*arguments, method)
+        operator = InfluenceOperator.from_partition(*arguments, method)
         assert operator.shape == exact.shape
         # beyond rigid bottoms next to nothing settles
         scale = np.maximum(np.abs(exact) @ q, 0.01 * alone @ q)
@@ -137,6 +139,37 @@ def test_same_bits_every_time(method, monkeypatch):
         operator = InfluenceOperator(GROUNDS["graded"], basis, 1e-5, method)
         found += [operator @ q, operator @ q]
     assert all(np.array_equal(found[0], other) for other in found)
+
+
+@pytest.mark.parametrize("method", ["dense", "fast"])
+@pytest.mark.parametrize("ground", ["homogeneous", "layered"])
+def test_threads_share_an_operator(ground, method):
+    operator = InfluenceOperator(GROUNDS[ground], BASES["steep dual cells"], 1e-4, method)
+    columns = np.random.default_rng(0).standard_normal((40, operator.shape[1]))
+    expected = [operator @ column for column in columns]
+    with ThreadPoolExecutor(4) as pool:
+        for _ in range(3):
+            assert np.array_equal(list(pool.map(operator.dot, columns)), expected)
+
+
+def test_weights_and_points_as_they_are():
+    """What the class makes of a basis can be given ready-made."""
+    soil, basis = GROUNDS["homogeneous"], BASES["dual cells"]
+    partition = Partition.from_basis(basis)
+    weights = RigidPunch(soil, basis).weights
+    x = np.random.default_rng(0).uniform(-1, 1, (2, 30))
+    of_basis = InfluenceOperator(soil, basis, collocation=x)
+    of_cells = InfluenceOperator.from_partition(soil, partition, x, weights)
+    assert of_basis.rtol == of_cells.rtol == RTOL
+    exact = RigidPunch(soil, basis).influence(x)
+    for operator in (of_basis, of_cells):
+        assert (
+            np.abs(operator.to_dense() - exact).sum(axis=1).max() < 1e-5 * exact.sum(axis=1).min()
+        )
+    uniform = InfluenceOperator.from_partition(soil, partition, x)
+    assert uniform.weights is None
+    again = InfluenceOperator(soil, basis, edge="constant", collocation=x)
+    assert np.array_equal(uniform.to_dense(), again.to_dense())
 
 
 def test_products_are_linear_and_take_columns():
@@ -191,25 +224,44 @@ def test_choice():
 def test_memory_is_refused_before_it_is_taken(monkeypatch):
     basis = BASES["dual cells"]
     soil = GROUNDS["homogeneous"]
-    monkeypatch.setattr(operators, "available_memory", lambda: 2.0 * 2**20)
-    for part in ("moment_matrix", "influence_matrix"):
-        monkeypatch.setattr(operators, part, None)
+    monkeypatch.setattr(resources, "available_memory", lambda: 2.0 * 2**20)
+    monkeypatch.setattr(influence_operator, "moment_matrix", None)
+    monkeypatch.setattr(entries, "influence_matrix", None)
     with pytest.raises(MemoryError, match=r"at most 2 MiB.*dense.*2\.266 MiB. Remedy: method"):
         InfluenceOperator(soil, basis, method="dense")
-    monkeypatch.setattr(operators, "available_memory", lambda: 1000.0)
-    with pytest.raises(MemoryError, match=r"fast summation from 545 cells.*a coarser mesh"):
+    monkeypatch.setattr(resources, "available_memory", lambda: 1000.0)
+    with pytest.raises(
+        MemoryError, match=r"fast summation with rtol=1e-06 from 545 cells.*a coarser mesh"
+    ):
         InfluenceOperator(soil, basis)
+
+
+@pytest.mark.parametrize("rtol", [0.0, 1e-12, 0.99e-8])
+def test_exact_entries_are_a_matrix_or_refused(rtol, monkeypatch):
+    """No fast summation reaches such tolerances: none may stand in where the memory is short."""
+    basis = BASES["dual cells"]
+    monkeypatch.setattr(resources, "available_memory", lambda: 2.0 * 2**20)
+    with pytest.raises(MemoryError, match=rf"dense summation with rtol={rtol:g}.*1e-08 or more"):
+        InfluenceOperator(GROUNDS["homogeneous"], basis, rtol)
+    monkeypatch.undo()
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], rtol)
+    assert operator.method == "dense"
+    exact = RigidPunch(GROUNDS["homogeneous"], BASES["dual cells"]).matrix
+    assert np.abs(operator.to_dense() - exact).max() < 1e-13 * exact.max()
 
 
 def test_auto_takes_what_fits(monkeypatch):
     basis = BASES["dual cells"]
-    monkeypatch.setattr(operators, "available_memory", lambda: 2.0 * 2**20)
+    monkeypatch.setattr(resources, "available_memory", lambda: 2.0 * 2**20)
     operator = InfluenceOperator(GROUNDS["homogeneous"], basis, 1e-4)
     assert operator.method == "fast"
 
 
 def test_memory_at_hand():
-    assert operators.available_memory() > 2**20
+    assert resources.available_memory() > 2**20
+
+
+WEIGHTS = RigidPunch(GROUNDS["homogeneous"], BASES["triangles"]).weights
 
 
 @pytest.mark.parametrize(
@@ -218,9 +270,15 @@ def test_memory_at_hand():
         ({"rtol": -1.0}, ValueError, "tolerance from 0 to 0.01"),
         ({"rtol": np.nan}, ValueError, "tolerance"),
         ({"rtol": 1e-9, "method": "fast"}, ValueError, 'method="dense"'),
+        ({"rtol": "1e-6"}, TypeError, "a number for rtol, got '1e-6'"),
+        ({"rtol": None}, TypeError, "a number for rtol, got None"),
         ({"method": "slow"}, ValueError, "'slow'"),
         ({"edge": "round"}, ValueError, "'round'"),
+        ({"edge": None}, ValueError, "EdgeWeights, got None"),
         ({"collocation": "corner"}, ValueError, "'corner'"),
+        ({"collocation": [0.0, 1.0]}, ValueError, r"shape \(2, m\)"),
+        ({"basis": Partition.from_basis(BASES["dual cells"])}, ValueError, "with a partition"),
+        ({"edge": WEIGHTS}, ValueError, "weights of 545 cells for edge, got 648"),
         ({"substrate": HalfSpace}, TypeError, "a substrate such as HalfSpace"),
     ],
 )
@@ -233,11 +291,10 @@ def test_bad_input(change, error, message):
 def test_bad_points():
     partition = Partition.from_basis(BASES["dual cells"])
     with pytest.raises(ValueError, match=r"shape \(2, m\)"):
-        InfluenceOperator.of_cells(GROUNDS["homogeneous"], partition, np.zeros(2))
+        InfluenceOperator.from_partition(GROUNDS["homogeneous"], partition, np.zeros(2))
 
 
 def test_a_tolerance_out_of_reach(monkeypatch):
-    monkeypatch.setattr(operators, "order_for", lambda rtol: 4)
     monkeypatch.setattr("skfem_dual.operators.fmm.summation.order_for", lambda rtol: 4)
     with pytest.raises(ConvergenceError, match=r'rtol=1e-06, the fast.*method="dense"'):
         InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], 1e-6, "fast")

@@ -1,7 +1,14 @@
+"""Compilation and threads."""
+
+import threading
+from typing import NamedTuple
+
 import numba
+import numpy as np
 import pytest
 
-from skfem_dual.kernels.compiled import compiled
+from skfem_dual.kernels.compiled import compiled, inlined, inputs, vectorised
+from skfem_dual.kernels.threads import Threads
 
 
 def test_without_a_folder_for_caches(monkeypatch):
@@ -14,3 +21,72 @@ def test_without_a_folder_for_caches(monkeypatch):
 
     monkeypatch.setattr(numba, "njit", no_cache)
     assert compiled(lambda x: 2 * x)(3.0) == pytest.approx(6.0)
+
+
+class Shifted(NamedTuple):
+    values: np.ndarray
+    shift: float
+
+
+@inlined
+def _sum_of_squares(shifted):
+    total = 0.0
+    for value in shifted.values:
+        total += (value - shifted.shift) ** 2
+    return total
+
+
+@pytest.mark.parametrize("decorator", [compiled, vectorised])
+def test_kernels_take_named_tuples_and_inlined_functions(decorator):
+    kernel = decorator(lambda shifted: 2 * _sum_of_squares(shifted))
+    (values,) = inputs(np.arange(10.0)[::2])
+    # 0, 2, 4, 6, 8 about their mean 4
+    assert kernel(Shifted(values, 4.0)) == pytest.approx(80.0, rel=1e-15)
+
+
+def test_inputs_are_contiguous_and_read_only():
+    a = np.arange(12.0).reshape(3, 4)
+    transposed, same = inputs(a.T, a)
+    assert transposed.flags.c_contiguous
+    assert np.array_equal(transposed, a.T)
+    assert not transposed.flags.writeable
+    assert not same.flags.writeable
+    assert np.shares_memory(same, a)
+    a[0, 0] = 1.0  # what the caller has stays as it was
+    assert same[0, 0] == 1.0
+
+
+@pytest.mark.parametrize("m", [0, 1, 64, 65, 300, 1024, 5000, 100_000])
+def test_work_is_cut_into_the_same_pieces_for_any_number_of_threads(monkeypatch, m):
+    cuts = []
+    for threads in (1, 2, 7):
+        monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", threads)
+        pieces = []
+        with Threads() as run:
+            run(pieces.append, m)
+        cuts.append(sorted((piece.start, piece.stop) for piece in pieces))
+    assert cuts[0] == cuts[1] == cuts[2]
+    # one after the other from 0 to m, none too long for arrays of temporary use
+    bounds = [0, *(stop for _, stop in cuts[0])]
+    assert [start for start, _ in cuts[0]] == bounds[:-1]
+    assert bounds[-1] == m
+    assert max(np.diff(bounds), default=0) <= 256
+
+
+def test_short_work_starts_no_threads(monkeypatch):
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 4)
+    names = set()
+    with Threads() as run:
+        run(lambda piece: names.add(threading.current_thread()), 64)
+        assert names == {threading.current_thread()}
+        run(lambda piece: names.add(threading.current_thread()), 640)
+    assert len(names) > 1
+    assert sum(thread.is_alive() for thread in names) == 1  # the others end with the context
+
+
+def test_errors_in_threads_come_through():
+    def work(some):
+        raise FloatingPointError(str(some.start))
+
+    with Threads() as run, pytest.raises(FloatingPointError):
+        run(work, 5000)

@@ -317,7 +317,7 @@ def test_continued_values():
 
 def test_what_is_refused(dual, solutions):
     first, second = solutions
-    with pytest.raises(TypeError, match="expected a PunchSolution, got str"):
+    with pytest.raises(TypeError, match="expected a PunchSolution, got 'a'"):
         postprocess("a", second)
     with pytest.raises(
         TypeError, match=r"dual.basis\(\) and dual.primal_basis\(\) of one DualMesh"

@@ -346,13 +346,13 @@ def test_reports_are_readable():
 
 def test_wrong_arguments():
     mesh = disc(3)
-    with pytest.raises(ValueError, match="expected to="):
+    with pytest.raises(ValueError, match='expected to "neighbours" or "cells"'):
         relocate(mesh, "middle")
-    with pytest.raises(ValueError, match=f"indices from 0 to {mesh.p.shape[1] - 1}"):
+    with pytest.raises(ValueError, match=f"fixed from 0 to {mesh.p.shape[1] - 1}"):
         relocate(mesh, fixed=[mesh.p.shape[1]])
-    with pytest.raises(ValueError, match="positive tol and maxiter, got 1e-06 and 0"):
+    with pytest.raises(ValueError, match="expected maxiter of at least 1, got 0"):
         relocate(mesh, maxiter=0)
-    with pytest.raises(ValueError, match="fixed nodes"):
+    with pytest.raises(TypeError, match="fixed as an array of integers"):
         improve(mesh, fixed=[0.5])
     for function in (relocate, improve, repair):
         with pytest.raises(TypeError, match="expected a skfem MeshTri"):

@@ -8,7 +8,10 @@ from plans import perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace
+from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix, surface_displacement
+from skfem_dual.elements.remainder import Pieces
+from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
 
 GROUNDS = {
@@ -94,6 +97,31 @@ def test_beyond_the_table():
     tiny = GradedHalfSpace.init_linear(1.0, 0.25, 1e9)
     with pytest.raises(ValueError, match="range of the substrate's table"):
         influence_matrix(tiny, Partition.from_basis(BASES["dual"]), [[0.0], [0.0]])
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("name", BASES)
+def test_pieces_carry_the_load_of_their_cells(name, weighted):
+    """Its sum is the area of the cell, its centroid that of the pressure."""
+    partition = Partition.from_basis(BASES[name])
+    weights = None
+    if weighted:
+        weights = EdgeWeights.from_basis(BASES[name], partition, edge_ribs(partition))
+        assert weights.weighted.any()
+    pieces = Pieces.from_partition(partition, weights)
+    middles = (partition if weights is None else weights).centroids
+    for j in range(len(partition)):
+        total, first = 0.0, np.zeros(2)
+        for k in range(pieces.first[j], pieces.last[j]):
+            v = pieces.vertices[:, pieces.begin[k] : pieces.end[k]]
+            w = np.roll(v, -1, axis=1)
+            cross = v[0] * w[1] - v[1] * w[0]
+            load = pieces.density[k] * cross.sum() / 2
+            centroid = np.sum((v + w) * cross, axis=1) / (3 * cross.sum())
+            total += load
+            first += load * (centroid + pieces.shift[:, k])
+        assert total == pytest.approx(partition.areas[j], rel=1e-12)
+        assert first / total == pytest.approx(middles[:, j], abs=1e-12)
 
 
 def test_homogeneous_ground_has_none():

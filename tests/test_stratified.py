@@ -245,3 +245,10 @@ def test_range():
 def test_bad_grounds(make, kind, message):
     with pytest.raises(kind, match=message):
         make()
+
+
+def test_bad_numbers():
+    with pytest.raises(TypeError, match="expected a number for thickness, got None"):
+        Layer(None, 1.0, 0.2)
+    with pytest.raises(TypeError, match="expected a number for ratio, got 'a'"):
+        GradedHalfSpace.init_exponential(1.0, 0.2, "a", 1.0)

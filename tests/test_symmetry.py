@@ -11,7 +11,7 @@ from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
 from skfem_dual.contact.unilateral import ContactProblem, active_set, conjugate_gradients
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.partition import Partition
-from skfem_dual.operators.blocks import SymmetricMatrix
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 from skfem_dual.operators.symmetry import Symmetry
 
 SOIL = HalfSpace(1.0, 0.25)

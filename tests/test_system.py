@@ -15,10 +15,10 @@ from skfem_dual import (
     RigidPunch,
     Symmetry,
 )
-from skfem_dual.contact import punch, system
+from skfem_dual.contact import footprint
 from skfem_dual.operators import iterative
-from skfem_dual.operators.blocks import SymmetricMatrix
 from skfem_dual.operators.influence_operator import InfluenceOperator
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 GROUNDS = {
     "homogeneous": HalfSpace(1.0, 0.0),
@@ -30,8 +30,7 @@ GROUNDS = {
 @pytest.fixture
 def large(monkeypatch):
     """All but the smallest systems count as large ones."""
-    for module in (punch, system):
-        monkeypatch.setattr(module, "DENSE", 50)
+    monkeypatch.setattr(footprint, "DENSE", 50)
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
@@ -42,8 +41,7 @@ def test_iterated_solutions_are_those_of_the_factorised_matrix(ground, grid, lar
     whole = RigidPunch(GROUNDS[ground], basis, rtol=1e-7)
     assert isinstance(whole.operator, InfluenceOperator)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (punch, system):
-            patch.setattr(module, "DENSE", 10**6)
+        patch.setattr(footprint, "DENSE", 10**6)
         exact = RigidPunch(GROUNDS[ground], basis)
         assert isinstance(exact.operator, np.ndarray)
         for load in ({"force": 1.0, "at": (0.1, 0.05)}, {"force": 1.0, "at": (0.5, 0.1)}):
@@ -105,6 +103,11 @@ def test_many_points(monkeypatch):
     expected = found.displacement(x)
     monkeypatch.setattr(pressures, "FEW", 10)
     assert found.displacement(x) == pytest.approx(expected, rel=1e-5)
+    # a tolerance of 0 is one: the same sums as at few points
+    exact = RigidPunch(GROUNDS["homogeneous"], found.punch.basis, rtol=0).solve(1.0)
+    at_many = exact.displacement(x)
+    monkeypatch.undo()
+    assert np.array_equal(at_many, exact.displacement(x))
 
 
 @pytest.mark.parametrize(

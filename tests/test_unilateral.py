@@ -322,3 +322,14 @@ def test_contact_of_a_flat_punch_does_not_depend_on_the_force():
     one, two = of.solve(1.0, (0.6, 0.0)), of.solve(1e6, (0.6, 0.0))
     assert np.array_equal(one.contact, two.contact)
     assert two.pressure == pytest.approx(1e6 * one.pressure)
+
+
+@pytest.mark.parametrize("gap_rtol", [0, 1, 10, -1e-6, np.nan])
+def test_bad_accuracy_of_the_gaps(gap_rtol):
+    """It was taken for the largest violation whatever it was: 10 is met by no solution at all."""
+    of = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(disc(2)).basis())
+    for method in ("auto", "cg", "active-set"):
+        with pytest.raises(ValueError, match="gap_rtol"):
+            of.solve(1.0, at=(0.5, 0.0), method=method, gap_rtol=gap_rtol)
+    with pytest.raises(TypeError, match="number for gap_rtol, got 'fine'"):
+        of.solve(1.0, gap_rtol="fine")

@@ -2,14 +2,16 @@
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from ..elements.influence import as_points
 from ..elements.stresses import Stresses, displacements, stresses
+from .load import Pair
 from .solution import PunchSolution
 
 
-def stress_below(solution: PunchSolution, x) -> Stresses:
+def stress_below(solution: PunchSolution, x: ArrayLike) -> Stresses:
     """Stresses in the ground below a punch.
 
     The mean pressures of the cells act uniformly on their cells, also where the punch weights
@@ -47,21 +49,21 @@ def stress_below(solution: PunchSolution, x) -> Stresses:
     >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.2f}")
     0.50
     """
-    punch = solution.punch
-    return stresses(punch.substrate, punch.partition, solution.pressure, x)
+    cells = solution.footprint
+    return stresses(cells.substrate, cells.partition, solution.pressure, x)
 
 
-def displacement_below(solution: PunchSolution, x) -> ndarray:
+def displacement_below(solution: PunchSolution, x: ArrayLike) -> ndarray:
     """Displacements in the ground below a punch, shape (3, m), in the directions x, y, z.
 
     The same loads, points and errors as `stress_below`.
     """
-    punch = solution.punch
-    return displacements(punch.substrate, punch.partition, solution.pressure, x)
+    cells = solution.footprint
+    return displacements(cells.substrate, cells.partition, solution.pressure, x)
 
 
 def vertical_section(
-    solution: PunchSolution, start, end, depth: float, n: int = 100
+    solution: PunchSolution, start: Pair, end: Pair, depth: float, n: int = 100
 ) -> tuple[CellBasis, ndarray]:
     """Vertical stress in a section of the ground, to draw its bulbs of pressure.
 
@@ -90,8 +92,8 @@ def vertical_section(
     ValueError
         If the section is empty, or as in `stress_below`.
     """
-    start, end = (as_points(np.reshape(point, (-1, 1))) for point in (start, end))
-    length = float(np.hypot(*(end - start))[0])
+    a, b = (as_points(np.reshape(point, (-1, 1))) for point in (start, end))
+    length = float(np.hypot(*(b - a))[0])
     if not (length > 0 and 0 < depth < np.inf and n >= 1):
         raise ValueError(
             "expected a section with length > 0, finite depth > 0 and n >= 1, got "
@@ -100,5 +102,5 @@ def vertical_section(
     rows = max(1, round(n * depth / length))
     mesh = MeshTri.init_tensor(np.linspace(0, length, n + 1), np.linspace(-depth, 0, rows + 1))
     s, z = mesh.p[0] / length, np.maximum(-mesh.p[1], 1e-9 * depth)
-    values = stress_below(solution, np.vstack([(1 - s) * start + s * end, z])).sigma_z
+    values = stress_below(solution, np.vstack([(1 - s) * a + s * b, z])).sigma_z
     return CellBasis(mesh, ElementTriP1()), values

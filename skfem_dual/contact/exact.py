@@ -1,31 +1,40 @@
-"""Exact solutions for the homogeneous half-space, pure functions; imports nothing of ours.
+"""Exact solutions for the homogeneous half-space, pure functions of numbers.
 
 Compression and settlement are positive, ``young`` and ``poisson`` are those of the half-space.
+Numbers out of their range raise a ValueError, what is no number a TypeError.
 Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5, 4.2 (Hertz) and 5.2 (cone);
 Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 """
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
+
+from ..arguments import checked_array, checked_number, checked_pair, checked_size
 
 
 def contact_modulus(young: float, poisson: float) -> float:
     """E* = E / (1 - nu^2)."""
-    return young / (1 - poisson**2)
+    young = checked_size("young", young)
+    return young / (1 - checked_number("poisson", poisson, at_least=0, at_most=0.5) ** 2)
 
 
 def circle_settlement(force: float, radius: float, young: float, poisson: float) -> float:
     """Settlement of a rigid flat circle under a central force, P / (2 a E*)."""
+    force, radius = checked_number("force", force), checked_size("radius", radius)
     return force / (2 * radius * contact_modulus(young, poisson))
 
 
 def circle_tilt(moment: float, radius: float, young: float, poisson: float) -> float:
     """Tilt of a rigid flat circle in full contact under a moment, 3 M / (4 a^3 E*)."""
+    moment, radius = checked_number("moment", moment), checked_size("radius", radius)
     return 3 * moment / (4 * radius**3 * contact_modulus(young, poisson))
 
 
-def circle_pressure(x, force: float, radius: float, moments=(0.0, 0.0)) -> ndarray:
+def circle_pressure(
+    x: ArrayLike, force: float, radius: float, moments: tuple[float, float] = (0.0, 0.0)
+) -> ndarray:
     """Pressure under a rigid flat circle around the origin.
 
     Parameters
@@ -39,7 +48,9 @@ def circle_pressure(x, force: float, radius: float, moments=(0.0, 0.0)) -> ndarr
     moments : pair of float
         First moments of the pressure, its integrals times x and times y.
     """
-    x = np.asarray(x, dtype=float)
+    x = _places(x)
+    force, radius = checked_number("force", force), checked_size("radius", radius)
+    moments = checked_pair("moments", moments)
     d2 = radius**2 - x[0] ** 2 - x[1] ** 2
     lever = 3 * (moments[0] * x[0] + moments[1] * x[1]) / radius**2
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -51,14 +62,15 @@ def ellipse_settlement(
     force: float, semiaxes: tuple[float, float], young: float, poisson: float
 ) -> float:
     """Settlement of a rigid flat ellipse under a central force, P K(m) / (pi E* a)."""
-    b, a = sorted(semiaxes)
+    force = checked_number("force", force)
+    b, a = sorted(_semiaxes(semiaxes))
     modulus = contact_modulus(young, poisson)
     return float(force * ellipk(1 - (b / a) ** 2) / (np.pi * modulus * a))
 
 
-def ellipse_pressure(x, force: float, semiaxes: tuple[float, float]) -> ndarray:
+def ellipse_pressure(x: ArrayLike, force: float, semiaxes: tuple[float, float]) -> ndarray:
     """Pressure under a rigid flat ellipse with its axes along x and y, central force."""
-    x = np.asarray(x, dtype=float)
+    x, force, semiaxes = _places(x), checked_number("force", force), _semiaxes(semiaxes)
     d2 = 1 - (x[0] / semiaxes[0]) ** 2 - (x[1] / semiaxes[1]) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         p = force / (2 * np.pi * semiaxes[0] * semiaxes[1] * np.sqrt(d2))
@@ -67,6 +79,8 @@ def ellipse_pressure(x, force: float, semiaxes: tuple[float, float]) -> ndarray:
 
 def hertz_radius(force: float, radius: float, young: float, poisson: float) -> float:
     """Contact radius of a sphere, a^3 = 3 P R / (4 E*)."""
+    force = checked_number("force", force, at_least=0)
+    radius = checked_size("radius", radius)
     return float(np.cbrt(3 * force * radius / (4 * contact_modulus(young, poisson))))
 
 
@@ -75,15 +89,20 @@ def hertz_approach(force: float, radius: float, young: float, poisson: float) ->
     return hertz_radius(force, radius, young, poisson) ** 2 / radius
 
 
-def hertz_pressure(x, force: float, radius: float, young: float, poisson: float) -> ndarray:
+def hertz_pressure(
+    x: ArrayLike, force: float, radius: float, young: float, poisson: float
+) -> ndarray:
     """Pressure under a sphere whose lowest point is the origin, at points of shape (2, ...)."""
+    x, force = _places(x), checked_number("force", force, above=0)
     a = hertz_radius(force, radius, young, poisson)
-    r2 = np.sum(np.asarray(x, dtype=float) ** 2, axis=0)
+    r2 = np.sum(x**2, axis=0)
     return 3 * force / (2 * np.pi * a**2) * np.sqrt((1 - r2 / a**2).clip(0))
 
 
 def cone_radius(force: float, angle: float, young: float, poisson: float) -> float:
     """Contact radius of a cone whose flanks rise at ``angle``, P = pi a^2 E* tan(angle) / 2."""
+    force = checked_number("force", force, at_least=0)
+    angle = checked_number("angle", angle, above=0, below=np.pi / 2)
     return float(np.sqrt(2 * force / (np.pi * contact_modulus(young, poisson) * np.tan(angle))))
 
 
@@ -92,21 +111,33 @@ def cone_approach(force: float, angle: float, young: float, poisson: float) -> f
     return float(np.pi / 2 * np.tan(angle) * cone_radius(force, angle, young, poisson))
 
 
-def cone_pressure(x, force: float, angle: float, young: float, poisson: float) -> ndarray:
+def cone_pressure(
+    x: ArrayLike, force: float, angle: float, young: float, poisson: float
+) -> ndarray:
     """Pressure under a cone whose tip is the origin, where it is infinite; x as (2, ...)."""
-    a = cone_radius(force, angle, young, poisson)
-    r = np.sqrt(np.sum(np.asarray(x, dtype=float) ** 2, axis=0))
+    x, a = _places(x), cone_radius(force, angle, young, poisson)
+    r = np.sqrt(np.sum(x**2, axis=0))
     with np.errstate(divide="ignore"):
         ratio = np.arccosh((a / r).clip(1))
     return contact_modulus(young, poisson) * np.tan(angle) / 2 * ratio
 
 
 def uniform_circle_displacement(
-    r, pressure: float, radius: float, young: float, poisson: float
+    r: ArrayLike, pressure: float, radius: float, young: float, poisson: float
 ) -> ndarray:
     """Settlement at distance ``r`` from the centre of a uniformly loaded circle."""
-    r = np.abs(np.asarray(r, dtype=float)) / radius
-    inside, outside = np.minimum(r, 1.0), np.maximum(r, 1.0)
+    pressure, radius = checked_number("pressure", pressure), checked_size("radius", radius)
+    s = np.abs(checked_array("r", r, None)) / radius
+    inside, outside = np.minimum(s, 1.0), np.maximum(s, 1.0)
     m = 1 / outside**2
-    w = np.where(r <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (r > 1))))
+    w = np.where(s <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (s > 1))))
     return 4 * pressure * radius / (np.pi * contact_modulus(young, poisson)) * w
+
+
+def _places(x) -> ndarray:
+    return checked_array("x", x, (2, "..."), each="point")
+
+
+def _semiaxes(value) -> tuple[float, float]:
+    one, other = checked_pair("semiaxes", value)
+    return checked_size("semiaxes[0]", one), checked_size("semiaxes[1]", other)

@@ -22,8 +22,8 @@ from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
-from ..operators.blocks import SymmetricMatrix
-from ..operators.influence_operator import InfluenceOperator
+from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .load import Pair, checked_number, checked_pair
 from .system import DENSE
@@ -31,9 +31,6 @@ from .system import DENSE
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
 EdgeBoundaries = str | Sequence[str] | ndarray
-
-#: accuracy of settlements that are summed up, if none is given
-RTOL = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,6 +57,11 @@ class LoadedCells:
     def __len__(self) -> int:
         return len(self.partition)
 
+    @property
+    def few(self) -> bool:
+        """Whether their matrix is a small one."""
+        return len(self) <= DENSE
+
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
         matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
@@ -76,13 +78,12 @@ class LoadedCells:
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
         """From the cells to points of shape (2, m), to a tolerance."""
         cells = self.substrate, self.partition, x, self.weights
-        return InfluenceOperator.of_cells(*cells, rtol)
+        return InfluenceOperator.from_partition(*cells, rtol)
 
     def operator(self, rtol: float) -> ndarray | InfluenceOperator:
         """From the cells to their collocation points; a matrix where that is small and sooner."""
         operator = self.fast_operator(self.collocation_points, rtol)
-        few = len(self) <= DENSE and operator.method == "dense"
-        return operator.to_dense() if few else operator
+        return operator.to_dense() if self.few and operator.method == "dense" else operator
 
     def symmetric_matrix(self, symmetry: Symmetry) -> SymmetricMatrix:
         """The matrix by the rows of one cell of each orbit."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -16,12 +16,18 @@ from ..errors import ConvergenceWarning
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
-from .load import Constraints, Load, require_compression
+from ..operators.influence_operator import InfluenceOperator
+from ..operators.resources import available_memory
+from ..operators.symmetric_matrix import SymmetricMatrix
+from .footprint import LoadedCells
+from .group_solution import PunchesSolution
+from .load import Constraints, Load, checked_fraction, require_compression
 from .neighbours import free_of, require_apart
 from .punch import RigidPunch
 from .solution import PunchSolution
-from .system import ContactSystem, Method, timed
+from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import Contact
+from .union import union
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,7 +35,8 @@ class RigidPunches:
     """Rigid punches on one substrate that act on each other through the ground.
 
     Each is a body with its own load, settlement and tilt; punches that are ``joined`` move as
-    one body. Where joined punches touch, the pressure is not singular.
+    one body. Where joined punches touch, the pressure is not singular. The equations of all cells
+    are as accurate as the ``rtol`` of any punch asks for, see `operator`.
 
     Parameters
     ----------
@@ -65,7 +72,7 @@ class RigidPunches:
     joined: Sequence[Sequence[int]] = ()
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         punches = tuple(self.punches)
         bad = [type(p).__name__ for p in punches if not isinstance(p, RigidPunch)]
         if bad or not punches:
@@ -168,18 +175,52 @@ class RigidPunches:
         ]
 
     @cached_property
+    def cells(self) -> LoadedCells:
+        """The cells of all punches, one punch after the other."""
+        return union([punch.footprint for punch in self.punches])
+
+    @cached_property
+    def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
+        """From all cells to all collocation points, as accurate as any of the punches asks for.
+
+        Up to 4000 cells exact and dense, unless all punches have an ``rtol``; beyond, the least of
+        these. If all have a ``symmetry``, that of the whole arrangement is looked for and used.
+
+        Raises
+        ------
+        MemoryError
+            Before the work, if the memory at hand will not do.
+        """
+        with timed(self.timings, "assembly"):
+            if all(punch.symmetry is not None for punch in self.punches):
+                symmetry = self.cells.usable_symmetry()
+                if symmetry is not None:
+                    return self.cells.symmetric_matrix(symmetry)
+            exact = any(punch.rtol is None for punch in self.punches)
+            if exact and self.cells.few:
+                return self._matrix()
+            return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
+
+    def _matrix(self) -> ndarray:
+        n = self._slices[-1].stop
+        needed, memory = 16.0 * n**2, available_memory()  # with its factors
+        if needed > memory:
+            raise MemoryError(
+                f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; the matrix of "
+                f"{n} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 for "
+                "all punches, or coarser meshes"
+            )
+        matrix = np.empty((n, n))
+        for rows, at in zip(self._slices, self.punches, strict=True):
+            for columns, under in zip(self._slices, self.punches, strict=True):
+                matrix[rows, columns] = under.influence(at.collocation_points)
+        return matrix
+
+    @cached_property
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies' centroids."""
         n = self._slices[-1].stop
-        with timed(self.timings, "assembly"):
-            matrix = np.empty((n, n))
-            for rows, at in zip(self._slices, self.punches, strict=True):
-                for columns, under in zip(self._slices, self.punches, strict=True):
-                    matrix[rows, columns] = under.influence(at.collocation_points)
-        planes, resultants = (
-            np.zeros((3 * len(self.bodies), n)),
-            np.zeros((3 * len(self.bodies), n)),
-        )
+        planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
         for number, body in enumerate(self.bodies):
             own = slice(3 * number, 3 * number + 3)
             for i in body:
@@ -192,7 +233,7 @@ class RigidPunches:
                     target[own, cells] = of
                     target[own, cells][1:] += shift * of[0]
         return ContactSystem(
-            matrix,
+            self.operator,
             planes,
             resultants,
             np.concatenate([p.initial_gap for p in self.punches]),
@@ -206,16 +247,17 @@ class RigidPunches:
         *,
         unilateral: bool = True,
         method: Method = "auto",
-        start: "PunchesSolution | None" = None,
-        rtol: float = 1e-10,
-    ) -> "PunchesSolution":
+        start: PunchesSolution | None = None,
+        gap_rtol: float = 1e-10,
+        progress: bool = False,
+    ) -> PunchesSolution:
         """Pressures and positions of all bodies under one load each.
 
         Parameters
         ----------
         loads : sequence of Load or mapping
             What is imposed on each body, in the order of `bodies`; keyword arguments of `Load`.
-        unilateral, method, rtol
+        unilateral, method, gap_rtol, progress
             As `RigidPunch.solve`.
         start : PunchesSolution, optional
             A solution nearby to begin with, of as many punches.
@@ -228,7 +270,10 @@ class RigidPunches:
         Raises
         ------
         ValueError
-            If there is not one load for each body, or a load is impossible; says which.
+            If there is not one load for each body, a load is impossible (says which), or
+            ``gap_rtol`` is not between 0 and 1.
+        MemoryError
+            If the memory at hand will not do.
         ConvergenceError
             If the system of equations is singular.
         """
@@ -236,6 +281,7 @@ class RigidPunches:
             raise ValueError(
                 f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
             )
+        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
         given = [load if isinstance(load, Load) else Load(**load) for load in loads]
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
@@ -245,19 +291,22 @@ class RigidPunches:
             constraints.append(load.constraints(origin - self._centres[number]))
         begin = perf_counter()
         everything = Constraints.together(constraints)
-        if unilateral:
-            pressures = None
-            if start is not None:
-                pressures = np.concatenate(
-                    [p.pressures_of(s) for p, s in zip(self.punches, start.solutions, strict=True)]
-                )
-            contact, position = self.system.unilateral(everything, method, pressures, rtol)
-        else:
-            contact, position = self.system.bilateral(everything)
+        with progress_bars(progress):
+            if unilateral:
+                pressures = self._pressures_of(start)
+                contact, position = self.system.unilateral(everything, method, pressures, gap_rtol)
+            else:
+                contact, position = self.system.bilateral(everything)
         timings = self.timings | {"solution": perf_counter() - begin}
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
         return PunchesSolution(self, self._solutions(given, contact, position, timings))
+
+    def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
+        if start is None:
+            return None
+        parts = zip(self.punches, start.solutions, strict=True)
+        return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
     def _require_compression(self, number: int, load: Load, origin: ndarray) -> None:
         members = [self.punches[i] for i in self.bodies[number]]
@@ -279,7 +328,7 @@ class RigidPunches:
         self, loads: list[Load], contact: Contact, position: ndarray, timings: dict[str, float]
     ) -> tuple[PunchSolution, ...]:
         pressures = [contact.pressure[cells] for cells in self._slices]
-        found = {}
+        solutions = {}
         for number, body in enumerate(self.bodies):
             moved = position[3 * number : 3 * number + 3]
             for i in body:
@@ -299,10 +348,10 @@ class RigidPunches:
                     load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
                 others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
                 others = others[:i] + others[i + 1 :]
-                found[i] = punch.solution(load, part, own, timings, others)
-        return tuple(found[i] for i in range(len(self.punches)))
+                solutions[i] = punch.solution(load, part, own, timings, others)
+        return tuple(solutions[i] for i in range(len(self.punches)))
 
-    def interaction_factors(self, loads: Sequence[Load | Mapping], **options) -> ndarray:
+    def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.
 
         Parameters
@@ -334,53 +383,3 @@ class RigidPunches:
                 f"  Bodies: {bodies}",
             ]
         )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PunchesSolution:
-    """Pressures under several punches and their positions.
-
-    Attributes
-    ----------
-    punches : RigidPunches
-        The problem solved.
-    solutions : tuple of PunchSolution
-        One for each punch.
-    """
-
-    punches: RigidPunches
-    solutions: tuple[PunchSolution, ...]
-
-    def __getitem__(self, i: int) -> PunchSolution:
-        return self.solutions[i]
-
-    def __len__(self) -> int:
-        return len(self.solutions)
-
-    @property
-    def success(self) -> bool:
-        """Whether the contact regions were found."""
-        return all(s.success for s in self.solutions)
-
-    @property
-    def iterations(self) -> int:
-        """Iterations in which they were found."""
-        return max(s.iterations for s in self.solutions)
-
-    @property
-    def force(self) -> ndarray:
-        """Resultant of each body, shape (nbodies,)."""
-        return np.array([sum(self[i].force for i in body) for body in self.punches.bodies])
-
-    def displacement(self, x) -> ndarray:
-        """Settlement of the ground at points of shape (2, m), under all punches."""
-        return self[0].displacement(x)
-
-    def __repr__(self) -> str:
-        head = "  punch  force        settlement   tilt                      contact area"
-        rows = [
-            f"  {i:<7}{s.force:<13.6g}{s.settlement:<13.6g}"
-            f"{f'({s.tilt[0]:.4g}, {s.tilt[1]:.4g})':<26}{s.contact_area:.6g}"
-            for i, s in enumerate(self.solutions)
-        ]
-        return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])

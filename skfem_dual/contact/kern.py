@@ -1,4 +1,9 @@
-"""The kern of a plan: where a force may act without the punch lifting off."""
+"""The kern of a plan: where a force may act without the punch lifting off.
+
+The pressure is linear in the point where a unit force acts, so each cell gives a half-plane and
+the kern is their intersection, by duality the polar of a convex hull (Ziegler, Lectures on
+Polytopes, 1995, section 2.3).
+"""
 
 import numpy as np
 from numpy import ndarray

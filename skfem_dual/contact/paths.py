@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -31,13 +32,13 @@ class LoadPath:
         return self.solutions[i]
 
     def __repr__(self) -> str:
-        found = sum(s.success for s in self.solutions)
+        converged = sum(s.success for s in self.solutions)
         head = "<skfem_dual LoadPath object>\n  force        settlement   tilt"
         rows = [
             f"  {s.force:<12.5g} {s.settlement:<12.5g} ({s.tilt[0]:.5g}, {s.tilt[1]:.5g})"
             for s in self.solutions
         ]
-        return "\n".join([head, *rows, f"  {found} of {len(self)} found"])
+        return "\n".join([head, *rows, f"  {converged} of {len(self)} found"])
 
     @property
     def force(self) -> ndarray:
@@ -70,7 +71,7 @@ class LoadPath:
         return all(s.success for s in self.solutions)
 
 
-def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options) -> LoadPath:
+def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> LoadPath:
     """Solve for one load after the other, each from the contact found before.
 
     Parameters
@@ -146,7 +147,7 @@ class MomentRotation(LoadPath):
 
 
 def moment_rotation(
-    punch: RigidPunch, force: float, direction: Pair = (1.0, 0.0), steps: int = 24, **options
+    punch: RigidPunch, force: float, direction: Pair = (1.0, 0.0), steps: int = 24, **options: Any
 ) -> MomentRotation:
     """Moment-rotation curve of a footing up to 97 % of the overturning moment.
 

@@ -15,6 +15,7 @@ from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
+from ..operators.entries import EXACT
 from .footprint import Footprint
 from .region import ContactRegion
 
@@ -102,7 +103,7 @@ class CellPressures:
         w = np.zeros(x.shape[1])
         for punch, p in ((self.punch, self.pressure), *self.others):
             cells = punch.footprint
-            if len(p) * x.shape[1] > FEW:
+            if len(p) * x.shape[1] > FEW and cells.tolerance >= EXACT:
                 w += cells.fast_operator(x, cells.tolerance) @ p
                 continue
             w += surface_displacement(cells.substrate, cells.partition, p, x, cells.weights)

@@ -13,8 +13,8 @@ from skfem import CellBasis
 from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
-from ..operators.blocks import SymmetricMatrix
 from ..operators.influence_operator import InfluenceOperator
+from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
@@ -22,7 +22,7 @@ from .load import Load, Pair, checked_fraction, require_compression
 from .pressures import CellPressures
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
-from .system import DENSE, ContactSystem, Method, progress_bars, timed
+from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import Contact
 
 
@@ -131,7 +131,7 @@ class RigidPunch(Body):
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
         symmetry, cells = self._symmetry, self.footprint
-        if symmetry is None and self.rtol is None and len(cells) <= DENSE:
+        if symmetry is None and self.rtol is None and cells.few:
             return self.matrix
         with timed(self.timings, "assembly"):
             if symmetry is not None:

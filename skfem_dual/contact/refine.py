@@ -1,6 +1,7 @@
 """Meshes refined where contact ends."""
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from skfem import MeshTri
@@ -16,7 +17,7 @@ def refine_to_contact(
     mesh: MeshTri,
     load: Mapping,
     refinements: int = 3,
-    **options,
+    **options: Any,
 ) -> list[PunchSolution]:
     """Solve on meshes that are refined around the edge of contact, each from the last contact.
 

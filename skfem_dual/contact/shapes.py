@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator
 from skfem import CellBasis
 
@@ -48,14 +50,14 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
     return values
 
 
-def _positive(name: str, value) -> float:
+def _positive(name: str, value: Any) -> float:
     number = checked_number(name, value)
     if number <= 0:
         raise ValueError(f"expected a positive {name}, got {number:g}")
     return number
 
 
-def _distance(x, centre: Pair) -> ndarray:
+def _distance(x: ArrayLike, centre: Pair) -> ndarray:
     x = np.asarray(x, dtype=float)
     return np.hypot(x[0] - centre[0], x[1] - centre[1])
 
@@ -75,11 +77,11 @@ class Paraboloid:
     radius: float
     centre: Pair = (0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "radius", _positive("radius", self.radius))
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
 
-    def __call__(self, x) -> ndarray:
+    def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         return _distance(x, self.centre) ** 2 / (2 * self.radius)
 
@@ -88,7 +90,7 @@ class Paraboloid:
 class Sphere(Paraboloid):
     """``R - sqrt(R^2 - r^2)``: a sphere of radius R; parameters as `Paraboloid`."""
 
-    def __call__(self, x) -> ndarray:
+    def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...), none farther from the axis than the radius."""
         r = _distance(x, self.centre)
         if (far := np.max(r, initial=0.0)) > self.radius:
@@ -114,13 +116,13 @@ class Cone:
     angle: float
     centre: Pair = (0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "angle", _positive("angle", self.angle))
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
         if self.angle >= np.pi / 2:
             raise ValueError(f"expected an angle below pi / 2, got {self.angle:g}")
 
-    def __call__(self, x) -> ndarray:
+    def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         return _distance(x, self.centre) * np.tan(self.angle)
 
@@ -143,12 +145,12 @@ class RoundedCylinder:
     rounding: float
     centre: Pair = (0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "flat", _positive("flat", self.flat))
         object.__setattr__(self, "rounding", _positive("rounding", self.rounding))
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
 
-    def __call__(self, x) -> ndarray:
+    def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         return (_distance(x, self.centre) - self.flat).clip(0) ** 2 / (2 * self.rounding)
 
@@ -168,7 +170,7 @@ class MeasuredProfile:
     x: ndarray
     height: ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "x", readonly(self.x, float))
         object.__setattr__(self, "height", readonly(self.height, float))
         if self.x.ndim != 2 or self.x.shape[0] != 2 or self.x.shape[1] < 3:
@@ -181,14 +183,14 @@ class MeasuredProfile:
         if not (np.isfinite(self.x).all() and np.isfinite(self.height).all()):
             raise ValueError("expected finite points and heights")
 
-    def __call__(self, x) -> ndarray:
+    def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         x = np.asarray(x, dtype=float)
-        found = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
-        if np.isnan(found).any():
-            bad = np.argmax(np.isnan(found))
+        height = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
+        if np.isnan(height).any():
+            bad = np.argmax(np.isnan(height))
             raise ValueError(
                 f"expected points measured around the whole plan; ({x[0].flat[bad]:.6g}, "
                 f"{x[1].flat[bad]:.6g}) is outside them"
             )
-        return found
+        return height

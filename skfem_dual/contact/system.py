@@ -1,4 +1,9 @@
-"""The equations of rigid bodies on the ground, whatever bodies and whatever ground."""
+"""The equations of bodies on the ground, whatever bodies and whatever ground.
+
+Pressures p of the cells and a position s obey ``D p + gap = planes' s`` in contact and
+``balance resultants p = given``, equations (3) to (5) of the paper; the position follows from the
+Schur complement, the stiffness ``resultants D^-1 planes'``.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,10 +18,11 @@ import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..operators.blocks import SymmetricMatrix
+from ..operators.factors import solve_factorised
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
+from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.yielding import YieldingOperator
 from .load import Constraints, checked_fraction
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
@@ -71,7 +77,7 @@ class ContactSystem:
             if isinstance(self.matrix, YieldingOperator):
                 return self.matrix.preconditioner
             if isinstance(self.matrix, InfluenceOperator):
-                return Preconditioner.build(self.matrix)
+                return Preconditioner.from_operator(self.matrix)
         raise TypeError("expected an operator, got a matrix, which is factorised")
 
     @property
@@ -108,14 +114,12 @@ class ContactSystem:
                 factors = self.matrix.factors
             return factors.solve(rhs), ""
         if isinstance(self.matrix, np.ndarray):
-            return scipy.linalg.lu_solve(self.factors, rhs), ""
+            return solve_factorised(self.factors, rhs), ""
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
         with timed(self.timings, "iterations"):
-            pressures, _, success, message = solve_many(
-                self.matrix, rhs, rtol, _bars.get(), preconditioner=preconditioner
-            )
-        return pressures, "" if success else message
+            answer = solve_many(self.matrix, rhs, rtol, _bars.get(), preconditioner=preconditioner)
+        return answer.solution, "" if answer.success else answer.message
 
     @cached_property
     def stiffness(self) -> ndarray:
@@ -152,7 +156,7 @@ class ContactSystem:
         scaled = matrix / scale
 
         def inverse(v: ndarray, trans: int = 0) -> ndarray:
-            return scale * scipy.linalg.lu_solve(factors, v, trans=trans)
+            return scale * solve_factorised(factors, v, trans)
 
         top = largest(lambda v: scaled.T @ (scaled @ v))
         bottom = largest(lambda v: inverse(inverse(v, trans=1)))

@@ -4,9 +4,12 @@ Near a cell its weighted triangles are cut into strips between levels of the dis
 each strip carries its exact mean of the weight as a uniform load. Far from it the first moment of
 the weight acts as a dipole. The matrix of edge-weighted cells is the sum of uniform entries, a
 sparse near and a smooth far correction, each of which any operator can take.
+
+The strips are this project's own; each is integrated by its ribs, see `ribs`.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -14,12 +17,13 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..kernels.compiled import compiled, inputs
-from ..kernels.threads import in_blocks
+from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .influence import _rib_integral
+from .moments import Dipoles, dipole_influence
+from .ribs import segment_integral
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
-NEAR = 2.5
+IN_STRIPS = 2.5
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
 #: less, and the fewest
 STRIPS, FEWEST = 16, 3
@@ -49,7 +53,7 @@ class EdgeCorrection:
     @classmethod
     def from_weights(
         cls, weights: EdgeWeights, coefficient: float, x: ndarray, strips: int = STRIPS
-    ) -> "EdgeCorrection":
+    ) -> Self:
         """Correction of a substrate with the influence ``coefficient / r`` near its origin.
 
         ``strips`` is their number in a triangle that reaches from the edge on.
@@ -60,27 +64,74 @@ class EdgeCorrection:
 
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
-        cells = np.nonzero(self.dipoles.any(axis=0))[0]
-        args = inputs(self.centroids, self.dipoles, cells)
+        cells, dipoles = self._weighted()
 
         def work(rows: slice) -> None:
-            _add_dipoles(*inputs(self.x[:, rows]), *args, matrix[rows])
+            _add_dipoles(*inputs(self.x[:, rows], cells), dipoles, matrix[rows])
 
-        in_blocks(work, self.x.shape[1])
+        with Threads() as run:
+            run(work, self.x.shape[1])
         near = self.near.tocoo()
         matrix[near.row, near.col] += near.data
 
     def apply(self, q: ndarray) -> ndarray:
         """The correction times mean pressures ``q`` of shape (n,)."""
         out = np.zeros(self.x.shape[1])
-        cells = np.nonzero(self.dipoles.any(axis=0))[0]
-        loads = inputs(self.centroids[:, cells], self.dipoles[:, cells] * q[cells])
+        cells, dipoles = self._weighted()
+        loaded = Dipoles(*inputs(dipoles.middles, dipoles.moments * q[cells]))
 
         def work(rows: slice) -> None:
-            _sum_dipoles(*inputs(self.x[:, rows]), *loads, out[rows])
+            _sum_dipoles(*inputs(self.x[:, rows]), loaded, out[rows])
 
-        in_blocks(work, self.x.shape[1])
+        with Threads() as run:
+            run(work, self.x.shape[1])
         return out + self.near @ q
+
+    def _weighted(self) -> tuple[ndarray, Dipoles]:
+        """Cells that have a dipole, and those."""
+        cells = np.nonzero(self.dipoles.any(axis=0))[0]
+        return cells, Dipoles(*inputs(self.centroids[:, cells], self.dipoles[:, cells]))
+
+
+class Triangles(NamedTuple):
+    """Triangles that fill cells, and the weight on them.
+
+    Attributes
+    ----------
+    p : (2, k) array of float
+        Vertices.
+    t : (3, ntriangles) array of int
+        Vertices of each triangle, those of a cell one after the other.
+    root : (k,) array of float
+        Square root of phi at the vertices.
+    starts : (n + 1,) array of int
+        The first triangle of each cell.
+    mean : (n,) array of float
+        Mean of w over each cell.
+    """
+
+    p: ndarray
+    t: ndarray
+    root: ndarray
+    starts: ndarray
+    mean: ndarray
+
+
+class Pairs(NamedTuple):
+    """Cells and the points near them.
+
+    Attributes
+    ----------
+    cells : (k,) array of int
+    x : (2, npairs) array of float
+        Points, those of a cell one after the other.
+    offsets : (k + 1,) array of int
+        The first point of each cell.
+    """
+
+    cells: ndarray
+    x: ndarray
+    offsets: ndarray
 
 
 def _near(
@@ -91,18 +142,15 @@ def _near(
     own = weights.weighted[fan.cell]
     spokes = np.hypot(*(fan.p[:, fan.t[:, own]] - partition.centroids[:, None, fan.cell[own]]))
     radii = np.maximum.reduceat(spokes.max(axis=0), np.searchsorted(fan.cell[own], cells))
-    points = cKDTree(x.T).query_ball_point(partition.centroids[:, cells].T, NEAR * radii)
+    points = cKDTree(x.T).query_ball_point(partition.centroids[:, cells].T, IN_STRIPS * radii)
     counts = np.array([len(i) for i in points], dtype=np.int64)
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     values = np.zeros(len(rows))
-    args = inputs(x, fan.p, fan.t, weights.root, weights.mean, fan.starts)
-    cells, offsets, rows = inputs(cells, offsets, rows)
-
-    def work(some: slice) -> None:
-        _strip_sums(*args, strips, cells[some], offsets[some.start : some.stop + 1], rows, values)
-
-    in_blocks(work, len(cells))
+    triangles = Triangles(*inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean))
+    pairs = Pairs(*inputs(cells, x[:, rows], offsets))
+    with Threads() as run:
+        run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, values), len(cells))
     values *= coefficient
     column = np.repeat(cells, counts)
     d = x[:, rows] - partition.centroids[:, column]
@@ -113,103 +161,115 @@ def _near(
 
 
 @compiled
-def _segment(x, y, ax, ay, bx, by):
-    """Integral of 1/r over the triangle of the point (x, y) and a directed segment."""
-    lx, ly = bx - ax, by - ay
-    length = np.sqrt(lx * lx + ly * ly)
-    if length == 0.0:
-        return 0.0
-    r1 = np.sqrt((x - ax) ** 2 + (y - ay) ** 2)
-    r2 = np.sqrt((x - bx) ** 2 + (y - by) ** 2)
-    return _rib_integral(x, y, ax, ay, lx, ly, length, r1, r2)
-
-
-@compiled
-def _strip_sums(x, p, t, root, mean, starts, most, cells, offsets, rows, values):
+def _strip_sums(first, last, pairs, triangles, strips, values):
     """Integrals of (w / mean(w) - 1) / r over some cells, w constant in strips."""
-    for k in range(cells.shape[0]):
-        j = cells[k]
-        for piece in range(starts[j], starts[j + 1]):
-            v0, v1, v2 = t[0, piece], t[1, piece], t[2, piece]
-            # vertices by ascending distance; the sense of rotation goes into the sign
-            sign = 1.0
-            if root[v0] > root[v1]:
-                v0, v1, sign = v1, v0, -sign
-            if root[v1] > root[v2]:
-                v1, v2, sign = v2, v1, -sign
-            if root[v0] > root[v1]:
-                v0, v1, sign = v1, v0, -sign
-            s0, s1, s2 = root[v0], root[v1], root[v2]
-            phi0, phi1, phi2 = s0 * s0, s1 * s1, s2 * s2
-            strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
-            # levels equidistant in the root, with the middle vertex among them
-            before = 0.0
-            ex, ey, bx, by = p[0, v0], p[1, v0], p[0, v0], p[1, v0]
-            lower, width = s0, 0.0
-            if phi1 == phi0:
-                bx, by = p[0, v1], p[1, v1]
-                width = 1.0
-            level, passed = 1, phi1 == phi0
-            while level <= strips:
-                upper = s0 + (s2 - s0) * level / strips if level < strips else s2
-                if not passed and upper >= s1:
-                    upper, passed = s1, True
-                    if s1 == s2:
-                        level += 1
-                else:
-                    level += 1
-                phi = upper * upper
-                e = (phi - phi0) / (phi2 - phi0) if phi2 > phi0 else 1.0
-                ex1 = p[0, v0] + e * (p[0, v2] - p[0, v0])
-                ey1 = p[1, v0] + e * (p[1, v2] - p[1, v0])
-                if phi <= phi1:
-                    b = (phi - phi0) / (phi1 - phi0) if phi1 > phi0 else 1.0
-                    bx1 = p[0, v0] + b * (p[0, v1] - p[0, v0])
-                    by1 = p[1, v0] + b * (p[1, v1] - p[1, v0])
-                    width1 = b
-                else:
-                    b = (phi - phi1) / (phi2 - phi1)
-                    bx1 = p[0, v1] + b * (p[0, v2] - p[0, v1])
-                    by1 = p[1, v1] + b * (p[1, v2] - p[1, v1])
-                    width1 = 1.0 - b
-                # exact mean of w in the strip, whose width is linear in phi
-                if upper + lower > 0.0 and width + width1 > 0.0:
-                    grow = (width1 - width) * (upper + 2 * lower) / (3 * (upper + lower))
-                    w = 4 * (width + grow) / ((upper + lower) * (width + width1))
-                else:
-                    w = mean[j]
-                density = w / mean[j] - 1
-                for i in range(offsets[k], offsets[k + 1]):
-                    x0, y0 = x[0, rows[i]], x[1, rows[i]]
-                    values[i] += sign * (
-                        (density - before) * _segment(x0, y0, ex, ey, bx, by)
-                        + density
-                        * (_segment(x0, y0, bx, by, bx1, by1) - _segment(x0, y0, ex, ey, ex1, ey1))
-                    )
-                ex, ey, bx, by = ex1, ey1, bx1, by1
-                lower, width, before = upper, width1, density
-            for i in range(offsets[k], offsets[k + 1]):
-                x0, y0 = x[0, rows[i]], x[1, rows[i]]
-                values[i] -= sign * before * _segment(x0, y0, ex, ey, bx, by)
+    for k in range(first, last):
+        j, begin, end = pairs.cells[k], pairs.offsets[k], pairs.offsets[k + 1]
+        x, sums = pairs.x[:, begin:end], values[begin:end]
+        for piece in range(triangles.starts[j], triangles.starts[j + 1]):
+            _add_triangle(x, piece, triangles, triangles.mean[j], strips, sums)
 
 
 @compiled
-def _add_dipoles(x, centroids, dipoles, cells, matrix):
+def _add_triangle(x, piece, triangles, mean, most, sums):
+    """Add the strips of a triangle at some points; a strip is what two levels of phi bound.
+
+    A level is a segment from the side between the lowest and the highest vertex to one of the
+    others, whose length in parts of the longest is ``width``.
+    """
+    v0, v1, v2, sign = _by_distance(piece, triangles)
+    p, root = triangles.p, triangles.root
+    s0, s1, s2 = root[v0], root[v1], root[v2]
+    strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
+    # levels equidistant in the root, with the middle vertex among them
+    before, lower = 0.0, s0
+    ax, ay, bx, by = p[0, v0], p[1, v0], p[0, v0], p[1, v0]
+    width, passed = 0.0, s1 * s1 == s0 * s0
+    if passed:
+        bx, by, width = p[0, v1], p[1, v1], 1.0
+    level = 1
+    while level <= strips:
+        upper = s0 + (s2 - s0) * level / strips if level < strips else s2
+        if not passed and upper >= s1:
+            upper, passed = s1, True
+            if s1 == s2:
+                level += 1
+        else:
+            level += 1
+        ax1, ay1, bx1, by1, width1 = _level(upper, p, v0, v1, v2, s0, s1, s2)
+        density = _mean_in_strip(lower, upper, width, width1, mean) / mean - 1
+        for i in range(x.shape[1]):
+            x0, y0 = x[0, i], x[1, i]
+            sums[i] += sign * (
+                (density - before) * segment_integral(x0, y0, ax, ay, bx, by)
+                + density
+                * (
+                    segment_integral(x0, y0, bx, by, bx1, by1)
+                    - segment_integral(x0, y0, ax, ay, ax1, ay1)
+                )
+            )
+        ax, ay, bx, by = ax1, ay1, bx1, by1
+        lower, width, before = upper, width1, density
     for i in range(x.shape[1]):
-        for j in cells:
-            dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
-            r2 = dx * dx + dy * dy
-            if r2 > 0.0:
-                matrix[i, j] += (dipoles[0, j] * dx + dipoles[1, j] * dy) / (r2 * np.sqrt(r2))
+        sums[i] -= sign * before * segment_integral(x[0, i], x[1, i], ax, ay, bx, by)
 
 
 @compiled
-def _sum_dipoles(x, centroids, dipoles, out):
+def _by_distance(piece, triangles):
+    """Vertices of a triangle by ascending distance, -1 if that reverses their rotation, else 1."""
+    root, t = triangles.root, triangles.t
+    v0, v1, v2, sign = t[0, piece], t[1, piece], t[2, piece], 1.0
+    if root[v0] > root[v1]:
+        v0, v1, sign = v1, v0, -sign
+    if root[v1] > root[v2]:
+        v1, v2, sign = v2, v1, -sign
+    if root[v0] > root[v1]:
+        v0, v1, sign = v1, v0, -sign
+    return v0, v1, v2, sign
+
+
+@compiled
+def _level(root, p, v0, v1, v2, s0, s1, s2):
+    """Ends of the segment of a triangle on which phi is ``root^2``, and its relative length."""
+    phi, phi0, phi1, phi2 = root * root, s0 * s0, s1 * s1, s2 * s2
+    a = (phi - phi0) / (phi2 - phi0) if phi2 > phi0 else 1.0
+    ax, ay = p[0, v0] + a * (p[0, v2] - p[0, v0]), p[1, v0] + a * (p[1, v2] - p[1, v0])
+    if phi <= phi1:
+        b = (phi - phi0) / (phi1 - phi0) if phi1 > phi0 else 1.0
+        bx, by = p[0, v0] + b * (p[0, v1] - p[0, v0]), p[1, v0] + b * (p[1, v1] - p[1, v0])
+        return ax, ay, bx, by, b
+    b = (phi - phi1) / (phi2 - phi1)
+    bx, by = p[0, v1] + b * (p[0, v2] - p[0, v1]), p[1, v1] + b * (p[1, v2] - p[1, v1])
+    return ax, ay, bx, by, 1.0 - b
+
+
+@compiled
+def _mean_in_strip(lower, upper, width, width1, mean):
+    """Mean of w between two roots of phi, exact, as the width is linear in phi.
+
+    That of the whole cell where the strip is empty.
+    """
+    if upper + lower > 0.0 and width + width1 > 0.0:
+        grow = (width1 - width) * (upper + 2 * lower) / (3 * (upper + lower))
+        return 4 * (width + grow) / ((upper + lower) * (width + width1))
+    return mean
+
+
+@compiled
+def _add_dipoles(x, cells, dipoles, matrix):
+    middles, moments = dipoles
+    for i in range(x.shape[1]):
+        for k in range(cells.shape[0]):
+            dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
+            matrix[i, cells[k]] += dipole_influence(dx, dy, moments[0, k], moments[1, k])
+
+
+@compiled
+def _sum_dipoles(x, dipoles, out):
+    middles, moments = dipoles
     for i in range(x.shape[1]):
         total = 0.0
-        for j in range(centroids.shape[1]):
-            dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
-            r2 = dx * dx + dy * dy
-            if r2 > 0.0:
-                total += (dipoles[0, j] * dx + dipoles[1, j] * dy) / (r2 * np.sqrt(r2))
+        for k in range(middles.shape[1]):
+            dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
+            total += dipole_influence(dx, dy, moments[0, k], moments[1, k])
         out[i] += total

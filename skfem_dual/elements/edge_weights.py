@@ -3,10 +3,15 @@
 Under a rigid edge the pressure grows like ``1 / sqrt(d)`` with the distance ``d``. Inside a cell
 it is taken as ``q w / mean(w)`` with ``w = phi^(-1/2)``, where ``phi`` interpolates the distance
 linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell.
+
+Sources: K. L. Johnson, Contact Mechanics (1985), section 5.1, for the pressure near a rigid edge;
+C. de Boor, Divided differences, Surveys in Approximation Theory 1 (2005), for the formula of
+Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
@@ -44,11 +49,11 @@ class EdgeWeights:
     fan: Fan
     ribs: ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "ribs", readonly(self.ribs, np.int32))
 
     @classmethod
-    def from_basis(cls, basis: CellBasis, partition: Partition, ribs: ndarray) -> "EdgeWeights":
+    def from_basis(cls, basis: CellBasis, partition: Partition, ribs: ndarray) -> Self:
         """Of a basis and its partition, with a fan of the cells that may be weighted."""
         mesh = nodal_mesh(basis)
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
@@ -138,7 +143,7 @@ class EdgeWeights:
         """Centroids of the weighted cells, shape (2, n)."""
         return readonly(self.partition.centroids + self.moment / self.partition.areas)
 
-    def load_moment(self, i: int, j: int) -> ndarray:
+    def pressure_moment(self, i: int, j: int) -> ndarray:
         """Integral of ``x^i y^j w / mean(w)`` about `centroids` for each cell, zero if it is not
         weighted.
 
@@ -157,8 +162,8 @@ class EdgeWeights:
     @cached_property
     def second_moments(self) -> ndarray:
         """Of the load of each cell about `centroids`, shape (3, n): xx, xy, yy."""
-        found = np.stack([self.load_moment(2 - k, k) for k in range(3)])
-        return readonly(np.where(self.weighted, found, self.partition.polygons.second_moments))
+        moments = np.stack([self.pressure_moment(2 - k, k) for k in range(3)])
+        return readonly(np.where(self.weighted, moments, self.partition.polygons.second_moments))
 
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the

@@ -4,10 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis
 
+from ..arguments import checked_array
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from .influence import surface_displacement
 
 
@@ -15,7 +17,7 @@ def flexible_settlement(
     substrate: Substrate,
     basis: CellBasis,
     pressure: float | ndarray | Callable[[ndarray], ndarray],
-    x=None,
+    x: ArrayLike | None = None,
 ) -> ndarray:
     """Settlement of the surface under pressures that are given.
 
@@ -39,8 +41,9 @@ def flexible_settlement(
 
     Raises
     ------
-    ValueError
-        If the pressures are not finite or not one per cell.
+    TypeError, ValueError
+        If the ground or the basis is something else, or the pressures are not finite or not one
+        per cell.
 
     Examples
     --------
@@ -51,20 +54,18 @@ def flexible_settlement(
     >>> print(f"{w[0]:.3f}")  # exact for the circle: 2
     2.000
     """
+    checked_substrate(substrate)
     partition = Partition.from_basis(basis)
     if callable(pressure):
         pressure = basis.project(pressure)
-    values = np.asarray(pressure, dtype=float)
+    values = checked_array("pressure", pressure, None, each="cell")
     if values.ndim == 0:
         values = np.full(len(partition), float(values))
     if values.shape != (len(partition),):
         raise ValueError(
-            f"expected one pressure, or one for each of the {len(partition)} cells, got shape "
-            f"{values.shape}"
+            f"expected one pressure, or one for each of the {len(partition)} cells, got "
+            f"shape {values.shape}"
         )
-    if not np.isfinite(values).all():
-        bad = np.nonzero(~np.isfinite(values))[0]
-        raise ValueError(f"expected finite pressures; the first that is not: cell {bad[0]}")
     return surface_displacement(
         substrate, partition, values, partition.centroids if x is None else x
     )

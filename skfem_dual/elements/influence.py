@@ -1,23 +1,28 @@
 """Settlement of the ground under uniformly loaded polygonal cells.
 
-Seen from the field point, the integral of 1/r over a polygon is a sum over its ribs, closed for
-each. Neighbouring cells share ribs, so every rib is integrated once and counted for the cell on
-its left, against the cell on its right.
+What c / r contributes is a sum over the ribs of the cells, see `ribs`; what the influence function
+has beyond that is added by `remainder`.
+
+Source: K. L. Johnson, Contact Mechanics (1985), section 3.3, pressure applied to a polygonal
+region.
 """
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
+from ..arguments import checked_array
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
-from ..kernels.threads import in_blocks
+from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .remainder import remainder_rows
+from .ribs import Ribs, rib_integral
 
 
 def influence_matrix(
-    substrate: Substrate, partition: Partition, x: ndarray, weights: EdgeWeights | None = None
+    substrate: Substrate, partition: Partition, x: ArrayLike, weights: EdgeWeights | None = None
 ) -> ndarray:
     """Settlements at points under unit pressure on each cell: the d_ij of (5).
 
@@ -51,13 +56,13 @@ def influence_matrix(
     """
     x = as_points(x)
     matrix = np.zeros((x.shape[1], len(partition)))
-    ribs = _ribs(partition)
-    c = substrate.singular_coefficient
-    in_blocks(lambda rows: _fill(*inputs(x[:, rows]), *ribs, c, matrix[rows]), x.shape[1])
-    if substrate.remainder is not None:
-        add = remainder_rows(substrate.remainder, partition, weights, x)
-        factor = 1 / substrate.surface.young
-        in_blocks(lambda rows: add(rows, factor, matrix[rows]), x.shape[1])
+    ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
+    with Threads() as run:
+        run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1])
+        if substrate.remainder is not None:
+            add = remainder_rows(substrate.remainder, partition, weights, x)
+            factor = 1 / substrate.surface.young
+            run(lambda rows: add(rows, factor, matrix[rows]), x.shape[1])
     return matrix
 
 
@@ -65,7 +70,7 @@ def surface_displacement(
     substrate: Substrate,
     partition: Partition,
     pressure: ndarray,
-    x: ndarray,
+    x: ArrayLike,
     weights: EdgeWeights | None = None,
 ) -> ndarray:
     """Settlements at points ``x`` of shape (2, m) under one pressure per cell; no matrix."""
@@ -74,41 +79,30 @@ def surface_displacement(
     jump = np.append(pressure, 0.0)[partition.f2c]
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
     out = np.empty(x.shape[1])
-    ribs = _ribs(partition)
-    in_blocks(lambda rows: _sum(*inputs(x[:, rows]), *ribs, jump, out[rows]), x.shape[1])
-    if substrate.remainder is not None:
-        add = remainder_rows(substrate.remainder, partition, weights, x)
+    ribs = Ribs.from_partition(partition)
+    with Threads() as run:
+        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, out[rows]), x.shape[1])
+        if substrate.remainder is not None:
+            add = remainder_rows(substrate.remainder, partition, weights, x)
 
-        def work(rows: slice) -> None:
-            block = np.zeros((rows.stop - rows.start, len(partition)))
-            add(rows, 1 / substrate.surface.young, block)
-            out[rows] += block @ pressure
+            def work(rows: slice) -> None:
+                block = np.zeros((rows.stop - rows.start, len(partition)))
+                add(rows, 1 / substrate.surface.young, block)
+                out[rows] += block @ pressure
 
-        in_blocks(work, x.shape[1])
+            run(work, x.shape[1])
     return out
 
 
-def as_points(x) -> ndarray:
+def as_points(x: ArrayLike) -> ndarray:
     """``x`` as coordinates of shape (2, m).
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If it has another shape or is not finite.
     """
-    x = np.asarray(x, dtype=float)
-    if x.ndim != 2 or x.shape[0] != 2:
-        raise ValueError(f"expected points of shape (2, m), got {x.shape}")
-    if not np.isfinite(x).all():
-        bad = np.nonzero(~np.isfinite(x).all(axis=0))[0]
-        raise ValueError(f"expected finite points; the first that is not: {bad[0]}")
-    return x
-
-
-def _ribs(partition: Partition) -> tuple[ndarray, ...]:
-    p = partition.polygons.p
-    along = p[:, partition.facets[1]] - p[:, partition.facets[0]]
-    return inputs(p, partition.facets, partition.f2c, along, np.hypot(*along))
+    return checked_array("x", x, (2, "m"), each="point")
 
 
 @compiled
@@ -119,50 +113,16 @@ def _distances(x, y, p, r):
 
 
 @compiled
-def _rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
-    """Integral of 1/r over the triangle of the field point and a rib, positive on its left.
-
-    The rib leads from (ax, ay) by (lx, ly); r1, r2 are the distances of its ends.
-    """
-    dx, dy = x - ax, y - ay
-    cross = lx * dy - ly * dx
-    if abs(cross) <= 1e-17 * length * length or r1 == 0.0 or r2 == 0.0:
-        return 0.0
-    h = cross / length
-    if r1 + r2 > 4 * length:
-        # 2 atanh(q): the logarithms below would cancel
-        q = length / (r1 + r2)
-        z = q * q
-        s = z / 21 + 1 / 19
-        s = s * z + 1 / 17
-        s = s * z + 1 / 15
-        s = s * z + 1 / 13
-        s = s * z + 1 / 11
-        s = s * z + 1 / 9
-        s = s * z + 1 / 7
-        s = s * z + 1 / 5
-        s = s * z + 1 / 3
-        s = s * z + 1
-        return 2 * h * q * s
-    t1 = -(lx * dx + ly * dy) / length
-    t2 = t1 + length
-    if t1 >= 0:
-        return h * np.log((r2 + t2) / (r1 + t1))
-    if t2 <= 0:
-        return h * np.log((r1 - t1) / (r2 - t2))
-    return h * np.log((r2 + t2) * (r1 - t1) / (h * h))
-
-
-@compiled
-def _fill(x, p, facets, f2c, along, length, c, matrix):
+def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
+    p, facets, f2c, along, length = ribs
     r = np.empty(p.shape[1])
     for i in range(x.shape[1]):
         x0, y0 = x[0, i], x[1, i]
         _distances(x0, y0, p, r)
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]
-            value = c * _rib_integral(
+            value = c * rib_integral(
                 x0, y0, p[0, a], p[1, a], along[0, f], along[1, f], length[f], r[a], r[b]
             )
             matrix[i, f2c[0, f]] += value
@@ -171,8 +131,9 @@ def _fill(x, p, facets, f2c, along, length, c, matrix):
 
 
 @compiled
-def _sum(x, p, facets, f2c, along, length, jump, out):
+def _sum(x, ribs, jump, out):
     """Integrals of 1/r with the weight ``jump`` of each rib."""
+    p, facets, _, along, length = ribs
     r = np.empty(p.shape[1])
     for i in range(x.shape[1]):
         x0, y0 = x[0, i], x[1, i]
@@ -180,7 +141,7 @@ def _sum(x, p, facets, f2c, along, length, jump, out):
         total = 0.0
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]
-            total += jump[f] * _rib_integral(
+            total += jump[f] * rib_integral(
                 x0, y0, p[0, a], p[1, a], along[0, f], along[1, f], length[f], r[a], r[b]
             )
         out[i] = total

@@ -1,15 +1,20 @@
-"""Loads of cells as forces, dipoles and higher moments about one point of each cell."""
+"""Cells under pressure as forces, dipoles and higher moments about one point of each cell.
+
+Source of the moments of a polygon as sums over its sides: C. Steger, On the calculation of
+arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (1996).
+"""
 
 from dataclasses import dataclass
 from math import factorial
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
-from ..kernels.compiled import vectorised
-from ..kernels.threads import in_blocks
+from ..kernels.compiled import compiled, vectorised
+from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 
 #: moments up to this degree are kept
@@ -17,7 +22,7 @@ DEGREE = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Loads:
+class Multipoles:
     """Cells under unit mean pressure, as seen from afar.
 
     Attributes
@@ -32,9 +37,9 @@ class Loads:
     moments: ndarray
 
     @classmethod
-    def singular(
+    def from_dipoles(
         cls, partition: Partition, weights: EdgeWeights | None, degree: int = DEGREE
-    ) -> "Loads":
+    ) -> Self:
         """For the part c / r: uniform cells, and dipoles where they are edge-weighted."""
         moments = polygon_moments(partition.polygons, degree)
         if weights is not None:
@@ -42,21 +47,43 @@ class Loads:
         return cls(partition.centroids, moments)
 
     @classmethod
-    def regular(cls, partition: Partition, weights: EdgeWeights | None) -> "Loads":
-        """For the remainder."""
+    def from_weights(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
+        """For the remainder: about the centroids of the pressure, of the second degree."""
         centres = partition.centroids if weights is None else weights.centroids
-        return cls(centres, load_moments(partition, weights, 2))
+        return cls(centres, pressure_moments(partition, weights, 2))
 
 
-def load_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:
-    """As `polygon_moments`, but of edge-weighted cells those of `EdgeWeights.load_moment`."""
+class Dipoles(NamedTuple):
+    """Dipoles of cells, as kernels take them.
+
+    Attributes
+    ----------
+    middles : (2, n) array of float
+        Centroids of the cells.
+    moments : (2, n) array of float
+        Times c, the coefficient of 1 / r.
+    """
+
+    middles: ndarray
+    moments: ndarray
+
+
+@compiled
+def dipole_influence(dx, dy, mx, my):
+    """Settlement at (dx, dy) from a dipole; zero in its middle."""
+    r2 = dx * dx + dy * dy
+    return (mx * dx + my * dy) / (r2 * np.sqrt(r2)) if r2 > 0.0 else 0.0
+
+
+def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:
+    """As `polygon_moments`, but of edge-weighted cells those of `EdgeWeights.pressure_moment`."""
     moments = polygon_moments(partition.polygons, degree)
     if weights is None:
         return moments
     cells = np.nonzero(weights.weighted)[0]
     for i in range(degree + 1):
         for j in range(degree + 1 - i):
-            moment = weights.load_moment(i, j)[cells]
+            moment = weights.pressure_moment(i, j)[cells]
             moments[i, j, cells] = moment / (factorial(i) * factorial(j))
     return moments
 
@@ -82,7 +109,8 @@ def polygon_moments(polygons: Polygons, degree: int) -> ndarray:
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
     gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
     args = polygons.p, polygons.indices, polygons.offsets, polygons.centroids, factorials, *gauss
-    in_blocks(lambda k: _moments(k.start, k.stop, *args, out), n)
+    with Threads() as run:
+        run(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
 
 

@@ -16,16 +16,17 @@ Sources: A. E. H. Love, The stress produced in a semi-infinite solid by pressure
 boundary, Phil. Trans. R. Soc. A 228 (1929); K. L. Johnson, Contact Mechanics (1985), chapter 3.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
+from ..arguments import checked_array, shown
 from ..grids.partition import Partition
 from ..ground.substrates import HalfSpace, Substrate
 from ..kernels.compiled import compiled, inputs
-from ..kernels.threads import in_blocks
-from .influence import as_points
+from ..kernels.threads import Threads
 
 
 class Stresses(NamedTuple):
@@ -52,51 +53,54 @@ class Stresses(NamedTuple):
         return np.stack(self)[[[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
 
 
-def stresses(substrate: Substrate, partition: Partition, pressure: ndarray, x) -> Stresses:
+def stresses(
+    substrate: Substrate, partition: Partition, pressure: ndarray, x: ArrayLike
+) -> Stresses:
     """Stresses at points of shape (3, m) under one pressure per cell; see `stress_below`."""
     ground, x = _checked(substrate, x)
     out = np.empty((6, x.shape[1]))
-    ribs = _loaded_ribs(partition, pressure)
+    ribs = LoadedRibs.from_pressure(partition, pressure)
     nu = ground.poisson
 
     def work(rows: slice) -> None:
         part = np.empty((6, rows.stop - rows.start))
-        _stresses(*inputs(x[:, rows]), *ribs, nu, part)
+        _stresses(*inputs(x[:, rows]), ribs, nu, part)
         out[:, rows] = part
 
-    in_blocks(work, x.shape[1])
+    with Threads() as run:
+        run(work, x.shape[1])
     return Stresses(*out / (2 * np.pi))
 
 
-def displacements(substrate: Substrate, partition: Partition, pressure: ndarray, x) -> ndarray:
+def displacements(
+    substrate: Substrate, partition: Partition, pressure: ndarray, x: ArrayLike
+) -> ndarray:
     """Displacements at points of shape (3, m) under one pressure per cell; shape (3, m)."""
     ground, x = _checked(substrate, x)
     out = np.empty((3, x.shape[1]))
-    ribs = _loaded_ribs(partition, pressure)
+    ribs = LoadedRibs.from_pressure(partition, pressure)
     nu = ground.poisson
 
     def work(rows: slice) -> None:
         part = np.empty((3, rows.stop - rows.start))
-        _displacements(*inputs(x[:, rows]), *ribs, nu, part)
+        _displacements(*inputs(x[:, rows]), ribs, nu, part)
         out[:, rows] = part
 
-    in_blocks(work, x.shape[1])
+    with Threads() as run:
+        run(work, x.shape[1])
     return out * (1 + nu) / (2 * np.pi * ground.young)
 
 
-def _checked(substrate: Substrate, x) -> tuple[HalfSpace, ndarray]:
+def _checked(substrate: Substrate, x: ArrayLike) -> tuple[HalfSpace, ndarray]:
     if not isinstance(substrate, HalfSpace):
         raise ValueError(
-            f"expected a homogeneous HalfSpace, got {type(substrate).__name__}: the solution "
+            f"expected a homogeneous HalfSpace, got {shown(substrate)}: the solution "
             "below its surface is not closed. Remedy: skfem_dual.elements.stresses.stresses("
             "HalfSpace(young, poisson), punch.partition, solution.pressure, x) lets the same "
             "pressures act on a homogeneous ground"
         )
-    x = np.asarray(x, dtype=float)
-    if x.ndim != 2 or x.shape[0] != 3:
-        raise ValueError(f"expected points of shape (3, m), got {x.shape}")
-    as_points(x[:2])
-    if (bad := np.nonzero(~((x[2] > 0) & np.isfinite(x[2])))[0]).size:
+    x = checked_array("x", x, (3, "m"), each="point")
+    if (bad := np.nonzero(~(x[2] > 0))[0]).size:
         raise ValueError(
             "expected points in the ground, with finite depths z > 0; the first that is not: "
             f"{bad[0]}, with z={x[2, bad[0]]:g}"
@@ -104,14 +108,34 @@ def _checked(substrate: Substrate, x) -> tuple[HalfSpace, ndarray]:
     return substrate, x
 
 
-def _loaded_ribs(partition: Partition, pressure) -> tuple[ndarray, ...]:
-    """Beginnings, directions, lengths of the ribs with a jump of the pressure, and the jumps."""
-    left, right = np.append(pressure, 0.0)[partition.f2c]
-    a, b = partition.polygons.p[:, partition.facets].swapaxes(0, 1)
-    length = np.hypot(*(b - a))
-    loaded = (left != right) & (length > 0)
-    along = (b - a)[:, loaded] / length[loaded]
-    return a[:, loaded], along, length[loaded], (left - right)[loaded]
+class LoadedRibs(NamedTuple):
+    """Ribs across which the pressure jumps.
+
+    Attributes
+    ----------
+    begin : (2, k) array of float
+        Where they begin.
+    along : (2, k) array of float
+        Their directions, of unit length.
+    length : (k,) array of float
+    jump : (k,) array of float
+        Pressure on the left less that on the right.
+    """
+
+    begin: ndarray
+    along: ndarray
+    length: ndarray
+    jump: ndarray
+
+    @classmethod
+    def from_pressure(cls, partition: Partition, pressure: ndarray) -> Self:
+        """Of a partition under one pressure per cell."""
+        left, right = np.append(pressure, 0.0)[partition.f2c]
+        a, b = partition.polygons.p[:, partition.facets].swapaxes(0, 1)
+        length = np.hypot(*(b - a))
+        loaded = (left != right) & (length > 0)
+        along = (b - a)[:, loaded] / length[loaded]
+        return cls(*inputs(a[:, loaded], along, length[loaded], (left - right)[loaded]))
 
 
 @compiled
@@ -146,8 +170,9 @@ def _rib(dx, dy, z, tx, ty, length):
 
 
 @compiled
-def _stresses(x, begin, along, length, jump, nu, out):
+def _stresses(x, ribs, nu, out):
     """2 pi times the stresses."""
+    begin, along, length, jump = ribs
     for i in range(x.shape[1]):
         z = x[2, i]
         sx = sy = sz = txy = tyz = tzx = 0.0
@@ -172,8 +197,9 @@ def _stresses(x, begin, along, length, jump, nu, out):
 
 
 @compiled
-def _displacements(x, begin, along, length, jump, nu, out):
+def _displacements(x, ribs, nu, out):
     """4 pi G times the displacements."""
+    begin, along, length, jump = ribs
     for i in range(x.shape[1]):
         z = x[2, i]
         ux = uy = uz = 0.0

@@ -17,8 +17,19 @@ from skfem import (
     MeshTri,
 )
 
+from ..arguments import (
+    checked_array,
+    checked_choice,
+    checked_instance,
+    checked_integer,
+    checked_points,
+    shown,
+)
 from .dual_mesh import DualMesh
 from .partition import Partition
+
+#: highest order of the quadrature rules of scikit-fem that are of any use here
+MOST_ORDER = 100
 
 
 class CellwiseBasis(CellBasis):
@@ -62,8 +73,12 @@ class CellwiseBasis(CellBasis):
         quadrature: tuple[ndarray, ndarray] | None = None,
         elements: Any = None,
     ):
-        if grid not in ("dual", "primal"):
-            raise ValueError(f'expected grid "dual" or "primal", got {grid!r}')
+        checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
+        checked_choice("grid", grid, ("dual", "primal"))
+        if intorder is not None:
+            intorder = checked_integer("intorder", intorder, at_least=0, at_most=MOST_ORDER)
+        if quadrature is not None:
+            quadrature = checked_quadrature(quadrature)
         self.dual = dual
         self.grid = grid
         self.elem = ElementTriP0()
@@ -151,6 +166,18 @@ class CellwiseBasis(CellBasis):
             quadrature=quadrature,
             dofs=self.dofs,
         )
+
+
+def checked_quadrature(value) -> tuple[ndarray, ndarray]:
+    """Points (2, n) and weights (n,) of a rule on the reference triangle."""
+    try:
+        points, weights = value
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"expected points and weights for quadrature, got {shown(value)}"
+        ) from None
+    points = checked_points("quadrature[0]", points, least=1)
+    return points, checked_array("quadrature[1]", weights, points.shape[1:])
 
 
 def nodal_mesh(basis: CellBasis) -> Mesh:

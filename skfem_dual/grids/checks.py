@@ -8,6 +8,7 @@ from numpy import ndarray
 from skfem import ElementTriP1, MeshTri
 from skfem.mesh import MeshTri1
 
+from ..arguments import LARGEST, SMALLEST, shown
 from ..errors import MeshError
 from .corners import Corners, signed_areas
 from .planar import covered_twice
@@ -17,6 +18,8 @@ from .report import Condition, Report
 
 #: a crossing nearer to a node than this part of the facet counts as missed
 CROSSING_MARGIN = 1e-10
+#: a triangle of this area over the square of its longest side, or less, counts as a line
+FLAT = 1e-14
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +79,7 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
 def check_type(mesh) -> None:
     """Accept straight, continuous triangulations only."""
     if not isinstance(mesh, MeshTri1):
-        raise TypeError(f"expected a skfem MeshTri, got {type(mesh).__name__}")
+        raise TypeError(f"expected a skfem MeshTri, got {shown(mesh)}")
     if not (mesh.elem is ElementTriP1 and mesh.affine):
         raise MeshError(
             f"expected straight triangles sharing their nodes (MeshTri), got "
@@ -102,6 +105,13 @@ def array_conditions(mesh: MeshTri) -> Iterator[Condition]:
         "node",
         np.nonzero(~np.isfinite(p).all(axis=0))[0],
         "mend the coordinates (NaN or infinity) in the mesh file",
+    )
+    size = np.ptp(p, axis=1).max()
+    yield Condition(
+        f"coordinates up to {LARGEST:g} and a domain wider than {SMALLEST:g}",
+        "node",
+        np.nonzero((np.abs(p) > LARGEST).any(axis=0) | (size < SMALLEST))[0],
+        "choose units in which sizes are near 1",
     )
     yield Condition(
         f"vertex indices from 0 to {p.shape[1] - 1}",
@@ -134,7 +144,7 @@ def triangulation_conditions(corners: Corners) -> Iterator[Condition]:
     yield Condition(
         "triangles of positive area",
         "triangle",
-        np.nonzero(np.abs(signed_areas(p, t)) <= 1e-14 * longest**2)[0],
+        np.nonzero(np.abs(signed_areas(p, t)) <= FLAT * longest**2)[0],
         "remove or remesh the triangles whose vertices lie on one line",
     )
     yield from _tag_conditions(mesh)

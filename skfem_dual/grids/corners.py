@@ -27,6 +27,10 @@ class Corners:
     mesh: MeshTri
 
     @cached_property
+    def _unit(self) -> float:
+        return unit(self.mesh.p)
+
+    @cached_property
     def _ccw(self) -> ndarray:
         return signed_areas(self.mesh.p, self.mesh.t) > 0
 
@@ -64,8 +68,9 @@ class Corners:
         mesh = self.mesh
         inner = np.nonzero(mesh.f2t[1] != -1)[0]
         a, d = mesh.p[:, mesh.facets[0, inner]], mesh.p[:, mesh.facets[1, inner]]
-        d -= a
         first, second = (self.barycentres[:, side] - a for side in mesh.f2t[:, inner])
+        d = (d - a) * self._unit  # fourth powers follow
+        first, second = first * self._unit, second * self._unit
         height, other = (np.abs(d[0] * c[1] - d[1] * c[0]) for c in (first, second))
         along, beyond = (d[0] * c[0] + d[1] * c[1] for c in (first, second))
         s = np.full(mesh.nfacets, 0.5)
@@ -110,6 +115,11 @@ class Corners:
             going = (corner != -1) & (corner != first)
             corner, first = corner[going], first[going]
         return rank
+
+
+def unit(p: ndarray) -> float:
+    """Power of two with which coordinates have a range near 1: multiplication is exact."""
+    return float(np.ldexp(1.0, -int(np.frexp(np.ptp(p, axis=1).max())[1])))
 
 
 def signed_areas(p: ndarray, t: ndarray) -> ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_array
 
+from ..arguments import checked_choice, checked_indices, checked_instance
 from ..errors import MeshError
 from .dual_mesh import DualMesh
 from .partition import Partition
@@ -43,6 +44,8 @@ class GridCouple:
 
     Raises
     ------
+    TypeError
+        If something is no partition or no array of integers.
     MeshError
         If the arrays do not fit together.
     """
@@ -56,31 +59,29 @@ class GridCouple:
     unbounded: ndarray = field(default_factory=lambda: np.empty(0, int))
 
     def __post_init__(self):
-        if self.kind not in ("1-type", "2-type", "maximal", "minimal"):
-            raise MeshError(f"expected 1-type, 2-type, maximal or minimal, got {self.kind!r}")
-        for name in ("node_in_a", "node_in_b", "ribs", "unbounded"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int32))
-        nodes_a, nodes_b = self.a.polygons.p.shape[1], self.b.polygons.p.shape[1]
-        for name, shape, least, n in (
-            ("node_in_a", (len(self.a),), -1, nodes_b),
-            ("node_in_b", (len(self.b),), -1, nodes_a),
-            (
-                "ribs",
-                (2, self.ribs.size // 2),
-                0,
-                (self.a.facets.shape[1], self.b.facets.shape[1]),
-            ),
-            ("unbounded", (self.unbounded.size,), 0, len(self.b)),
-        ):
-            index = getattr(self, name)
-            if index.shape != shape:
-                raise MeshError(f"expected {name} of shape {shape}, got {index.shape}")
-            if index.min(initial=least) < least or np.greater_equal(index.T, n).any():
-                raise MeshError(f"expected indices from {least} to less than {n} in {name}")
+        checked_choice("kind", self.kind, ("1-type", "2-type", "maximal", "minimal"))
+        a, b = (checked_instance(x, getattr(self, x), Partition) for x in ("a", "b"))
+        nodes_a, nodes_b = a.polygons.p.shape[1], b.polygons.p.shape[1]
+        found = {
+            name: checked_indices(
+                name, getattr(self, name), n, shape, least=least, error=MeshError
+            )
+            for name, n, shape, least in (
+                ("node_in_a", nodes_b, (len(a),), -1),
+                ("node_in_b", nodes_a, (len(b),), -1),
+                ("ribs", max(a.facets.shape[1], b.facets.shape[1]), (2, "n"), 0),
+                ("unbounded", len(b), ("n",), 0),
+            )
+        }
+        for row, grid in zip(found["ribs"], (a, b)):
+            checked_indices("ribs", row, grid.facets.shape[1], error=MeshError)
+        for name, value in found.items():
+            object.__setattr__(self, name, readonly(value, np.int32))
 
     @classmethod
     def from_dual(cls, dual: DualMesh) -> "GridCouple":
-        """A triangulation and its 1-type dual grid."""
+        """A triangulation and its 1-type dual grid; a TypeError for anything else."""
+        checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
         return cls(
             "1-type",
             dual.primal_partition,

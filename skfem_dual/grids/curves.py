@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_points
 from .outline import distance_to_segments
 
 
@@ -106,12 +107,7 @@ def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
 
 def corners_of(name: str, corners) -> ndarray:
     """The corners of a polygon, counter-clockwise."""
-    v = np.asarray(corners, dtype=float)
-    if v.ndim != 2 or v.shape[0] != 2 or v.shape[1] < 3 or not np.isfinite(v).all():
-        raise ValueError(
-            f"expected {name} as finite coordinates of shape (2, k) with k >= 3, got an array of "
-            f"shape {v.shape}"
-        )
+    v = checked_points(name, corners, least=3)
     onward = np.roll(v, -1, axis=1)
     if np.any((v == onward).all(axis=0)):
         raise ValueError(f"expected {name} without repeated corners; leave out the last one")

@@ -87,8 +87,8 @@ class DualMesh:
         # skfem's meshes can be changed in place: own copy, derived data computed afresh
         mesh = replace(
             mesh,
-            doflocs=np.array(mesh.p, order="C"),
-            t=np.array(mesh.t, order="C"),
+            doflocs=np.array(mesh.p, dtype=float, order="C"),
+            t=np.array(mesh.t, dtype=np.int32, order="C"),
             _boundaries=user_tags(mesh.boundaries) or None,
             _subdomains=user_tags(mesh.subdomains) or None,
         )

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import shown
 from .couples import GridCouple, boundary_nodes
 from .dual_mesh import DualMesh
 from .partition import Partition
-from .planar import MARGIN, containing, line_crossings, on_segments
+from .planar import MARGIN, containing, cross, line_crossings, on_segments, rounding
 from .report import Condition, Report, where
 
 
@@ -53,7 +54,7 @@ def check_dual(couple: GridCouple | DualMesh) -> DualReport:
     if isinstance(couple, DualMesh):
         couple = GridCouple.from_dual(couple)
     if not isinstance(couple, GridCouple):
-        raise TypeError(f"expected a GridCouple or a DualMesh, got {type(couple).__name__}")
+        raise TypeError(f"expected a GridCouple or a DualMesh, got {shown(couple)}")
     one_type = couple.kind == "1-type"
     a, b = couple.a, couple.b
     found = [_sides(a, "A"), _sides(b, "B"), *_graphs(couple)]
@@ -213,14 +214,17 @@ class _Places:
 def _crossings(couple: GridCouple) -> Condition:
     """Definition 1, condition 4; ribs are straight because they are pairs of nodes."""
     (rib, partner), a, b = couple.ribs, couple.a, couple.b
-    s, t = line_crossings(
-        *a.polygons.p[:, a.facets[:, rib]].swapaxes(0, 1),
-        *b.polygons.p[:, b.facets[:, partner]].swapaxes(0, 1),
-    )
+    start, end = a.polygons.p[:, a.facets[:, rib]].swapaxes(0, 1)
+    tail, head = b.polygons.p[:, b.facets[:, partner]].swapaxes(0, 1)
+    s, t = line_crossings(start, end, tail, head)
     # in a 1-type couple the partner of a boundary rib ends in it: the rest is outside
     least = np.full(len(rib), MARGIN)
     if couple.kind == "1-type":
-        least[a.f2c[1, rib] < 0] = -MARGIN
+        edge = a.f2c[1, rib] < 0
+        u, v = (end - start)[:, edge], (head - tail)[:, edge]
+        with np.errstate(divide="ignore", invalid="ignore"):  # parallel ribs do not cross
+            blur = rounding(start, tail) * np.hypot(*u) / np.abs(cross(u, v))
+        least[edge] = -MARGIN - np.nan_to_num(blur, posinf=0.0)
     inner = (s > MARGIN) & (s < 1 - MARGIN) & (t > least) & (t < 1 - least)
     return Condition(
         "corresponded ribs to cross in a point inside both (Definition 1, condition 4)",

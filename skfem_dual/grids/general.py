@@ -8,12 +8,14 @@ from numpy import ndarray
 from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
-from .checks import check_type, crossing_condition, triangulation_conditions, user_tags
+from ..arguments import checked_choice, checked_instance
+from ..errors import MeshError
+from .checks import FLAT, check_type, crossing_condition, triangulation_conditions, user_tags
 from .corners import Corners, signed_areas
 from .dual_mesh import DualMesh
 from .polygons import readonly
 from .quality import smallest_angles
-from .report import require
+from .report import Condition, require
 
 
 def general_triangulation(
@@ -57,8 +59,7 @@ def general_triangulation(
     >>> mesh.p.shape[1] + mesh.nelements + len(mesh.boundary_facets()), general.p.shape[1]
     (73, 73)
     """
-    if diagonal not in ("best", "rib", "facet"):
-        raise ValueError(f'expected diagonal "best", "rib" or "facet", got {diagonal!r}')
+    checked_choice("diagonal", diagonal, ("best", "rib", "facet"))
     if isinstance(mesh, DualMesh):
         mesh = mesh.mesh
         corners = Corners(mesh)
@@ -89,6 +90,7 @@ def general_triangulation(
     t = np.where(cut, across, along)
     t[0, 1, boundary] = t[1, 0, boundary] = middle[boundary]
 
+    _require_area(p, t, mesh.f2t)
     general = MeshTri(p, np.ascontiguousarray(t.transpose(1, 2, 0).reshape(3, -1), np.int32))
     parent = np.where(mesh.f2t == -1, mesh.f2t[0], mesh.f2t).T.ravel()
     subdomains = {
@@ -97,6 +99,23 @@ def general_triangulation(
     }
     boundaries = carried_boundaries(mesh, general, middle)
     return replace(general, _boundaries=boundaries or None, _subdomains=subdomains or None)
+
+
+def _require_area(p: ndarray, t: ndarray, f2t: ndarray) -> None:
+    """Refuse triangles so flat that rounding of the barycentres folds those made of them."""
+    flat = np.zeros(f2t.shape[1], dtype=bool)
+    for half in t:
+        longest = np.max(np.ptp(p[:, half], axis=1), axis=0)
+        flat |= np.abs(signed_areas(p, half)) <= FLAT * longest**2
+    if flat.any():
+        raise MeshError(
+            Condition(
+                "triangles thicker than rounding errors",
+                "triangle",
+                np.setdiff1d(f2t[:, flat], -1),
+                "remove or remesh them",
+            ).message()
+        )
 
 
 def dual_nodes(dual: DualMesh) -> ndarray:
@@ -113,7 +132,13 @@ def dual_nodes(dual: DualMesh) -> ndarray:
     -------
     (ndualnodes,) array of int
         ``general_triangulation(dual).p[:, dual_nodes(dual)]`` equals ``dual.p``.
+
+    Raises
+    ------
+    TypeError
+        If ``dual`` is something else.
     """
+    checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
     n = len(dual)
     nodes = n + np.arange(dual.p.shape[1])
     # the halves of boundary facets run between a boundary node and a middle numbered before it

@@ -6,6 +6,16 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshQuad, MeshTri
 
+from ..arguments import (
+    checked_choice,
+    checked_flag,
+    checked_integer,
+    checked_number,
+    checked_pair,
+    checked_sequence,
+    checked_size,
+    shown,
+)
 from .checks import dual_conditions
 from .corners import Corners
 from .curves import Circle, Curve, Polygon, check_loops, corners_of
@@ -17,6 +27,9 @@ LAWS = {
     "sine": lambda s: np.sin(np.pi / 2 * s),
     "quadratic": lambda s: s * (2 - np.abs(s)),
 }
+
+#: nodes of the largest triangulations and polar grids that are tried
+MOST = 10**8
 
 Grading = str | float | None
 
@@ -76,9 +89,11 @@ def disc(
       Number of nodes: 513
       Named boundaries [# facets]: edge [80]
     """
-    radius = _positive("radius", radius)
-    middle = _point("centre", centre)
-    mesh = _generate([Circle(middle, radius, true_area)], size, n, graded, nboundary)
+    radius = checked_size("radius", radius)
+    middle = checked_pair("centre", centre)
+    mesh = _generate(
+        [Circle(middle, radius, checked_flag("true_area", true_area))], size, n, graded, nboundary
+    )
     if not isinstance(graded, str):
         return mesh
     x = mesh.p - np.array(middle)[:, None]
@@ -130,13 +145,14 @@ def annulus(
     >>> annulus(0.3, n=539, hole=(0.3, 0.0), nboundary=149).nelements
     939
     """
-    inner, outer = _positive("inner", inner), _positive("outer", outer)
-    middle = _point("hole", hole)
+    inner, outer = checked_size("inner", inner), checked_size("outer", outer)
+    middle = checked_pair("hole", hole)
     if np.hypot(*middle) + inner >= outer:
         raise ValueError(
             f"expected the hole to lie inside the circle of radius {outer}, got a hole of "
             f"radius {inner} at {middle}"
         )
+    true_area = checked_flag("true_area", true_area)
     curves = [Circle((0.0, 0.0), outer, true_area), Circle(middle, inner, true_area)]
     mesh = _generate(curves, size, n, graded, nboundary)
     if not isinstance(graded, str):
@@ -183,7 +199,7 @@ def rectangle(
     ValueError
         If an argument is wrong; `MeshError` if the size is too coarse for the domain.
     """
-    half = np.array([[_positive("width", width)], [_positive("height", height)]]) / 2
+    half = np.array([[checked_size("width", width)], [checked_size("height", height)]]) / 2
     corners = half * np.array([[-1.0, 1, 1, -1], [-1, -1, 1, 1]])
     mesh = _generate([Polygon(corners)], size, n, graded, nboundary)
     if not isinstance(graded, str):
@@ -239,7 +255,7 @@ def polygon(
         raise ValueError(f"expected graded as a number from 0 to 1 for polygons, got {graded!r}")
     loops = [
         corners_of("outline", outline),
-        *(corners_of(f"hole {i}", h) for i, h in enumerate(holes)),
+        *(corners_of(f"holes[{i}]", h) for i, h in enumerate(checked_sequence("holes", holes))),
     ]
     check_loops(loops)
     return _generate([Polygon(loop) for loop in loops], size, n, graded, nboundary)
@@ -284,13 +300,18 @@ def polar(
     >>> polar(10, 40).nelements
     400
     """
-    rings, sectors = _integer("rings", rings, 1), _integer("sectors", sectors, 3)
+    rings, sectors = (
+        checked_integer("rings", rings, at_least=1),
+        checked_integer("sectors", sectors, at_least=3),
+    )
+    if rings * sectors > MOST:
+        raise ValueError(f"expected at most {MOST:g} cells, got {shown(rings * sectors)}")
     r = np.linspace(0, 1, rings + 1)
     if graded is not None:
-        r = _law(graded)(r)
-    r *= _positive("radius", radius)
+        r = LAWS[checked_choice("graded", graded, LAWS)](r)
+    r *= checked_size("radius", radius)
     step = 2 * np.pi / sectors
-    if true_area:
+    if checked_flag("true_area", true_area):
         r *= np.sqrt(step / np.sin(step))
     angle = np.tile(step * np.arange(sectors), rings + 1)
     p = np.repeat(r, sectors) * np.stack([np.cos(angle), np.sin(angle)])
@@ -312,23 +333,24 @@ def _generate(
     if (size is None) == (n is None):
         raise ValueError(f"expected either size or n, got size={size!r} and n={n!r}")
     if size is not None:
-        size = _positive("size", size)
+        size = checked_size("size", size)
         box = curves[0].box
         if size > np.ptp(box, axis=1).max():
             raise ValueError(f"expected a size smaller than the domain, got {size}")
+        if np.prod(np.ptp(box, axis=1) / size) > MOST:
+            raise ValueError(f"expected a size that gives at most {MOST:g} nodes, got {size:g}")
     else:
-        n = _integer("n", n, 1 + sum(c.least for c in curves))
+        n = checked_integer("n", n, at_least=1 + sum(c.least for c in curves), at_most=MOST)
     ratio = 1.0
     if isinstance(graded, str):
-        _law(graded)
+        checked_choice("graded", graded, LAWS)
     elif graded is not None:
-        ratio = float(graded)
-        if not 0 < ratio <= 1:
-            raise ValueError(f"expected graded as a name or a number from 0 to 1, got {graded!r}")
+        ratio = checked_number("graded", graded, above=0, at_most=1)
         if nboundary is not None:
             raise ValueError("expected either nboundary or graded as a number, got both")
     if nboundary is not None:
-        nboundary = _integer("nboundary", nboundary, sum(c.least for c in curves))
+        least = sum(c.least for c in curves)
+        nboundary = checked_integer("nboundary", nboundary, at_least=least, at_most=MOST)
     return triangulated(curves, size, n or 0, ratio, nboundary)
 
 
@@ -344,30 +366,3 @@ def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:
 
 def _ratio(a: ndarray, b: ndarray) -> ndarray:
     return np.divide(a, b, out=np.ones_like(a), where=b > 0)
-
-
-def _law(graded: str):
-    if graded not in LAWS:
-        raise ValueError(f"expected graded as one of {', '.join(LAWS)}, got {graded!r}")
-    return LAWS[graded]
-
-
-def _positive(name: str, value) -> float:
-    number = np.asarray(value)
-    if number.ndim or number.dtype.kind not in "iuf" or not 0 < number < np.inf:
-        raise ValueError(f"expected {name} as a positive number, got {value!r}")
-    return float(number)
-
-
-def _integer(name: str, value, least: int) -> int:
-    number = np.asarray(value)
-    if number.ndim or number.dtype.kind not in "iu" or number < least:
-        raise ValueError(f"expected {name} as an integer of at least {least}, got {value!r}")
-    return int(number)
-
-
-def _point(name: str, value) -> tuple[float, float]:
-    x = np.asarray(value, dtype=float)
-    if x.shape != (2,) or not np.isfinite(x).all():
-        raise ValueError(f"expected {name} as two finite coordinates, got {value!r}")
-    return float(x[0]), float(x[1])

@@ -20,6 +20,11 @@ def cross(u: ndarray, v: ndarray) -> ndarray:
     return u[0] * v[1] - u[1] * v[0]
 
 
+def rounding(*points: ndarray) -> float:
+    """How far coordinates of this magnitude may lie from where they should be."""
+    return 8 * np.finfo(float).eps * max(np.abs(p).max(initial=0.0) for p in points)
+
+
 def ragged(counts: ndarray) -> tuple[ndarray, ndarray]:
     """Owner of each item, and its position there, if owner ``i`` has ``counts[i]`` items.
 
@@ -39,17 +44,19 @@ def containing(polygons: Polygons, x: ndarray) -> tuple[ndarray, ndarray, ndarra
         The pairs of which the point lies in the circle around the polygon.
     depth : (k,) array of float
         Distance of the point from the boundary of the polygon over the radius of that circle;
-        negative outside.
+        negative outside, and zero where rounding of the coordinates hides the side.
     """
     starts, p = polygons.offsets[:-1], polygons.p[:, polygons.indices]
     middle = (np.minimum.reduceat(p, starts, axis=1) + np.maximum.reduceat(p, starts, axis=1)) / 2
     far = np.hypot(*(p - np.repeat(middle, polygons.sizes, axis=1)))
     radius = np.maximum.reduceat(far, starts)
-    near = cKDTree(x.T).query_ball_point(middle.T, (1 + MARGIN) * radius)
+    blur = rounding(x, p)
+    near = cKDTree(x.T).query_ball_point(middle.T, (1 + MARGIN) * radius + blur)
     counts = np.fromiter(map(len, near), int, len(near))
     polygon = np.repeat(np.arange(len(near)), counts)
     point = np.fromiter(chain.from_iterable(near), int, len(polygon))
-    return polygon, point, _depths(polygons, polygon, x[:, point]) / radius[polygon]
+    depth = _depths(polygons, polygon, x[:, point])
+    return polygon, point, np.where(np.abs(depth) <= blur, 0.0, depth) / radius[polygon]
 
 
 def _depths(polygons: Polygons, polygon: ndarray, x: ndarray) -> ndarray:
@@ -87,13 +94,14 @@ def line_crossings(a: ndarray, b: ndarray, c: ndarray, d: ndarray) -> tuple[ndar
 def on_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     """Which points of shape (2, m) lie on any of the segments ``ab``."""
     length = np.hypot(*(b - a))
-    near = cKDTree(x.T).query_ball_point((a + b).T / 2, (0.5 + MARGIN) * length)
+    blur = rounding(x, a, b)
+    near = cKDTree(x.T).query_ball_point((a + b).T / 2, (0.5 + MARGIN) * length + blur)
     segment, _ = ragged(np.fromiter(map(len, near), int, len(near)))
     point = np.fromiter(chain.from_iterable(near), int, len(segment))
     start, along = a[:, segment] - x[:, point], (b - a)[:, segment]
     distance = np.hypot(*(start + _projected(start, along) * along))
     on = np.zeros(x.shape[1], dtype=bool)
-    on[point[distance <= MARGIN * length[segment]]] = True
+    on[point[distance <= MARGIN * length[segment] + blur]] = True
     return on
 
 

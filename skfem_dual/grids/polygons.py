@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_indices, checked_points
 from ..errors import MeshError
 
 
@@ -57,25 +58,18 @@ class Polygons:
     offsets: ndarray
 
     def __post_init__(self):
-        object.__setattr__(self, "p", readonly(self.p, float))
-        object.__setattr__(self, "indices", readonly(self.indices, np.int32))
-        object.__setattr__(self, "offsets", readonly(self.offsets, np.int32))
-        if self.p.ndim != 2 or self.p.shape[0] != 2:
-            raise MeshError(f"expected points of shape (2, n), got {self.p.shape}")
-        ends = self.offsets
-        if ends.ndim != 1 or len(ends) == 0 or ends[0] != 0 or ends[-1] != len(self.indices):
+        p = checked_points("p", self.p, error=MeshError)
+        indices = checked_indices("indices", self.indices, p.shape[1], error=MeshError)
+        ends = checked_indices("offsets", self.offsets, len(indices) + 1, error=MeshError)
+        object.__setattr__(self, "p", readonly(p))
+        object.__setattr__(self, "indices", readonly(indices, np.int32))
+        object.__setattr__(self, "offsets", readonly(ends, np.int32))
+        if len(ends) == 0 or ends[0] != 0 or ends[-1] != len(self.indices):
             raise MeshError("expected offsets to run from 0 to the number of indices")
         if np.any(small := np.diff(ends) < 3):
             raise MeshError(
                 "expected at least three vertices in every polygon; polygons "
                 f"{some(np.nonzero(small)[0])} have fewer"
-            )
-        if len(self.indices) and not (
-            self.indices.min() >= 0 and self.indices.max() < self.p.shape[1]
-        ):
-            raise MeshError(
-                f"expected indices from 0 to {self.p.shape[1] - 1}, got "
-                f"{self.indices.min()} to {self.indices.max()}"
             )
         # not "<= 0", which NaN would pass
         if np.any(bad := ~(self.areas > 0)):
@@ -90,7 +84,8 @@ class Polygons:
 
         The vertices run around each cell in either sense; clockwise cells are reversed.
         """
-        p, t = np.asarray(p, dtype=float), np.asarray(t)
+        p = checked_points("p", p, error=MeshError)
+        t = checked_indices("t", t, p.shape[1], ("k", "n"), error=MeshError)
         v = p[:, t] - p[:, t[:1]]
         twice = np.sum(v[0] * np.roll(v[1], -1, 0) - v[1] * np.roll(v[0], -1, 0), axis=0)
         return cls(

@@ -10,6 +10,13 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
+from ..arguments import (
+    checked_choice,
+    checked_flag,
+    checked_indices,
+    checked_integer,
+    checked_number,
+)
 from ..errors import ConvergenceWarning, MeshError
 from .checks import check_type, crossing_condition, triangulation_conditions
 from .corners import Corners
@@ -173,10 +180,11 @@ def relocate(
     >>> report.success, report.after.uncrossed
     (True, 0)
     """
-    if to not in ("neighbours", "cells"):
-        raise ValueError(f'expected to="neighbours" or "cells", got {to!r}')
-    if not (tol > 0 and maxiter >= 1):
-        raise ValueError(f"expected positive tol and maxiter, got {tol} and {maxiter}")
+    checked_choice("to", to, ("neighbours", "cells"))
+    tol, maxiter = (
+        checked_number("tol", tol, above=0),
+        checked_integer("maxiter", maxiter, at_least=1),
+    )
     _check(mesh)
     with _shown(progress) as show:
         moved, report = relocated(mesh, to, _free_nodes(mesh, fixed), tol, maxiter, show)
@@ -246,6 +254,7 @@ def repair(mesh: MeshTri, *, fixed=(), rounds: int = 10) -> tuple[MeshTri, Prepr
         If the mesh is not a triangulation, or it cannot be repaired: the message tells where.
     """
     _check(mesh)
+    rounds = checked_integer("rounds", rounds, at_least=0)
     free = _free_nodes(mesh, fixed)
     before = after = Quality.of(mesh)
     iterations = flips = 0
@@ -285,11 +294,7 @@ def _check(mesh: MeshTri) -> None:
 def _free_nodes(mesh: MeshTri, fixed) -> ndarray:
     """Nodes that may move."""
     n = mesh.p.shape[1]
-    fixed = np.asarray(fixed)
-    if fixed.size == 0:
-        fixed = fixed.astype(int)
-    if not np.issubdtype(fixed.dtype, np.integer) or np.any((fixed < 0) | (fixed >= n)):
-        raise ValueError(f"expected fixed nodes as indices from 0 to {n - 1}, got {fixed}")
+    fixed = checked_indices("fixed", fixed, n)
     free = np.ones(n, dtype=bool)
     free[fixed] = False
     free[mesh.facets[:, lasting_facets(mesh)]] = False
@@ -332,7 +337,7 @@ def _shown(progress: Progress):
     """A function of iteration and distance that shows them, or not."""
     if callable(progress):
         yield progress
-    elif progress:
+    elif checked_flag("progress", progress):
         from tqdm import tqdm
 
         with tqdm(desc="relocation", unit="it") as bar:

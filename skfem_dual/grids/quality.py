@@ -8,6 +8,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
+from .corners import unit
 from .planar import cross
 from .polygons import readonly
 from .report import Condition, Measure, where
@@ -42,9 +43,8 @@ class MeshQuality:
     @cached_property
     def aspects(self) -> ndarray:
         """Circumradius over twice the inradius of each triangle: 1 if equilateral."""
-        return readonly(
-            np.prod(self.sides, axis=0) * self.sides.sum(axis=0) / (4 * self._twice_areas**2)
-        )
+        sides = self.sides * unit(self.mesh.p)  # fourth powers follow
+        return readonly(np.prod(sides, axis=0) * sides.sum(axis=0) / (4 * self._twice_areas**2))
 
     @cached_property
     def from_means(self) -> ndarray:
@@ -99,7 +99,7 @@ class MeshQuality:
 
     @property
     def _twice_areas(self) -> ndarray:
-        v = self.mesh.p[:, self.mesh.t]
+        v = self.mesh.p[:, self.mesh.t] * unit(self.mesh.p)
         return np.abs(cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]))
 
     def conditions(self) -> Iterator[Condition]:

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_array, checked_choice, checked_mask
 from ..errors import MeshError
 from .couples import GridCouple, Kind, grid_of
 from .partition import Partition
@@ -92,6 +93,8 @@ def rectangular_couple(
 
     Raises
     ------
+    TypeError, ValueError
+        If something is no array of numbers or booleans, or ``around`` another word.
     MeshError
         If the arrays do not make a grid, or there is no such dual grid: no inner node or a cell
         without one for ``"inner"``; a gap of one rectangle between the cells of B for
@@ -106,35 +109,29 @@ def rectangular_couple(
       B: 36 cells, 84 ribs, 49 nodes, area 36
       Corresponded ribs: 84
     """
-    x, y = (np.asarray(c, dtype=float) for c in (x, y))
+    x = checked_array("x", x, ("n",), least=2, error=MeshError)
+    y = checked_array("y", y, ("n",), least=2, error=MeshError)
     for name, c in (("x", x), ("y", y)):
-        if c.ndim != 1 or len(c) < 2 or not (np.isfinite(c).all() and (np.diff(c) > 0).all()):
-            raise MeshError(f"expected at least two increasing coordinates {name}")
+        if len(bad := np.nonzero(~(np.diff(c) > 0))[0]):
+            i = bad[0]
+            raise MeshError(
+                f"expected increasing coordinates {name}, got {c[i]:g} and {c[i + 1]:g} at index "
+                f"{i} and {i + 1}"
+            )
     present = np.ones((len(x) - 1, len(y) - 1), dtype=bool)
     if missing is not None:
-        if np.shape(missing) != present.shape or np.asarray(missing).dtype != bool:
-            raise MeshError(
-                f"expected missing as booleans of shape {present.shape}, got "
-                f"{np.asarray(missing).dtype} of shape {np.shape(missing)}"
-            )
-        present &= ~np.asarray(missing)
+        present &= ~checked_mask("missing", missing, present.shape, error=MeshError)
     if not present.any():
         raise MeshError("expected a rectangle that is not missing")
     kinds: dict[str, Kind] = {"inner": "minimal", "all": "maximal"}
     ring = np.pad(present, 1).astype(int)
     count = ring[1:, 1:] + ring[1:, :-1] + ring[:-1, 1:] + ring[:-1, :-1]
     if isinstance(around, str):
-        if around not in kinds:
-            raise MeshError(f"expected around to be 'inner', 'all' or a mask, got {around!r}")
+        checked_choice("around", around, kinds)
         kind, cells = kinds[around], count > (3 if around == "inner" else 0)
     else:
-        kind, cells = "2-type", np.asarray(around)
-        if cells.shape != count.shape or cells.dtype != bool:
-            raise MeshError(
-                f"expected around as booleans of shape {count.shape}, got {cells.dtype} of shape "
-                f"{cells.shape}"
-            )
-        cells = cells & (count > 0)
+        kind = "2-type"
+        cells = checked_mask("around", around, count.shape, error=MeshError) & (count > 0)
         if np.any(left_out := (count == 4) & ~cells):
             raise MeshError(
                 f"expected a cell around every inner node (Definition 3, condition 1); nodes "

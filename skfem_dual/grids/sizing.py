@@ -11,7 +11,7 @@ from skfem import MeshTri
 
 from ..errors import MeshError
 from .checks import dual_conditions
-from .corners import Corners, signed_areas
+from .corners import Corners, signed_areas, unit
 from .curves import Curve, shares
 from .general import facet_numbers
 from .preprocess import Quality, relocated
@@ -209,7 +209,8 @@ def _inside(points: ndarray, loops: ndarray) -> MeshTri:
 
     Raises MeshError if a boundary facet or a node is lost.
     """
-    t = Delaunay((points - points.mean(axis=1, keepdims=True)).T).simplices.T
+    # qhull loses digits far from the origin and overflows at some sizes
+    t = Delaunay(((points - points.mean(axis=1, keepdims=True)) * unit(points)).T).simplices.T
     mesh = MeshTri(points, np.ascontiguousarray(t, dtype=np.int32))
     ends = _boundary(loops)
     facets = facet_numbers(mesh, *ends)

@@ -7,9 +7,10 @@ from numpy import ndarray
 from scipy.spatial import Delaunay, QhullError
 from skfem import MeshTri
 
+from ..arguments import LARGEST, SMALLEST, checked_points, shown
 from ..errors import MeshError
 from .checks import triangulation_conditions
-from .corners import Corners, barycentres, signed_areas
+from .corners import Corners, barycentres, signed_areas, unit
 from .couples import GridCouple, grid_of
 from .partition import Partition
 from .planar import MARGIN, cross
@@ -57,7 +58,7 @@ def delaunay_voronoi(points, clip=None) -> GridCouple:
       Corresponded ribs: 5
       Cells of B cut off: 4
     """
-    mesh = _delaunay(np.asarray(points, dtype=float))
+    mesh = _delaunay(checked_points("points", points, least=3, error=MeshError))
     n, to_hull = mesh.p.shape[1], isinstance(clip, str) and clip == "hull"
     p, cell, indices, node_in_a = _voronoi(mesh, None if to_hull else _clip_polygon(clip, mesh.p))
     offsets = np.searchsorted(cell, np.arange(n + 1))
@@ -125,11 +126,15 @@ def _voronoi(mesh: MeshTri, clip: ndarray | None) -> tuple[ndarray, ndarray, nda
 
 
 def _delaunay(p: ndarray) -> MeshTri:
-    if p.ndim != 2 or p.shape[0] != 2 or p.shape[1] < 3 or not np.isfinite(p).all():
-        raise MeshError(f"expected at least three finite points of shape (2, n), got {p.shape}")
+    if not np.ptp(p, axis=1).max() > SMALLEST or np.abs(p).max() > LARGEST:
+        raise MeshError(
+            f"expected different points up to {LARGEST:g} and farther apart than {SMALLEST:g}. "
+            "Remedy: choose units in which sizes are near 1"
+        )
     try:
         # far from the origin qhull would lose the digits that tell points apart
-        t = Delaunay((p - p.mean(axis=1, keepdims=True)).T).simplices.T
+        # and at some sizes it overflows
+        t = Delaunay(((p - p.mean(axis=1, keepdims=True)) * unit(p)).T).simplices.T
     except QhullError as error:
         raise MeshError("expected points that do not lie on one line") from error
     sides = np.sum((p[:, t] - p[:, np.roll(t, 1, axis=0)]) ** 2, axis=0)
@@ -151,10 +156,8 @@ def _clip_polygon(clip, p: ndarray) -> ndarray:
         low, high = low - (high - low) / 4, high + (high - low) / 4
         return np.array([[low[0], high[0], high[0], low[0]], [low[1], low[1], high[1], high[1]]])
     if isinstance(clip, str):
-        raise MeshError(f"expected clip to be 'hull' or a convex polygon, got {clip!r}")
-    corners = np.asarray(clip, dtype=float)
-    if corners.ndim != 2 or corners.shape[0] != 2 or corners.shape[1] < 3:
-        raise MeshError(f"expected clip of shape (2, k) with k >= 3, got {corners.shape}")
+        raise MeshError(f"expected clip to be 'hull' or a convex polygon, got {shown(clip)}")
+    corners = checked_points("clip", clip, least=3, error=MeshError)
     sides = np.roll(corners, -1, axis=1) - corners
     onward = np.roll(sides, -1, axis=1)
     turns = np.arctan2(cross(sides, onward), np.sum(sides * onward, axis=0))

@@ -1,11 +1,16 @@
-"""Elastic substrates: what the ground is made of."""
+"""Elastic substrates: what the ground is made of.
+
+Source: K. L. Johnson, Contact Mechanics (1985), section 3.2, for the settlement under a force.
+"""
 
 from dataclasses import dataclass
-from math import isfinite
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, SupportsFloat
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
+
+from ..arguments import checked_array, checked_number, checked_size, shown
 
 if TYPE_CHECKING:
     from .hankel import RadialTable
@@ -33,15 +38,15 @@ class Substrate(Protocol):
     @property
     def surface(self) -> "HalfSpace": ...
 
-    def influence(self, r) -> ndarray:
+    def influence(self, r: ArrayLike) -> ndarray:
         """Settlement of the surface at distance ``r`` from a unit vertical force."""
         ...
 
-    def symbol(self, k) -> ndarray:
+    def symbol(self, k: ArrayLike) -> ndarray:
         """Fourier transform of the influence function."""
         ...
 
-    def primitive(self, radius) -> ndarray:
+    def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``."""
         ...
 
@@ -74,7 +79,7 @@ class HalfSpace:
     young: float
     poisson: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         young, poisson = checked_moduli(self.young, self.poisson)
         object.__setattr__(self, "young", young)
         object.__setattr__(self, "poisson", poisson)
@@ -99,25 +104,25 @@ class HalfSpace:
         """What the influence function has beyond c / r: nothing."""
         return None
 
-    def influence(self, r) -> ndarray:
+    def influence(self, r: ArrayLike) -> ndarray:
         """Settlement of the surface at distance ``r`` from a unit vertical force.
 
         ``(1 - nu^2) / (pi E r)``; infinite at ``r = 0``.
         """
         with np.errstate(divide="ignore"):
-            return self.singular_coefficient / np.abs(np.asarray(r, dtype=float))
+            return self.singular_coefficient / np.abs(checked_array("r", r, None))
 
-    def symbol(self, k) -> ndarray:
+    def symbol(self, k: ArrayLike) -> ndarray:
         """Fourier transform of the influence function, ``2 / (E* k)``."""
         with np.errstate(divide="ignore"):
-            return 2 / (self.contact_modulus * np.abs(np.asarray(k, dtype=float)))
+            return 2 / (self.contact_modulus * np.abs(checked_array("k", k, None)))
 
-    def primitive(self, radius) -> ndarray:
+    def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``."""
-        return self.singular_coefficient * np.asarray(radius, dtype=float)
+        return self.singular_coefficient * checked_array("radius", radius, None)
 
 
-def checked_moduli(young, poisson) -> tuple[float, float]:
+def checked_moduli(young: SupportsFloat, poisson: SupportsFloat) -> tuple[float, float]:
     """Young's modulus and Poisson's ratio as numbers in their range.
 
     Raises
@@ -125,15 +130,16 @@ def checked_moduli(young, poisson) -> tuple[float, float]:
     TypeError, ValueError
         As `HalfSpace`.
     """
-    numbers = []
-    for name, value in (("young", young), ("poisson", poisson)):
-        try:
-            numbers.append(float(value))
-        except (TypeError, ValueError):
-            raise TypeError(f"expected a number for {name}, got {value!r}") from None
-    young, poisson = numbers
-    if not (isfinite(young) and young > 0):
+    young, poisson = checked_number("young", young), checked_number("poisson", poisson)
+    if young <= 0:
         raise ValueError(f"expected a positive Young's modulus, got young={young:g}")
+    young = checked_size("young", young)
     if not 0 <= poisson <= 0.5:
-        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got {poisson:g}")
+        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got poisson={poisson:g}")
     return young, poisson
+
+
+def checked_substrate(value: object) -> None:
+    """Refuse what is no ground, with a TypeError."""
+    if isinstance(value, type) or not hasattr(value, "singular_coefficient"):
+        raise TypeError(f"expected a substrate such as HalfSpace, got {shown(value)}")

@@ -1,31 +1,33 @@
-"""Compilation of the hot loops."""
+"""Compilation of the hot loops, and how they take their arrays.
+
+Kernels take what belongs together as a `typing.NamedTuple` of arrays. They unpack it once, before
+their loops: every time a tuple is handed on, all its arrays are counted, by all threads.
+"""
+
+from collections.abc import Callable
 
 import numba
 import numpy as np
 from numpy import ndarray
 
 
-def compiled(function):
+def compiled(function: Callable) -> Callable:
     """``function`` compiled on first use, without Python's lock; kept on disk where possible."""
-    try:
-        return numba.njit(nogil=True, cache=True)(function)
-    except RuntimeError:  # numba finds no folder to write to
-        return numba.njit(nogil=True)(function)
+    return _njit(function)
 
 
-def vectorised(function):
+def vectorised(function: Callable) -> Callable:
     """``function`` compiled as by `compiled`, with sums in the order the compiler prefers.
 
     The order is fixed once it is compiled: the same input gives the same bits. Divisions by zero
     give infinities.
     """
-    options = {
-        "nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz", "arcp"}
-    }  # fmt: skip
-    try:
-        return numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # numba finds no folder to write to
-        return numba.njit(**options)(function)
+    return _njit(function, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})
+
+
+def inlined(function: Callable) -> Callable:
+    """``function`` as a part of every kernel that calls it, with that kernel's options."""
+    return numba.njit(inline="always")(function)
 
 
 def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
@@ -34,3 +36,10 @@ def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
     for view in views:
         view.flags.writeable = False
     return tuple(views)
+
+
+def _njit(function: Callable, **options: object) -> Callable:
+    try:
+        return numba.njit(nogil=True, cache=True, **options)(function)
+    except RuntimeError:  # numba finds no folder to write to
+        return numba.njit(nogil=True, **options)(function)

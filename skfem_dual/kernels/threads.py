@@ -2,54 +2,47 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Self
 
 import numba
 
 #: pieces into which work is cut, whatever the number of threads: so sums do not depend on it
 PIECES = 16
-#: items of a piece are a multiple of this
-GRAIN = 64
-
-
-def in_blocks(work: Callable[[slice], None], m: int) -> None:
-    """Call ``work`` on slices of ``range(m)`` from threads; the kernels release the GIL."""
-    threads = numba.config.NUMBA_NUM_THREADS
-    size = max(128, min(256, -(-m // threads)))
-    blocks = [slice(start, min(start + size, m)) for start in range(0, m, size)]
-    if len(blocks) < 2:  # starting threads would take longer
-        for block in blocks:
-            work(block)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        # list: wait for all, and let an exception through
-        list(pool.map(work, blocks))
+#: items of a piece are a multiple of the first, and not more than the second: arrays for
+#: temporary use stay small
+GRAIN, MOST = 64, 256
 
 
 class Threads:
     """As a context, a function that calls ``work`` on slices of ``range(m)`` from threads.
 
+    The slices depend on ``m`` alone. The first exception of ``work`` comes through.
+
     Examples
     --------
-    >>> found = []
+    >>> slices = []
     >>> with Threads() as run:
-    ...     run(found.append, 100)
-    >>> found
+    ...     run(slices.append, 100)
+    >>> sorted(slices, key=lambda piece: piece.start)
     [slice(0, 64, None), slice(64, 100, None)]
     """
 
-    def __enter__(self) -> Callable[[Callable[[slice], None], int], None]:
+    def __init__(self) -> None:
         self._pool: ThreadPoolExecutor | None = None
-        return self._run
 
-    def __exit__(self, *exception) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
         if self._pool is not None:
             self._pool.shutdown()
+            self._pool = None
 
-    def _run(self, work: Callable[[slice], None], m: int) -> None:
-        size = GRAIN * -(-m // (GRAIN * PIECES))
-        pieces = [slice(start, min(start + size, m)) for start in range(0, m, max(size, 1))]
+    def __call__(self, work: Callable[[slice], None], m: int) -> None:
+        size = min(GRAIN * max(-(-m // (GRAIN * PIECES)), 1), MOST)
+        pieces = [slice(start, min(start + size, m)) for start in range(0, m, size)]
         threads = numba.config.NUMBA_NUM_THREADS
-        if len(pieces) < 4 or threads == 1:  # handing them over would take longer
+        if len(pieces) < 2 or threads == 1:
             for piece in pieces:
                 work(piece)
             return

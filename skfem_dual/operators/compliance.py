@@ -20,7 +20,7 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
-from ..grids.polygons import readonly, some
+from ..grids.polygons import readonly
 
 #: DOFs split off from each part of a structure: more than a part has motions
 SPLIT = 32

@@ -1,25 +1,29 @@
-"""Dense matrix of settlements with far cells by their moments: as fast as it can be written."""
+"""Dense matrix of settlements with far cells by their moments.
+
+The series of 1 / r about the centroid of each cell, in Cartesian moments (Jackson, Classical
+Electrodynamics, chapter 4).
+"""
 
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
 from ..elements.edge_weights import EdgeWeights
-from ..elements.moments import Loads, radii
+from ..elements.moments import Multipoles, radii
 from ..elements.near import NearField
 from ..elements.remainder import remainder_rows
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
-from ..kernels.threads import in_blocks
+from ..kernels.threads import Threads
 
 #: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
 #: the fourth power
-NEAR = 6.0
+EXACT_RADII = 6.0
 #: third moments count up to where they make so many times the error of a cell's settlement
 THIRD = 30.0
 #: cells that are looked at together
-GROUP = 16
+CLUSTER = 16
 
 
 def moment_matrix(
@@ -39,14 +43,14 @@ def moment_matrix(
     (m, ncells) array of float
         Settlement per unit pressure, positive into the ground.
     """
-    loads = Loads.singular(partition, weights, 3)
+    loads = Multipoles.from_dipoles(partition, weights, 3)
     centres, m = loads.centres, substrate.singular_coefficient * loads.moments
     third = np.stack([m[3, 0], m[2, 1], m[1, 2], m[0, 3]])
-    near = NEAR * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)
+    near = EXACT_RADII * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)
     known = (9 * np.abs(third).sum(axis=0) / (THIRD * rtol * m[0, 0])) ** (1 / 3)
     moments = inputs(m[0, 0], m[1, 0], m[0, 1], m[2, 0], m[1, 1], m[0, 2])
-    limits = inputs(near, known, third, *_groups(centres, np.maximum(near, known)))
-    direct = NearField.build(substrate, partition, weights, np.arange(len(partition)))
+    limits = inputs(near, known, third, *_clusters(centres, np.maximum(near, known)))
+    direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))
     add = None
     if substrate.remainder is not None:
@@ -64,20 +68,21 @@ def moment_matrix(
         if add is not None:
             add(rows, factor, block)
 
-    in_blocks(work, x.shape[1])
+    with Threads() as run:
+        run(work, x.shape[1])
     return matrix
 
 
-def _groups(centres: ndarray, near: ndarray) -> tuple[ndarray, ndarray, ndarray]:
-    """Cells in an order in which `GROUP` of them lie together, and a circle around each group's.
+def _clusters(centres: ndarray, near: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    """Cells in an order in which `CLUSTER` of them lie together, and circles around them.
 
-    Outside of the circle no cell of the group is near.
+    No point outside of a circle is near to a cell of its cluster.
     """
-    order = cKDTree(centres.T, leafsize=GROUP).indices
-    starts = np.arange(0, len(order), GROUP)
+    order = cKDTree(centres.T, leafsize=CLUSTER).indices
+    starts = np.arange(0, len(order), CLUSTER)
     low, high = (f.reduceat(centres[:, order], starts, axis=1) for f in (np.minimum, np.maximum))
     middle = (low + high) / 2
-    own = np.repeat(np.arange(len(starts)), GROUP)[: len(order)]
+    own = np.repeat(np.arange(len(starts)), CLUSTER)[: len(order)]
     reach = np.hypot(*(centres[:, order] - middle[:, own])) + near[order]
     return order, middle, np.maximum.reduceat(reach, starts)
 
@@ -111,11 +116,11 @@ def _near_cells(x, centres, near, known, third, order, middle, reach, matrix):
                 larger[k] = cells[k]
             cells = larger
         x0, y0 = x[0, i], x[1, i]
-        for group in range(reach.shape[0]):
-            dx, dy = x0 - middle[0, group], y0 - middle[1, group]
-            if dx * dx + dy * dy > reach[group] ** 2:
+        for cluster in range(reach.shape[0]):
+            dx, dy = x0 - middle[0, cluster], y0 - middle[1, cluster]
+            if dx * dx + dy * dy > reach[cluster] ** 2:
                 continue
-            for k in range(group * GROUP, min(group * GROUP + GROUP, n)):
+            for k in range(cluster * CLUSTER, min(cluster * CLUSTER + CLUSTER, n)):
                 j = order[k]
                 dx, dy = x0 - centres[0, j], y0 - centres[1, j]
                 r2 = dx * dx + dy * dy

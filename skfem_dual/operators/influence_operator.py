@@ -1,9 +1,11 @@
-"""Settlements under pressures on cells as a linear operator, dense or fast."""
+"""Settlements under pressures on cells as a linear operator, dense or fast.
 
-import os
+The matrix is that of boundary elements with one collocation point in each, (5) of the paper; what
+stands for it is made to a tolerance and checked on exact rows.
+"""
+
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from time import perf_counter
 from typing import Literal
 
@@ -12,61 +14,28 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator
 from skfem import CellBasis
 
-from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import as_points, influence_matrix
-from ..elements.near import NearField
+from ..elements.influence import as_points
 from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from .dense import moment_matrix
-from .fmm.summation import SINGLE, FastSummation, order_for
+from .entries import EXACT, Entries, Sample
+from .fmm.summation import FastSummation
+from .resources import choose
 
 Method = Literal["auto", "dense", "fast"]
-#: tolerances below it are for exact entries
-EXACT = 1e-8
-#: rows that are compared with exact ones
-SAMPLES = 16
-#: their error in the 2-norm may be so many times the tolerance
+#: tolerance of operators if none is given
+RTOL = 1e-6
+#: the largest tolerance
+COARSEST = 1e-2
+#: the error of sampled rows in the 2-norm may be so many times the tolerance
 ROWS = 10.0
 #: tolerance of a first attempt with a remainder beside c / r
 REMAINDER = 0.4
-#: errors do not refer to less than so many times what homogeneous ground would settle
-FLOOR = 0.01
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """What an operator will take: bytes, and seconds on two cores."""
-
-    memory: float
-    setup: float
-    product: float
-
-    def __str__(self) -> str:
-        return (
-            f"{self.memory / 2**20:.4g} MiB, {self.setup:.2g} s + {self.product:.2g} s a product"
-        )
-
-
-def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -> Estimate:
-    """Estimate of an operator from ``cells`` to ``points``, by what was measured.
-
-    ``layered`` if the influence function has a remainder.
-    """
-    if method == "dense":
-        entries = float(points) * cells
-        entry = 8e-9 if rtol < EXACT else 2e-9
-        return Estimate(8 * entries, (entry + 12e-9 * layered) * entries, 0.8e-9 * entries)
-    order = order_for(rtol)
-    terms, size = order * (order + 1) / 2, 4 if rtol >= SINGLE else 8
-    each, fields = max(points, cells), 2 if layered else 1
-    # near entries and moments of every cell, two expansions and a table for every box; twice the
-    # former while they are made
-    memory = each * (120.0 * size + fields * (terms * size + 60) + 2 * terms * 1.5 + 500)
-    setup = 0.1 * fields + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
-    return Estimate(memory, setup, 1e-3 + each * fields * (2e-7 + 1e-8 * terms))
+#: attempts to reach a tolerance
+ATTEMPTS = 4
 
 
 class InfluenceOperator(LinearOperator):
@@ -76,8 +45,8 @@ class InfluenceOperator(LinearOperator):
     ----------
     substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
         The ground.
-    basis : CellwiseBasis or CellBasis
-        Piecewise constants, see `RigidPunch`.
+    basis : CellwiseBasis, CellBasis or Partition
+        Piecewise constants, see `RigidPunch`, or the loaded cells themselves.
     rtol : float
         Error allowed in a settlement, relative to the sum of the contributions of all cells
         taken positive, which is no less than a hundredth of that on homogeneous ground with the
@@ -86,10 +55,10 @@ class InfluenceOperator(LinearOperator):
     method : {"auto", "dense", "fast"}
         A matrix, a fast summation in linear time and memory, or what is sooner ready for some
         twenty products and fits into the memory.
-    edge : {"singular", "constant"}
+    edge : {"singular", "constant"} or EdgeWeights
         How the pressure varies inside cells, see `RigidPunch`.
-    collocation : {"centroid", "node"}
-        Where settlements are found.
+    collocation : {"centroid", "node"} or (2, m) array of float
+        Where settlements are found: in a point of each cell, or in any points of the surface.
 
     Attributes
     ----------
@@ -103,13 +72,21 @@ class InfluenceOperator(LinearOperator):
         Error of the sampled rows in the 2-norm, as for pressures of random signs.
     setup_time : float
         Seconds it took.
+    correction : EdgeCorrection or None
+        What edge-weighted cells add to it.
 
     Raises
     ------
+    ValueError, TypeError
+        If an argument is none of the above.
     MemoryError
         Before the work, if the memory at hand will not do.
     ConvergenceError
-        If the fast summation does not reach ``rtol``.
+        If the summation does not reach ``rtol``.
+
+    Notes
+    -----
+    Products write nothing that is shared: threads may use one operator at a time.
 
     Examples
     --------
@@ -126,32 +103,49 @@ class InfluenceOperator(LinearOperator):
     def __init__(
         self,
         substrate: Substrate,
-        basis: CellBasis,
-        rtol: float = 1e-6,
+        basis: CellBasis | Partition,
+        rtol: float = RTOL,
         method: Method = "auto",
         *,
-        edge: Literal["singular", "constant"] = "singular",
-        collocation: Literal["centroid", "node"] = "centroid",
-    ):
-        if edge not in ("singular", "constant"):
-            raise ValueError(f'expected edge "singular" or "constant", got {edge!r}')
-        if collocation not in ("centroid", "node"):
-            raise ValueError(f'expected collocation "centroid" or "node", got {collocation!r}')
-        partition = Partition.from_basis(basis)
-        weights = None
-        if edge == "singular":
-            weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
-        x = partition.nodes if collocation == "node" else partition.centroids
-        self._build(substrate, partition, x, weights, rtol, method)
+        edge: Literal["singular", "constant"] | EdgeWeights = "singular",
+        collocation: Literal["centroid", "node"] | ndarray = "centroid",
+    ) -> None:
+        if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
+            raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
+        if not isinstance(rtol, (int, float, np.integer, np.floating)):
+            raise TypeError(f"expected a number for rtol, got {rtol!r}")
+        if not 0 <= rtol <= COARSEST:
+            raise ValueError(f"expected a tolerance from 0 to {COARSEST:g}, got rtol={rtol}")
+        if method not in ("auto", "dense", "fast"):
+            raise ValueError(f'expected method "auto", "dense" or "fast", got {method!r}')
+        if method == "fast" and rtol < EXACT:
+            raise ValueError(
+                f"expected a tolerance of at least {EXACT:g} of the fast summation, got {rtol:g}. "
+                'Remedy: method="dense"'
+            )
+        partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
+        weights = _weights(basis, partition, edge)
+        x = _points(partition, collocation)
+        m, n = x.shape[1], len(partition)
+        super().__init__(np.dtype(float), (m, n))
+        self.substrate, self.partition, self.x, self.weights = substrate, partition, x, weights
+        self.rtol = float(rtol)
+        layered = substrate.remainder is not None
+        self.method, self.estimate = choose(method, m, n, self.rtol, layered)
+        start = perf_counter()
+        self._entries = Entries(substrate, partition, x, weights)
+        self.correction = self._entries.correction
+        self._kept, self.error, self.row_error = _within(self._entries, self.method, self.rtol)
+        self.setup_time = perf_counter() - start
 
     @classmethod
-    def of_cells(
+    def from_partition(
         cls,
         substrate: Substrate,
         partition: Partition,
         x: ndarray,
         weights: EdgeWeights | None = None,
-        rtol: float = 1e-6,
+        rtol: float = RTOL,
         method: Method = "auto",
     ) -> "InfluenceOperator":
         """From cells of a partition to any points of the surface.
@@ -167,193 +161,59 @@ class InfluenceOperator(LinearOperator):
         weights : EdgeWeights, optional
             How the pressure varies inside the cells; not at all by default.
         """
-        operator = cls.__new__(cls)
-        operator._build(substrate, partition, as_points(x), weights, rtol, method)
-        return operator
+        return cls(
+            substrate,
+            partition,
+            rtol,
+            method,
+            edge="constant" if weights is None else weights,
+            collocation=as_points(x),
+        )
 
     def at(self, x: ndarray) -> "InfluenceOperator":
         """From the same cells to other points ``x`` of shape (2, m), to the same tolerance."""
-        return self.of_cells(self.substrate, self.partition, x, self.weights, self.rtol)
+        return self.from_partition(self.substrate, self.partition, x, self.weights, self.rtol)
 
-    def _build(self, substrate, partition, x, weights, rtol, method) -> None:
-        if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
-            raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
-        if not 0 <= rtol <= 1e-2:
-            raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={rtol}")
-        if method not in ("auto", "dense", "fast"):
-            raise ValueError(f'expected method "auto", "dense" or "fast", got {method!r}')
-        if method == "fast" and rtol < EXACT:
-            raise ValueError(
-                f"expected a tolerance of at least {EXACT:g} of the fast summation, got {rtol:g}. "
-                'Remedy: method="dense"'
-            )
-        super().__init__(np.dtype(float), (x.shape[1], len(partition)))
-        self.substrate, self.partition, self.x, self.weights = substrate, partition, x, weights
-        self.rtol = float(rtol)
-        self.method, self.estimate = self._choose(method)
-        start = perf_counter()
-        self.correction = None
-        if weights is not None:
-            self.correction = EdgeCorrection.from_weights(
-                weights, substrate.singular_coefficient, x
-            )
-        self._matrix = np.empty((0, 0))  # unless it is dense
-        self.summation: FastSummation | None = None
-        self._reach(self._make_dense if self.method == "dense" else self._make_fast)
-        self.setup_time = perf_counter() - start
+    @property
+    def summation(self) -> FastSummation | None:
+        """What a fast operator multiplies with."""
+        return self._kept if isinstance(self._kept, FastSummation) else None
 
-    def _reach(self, make: Callable[[float], None]) -> None:
-        """Make the operator with tolerances from ``rtol`` on down until its error is less."""
-        tolerance = self.rtol
-        if tolerance >= EXACT and self.substrate.remainder is not None:
-            # settlements can be far smaller than those of c / r alone, and errors add up
-            least = float(np.min(self._samples[1] / self._alone.sum(axis=1)))
-            tolerance *= REMAINDER * min(1.0, least)
-        for _ in range(4):
-            make(tolerance)
-            self.error, self.row_error = self._errors()
-            worst = max(self.error, self.row_error / ROWS)
-            if worst <= self.rtol or self.rtol < EXACT:
-                return
-            tolerance *= min(0.5, 0.7 * self.rtol / worst)
-            if tolerance < EXACT / 10:
-                break
-        raise ConvergenceError(
-            f"expected an error up to rtol={self.rtol:g}, the {self.method} summation reaches "
-            f'{worst:.1e}. Remedy: a larger rtol, or method="dense" with rtol=0'
-        )
-
-    def _choose(self, method: str) -> tuple[str, Estimate]:
-        layered = self.substrate.remainder is not None
-        m, n = self.shape
-        found = {
-            "dense": estimate("dense", m, n, self.rtol, layered),
-            "fast": estimate("fast", m, n, max(self.rtol, EXACT), layered),
-        }
-        memory = available_memory()
-        if method == "auto":
-            fits = [
-                name
-                for name, e in found.items()
-                if e.memory <= memory and (name == "dense" or self.rtol >= EXACT)
-            ]
-            method = min(
-                fits or ["fast"], key=lambda name: found[name].setup + 20 * found[name].product
-            )
-        if found[method].memory > memory:
-            remedy = (
-                'method="fast" or "auto" with rtol of 1e-8 or more'
-                if method == "dense"
-                else "a coarser mesh, or a machine with more memory"
-            )
-            raise MemoryError(
-                f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; {method} "
-                f"summation from {self.shape[1]} cells to {self.shape[0]} points takes about "
-                f"{found[method].memory / 2**20:.4g} MiB. Remedy: {remedy}"
-            )
-        return method, found[method]
-
-    def _make_dense(self, tolerance: float) -> None:
-        arguments = self.substrate, self.partition, self.x, self.weights
-        if self.rtol < EXACT:
-            matrix = influence_matrix(*arguments)
-            if self.correction is not None:
-                self.correction.add_to(matrix)
-        else:
-            matrix = moment_matrix(*arguments, tolerance)
-            if self.correction is not None:  # the dipoles are in it
-                near = self.correction.near.tocoo()
-                matrix[near.row, near.col] += near.data
-        matrix.setflags(write=False)
-        self._matrix = matrix
-
-    def _make_fast(self, tolerance: float) -> None:
-        arguments = self.substrate, self.partition, self.x, self.weights
-        self.summation = None  # gives back its memory first
-        self.summation = FastSummation.build(*arguments, tolerance)
-
-    @cached_property
-    def _sampled(self) -> ndarray:
-        m = self.shape[0]
-        return np.random.default_rng(0).choice(m, min(SAMPLES, m), replace=False)
-
-    @cached_property
-    def _alone(self) -> ndarray:
-        """Sampled rows on homogeneous ground with the moduli of the surface."""
-        x = np.ascontiguousarray(self.x[:, self._sampled])
-        return influence_matrix(self.substrate.surface, self.partition, x)
-
-    @cached_property
-    def _samples(self) -> tuple[ndarray, ndarray, ndarray]:
-        """Exact rows, and what their errors refer to: sums and 2-norms."""
-        exact = self.rows(self._sampled)
-        total, norm = np.abs(exact).sum(axis=1), np.linalg.norm(exact, axis=1)
-        if self.substrate.remainder is not None:
-            total = np.maximum(total, FLOOR * self._alone.sum(axis=1))
-            norm = np.maximum(norm, FLOOR * np.linalg.norm(self._alone, axis=1))
-        return exact, total, norm
-
-    def _errors(self) -> tuple[float, float]:
-        """Errors on sampled rows: under uniform pressure, and in the 2-norm."""
-        exact, total, norm = self._samples
-        n = self.shape[1]
-        signs = np.random.default_rng(0).choice([-1.0, 1.0], (n, 2))
-        uniform = (self @ np.ones(n))[self._sampled] - exact.sum(axis=1)
-        mixed = (self @ signs)[self._sampled] - exact @ signs
-        rows = np.sum(mixed**2, axis=1) / 2 / norm**2
-        return float(np.max(np.abs(uniform) / total)), float(np.sqrt(rows.mean()))
-
-    def rows(self, i) -> ndarray:
+    def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
-        i = np.atleast_1d(i)
-        x = np.ascontiguousarray(self.x[:, i])
-        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
-        if (c := self.correction) is not None:
-            EdgeCorrection(x, c.centroids, c.near[i], c.dipoles).add_to(matrix)
-        return matrix
+        return self._entries.rows(np.atleast_1d(i))
 
     def diagonal(self) -> ndarray:
         """Settlement of each cell's own point under unit pressure on it, exact; shape (n,)."""
         m, n = self.shape
         if m != n:
             raise ValueError(f"expected a square operator, got shape {self.shape}")
-        each = np.arange(n)
-        out = np.empty(n)
-        near = NearField.build(self.substrate, self.partition, self.weights, each, EXACT)
-        near.fill(self.x, np.stack([each, each + 1]), (np.arange(n + 1), each), out)
-        return out if self.correction is None else out + self.correction.near.diagonal()
+        return self._entries.diagonal()
 
     def to_dense(self) -> ndarray:
         """The matrix, read-only; made by a dense operator of the same tolerance if need be."""
-        if self.summation is None:
-            return self._matrix
-        arguments = self.substrate, self.partition, self.x, self.weights
-        return self.of_cells(*arguments, self.rtol, "dense").to_dense()
+        if isinstance(self._kept, ndarray):
+            return self._kept
+        cells = self.substrate, self.partition, self.x, self.weights
+        return self.from_partition(*cells, self.rtol, "dense").to_dense()
 
     @property
     def memory(self) -> int:
         """Bytes that are kept."""
         near = self.correction.near if self.correction is not None else None
         extra = near.data.nbytes + near.indices.nbytes if near is not None else 0
-        main = self._matrix if self.summation is None else self.summation
-        return main.nbytes + extra
+        return self._kept.nbytes + extra
 
     def _matvec(self, q: ndarray) -> ndarray:
-        q = np.asarray(q, dtype=float).ravel()
-        if self.summation is None:
-            return self._matrix @ q
-        out = self.summation.apply(q)
-        return out if self.correction is None else out + self.correction.near @ q
+        return _product(self._entries, self._kept, np.asarray(q, dtype=float).ravel())
 
     def _matmat(self, q: ndarray) -> ndarray:
-        if self.summation is None:
-            return self._matrix @ q
-        return np.stack([self._matvec(column) for column in q.T], axis=1)
+        return _product(self._entries, self._kept, q)
 
     def _rmatvec(self, w: ndarray) -> ndarray:
-        if self.summation is not None:
+        if isinstance(self._kept, FastSummation):
             raise NotImplementedError("the fast summation has no transpose")
-        return self._matrix.T @ w
+        return self._kept.T @ w
 
     def __repr__(self) -> str:
         m, n = self.shape
@@ -365,13 +225,91 @@ class InfluenceOperator(LinearOperator):
         )
 
 
-def available_memory() -> float:
-    """Bytes that can be used without swapping, as far as the system tells; else infinity."""
-    try:
-        with open("/proc/meminfo") as file:
-            for line in file:
-                if line.startswith("MemAvailable:"):
-                    return 1024.0 * int(line.split()[1])
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (OSError, ValueError, AttributeError):
-        return float("inf")
+def _weights(
+    basis: CellBasis | Partition,
+    partition: Partition,
+    edge: Literal["singular", "constant"] | EdgeWeights,
+) -> EdgeWeights | None:
+    """How the pressure varies inside cells; None if it does not."""
+    if isinstance(edge, EdgeWeights):
+        if len(edge.mean) != len(partition):
+            raise ValueError(
+                f"expected weights of {len(partition)} cells for edge, got {len(edge.mean)}"
+            )
+        return edge
+    if not isinstance(edge, str) or edge not in ("singular", "constant"):
+        raise ValueError(f'expected edge "singular" or "constant", or EdgeWeights, got {edge!r}')
+    if edge == "constant":
+        return None
+    if isinstance(basis, Partition):
+        raise ValueError(
+            'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
+            "a basis, whose mesh tells the weights"
+        )
+    return EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+
+
+def _points(partition: Partition, collocation: Literal["centroid", "node"] | ndarray) -> ndarray:
+    """Field points, shape (2, m)."""
+    if not isinstance(collocation, str):
+        return as_points(collocation)
+    if collocation not in ("centroid", "node"):
+        raise ValueError(
+            f'expected collocation "centroid" or "node", or points, got {collocation!r}'
+        )
+    return partition.nodes if collocation == "node" else partition.centroids
+
+
+Kept = ndarray | FastSummation
+
+
+def _within(entries: Entries, method: str, rtol: float) -> tuple[Kept, float, float]:
+    """What is made with tolerances from ``rtol`` on down until its error is less; its errors."""
+    make: Callable[[Entries, float, float], Kept] = _dense if method == "dense" else _fast
+    sample = Sample.from_entries(entries)
+    tolerance = rtol
+    if rtol >= EXACT and entries.substrate.remainder is not None:  # and errors add up
+        tolerance *= REMAINDER * min(1.0, sample.least)
+    for _ in range(ATTEMPTS):
+        kept = make(entries, tolerance, rtol)
+        error, row_error = sample.errors(partial(_product, entries, kept))
+        worst = max(error, row_error / ROWS)
+        if worst <= rtol or rtol < EXACT:
+            return kept, error, row_error
+        tolerance *= min(0.5, 0.7 * rtol / worst)
+        del kept  # gives back its memory first
+        if tolerance < EXACT / 10:
+            break
+    raise ConvergenceError(
+        f"expected an error up to rtol={rtol:g}, the {method} summation reaches "
+        f'{worst:.1e}. Remedy: a larger rtol, or method="dense" with rtol=0'
+    )
+
+
+def _dense(entries: Entries, tolerance: float, rtol: float) -> ndarray:
+    """The matrix, exact if ``rtol`` asks for that."""
+    if rtol < EXACT:
+        matrix = entries.matrix()
+    else:
+        cells = entries.substrate, entries.partition, entries.x, entries.weights
+        matrix = moment_matrix(*cells, tolerance)
+        if entries.correction is not None:  # the dipoles are in it
+            near = entries.correction.near.tocoo()
+            matrix[near.row, near.col] += near.data
+    matrix.setflags(write=False)
+    return matrix
+
+
+def _fast(entries: Entries, tolerance: float, rtol: float) -> FastSummation:
+    cells = entries.substrate, entries.partition, entries.x, entries.weights
+    return FastSummation.from_partition(*cells, tolerance)
+
+
+def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
+    """Settlements under pressures of shape (n,) or (n, k)."""
+    if isinstance(kept, ndarray):
+        return kept @ q
+    if q.ndim == 2:
+        return np.stack([_product(entries, kept, column) for column in q.T], axis=1)
+    settled = kept.apply(q)
+    return settled if entries.correction is None else settled + entries.correction.near @ q

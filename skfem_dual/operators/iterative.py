@@ -1,4 +1,10 @@
-"""Iterative solution of the equations of contact for several right-hand sides: GMRES."""
+"""Iterative solution of the equations of contact for several right-hand sides: GMRES.
+
+Saad and Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856, preconditioned from the right, so that
+its residuals are those of the equations.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
@@ -6,7 +12,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from .influence_operator import InfluenceOperator
+from .influence_operator import RTOL, InfluenceOperator
 from .preconditioner import Preconditioner
 
 #: directions that GMRES keeps before it starts anew
@@ -15,14 +21,39 @@ RESTART = 60
 MOST = 300
 
 
+@dataclass(frozen=True, eq=False)
+class IterativeSolution:
+    """What iterations have found.
+
+    Attributes
+    ----------
+    solution : (n, k) array of float
+        Mean pressures, a column for each right-hand side.
+    residuals : tuple of tuples of float
+        Relative residual of each column before each iteration and after the last.
+    iterations : tuple of int
+        Iterations for each column.
+    success : bool
+        Whether all residuals have become as small as asked for.
+    message : str
+        Iterations and residuals; if not successful, which columns failed.
+    """
+
+    solution: ndarray
+    residuals: tuple[tuple[float, ...], ...]
+    iterations: tuple[int, ...]
+    success: bool
+    message: str
+
+
 def solve_many(
     operator: InfluenceOperator,
     rhs: ndarray,
-    rtol: float = 1e-6,
+    rtol: float = RTOL,
     progress: bool = False,
     *,
     preconditioner: Preconditioner | None = None,
-) -> tuple[ndarray, tuple[tuple[float, ...], ...], bool, str]:
+) -> IterativeSolution:
     """Pressures under which the collocation points settle as given.
 
     Parameters
@@ -40,14 +71,13 @@ def solve_many(
 
     Returns
     -------
-    solution : (n, k) array of float
-        Mean pressures.
-    history : tuple of tuples of float
-        Relative residual of each column before each iteration and after the last.
-    success : bool
-        Whether all residuals have become as small as asked for.
-    message : str
-        Iterations and residuals; if not successful, which columns failed.
+    IterativeSolution
+        With ``success=False`` if some residuals are larger.
+
+    Raises
+    ------
+    ValueError
+        If the operator is not square, or the right-hand sides or the tolerance do not fit.
 
     Examples
     --------
@@ -56,11 +86,12 @@ def solve_many(
     >>> from skfem_dual import DualMesh, HalfSpace
     >>> basis = DualMesh.from_mesh(MeshTri.init_circle(4)).basis()
     >>> operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis)
-    >>> p, history, success, message = solve_many(operator, np.ones((545, 1)))
-    >>> success
+    >>> found = solve_many(operator, np.ones((545, 1)))
+    >>> found.success
     True
-    >>> bool(abs(basis.partition.areas @ p[:, 0] - 2) < 0.01)  # exact for the circle: 2
-    True
+    >>> force = basis.partition.areas @ found.solution[:, 0]
+    >>> print(f"{force:.2f}")  # exact for the circle: 2
+    2.00
     """
     rhs = np.asarray(rhs, dtype=float)
     if rhs.ndim != 2 or rhs.shape[0] != operator.shape[0]:
@@ -72,25 +103,31 @@ def solve_many(
         raise ValueError(f"expected finite right-hand sides; the first that is not: {bad[0]}")
     if not 0 < rtol < 1:
         raise ValueError(f"expected a tolerance between 0 and 1, got rtol={rtol}")
-    inverse = Preconditioner.build(operator) if preconditioner is None else preconditioner
-    solution, histories = np.zeros_like(rhs), []
+    inverse = Preconditioner.from_operator(operator) if preconditioner is None else preconditioner
+    solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, threadpool_limits(1, user_api="blas"):
         for k, b in enumerate(rhs.T):
             solution[:, k], history = _gmres(operator, inverse, b, rtol, bar)
-            histories.append(history)
+            residuals.append(history)
             bar.update()
-    failed = [k for k, history in enumerate(histories) if history[-1] > 1.01 * rtol]
-    counts = ", ".join(f"{len(h) - 1} iterations to {h[-1]:.1e}" for h in histories)
+    solution.setflags(write=False)
+    failed = [k for k, history in enumerate(residuals) if history[-1] > 1.01 * rtol]
+    iterations = tuple(len(history) - 1 for history in residuals)
+    counts = ", ".join(
+        f"{n} iterations to {history[-1]:.1e}" for n, history in zip(iterations, residuals)
+    )
     message = f"residuals after {counts}"
     if failed:
         message += f"; columns {failed} have not converged to {rtol:g}"
-    return solution, tuple(histories), not failed, message
+    return IterativeSolution(solution, tuple(residuals), iterations, not failed, message)
 
 
-def _gmres(operator, inverse, b: ndarray, rtol: float, bar) -> tuple[ndarray, tuple[float, ...]]:
-    """GMRES, preconditioned from the right: its residuals are those of the equations."""
+def _gmres(
+    operator: InfluenceOperator, inverse: Preconditioner, b: ndarray, rtol: float, bar: tqdm
+) -> tuple[ndarray, tuple[float, ...]]:
+    """The solution for one right-hand side, and its relative residuals."""
     scale = float(np.linalg.norm(b))
     if scale == 0.0:
         return np.zeros_like(b), (0.0,)

@@ -2,14 +2,16 @@
 
 Settlements that vary slowly are answered by uniform pressures on large boxes, the rest by
 solutions on small groups of cells with their neighbours, of which each group keeps its own part:
-restricted additive Schwarz (Cai and Sarkis, 1999).
+restricted additive Schwarz (Cai and Sarkis, SIAM J. Sci. Comput. 21 (1999) 792) below a coarse
+space of uniform pressures (Smith, Bjorstad and Gropp, Domain Decomposition, 1996).
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import lu_factor
 from scipy.sparse import csr_matrix
 
 from ..elements.influence import influence_matrix
@@ -17,9 +19,12 @@ from ..grids.partition import Partition
 from ..grids.polygons import Polygons
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
+from .factors import solve_factorised
+from .fmm.linear_maps import SparseBlocks
 from .fmm.lists import near_lists
+from .fmm.loops import Layout
 from .fmm.quadtree import Quadtree
-from .fmm.summation import Blocks, FastSummation
+from .fmm.summation import FastSummation
 from .influence_operator import InfluenceOperator
 
 #: mean number of cells in a group of a uniform mesh
@@ -34,32 +39,38 @@ COARSE, FEWEST = 1000, 30
 
 @dataclass(frozen=True, eq=False)
 class Preconditioner:
-    """An approximate inverse of a square operator.
+    """An approximate inverse of a square operator, for any number of threads at a time.
 
     Attributes
     ----------
     cells : (n,) array of int
         The cells in the order of the blocks.
-    blocks : Blocks
+    blocks : SparseBlocks
         Rows of each group in the inverse on the group and its neighbours.
     coarse : Coarse
         What answers slowly varying settlements.
     """
 
     cells: ndarray
-    blocks: Blocks
+    blocks: SparseBlocks
     coarse: "Coarse"
 
     @classmethod
-    def build(cls, operator: InfluenceOperator) -> "Preconditioner":
-        """Of an operator from cells to the collocation point of each."""
+    def from_operator(cls, operator: InfluenceOperator) -> "Preconditioner":
+        """Of an operator from cells to the collocation point of each.
+
+        Raises
+        ------
+        ValueError
+            If the operator is not square.
+        """
         if operator.shape[0] != operator.shape[1]:
             raise ValueError(f"expected a square operator, got shape {operator.shape}")
         partition = operator.partition
         centroids, points = partition.centroids, np.zeros(len(partition))
         tree = _boxes(partition, GROUP, 2 * GROUP)
         cells = tree.cells  # the same order as that of the points
-        near, _, _ = near_lists(tree, centroids[:, cells], points, len(partition))
+        near = near_lists(tree, centroids[:, cells], points, len(partition)).p2p
         group = np.repeat(np.arange(len(near.boxes)), near.counts)
         middle, half = tree.middle[:, near.boxes], tree.half[near.boxes]
         away = np.abs(centroids[:, cells[near.items]] - middle[:, group]).max(axis=0)
@@ -75,7 +86,7 @@ class Preconditioner:
         starts = np.searchsorted(group, np.arange(len(half) + 1))
         rows = tree.targets[:, near.boxes]
         blocks = _inverses(operator, cells, rows, starts, items)
-        return cls(cells, blocks, Coarse.build(operator))
+        return cls(cells, blocks, Coarse.from_operator(operator))
 
     def __matmul__(self, w: ndarray) -> ndarray:
         """Approximate pressures under settlements ``w`` of shape (n,)."""
@@ -106,7 +117,7 @@ class Coarse:
     factors: tuple[ndarray, ndarray]
 
     @classmethod
-    def build(cls, operator: InfluenceOperator) -> "Coarse":
+    def from_operator(cls, operator: InfluenceOperator) -> "Coarse":
         """Of the cells of an operator."""
         partition = operator.partition
         n = len(partition)
@@ -125,14 +136,14 @@ class Coarse:
     def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
         """Pressures under the means of settlements over the boxes; settlements less the means."""
         mean = np.bincount(self.box, self.shares * w)
-        return lu_solve(self.factors, mean)[self.box], w - mean[self.box]
+        return solve_factorised(self.factors, mean)[self.box], w - mean[self.box]
 
 
 def _boxes(partition: Partition, size: int, most: float) -> Quadtree:
     """Cells by their centroids in boxes of about ``size`` and at most ``most``."""
     centroids, points = partition.centroids, np.zeros(len(partition))
     unit = np.sqrt(size * np.median(partition.areas))
-    return Quadtree.build(centroids, points, centroids, int(most), 1.0, unit)
+    return Quadtree.from_circles(centroids, points, centroids, int(most), 1.0, unit)
 
 
 def _squares(middles: ndarray, sides: ndarray) -> Partition:
@@ -152,23 +163,68 @@ def _squares(middles: ndarray, sides: ndarray) -> Partition:
     )
 
 
+class KnownEntries(NamedTuple):
+    """Entries of a fast summation that are known, and points for the others.
+
+    Attributes
+    ----------
+    point, cell : (n,) array of int
+        Row and column of each cell in the order of the blocks.
+    block : (n,) array of int
+        Block that has each row.
+    layout, values : Layout, array of float
+        Blocks of near entries, `FastSummation.p2p`.
+    x, centroids : (2, n) array of float
+        Collocation points and centroids.
+    charges : (n,) array of float
+        What unit pressures on cells leave at unit distance.
+    """
+
+    point: ndarray
+    cell: ndarray
+    block: ndarray
+    layout: Layout
+    values: ndarray
+    x: ndarray
+    centroids: ndarray
+    charges: ndarray
+
+    @classmethod
+    def from_summation(
+        cls, fast: FastSummation, operator: InfluenceOperator, cells: ndarray
+    ) -> "KnownEntries":
+        """With the ``cells`` in the order of the blocks."""
+        n = len(cells)
+        rank = np.empty((2, n), np.int32)
+        rank[0, fast.tree.points] = rank[1, fast.tree.cells] = np.arange(n)
+        rows = fast.p2p.layout.rows
+        order = np.argsort(rows[0])
+        block = np.repeat(order, (rows[1] - rows[0])[order])  # all points are in one
+        partition = operator.partition
+        charges = operator.substrate.singular_coefficient * partition.areas
+        point, cell, block = inputs(rank[0, cells], rank[1, cells], block)
+        values, x, centroids, charges = inputs(
+            fast.p2p.values, operator.x[:, cells], partition.centroids[:, cells], charges[cells]
+        )
+        return cls(point, cell, block, fast.p2p.layout, values, x, centroids, charges)
+
+
 def _inverses(
     operator: InfluenceOperator, cells: ndarray, rows: ndarray, starts: ndarray, items: ndarray
-) -> Blocks:
+) -> SparseBlocks:
     """Rows of inverses of what acts nearby."""
     n = len(cells)
     near = csr_matrix(operator.shape)
-    summation, arguments = operator.summation, ()
+    summation, matrix = operator.summation, np.empty((0, 0))
     if summation is None:
         matrix = operator.to_dense()
     else:
-        matrix = np.empty((0, 0))
-        arguments = _known_entries(operator, summation, cells)
+        known = KnownEntries.from_summation(summation, operator, cells)
         if operator.correction is not None:
             near = operator.correction.near[cells][:, cells].tocsr()
     sparse = inputs(near.indptr, near.indices, near.data)
-    blocks = Blocks(rows, starts, items, np.empty(0))
-    offsets = blocks.offsets
+    layout = Layout.from_lists(rows, starts, items)
+    offsets = layout.offsets
     values = np.empty(offsets[-1], np.float32)
 
     def work(piece: slice) -> None:
@@ -180,30 +236,13 @@ def _inverses(
             if summation is None:
                 _take(matrix, *inputs(cells, ends, items), local)
             else:
-                _look_up(*inputs(ends, items), *arguments, *room, local)
+                _look_up(*inputs(ends, items), known, *room, local)
             part = values[offsets[k.start] : offsets[k.stop]]
             _invert(*inputs(rows[:, k], ends, items), *sparse, local, part)
 
     with Threads() as run:
         run(work, rows.shape[1])
-    return Blocks(rows, starts, items, values)
-
-
-def _known_entries(operator: InfluenceOperator, fast: FastSummation, cells: ndarray) -> tuple:
-    """What `_look_up` takes: near entries of a fast summation, and points for the others."""
-    n = len(cells)
-    rank = np.empty((2, n), np.int32)
-    rank[0, fast.tree.points] = rank[1, fast.tree.cells] = np.arange(n)
-    near = fast.near
-    order = np.argsort(near.rows[0])
-    block = np.repeat(order, (near.rows[1] - near.rows[0])[order])  # all points are in one
-    partition = operator.partition
-    charges = operator.substrate.singular_coefficient * partition.areas
-    return inputs(
-        rank[0, cells], rank[1, cells], block, near.rows[0], near.starts, near.columns,
-        near.offsets, near.values, operator.x[:, cells], partition.centroids[:, cells],
-        charges[cells],
-    )  # fmt: skip
+    return SparseBlocks(layout, values)
 
 
 @vectorised
@@ -219,11 +258,15 @@ def _take(matrix, cells, starts, items, out):
 
 
 @vectorised
-def _look_up(
-    starts, items, point, cell, block, first, begin, columns, offsets, values, x, centroids,
-    charges, stamp, place, out,
-):  # fmt: skip
-    """The same from blocks of near entries; the others as if charges were in the centroids."""
+def _look_up(starts, items, known, stamp, place, out):
+    """The same from `KnownEntries`; the others as if charges were in the centroids.
+
+    ``stamp`` and ``place``, of n integers each, are for temporary use.
+    """
+    point, cell, block, values = known.point, known.cell, known.block, known.values
+    x, centroids, charges = known.x, known.centroids, known.charges
+    first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
+    offsets = known.layout.offsets
     at = 0
     stamp[:] = -1
     for k in range(starts.shape[0] - 1):

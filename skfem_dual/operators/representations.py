@@ -1,4 +1,8 @@
-"""Irreducible representations of the motions of a plan, and the vectors that belong to each."""
+"""Irreducible representations of the motions of a plan, and the vectors that belong to each.
+
+Serre, Linear Representations of Finite Groups, 1977: 2.7 for the vectors, 5.1 and 5.3 for the
+representations of cyclic and dihedral groups.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -33,7 +37,7 @@ class Component:
         return len(self.shares)
 
     @classmethod
-    def of(
+    def from_representation(
         cls, permutations: ndarray, representatives: ndarray, representation: ndarray
     ) -> "Component":
         """Of unitary matrices of shape (order, d, d), one for each of the permutations."""
@@ -69,8 +73,8 @@ class Component:
 
     def apply(self, function: Callable[[ndarray], ndarray], q: ndarray) -> ndarray:
         """What a function of the block's columns makes of the part in ``q`` of shape (n, k)."""
-        found = function(np.hstack([basis.conj().T @ q for basis in self.bases]))
-        parts = np.hsplit(found, len(self.bases))
+        images = function(np.hstack([basis.conj().T @ q for basis in self.bases]))
+        parts = np.hsplit(images, len(self.bases))
         return self.real(np.sum([basis @ part for basis, part in zip(self.bases, parts)], axis=0))
 
     def real(self, part: ndarray) -> ndarray:

@@ -4,7 +4,8 @@ Where a motion g of the plane takes cells and collocation points to each other, 
 does not notice, ``d[g i, g j] = d[i, j]``: the ground looks the same from all sides. One row is
 needed of every orbit of cells; and between vectors that change under the group like the rows of
 its irreducible representations the matrix consists of a block for each of these, as for pressures
-even and odd about a mirror line (Serre, Linear Representations of Finite Groups, 1977, 2.7).
+even and odd about a mirror line (Serre, Linear Representations of Finite Groups, 1977, 2.7; in
+boundary elements Allgower, Boehmer, Georg and Miranda, SIAM J. Numer. Anal. 29 (1992) 534).
 """
 
 from collections.abc import Callable, Sequence
@@ -62,7 +63,7 @@ class Symmetry:
     rotations: int
     mirror: float | None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "permutations", readonly(self.permutations, np.int32))
 
     @classmethod
@@ -98,7 +99,7 @@ class Symmetry:
         """
         if not 0 <= tol <= 1e-4:
             raise ValueError(f"expected a tolerance from 0 to 1e-4, got {tol}")
-        cells = _Cells.of(partition, x, weights, tol)
+        cells = _Cells.from_partition(partition, x, weights, tol)
         if rotations is None and mirror is None:
             rotations, mirror = cells.search()
         rotations = 1 if rotations is None else rotations
@@ -106,20 +107,20 @@ class Symmetry:
             raise ValueError(f"expected a positive number of rotations, got {rotations}")
         what = f"{rotations} rotations about its centroid"
         turn, wrong = cells.images(2 * np.pi / rotations)
-        found = [np.arange(len(turn))]
+        permutations = [np.arange(len(turn))]
         for _ in range(int(rotations) - 1):
-            found.append(turn[found[-1]])
+            permutations.append(turn[permutations[-1]])
         if mirror is not None and not len(wrong):
             mirror, what = float(mirror), f"a mirror line at {mirror:.6g} through its centroid"
             reflected, wrong = cells.images(2 * mirror, mirrored=True)
-            found += [rotated[reflected] for rotated in found]
+            permutations += [rotated[reflected] for rotated in permutations]
         if len(wrong):
             raise MeshError(
                 f"expected a plan with {what}, got cells {some(wrong)} without a like one there, "
                 "collocation point and edge included. Remedy: rotations=None, mirror=None to find "
                 "what symmetry there is"
             )
-        return cls(np.array(found), int(rotations), mirror)
+        return cls(np.array(permutations), int(rotations), mirror)
 
     def __len__(self) -> int:
         return self.permutations.shape[1]
@@ -134,11 +135,11 @@ class Symmetry:
     def components(self) -> tuple[Component, ...]:
         """The kinds of vectors that do not mix, one for each irreducible representation."""
         kinds = representations(self.rotations, self.mirror is not None)
-        found = (
-            Component.of(self.permutations, self.representatives, representation)
+        components = (
+            Component.from_representation(self.permutations, self.representatives, representation)
             for representation in kinds
         )
-        return tuple(part for part in found if len(part))
+        return tuple(part for part in components if len(part))
 
     @cached_property
     def saving(self) -> Saving:
@@ -197,7 +198,7 @@ class _Cells:
     slack: ndarray
 
     @classmethod
-    def of(
+    def from_partition(
         cls, partition: Partition, x: ndarray | None, weights: EdgeWeights | None, tol: float
     ) -> "_Cells":
         areas, p = partition.areas, _complex(partition.centroids)
@@ -243,10 +244,10 @@ class _Cells:
             points, values = points.conj(), values.conj()
         points, values = np.exp(1j * angle) * points, np.exp(1j * angle * self.spin) * values
         tree = cKDTree(np.column_stack([self.points.real, self.points.imag]))
-        apart, found = tree.query(np.column_stack([points.real, points.imag]))
-        off = np.abs(self.values[:, found] - values).max(axis=0)
-        shared = np.bincount(found)[found] > 1
-        return found, np.nonzero((apart > self.reach) | (off > self.slack) | shared)[0]
+        apart, nearest = tree.query(np.column_stack([points.real, points.imag]))
+        off = np.abs(self.values[:, nearest] - values).max(axis=0)
+        shared = np.bincount(nearest)[nearest] > 1
+        return nearest, np.nonzero((apart > self.reach) | (off > self.slack) | shared)[0]
 
 
 def _complex(x: ndarray) -> ndarray:

@@ -5,11 +5,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from .compliance import Compliance
-from .factors import Factors
+from .factors import solve_factorised
 from .influence_operator import InfluenceOperator
 from .preconditioner import Preconditioner
 
@@ -76,5 +77,15 @@ class YieldingOperator:
         """Approximate inverse: that of the ground alone, beside which a structure yields to few
         shapes of pressure only."""
         if isinstance(self.ground, InfluenceOperator):
-            return Preconditioner.build(self.ground)
-        return Factors.from_matrix(self.ground)
+            return Preconditioner.from_operator(self.ground)
+        return _Inverse(scipy.linalg.lu_factor(self.ground))
+
+
+@dataclass(frozen=True, eq=False)
+class _Inverse:
+    """Of a matrix, by its factors."""
+
+    factors: tuple[ndarray, ndarray]
+
+    def __matmul__(self, rhs: ndarray) -> ndarray:
+        return solve_factorised(self.factors, rhs)

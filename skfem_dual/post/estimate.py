@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_array, checked_number
 from ..contact.solution import PunchSolution
 from ..grids.polygons import readonly
 from .postprocess import check_couple
@@ -147,11 +148,10 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
     >>> marked(np.array([0.1, 2.0, 0.5, 1.0]), 0.9)
     array([1, 3])
     """
-    squares = np.asarray(indicator, dtype=float) ** 2
-    if squares.ndim != 1 or not np.isfinite(squares).all():
-        raise ValueError("expected one finite indicator for each cell")
-    if not 0 < fraction <= 1:
-        raise ValueError(f"expected a fraction from 0 to 1, got {fraction}")
+    indicator = checked_array("indicator", indicator, ("ncells",), least=1, each="cell")
+    fraction = checked_number("fraction", fraction, above=0, at_most=1)
+    largest = np.abs(indicator).max(initial=0.0)
+    squares = (indicator * np.ldexp(1.0, -int(np.frexp(largest)[1]))) ** 2
     order = np.argsort(squares)[::-1]
     sums = np.cumsum(squares[order])
     enough = int(np.searchsorted(sums, fraction * sums[-1] * (1 - 1e-12))) + 1

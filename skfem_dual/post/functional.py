@@ -1,6 +1,6 @@
 """The functional H(U, V) of Section 5 and its minimum."""
 
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy import ndarray
 from scipy.sparse import block_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, cg, splu
 
+from ..arguments import LARGEST, checked_array, checked_number, shown
 from ..errors import ConvergenceError, MeshError
 from ..grids.couples import GridCouple, boundary_nodes
 from ..grids.dual_mesh import DualMesh
@@ -48,11 +49,11 @@ class Weights:
     D2: float = 0.0
 
     def __post_init__(self):
-        values = np.array(astuple(self), dtype=float)
-        if not (np.isfinite(values).all() and (values >= 0).all()):
-            raise ValueError(f"expected finite weights that are not negative, got {self}")
-        if not (self.A1 > 0 and self.A2 > 0):
-            raise ValueError(f"expected positive weights A1 and A2, got {self.A1} and {self.A2}")
+        for name, value in zip((f.name for f in fields(self)), astuple(self)):
+            value = checked_number(name, value, at_least=0, at_most=LARGEST)
+            object.__setattr__(self, name, value)
+        for name in ("A1", "A2"):
+            checked_number(name, getattr(self, name), above=0)
 
     @classmethod
     def init_paper(cls, old: float, new: float, middle: float = 16.0) -> "Weights":
@@ -104,19 +105,13 @@ class Neighbours:
         ValueError
             If there is not one finite value for each node.
         """
-        F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
+        F, G = checked_array("F", F, None, each="node"), checked_array("G", G, None, each="node")
         shape = self.alpha.shape
         if min(F.ndim, G.ndim) == 0 or (len(F), len(G)) != shape or F.shape[1:] != G.shape[1:]:
             raise ValueError(
-                f"expected one value for each of the {shape[0]} and {shape[1]} nodes, got "
-                f"shapes {F.shape} and {G.shape}"
+                f"expected F and G with one value for each of the {shape[0]} and {shape[1]} "
+                f"nodes, got shapes {F.shape} and {G.shape}"
             )
-        for name, values in (("first", F), ("second", G)):
-            if not np.isfinite(values).all():
-                bad = np.nonzero(~np.isfinite(values))[0]
-                raise ValueError(
-                    f"expected finite values; of the {name} grid nodes {some(bad)} have others"
-                )
         return F, G
 
     @classmethod
@@ -149,7 +144,7 @@ class Neighbours:
                 node_in_b = np.where(np.isin(node_in_b, boundary_nodes(a)), -1, node_in_b)
             shape = a.polygons.p.shape[1], b.polygons.p.shape[1]
         else:
-            raise TypeError(f"expected a DualMesh or a GridCouple, got {type(grids).__name__}")
+            raise TypeError(f"expected a DualMesh or a GridCouple, got {shown(grids)}")
         return cls(
             surrounding_means(b.polygons, node_in_b, a.polygons.p, shape),
             surrounding_means(a.polygons, node_in_a, b.polygons.p, shape[::-1]),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP1
 
+from ..arguments import checked_choice, checked_flag, shown
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
@@ -142,8 +143,8 @@ def postprocess(
         # a shaped punch has contact that ends inside its plan, without a singularity
         sharp = any(s.punch.gap is None or s.punch.edge == "singular" for s in solutions)
         edge = "singular" if sharp else "constant"
-    if edge not in ("singular", "constant"):
-        raise ValueError(f'expected edge "singular" or "constant", got {edge!r}')
+    checked_choice("edge", edge, ("singular", "constant"))
+    conserve = checked_flag("conserve", conserve)
     dual = on_cells.punch.basis.dual
     couple = RegularCouple(dual, _singular_facets(solutions) if edge == "singular" else _NONE)
     n = len(dual)
@@ -192,7 +193,7 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
     """Refuse what is not a couple of solutions on the two grids of one `DualMesh`."""
     for solution, grid in ((on_cells, "dual"), (on_triangles, "primal")):
         if not isinstance(solution, PunchSolution):
-            raise TypeError(f"expected a PunchSolution, got {type(solution).__name__}")
+            raise TypeError(f"expected a PunchSolution, got {shown(solution)}")
         basis = solution.punch.basis
         if not (isinstance(basis, CellwiseBasis) and basis.grid == grid):
             raise TypeError(

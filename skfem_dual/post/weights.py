@@ -3,6 +3,7 @@
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_number, shown
 from .functional import CoupleFunctional, Neighbours, Weights
 
 #: weights by hand, the paper's pair (W1, W2) with B = 16, or the name of a rule
@@ -82,10 +83,12 @@ def chosen(weights: Choice, neighbours: Neighbours, F, G) -> tuple[Weights, str]
         if weights == "gcv":
             return gcv_weights(neighbours, F, G), "generalised cross-validation"
         raise ValueError(
-            f'expected the name of a rule for weights, such as "gcv", got {weights!r}'
+            f'expected the name of a rule for weights, such as "gcv", got {shown(weights)}'
         )
     try:
-        old, new = weights
+        old, new = (checked_number("weights", w) for w in weights)
     except (TypeError, ValueError):
-        raise TypeError(f"expected weights as a pair W1, W2 or Weights, got {weights!r}") from None
+        raise TypeError(
+            f"expected weights as a pair W1, W2 or Weights, got {shown(weights)}"
+        ) from None
     return Weights.init_paper(old, new), "W1, W2 given, B = 16"

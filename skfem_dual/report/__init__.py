@@ -1,5 +1,6 @@
 """A report of a solution for engineers: one HTML page that needs nothing else."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import __version__
+from ..arguments import checked_flag, checked_instance, checked_sequence, checked_text
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
@@ -40,6 +42,7 @@ def write_report(path: PathLike, solution: PunchSolution, **options) -> None:
     TypeError, ImportError
         As `report_html`.
     """
+    checked_instance("path", path, (str, os.PathLike))
     if Path(path).suffix != ".html":
         raise ValueError(f"expected a file name ending in .html, got {path}")
     text = report_html(solution, **options)
@@ -99,8 +102,13 @@ def report_html(
     >>> "<h1>Pier 3</h1>" in text
     True
     """
-    if not isinstance(solution, PunchSolution):
-        raise TypeError(f"expected a PunchSolution to report, got {type(solution).__name__}")
+    checked_instance("solution", solution, PunchSolution)
+    for name, text in (("title", title), ("mesh_name", mesh_name)):
+        if text is not None:
+            checked_text(name, text)
+    remarks = [checked_text("remarks", remark) for remark in checked_sequence("remarks", remarks)]
+    if date is not None:
+        checked_instance("date", date, datetime)
     if couple is not None:
         _check_same_problem(solution, couple)
     title = TITLE if title is None else title
@@ -124,8 +132,7 @@ def report_html(
 
 
 def _check_same_problem(solution: PunchSolution, couple: PunchSolution) -> None:
-    if not isinstance(couple, PunchSolution):
-        raise TypeError(f"expected a PunchSolution for couple, got {type(couple).__name__}")
+    checked_instance("couple", couple, PunchSolution)
     if couple.load != solution.load:
         raise ValueError(f"expected a couple under {solution.load}, got one under {couple.load}")
     ground, other = solution.punch.substrate, couple.punch.substrate
@@ -160,8 +167,8 @@ def solve_on_other_grid(
     ConvergenceError
         As `RigidPunch.solve`.
     """
-    if not isinstance(solution, PunchSolution):
-        raise TypeError(f"expected a PunchSolution, got {type(solution).__name__}")
+    checked_instance("solution", solution, PunchSolution)
+    progress = checked_flag("progress", progress)
     punch, basis = solution.punch, solution.punch.basis
     if not isinstance(basis, CellwiseBasis):
         raise TypeError(
@@ -187,6 +194,7 @@ def solve_on_other_grid(
     )
     if unilateral is None:
         unilateral = bool((solution.pressure >= 0).all())
+    unilateral = checked_flag("unilateral", unilateral)
     found_before = unilateral and solution.iterations > 0 and solution.success
     return other.solve(
         **asdict(solution.load),

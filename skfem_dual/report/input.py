@@ -6,7 +6,8 @@ from typing import Any
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import nodal_mesh
-from ..ground.stratified import GradedHalfSpace, LayeredHalfSpace
+from ..ground.graded import GradedHalfSpace
+from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import HalfSpace, Substrate
 from .figures import mesh_picture
 from .numbers import Standing

@@ -62,12 +62,12 @@ def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
     return bodies, torn
 
 
-def dump(value: Any, problem: Problem) -> bytes:
+def pickled(value: Any, problem: Problem) -> bytes:
     """Pickle without what belongs to the problem, such as the punch of every solution."""
     shared = getattr(problem, "__self__", problem)
 
     class Sparing(Pickler):
-        def persistent_id(self, obj):
+        def persistent_id(self, obj: Any) -> str | None:
             return "problem" if obj is shared else None
 
     file = io.BytesIO()
@@ -75,20 +75,20 @@ def dump(value: Any, problem: Problem) -> bytes:
     return file.getvalue()
 
 
-def load(body: bytes | memoryview, problem: Problem) -> Any:
+def restored(body: bytes | memoryview, problem: Problem) -> Any:
     """The result pickled in a body, with the caller's own problem in it."""
 
     class Restoring(pickle.Unpickler):
-        def persistent_load(self, name):
+        def persistent_load(self, name: str) -> Any:
             return getattr(problem, "__self__", problem)
 
     return Restoring(io.BytesIO(body)).load()
 
 
-def load_record(body: memoryview, problem: Problem, path: PathLike) -> Any:
-    """`load` of a body from the file at ``path``; a ValueError if that fails."""
+def restored_record(body: memoryview, problem: Problem, path: PathLike) -> Any:
+    """`restored` of a body from the file at ``path``; a ValueError if that fails."""
     try:
-        return load(body, problem)
+        return restored(body, problem)
     except Exception as error:
         raise ValueError(
             f"a result in {path} cannot be loaded: {error!r}. Remedy: import what it needs, or "

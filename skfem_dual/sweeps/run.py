@@ -12,15 +12,17 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from tqdm import tqdm
+
 from ..errors import ConvergenceWarning
 from .records import (
     PathLike,
     Problem,
     fingerprint,
-    load,
-    load_record,
     read_records,
     record,
+    restored,
+    restored_record,
 )
 from .workers import Job, all_answers, cores, error_text, ours
 
@@ -198,23 +200,21 @@ def sweep(
     threads = _threads(executor, threads)
     cases = list(cases)
     start = perf_counter()
-    try:
-        token = fingerprint(problem)
-    except Exception:
-        if file is not None:
-            raise
-        token = uuid.uuid4().bytes  # good for threads, which do not pickle the problem
+    token = _token(problem, needed=file is not None)
     job = Job(token, problem, cases, threads)
     outcomes: dict[int, Outcome] = {}
     torn = 0
     with ExitStack() as stack:
-        bar = stack.enter_context(_bar(len(cases))) if progress else None
+        bar = stack.enter_context(
+            tqdm(total=len(cases), desc="sweep", unit="case", disable=not progress)
+        )
 
-        def finish(number: int, result=None, seconds=float("nan"), **more) -> None:
+        def finish(
+            number: int, result: Any = None, seconds: float = float("nan"), **more: Any
+        ) -> None:
             outcome = Outcome(number, cases[number], result, seconds=seconds, **more)
             outcomes[number] = outcome
-            if bar is not None:
-                bar.update()
+            bar.update()
             if on_result is not None:
                 on_result(outcome)
 
@@ -226,7 +226,9 @@ def sweep(
                 # equal cases have a record each: the problem may be random
                 if stored.get(key):
                     finish(
-                        number, *load_record(stored[key].popleft(), problem, file), resumed=True
+                        number,
+                        *restored_record(stored[key].popleft(), problem, file),
+                        resumed=True,
                     )
             stored.clear()
         waiting = deque(number for number in range(len(cases)) if number not in outcomes)
@@ -236,7 +238,7 @@ def sweep(
             error = answer.error
             if error is None:
                 try:
-                    result, seconds = load(answer.body, problem)
+                    result, seconds = restored(answer.body, problem)
                 except Exception as failure:  # noqa: BLE001 - told; the other cases go on
                     error = error_text(failure)
             if error is not None:
@@ -249,10 +251,20 @@ def sweep(
     ordered = tuple(outcomes[number] for number in range(len(cases)))
     run = [o.seconds for o in ordered if o.error is None and not o.resumed]
     timings = {"sweep": perf_counter() - start, "cases": sum(run)}
-    found = SweepResult(ordered, torn, timings)
-    if not found.success:
-        warnings.warn(found.message, ConvergenceWarning, stacklevel=2)
-    return found
+    result = SweepResult(ordered, torn, timings)
+    if not result.success:
+        warnings.warn(result.message, ConvergenceWarning, stacklevel=2)
+    return result
+
+
+def _token(problem: Problem, needed: bool) -> bytes:
+    """What tells a problem from others: its content, or if that is not ``needed`` just a name."""
+    try:
+        return fingerprint(problem)
+    except Exception:
+        if needed:
+            raise
+        return uuid.uuid4().bytes  # good for threads, which do not pickle the problem
 
 
 def _threads(executor: Executor | int | None, threads: int | None) -> int | None:
@@ -271,9 +283,3 @@ def _threads(executor: Executor | int | None, threads: int | None) -> int | None
     if isinstance(executor, int):
         return max(1, cores() // executor)
     return None if executor is None else 1
-
-
-def _bar(total: int):
-    from tqdm import tqdm
-
-    return tqdm(total=total, desc="sweep", unit="case")

@@ -8,7 +8,7 @@ import sys
 import threading
 import traceback
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import (
     BrokenExecutor,
     Executor,
@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numba
 from threadpoolctl import ThreadpoolController
 
-from .records import Problem, dump
+from .records import Problem, pickled
 
 Answers = Generator[tuple[int, "_Answer"], None, None]
 
@@ -157,7 +157,7 @@ def _answers(
 class _Here(Executor):
     """Runs everything at once in this thread."""
 
-    def submit(self, fn, /, *args, **kwargs):
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
         future: Future = Future()
         future.set_result(fn(*args, **kwargs))
         return future
@@ -206,7 +206,7 @@ def _work(task: _Task) -> _Answer:
             case = task.case
             result = problem(**case) if isinstance(case, Mapping) else problem(case)
             seconds = perf_counter() - start
-        return _Answer(worker, dump((result, seconds), problem))
+        return _Answer(worker, pickled((result, seconds), problem))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - told; the other cases go on
         return _Answer(worker, error=error_text(error))
 

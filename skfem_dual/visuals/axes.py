@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import shown
 from ..contact.region import ContactRegion
 from .field import Field
 from .style import MISSING
@@ -29,6 +30,8 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     plt = pyplot()
     from matplotlib.ticker import MaxNLocator
 
+    if ax is not None and not isinstance(ax, plt.Axes):
+        raise TypeError(f"expected matplotlib's Axes for ax, got {shown(ax)}")
     if ax is None:
         width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
         size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)

@@ -9,6 +9,7 @@ from scipy.sparse import eye
 from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
 
+from ..arguments import checked_array, shown
 from ..contact.region import ContactRegion
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
@@ -58,7 +59,7 @@ class Field:
             too few.
         """
         if not isinstance(basis, CellBasis):
-            raise TypeError(f"expected a skfem CellBasis, got {type(basis).__name__}")
+            raise TypeError(f"expected a skfem CellBasis, got {shown(basis)}")
         if not isinstance(basis.elem, elements):
             names = ", ".join(e.__name__ for e in elements)
             remedy = (
@@ -69,13 +70,11 @@ class Field:
             raise ValueError(
                 f"expected a basis of {names}, got {type(basis.elem).__name__}. Remedy: {remedy}"
             )
-        values = np.asarray(values, dtype=float)
+        values = checked_array("values", values, None, each="DOF")
         if values.shape != (basis.N,):
             raise ValueError(
-                f"expected one value for each of the {basis.N} DOFs, got shape {values.shape}"
+                f"expected values, one for each of the {basis.N} DOFs, got shape {values.shape}"
             )
-        if bad := int(np.sum(~np.isfinite(values))):
-            raise ValueError(f"expected finite values, got {bad} that are NaN or infinite")
 
         mesh, flat = basis.mesh, isinstance(basis.elem, FLAT)
         p, t = mesh.p, mesh.t if basis.tind is None else mesh.t[:, basis.tind]
@@ -102,7 +101,7 @@ class Field:
             If it has no area, or is that of another plan.
         """
         if not isinstance(region, ContactRegion):
-            raise TypeError(f"expected a ContactRegion, got {type(region).__name__}")
+            raise TypeError(f"expected a ContactRegion for contact, got {shown(region)}")
         level = _levels(region, self.p)
         inside = level[self.t] > 0
         if not inside.any():

@@ -5,7 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import checked_array, checked_integer, checked_pair
 from .field import Field
+
+#: more isobars than this are a mistake
+MOST = 1000
 
 
 def quantiles(field: Field, fractions) -> ndarray:
@@ -76,17 +80,13 @@ def choose_levels(field: Field, levels: int | Sequence[float] | ndarray | None =
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         raise ValueError(f"expected a field with isobars, got the constant {low:.6g}")
     if levels is None or isinstance(levels, (int, np.integer)):
-        n = 8 if levels is None else int(levels)
-        if n < 1:
-            raise ValueError(f"expected at least one level, got {n}")
+        n = 8 if levels is None else checked_integer("levels", levels, at_least=1, at_most=MOST)
         between = (np.arange(1, n + 1) + np.array([[-0.3], [0.3]])) / (n + 1)
         ranges = quantiles(field, between).T
         return np.unique([roundest(a, b) for a, b in ranges if a < b])
-    chosen = np.array(levels, dtype=float)
-    if chosen.ndim != 1 or len(chosen) == 0:
-        raise ValueError(f"expected a sequence of levels, got shape {chosen.shape}")
-    if not (np.isfinite(chosen).all() and np.all(np.diff(chosen) > 0)):
-        raise ValueError(f"expected finite, increasing levels, got {chosen.tolist()}")
+    chosen = checked_array("levels", levels, ("n",), least=1)
+    if not np.all(np.diff(chosen) > 0):
+        raise ValueError(f"expected increasing levels, got {chosen.tolist()}")
     if not np.any((low < chosen) & (chosen < high)):
         raise ValueError(
             f"expected a level between {low:.6g} and {high:.6g}, got {chosen.tolist()}"
@@ -114,10 +114,10 @@ def color_range(
         low, high = max(smallest, float(lower - reach)), min(greatest, float(upper + reach))
         if low == high:  # a constant field
             low, high = low - (abs(low) or 1) / 2, high + (abs(high) or 1) / 2
-    elif len(clim) == 2 and -np.inf < clim[0] < clim[1] < np.inf:
-        low, high = float(clim[0]), float(clim[1])
     else:
-        raise ValueError(f"expected clim = (low, high) with low < high, got {clim!r}")
+        low, high = checked_pair("clim", clim)
+        if not low < high:
+            raise ValueError(f"expected clim = (low, high) with low < high, got {clim!r}")
     return low, high, smallest < low, greatest > high
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
+from ..arguments import checked_flag
 from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
@@ -24,7 +25,16 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
-from .style import COLORMAP, CONTACT, OUTLINE, SEPARATED, band_colors, fineness, layers
+from .style import (
+    COLORMAP,
+    CONTACT,
+    OUTLINE,
+    SEPARATED,
+    band_colors,
+    checked_style,
+    fineness,
+    layers,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,6 +79,7 @@ def draw(
     MeshError
         If its coordinates are not finite or vertices do not exist.
     """
+    legend = checked_flag("legend", legend)
     drawn = list(layers(grid, nodes, report))
     ax = prepared(ax, drawn[0].p)
     for layer in drawn:
@@ -138,6 +149,7 @@ def plot(
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
         ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
     """
+    checked_style(title, cmap, edges=edges)
     field = Field.from_basis(basis, values)
     pressed = field if contact is None else field.in_contact(contact)
     low, high, below, beyond = color_range(pressed, clim)
@@ -215,6 +227,7 @@ def isobars(
         the levels do not increase or none is between the values, or ``contact`` is none or that
         of another plan.
     """
+    checked_style(title, cmap, labels=labels)
     field = Field.from_basis(basis, values, CONTINUOUS)
     pressed = field if contact is None else field.in_contact(contact)
     chosen = choose_levels(pressed, levels)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, Mesh2D
 
+from ..arguments import checked_flag
 from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
@@ -41,6 +42,7 @@ from .style import (
     SEPARATED,
     Layer,
     band_colors,
+    checked_style,
     fineness,
     layers,
 )
@@ -90,6 +92,7 @@ def draw(
     MeshError
         If its coordinates are not finite or vertices do not exist.
     """
+    legend, off_screen = checked_flag("legend", legend), checked_flag("off_screen", off_screen)
     drawn = list(layers(grid, nodes, report))
     origin = drawn[0].p.mean(axis=1, keepdims=True)
     drawn = [replace(layer, p=layer.p - origin) for layer in drawn]
@@ -158,6 +161,7 @@ def plot(
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
         ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
     """
+    checked_style(title, cmap, edges=edges, off_screen=off_screen)
     field = Field.from_basis(basis, values)
     pressed = field if contact is None else field.in_contact(contact)
     origin = field.p.mean(axis=1, keepdims=True)
@@ -232,6 +236,7 @@ def isobars(
         the levels do not increase or none is between the values, or ``contact`` is none or that
         of another plan.
     """
+    checked_style(title, cmap, labels=labels, off_screen=off_screen)
     field = Field.from_basis(basis, values, CONTINUOUS)
     pressed = field if contact is None else field.in_contact(contact)
     origin = field.p.mean(axis=1, keepdims=True)

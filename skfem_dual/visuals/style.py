@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import Mesh2D
 
+from ..arguments import checked_flag, checked_instance, checked_text, shown
 from ..grids.checks import MeshReport, array_conditions
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
@@ -45,13 +46,15 @@ def layers(
     MeshError
         If coordinates are not finite or vertices do not exist.
     """
+    nodes = checked_flag("nodes", nodes)
+    if report is not None:
+        checked_instance("report", report, MeshReport, "check_mesh(mesh)")
     if isinstance(grid, GridCouple):
         yield from _couple_layers(grid, nodes)
         return
     if not isinstance(grid, (Mesh2D, DualMesh)):
         raise TypeError(
-            "expected a MeshTri, MeshQuad, DualMesh or GridCouple to draw, got "
-            f"{type(grid).__name__}"
+            f"expected a MeshTri, MeshQuad, DualMesh or GridCouple to draw, got {shown(grid)}"
         )
     dual = grid if isinstance(grid, DualMesh) else None
     mesh = grid.mesh if isinstance(grid, DualMesh) else grid
@@ -111,6 +114,20 @@ def _couple_layers(couple: GridCouple, nodes: bool) -> Iterator[Layer]:
 def fineness(ncells: int) -> float:
     """Factor on line widths: thinner on finer grids, for what is between them to survive."""
     return float(np.clip(np.sqrt(600 / ncells), 0.25, 1))
+
+
+def checked_style(title: str | None, cmap: str, **flags: bool) -> None:
+    """Refuse titles that are no text, unknown colour maps and flags that are none."""
+    try:
+        from matplotlib import colormaps
+    except ImportError as error:
+        raise ImportError(MISSING.format("matplotlib")) from error
+    if title is not None:
+        checked_text("title", title)
+    if checked_text("cmap", cmap) not in colormaps:
+        raise ValueError(f"expected the name of a colour map for cmap, got {shown(cmap)}")
+    for name, value in flags.items():
+        checked_flag(name, value)
 
 
 def band_colors(cmap: str, n: int) -> list[str]:

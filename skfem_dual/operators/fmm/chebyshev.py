@@ -1,9 +1,13 @@
 """Expansions of radial kernels in Chebyshev polynomials of two coordinates of a box.
 
-A box of half-width h has the coordinates ``(x - middle) / h``. The moments of its load are
-integrals of the polynomials ``T_a(x) T_b(y)`` of a total degree below the order, and its local
-field is a sum of them. Cells stick out of their box: the coordinates of loads refer to boxes
-``PADDING`` times wider.
+A box of half-width h has the coordinates ``(x - middle) / h``. Its multipole expansion are the
+integrals of the polynomials ``T_a(x) T_b(y)`` of a total degree below the order times the load,
+its local expansion is a sum of them. Cells stick out of their box: the coordinates of loads refer
+to boxes ``PADDING`` times wider. The kernel is interpolated in the Chebyshev points of both boxes
+(Fong and Darve, J. Comput. Phys. 228 (2009) 8712; they keep all products of polynomials).
+
+All matrices are to be multiplied by expansions from the left: rows for what is given, columns for
+what comes out.
 """
 
 from collections.abc import Callable
@@ -55,11 +59,19 @@ class Chebyshev:
         a, b = self.degrees
         return (values[:, None, a] * values[None, :, b]).reshape(points**2, -1)
 
-    def shift(self, quarter: int, padding: float) -> ndarray:
-        """Takes moments of a box in a quarter of another to those of that one.
+    def m2m(self, quarter: int) -> ndarray:
+        """From the multipole expansion of a box in a quarter of another to that one's.
 
-        Shape (terms, terms); its transpose takes local expansions the other way.
+        Shape (terms, terms).
         """
+        return self._shift(quarter, PADDING).T
+
+    def l2l(self, quarter: int) -> ndarray:
+        """From the local expansion of a box to that in a quarter of it, shape (terms, terms)."""
+        return self._shift(quarter, 1.0)
+
+    def _shift(self, quarter: int, padding: float) -> ndarray:
+        """Terms of the larger box, in rows, as sums of those of its quarter."""
         s = chebyshev.chebpts1(self.order)
         back = np.linalg.inv(chebyshev.chebvander(s, self.order - 1))
 
@@ -72,8 +84,8 @@ class Chebyshev:
         x, y = along(2 * (quarter % 2) - 1), along(2 * (quarter // 2) - 1)
         return x[a[:, None], a] * y[b[:, None], b]
 
-    def translations(self, kernel: Kernel, half: float, needed: ndarray) -> ndarray:
-        """From moments to local expansions of boxes of one size, at each of `OFFSETS`.
+    def m2l(self, kernel: Kernel, half: float, needed: ndarray) -> ndarray:
+        """From multipole to local expansions of boxes of one size, at each of `OFFSETS`.
 
         Parameters
         ----------
@@ -87,16 +99,15 @@ class Chebyshev:
         Returns
         -------
         (len(OFFSETS), terms, terms) array of float
-            Rows for the moments, columns for the local expansion. Offsets lead from the latter's
-            box to the former's.
+            Offsets lead from the box of the local expansion to that of the load.
         """
         out = np.zeros((len(OFFSETS), self.terms, self.terms))
         a, b = self.degrees
         swapped = np.lexsort((a, b))  # the term (b, a) of each (a, b)
         odd = np.array([1 - 2 * (d % 2) for d in (a, b)])
         for along, across in {(max(o), min(o)) for o in np.abs(OFFSETS[needed]).tolist()}:
-            load = self.grid * PADDING + [[2 * along], [2 * across]]
-            r = half * np.hypot(*(self.grid[:, None] - load[:, :, None]))
+            sources = self.grid * PADDING + [[2 * along], [2 * across]]
+            r = half * np.hypot(*(self.grid[:, None] - sources[:, :, None]))
             # einsum: matrices are too small for threads of BLAS, which may have to wait for each
             # other longer than the products take
             half_way = np.einsum("pi,pq->iq", self.coefficients, kernel(r))
@@ -109,8 +120,8 @@ class Chebyshev:
                     out[k] = signs[:, None] * turned * signs
         return out
 
-    def outgoing(self, kernel: Kernel, half: ndarray, offset: ndarray) -> ndarray:
-        """From moments of boxes to the field at points.
+    def m2p(self, kernel: Kernel, half: ndarray, offset: ndarray) -> ndarray:
+        """From multipole expansions of boxes to settlements of points, a row for each pair.
 
         Parameters
         ----------
@@ -127,3 +138,30 @@ class Chebyshev:
         dx, dy = offset[:, :, None] - PADDING * self.grid[:, None]
         values = kernel(half[:, None] * np.hypot(dx, dy))
         return np.einsum("pq,qj->pj", values, self.coefficients)
+
+
+def compressed(matrices: ndarray, tolerance: float) -> tuple[ndarray, ndarray, ndarray]:
+    """Matrices as ``left @ core @ right`` with orthonormal outer factors, common to all.
+
+    By singular value decompositions of all rows and of all columns together, as Fong and Darve
+    have them; singular values below ``tolerance`` times the largest are left out.
+
+    Parameters
+    ----------
+    matrices : (k, m, n) array of float
+    tolerance : float
+
+    Returns
+    -------
+    left, core, right : (m, r), (k, r, s), (s, n) array of float
+    """
+    bases = []
+    for gram in (
+        np.einsum("kij,klj->il", matrices, matrices),
+        np.einsum("kji,kjl->il", matrices, matrices),
+    ):
+        squares, vectors = np.linalg.eigh(gram)
+        bases.append(vectors[:, squares > (tolerance**2) * squares[-1]])
+    left, right = bases
+    core = np.einsum("krj,js->krs", np.einsum("ir,kij->krj", left, matrices), right)
+    return left, core, np.ascontiguousarray(right.T)

@@ -1,12 +1,23 @@
-"""Which cells act on which points of a quadtree directly, and which through boxes.
+"""Which cells act on which points of a quadtree directly, and which through one expansion only.
 
-Boxes of one level that are not adjacent act on each other through their expansions. What remains
-is near: a cell acts on every point of a box directly, unless the box has more points than an
-expansion has terms and lies far enough from the cell; and a box acts by its expansion on single
-points of larger boxes beside it, if it has more cells than that.
+The lists of Carrier, Greengard and Rokhlin, SIAM J. Sci. Stat. Comput. 9 (1988) 669, but for
+cells in boxes of any level:
+
+========  ==========================================================================  ============
+their     here                                                                        acts by
+========  ==========================================================================  ============
+V list    `Quadtree.far_lists`: boxes of one level that are not adjacent, but whose   M2L
+          parents are
+U list    ``p2p`` of `near_lists`: cells beside a leaf                                P2P
+X list    ``p2l``: cells beside a box, a side of it away or more, if it has more      P2L
+          points than an expansion has terms
+W list    ``m2p``: smaller boxes beside a leaf that do not touch it, if they have     M2P
+          more cells than an expansion has terms
+========  ==========================================================================  ============
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -28,10 +39,55 @@ class Lists:
         """Length of each list."""
         return np.diff(self.starts)
 
+    def filled(self) -> "Lists":
+        """Without the boxes whose list is empty."""
+        some = self.counts > 0
+        return Lists(
+            self.boxes[some], np.append(self.starts[:-1][some], self.starts[-1]), self.items
+        )
 
-def near_lists(
-    tree: Quadtree, centres: ndarray, radii: ndarray, terms: int
-) -> tuple[Lists, Lists, Lists]:
+
+class NearLists(NamedTuple):
+    """What acts without a pair of expansions.
+
+    Attributes
+    ----------
+    p2p : Lists
+        Of every leaf with points: cells that act on them directly.
+    p2l : Lists
+        Of boxes with many points: cells that act on the local expansion.
+    m2p : Lists
+        Of leaves with points: smaller boxes whose multipole expansion acts on the points.
+    """
+
+    p2p: Lists
+    p2l: Lists
+    m2p: Lists
+
+
+class Circles(NamedTuple):
+    """Circles around the cells: ``centres`` of shape (2, n), ``radii`` of shape (n,)."""
+
+    centres: ndarray
+    radii: ndarray
+
+
+class Room(NamedTuple):
+    """Where a loop writes the list of each box, in two rounds.
+
+    Attributes
+    ----------
+    places : array of int
+        In the first round it takes the length of each list, in the second it tells the start.
+    items : array of int
+        In the second round it takes the items.
+    """
+
+    places: ndarray
+    items: ndarray
+
+
+def near_lists(tree: Quadtree, centres: ndarray, radii: ndarray, terms: int) -> NearLists:
     """Lists of what acts without a pair of expansions.
 
     Parameters
@@ -41,145 +97,133 @@ def near_lists(
         Circles around the cells, in the order of the tree.
     terms : int
         Terms of an expansion.
-
-    Returns
-    -------
-    near : Lists
-        Of every leaf with points: cells that act on them directly.
-    inward : Lists
-        Of boxes with many points: cells that act on the local expansion.
-    outward : Lists
-        Of leaves with points: smaller boxes whose outgoing expansion acts on the points.
     """
-    boxes = (
-        *inputs(
-            tree.parent, tree.first, tree.nchildren, tree.level, tree.place, tree.sources,
-            tree.own, tree.targets, tree.adjacent, tree.middle, tree.half, centres, radii,
-        ), terms,
-    )  # fmt: skip
+    boxes, circles = tree.boxes, Circles(*inputs(centres, radii))
     leaves = tree.leaves
-    many = np.nonzero(tree.targets[1] - tree.targets[0] > terms)[0]
-    nothing = np.empty(0, np.int32)
-
-    def ragged(counts: ndarray) -> tuple[ndarray, ndarray]:
-        starts = np.concatenate([[0], np.cumsum(counts)])
-        return starts, np.empty(starts[-1], np.int32)
-
-    near, outward = np.empty(len(leaves), np.int64), np.empty(len(leaves), np.int64)
-    _near(leaves, *boxes, near, outward, nothing, nothing, False)
-    near, near_items = ragged(near)
-    outward, outward_items = ragged(outward)
-    _near(leaves, *boxes, near, outward, near_items, outward_items, True)
-    inward = np.empty(len(many), np.int64)
-    _inward(many, *boxes, inward, nothing, False)
-    inward, inward_items = ragged(inward)
-    _inward(many, *boxes, inward, inward_items, True)
-
-    def lists(boxes: ndarray, starts: ndarray, items: ndarray) -> Lists:
-        some = np.diff(starts) > 0
-        return Lists(boxes[some], np.append(starts[:-1][some], starts[-1]), items)
-
-    return (
-        Lists(leaves, near, near_items),
-        lists(many, inward, inward_items),
-        lists(leaves, outward, outward_items),
+    crowded = np.nonzero(tree.targets[1] - tree.targets[0] > terms)[0]
+    p2p, p2l, m2p = (_empty(len(some)) for some in (leaves, crowded, leaves))
+    _lists_of_leaves(leaves, boxes, circles, terms, p2p, m2p, False)
+    p2p, m2p = _sized(p2p), _sized(m2p)
+    _lists_of_leaves(leaves, boxes, circles, terms, p2p, m2p, True)
+    _p2l_lists(crowded, boxes, circles, p2l, False)
+    p2l = _sized(p2l)
+    _p2l_lists(crowded, boxes, circles, p2l, True)
+    return NearLists(
+        Lists(leaves, *p2p), Lists(crowded, *p2l).filled(), Lists(leaves, *m2p).filled()
     )
 
 
+def _empty(n: int) -> Room:
+    return Room(np.empty(n, np.int64), np.empty(0, np.int32))
+
+
+def _sized(counted: Room) -> Room:
+    """Room for lists that are counted."""
+    starts = np.concatenate([[0], np.cumsum(counted.places)])
+    return Room(starts, np.empty(starts[-1], np.int32))
+
+
 @compiled
-def _apart(box, cell, middle, half, centres, radii):
+def _apart(box, cell, boxes, circles):
     """Whether the field of a cell is smooth in a box: the gap is a side of the box or more."""
-    dx = abs(centres[0, cell] - middle[0, box])
-    dy = abs(centres[1, cell] - middle[1, box])
-    return max(dx, dy) - radii[cell] >= 3 * half[box]
+    dx = abs(circles.centres[0, cell] - boxes.middle[0, box])
+    dy = abs(circles.centres[1, cell] - boxes.middle[1, box])
+    return max(dx, dy) - circles.radii[cell] >= 3 * boxes.half[box]
 
 
 @compiled
-def _near(
-    leaves, parent, first, nchildren, level, place, sources, own, targets, adjacent, middle, half,
-    centres, radii, terms, near, outward, near_items, outward_items, fill,
-):  # fmt: skip
+def _touching(leaf, other, boxes):
+    """Whether a box of the leaf's level or a smaller one touches the leaf."""
+    shift = boxes.level[other] - boxes.level[leaf]
+    for axis in range(2):
+        begin = boxes.place[axis, leaf] << shift
+        end = (boxes.place[axis, leaf] + 1) << shift
+        if not begin - 1 <= boxes.place[axis, other] <= end:
+            return False
+    return True
+
+
+@compiled
+def _beside(leaf, at, boxes, circles, terms, p2p, fill):
+    """Cells of boxes adjacent to the leaf and to those around it, for its P2P list from ``at``.
+
+    Not those that act on the local expansion of the smallest box in between that has one worth it.
+    """
+    box, expanding = leaf, -1
+    while box >= 0:
+        for other in boxes.adjacent[box]:
+            if other < 0:
+                break
+            for cell in range(boxes.sources[0, other], boxes.own[other]):
+                if expanding >= 0 and _apart(expanding, cell, boxes, circles):
+                    continue
+                if fill:
+                    p2p.items[at] = cell
+                at += 1
+        if expanding < 0 and boxes.targets[1, box] - boxes.targets[0, box] > terms:
+            expanding = box
+        box = boxes.parent[box]
+    return at
+
+
+@compiled
+def _lists_of_leaves(leaves, boxes, circles, terms, p2p, m2p, fill):
+    first, nchildren, sources = boxes.first, boxes.nchildren, boxes.sources
     stack = np.empty(256, np.int64)
     for k in range(leaves.shape[0]):
         leaf = leaves[k]
-        cells = near[k] if fill else 0
-        boxes = outward[k] if fill else 0
-        # cells of boxes adjacent to the leaf and to those around it, unless they act on the
-        # local expansion of the smallest box in between that has one worth it
-        box, expanding = leaf, -1
-        while box >= 0:
-            for other in adjacent[box]:
-                if other < 0:
-                    break
-                for cell in range(sources[0, other], own[other]):
-                    if expanding >= 0 and _apart(expanding, cell, middle, half, centres, radii):
-                        continue
-                    if fill:
-                        near_items[cells] = cell
-                    cells += 1
-            if expanding < 0 and targets[1, box] - targets[0, box] > terms:
-                expanding = box
-            box = parent[box]
-        # boxes smaller than the leaf
-        for beside in adjacent[leaf]:
-            if beside < 0:
+        cells = _beside(leaf, p2p.places[k] if fill else 0, boxes, circles, terms, p2p, fill)
+        smaller = m2p.places[k] if fill else 0
+        for colleague in boxes.adjacent[leaf]:
+            if colleague < 0:
                 break
             size = 0
-            for child in range(first[beside], first[beside] + nchildren[beside]):
+            for child in range(first[colleague], first[colleague] + nchildren[colleague]):
                 stack[size] = child
                 size += 1
             while size > 0:
                 size -= 1
                 other = stack[size]
-                shift = level[other] - level[leaf]
-                touching = True
-                for axis in range(2):
-                    begin = place[axis, leaf] << shift
-                    end = (place[axis, leaf] + 1) << shift
-                    touching = touching and begin - 1 <= place[axis, other] <= end
-                stop = own[other]
-                if touching:
+                stop = boxes.own[other]
+                if _touching(leaf, other, boxes):
                     for child in range(first[other], first[other] + nchildren[other]):
                         stack[size] = child
                         size += 1
                 elif sources[1, other] - sources[0, other] > terms:
                     if fill:
-                        outward_items[boxes] = other
-                    boxes += 1
+                        m2p.items[smaller] = other
+                    smaller += 1
                     continue
                 else:
                     stop = sources[1, other]
                 for cell in range(sources[0, other], stop):
                     if fill:
-                        near_items[cells] = cell
+                        p2p.items[cells] = cell
                     cells += 1
         if not fill:
-            near[k] = cells
-            outward[k] = boxes
+            p2p.places[k] = cells
+            m2p.places[k] = smaller
 
 
 @compiled
-def _inward(
-    many, parent, first, nchildren, level, place, sources, own, targets, adjacent, middle, half,
-    centres, radii, terms, inward, items, fill,
-):  # fmt: skip
-    for k in range(many.shape[0]):
-        cells = inward[k] if fill else 0
-        above = parent[many[k]]
+def _p2l_lists(crowded, boxes, circles, p2l, fill):
+    for k in range(crowded.shape[0]):
+        cells = p2l.places[k] if fill else 0
+        above = boxes.parent[crowded[k]]
         box = above
         while box >= 0:
-            for other in adjacent[box]:
+            for other in boxes.adjacent[box]:
                 if other < 0:
                     break
-                for cell in range(sources[0, other], own[other]):
-                    if not _apart(many[k], cell, middle, half, centres, radii):
+                for cell in range(boxes.sources[0, other], boxes.own[other]):
+                    if not _apart(crowded[k], cell, boxes, circles):
                         continue
                     # a larger box between has taken it already
-                    if box != above and _apart(above, cell, middle, half, centres, radii):
+                    if box != above and _apart(above, cell, boxes, circles):
                         continue
                     if fill:
-                        items[cells] = cell
+                        p2l.items[cells] = cell
                     cells += 1
-            box = parent[box]
+            box = boxes.parent[box]
         if not fill:
-            inward[k] = cells
+            p2l.places[k] = cells

@@ -1,11 +1,13 @@
 """Adaptive quadtree over loaded cells and field points.
 
-A cell belongs to the smallest box it does not exceed much: large cells stay in boxes higher up
-and do not keep the small ones around them from being divided further.
+As in Carrier, Greengard and Rokhlin, SIAM J. Sci. Stat. Comput. 9 (1988) 669, but a cell belongs
+to the smallest box it does not exceed much: large cells stay in boxes higher up and do not keep
+the small ones around them from being divided further.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -19,6 +21,22 @@ DEEPEST = 40
 OFFSETS = np.array(
     [(i, j) for i in range(-3, 4) for j in range(-3, 4) if max(abs(i), abs(j)) > 1], dtype=np.int32
 )
+
+
+class Boxes(NamedTuple):
+    """What compiled loops read of a `Quadtree`; the fields are its attributes."""
+
+    level: ndarray
+    parent: ndarray
+    first: ndarray
+    nchildren: ndarray
+    place: ndarray
+    sources: ndarray
+    own: ndarray
+    targets: ndarray
+    adjacent: ndarray
+    middle: ndarray
+    half: ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +62,8 @@ class Quadtree:
     levels : (nlevels + 1,) array of int
         Boxes of level ``k`` are ``levels[k]`` to ``levels[k + 1]``.
     adjacent : (nboxes, 9) array of int
-        Boxes of the same level that touch a box, itself among them; -1 where there is none.
+        Boxes of the same level that touch a box, itself among them; -1 where there is none:
+        its colleagues.
     """
 
     corner: ndarray
@@ -63,7 +82,7 @@ class Quadtree:
     adjacent: ndarray
 
     @classmethod
-    def build(
+    def from_circles(
         cls, centres: ndarray, radii: ndarray, x: ndarray, leaf: int, slack: float, unit: float
     ) -> "Quadtree":
         """Divide boxes until none holds more than ``leaf`` cells or points.
@@ -90,8 +109,8 @@ class Quadtree:
         with np.errstate(divide="ignore"):
             depth = np.floor(np.log2(size / (2 * slack * radii))).clip(0, DEEPEST).astype(np.int32)
         cells, points = np.arange(centres.shape[1]), np.arange(x.shape[1])
-        boxes = _divide(*inputs(centres, depth, x, corner), size, leaf, cells, points)
-        level, parent, first, nchildren, column, row, s0, s1, own, t0, t1 = boxes.T.copy()
+        rows = _divide(*inputs(centres, depth, x, corner), size, leaf, cells, points)
+        level, parent, first, nchildren, column, row, s0, s1, own, t0, t1 = rows.T.copy()
         place = np.stack([column, row])
         levels = np.searchsorted(level, np.arange(level[-1] + 2))
         adjacent = _adjacent(level, parent, first, nchildren, place)
@@ -123,15 +142,17 @@ class Quadtree:
         """Boxes without children that hold field points."""
         return np.nonzero((self.nchildren == 0) & (self.targets[1] > self.targets[0]))[0]
 
-    def interactions(self, level: int) -> ndarray:
-        """Boxes at each of `OFFSETS` from the boxes of a level; -1 where there is none.
+    @cached_property
+    def boxes(self) -> Boxes:
+        """The boxes as compiled loops take them."""
+        return Boxes(*inputs(*(getattr(self, name) for name in Boxes._fields)))
+
+    def far_lists(self, level: int) -> ndarray:
+        """The V lists of a level: boxes at each of `OFFSETS`; -1 where there is none.
 
         Only from boxes with field points to boxes with cells; shape (nboxes, len(OFFSETS)).
         """
-        return _interactions(
-            self.levels[level], self.levels[level + 1], self.parent, self.first, self.nchildren,
-            self.place, self.adjacent, self.sources, self.targets,
-        )  # fmt: skip
+        return _far_lists(self.levels[level], self.levels[level + 1], self.boxes)
 
 
 @compiled
@@ -211,31 +232,34 @@ def _divide(centres, depth, x, corner, size, leaf, cells, points):
 
 @compiled
 def _adjacent(level, parent, first, nchildren, place):
-    found = np.full((level.shape[0], 9), -1, np.int32)
-    found[0, 0] = 0
+    adjacent = np.full((level.shape[0], 9), -1, np.int32)
+    adjacent[0, 0] = 0
     for b in range(1, level.shape[0]):
         count = 0
-        for other in found[parent[b]]:
+        for other in adjacent[parent[b]]:
             if other < 0:
                 break
             for child in range(first[other], first[other] + nchildren[other]):
                 dx, dy = place[0, child] - place[0, b], place[1, child] - place[1, b]
                 if max(abs(dx), abs(dy)) <= 1:
-                    found[b, count] = child
+                    adjacent[b, count] = child
                     count += 1
-    return found
+    return adjacent
 
 
 @compiled
-def _interactions(begin, end, parent, first, nchildren, place, adjacent, sources, targets):
-    found = np.full((end - begin, 40), -1, np.int32)
+def _far_lists(begin, end, boxes):
+    place, targets, sources = boxes.place, boxes.targets, boxes.sources
+    far = np.full((end - begin, 40), -1, np.int32)
     for b in range(begin, end):
-        if parent[b] < 0 or targets[1, b] == targets[0, b]:
+        parent = boxes.parent[b]
+        if parent < 0 or targets[1, b] == targets[0, b]:
             continue
-        for other in adjacent[parent[b]]:
+        for other in boxes.adjacent[parent]:
             if other < 0:
                 break
-            for child in range(first[other], first[other] + nchildren[other]):
+            first = boxes.first[other]
+            for child in range(first, first + boxes.nchildren[other]):
                 dx, dy = place[0, child] - place[0, b], place[1, child] - place[1, b]
                 if max(abs(dx), abs(dy)) > 1 and sources[1, child] > sources[0, child]:
                     # number of the offset: those adjacent come in three rows of three
@@ -246,5 +270,5 @@ def _interactions(begin, end, parent, first, nchildren, place, adjacent, sources
                         k -= 6
                     elif k > 15:
                         k -= 3
-                    found[b - begin, k] = child
-    return found
+                    far[b - begin, k] = child
+    return far

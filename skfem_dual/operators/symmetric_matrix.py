@@ -1,14 +1,20 @@
-"""Matrices with the symmetry of a plan: assembled and solved in independent blocks."""
+"""Matrices with the symmetry of a plan: assembled and solved in independent blocks.
+
+Allgower, Boehmer, Georg and Miranda, Exploiting symmetry in boundary element methods, SIAM J.
+Numer. Anal. 29 (1992) 534; the vectors are those of `representations`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy import ndarray
-from scipy.linalg import lu_factor, lu_solve, svdvals
+from numpy.typing import DTypeLike
+from scipy.linalg import lu_factor, svdvals
 from threadpoolctl import threadpool_limits
 
+from .factors import solve_factorised
 from .symmetry import Symmetry
 
 #: rows of a full matrix that are in the memory at a time
@@ -50,9 +56,9 @@ class SymmetricMatrix:
         blocks = tuple(np.empty((len(part), len(part)), part.shares.dtype) for part in parts)
         for start in range(0, len(cells), BATCH):
             orbits = slice(start, min(start + BATCH, len(cells)))
-            found = rows(cells[orbits])
+            of_orbits = rows(cells[orbits])
             for part, block in zip(parts, blocks):
-                part.fill(block, orbits, found)
+                part.fill(block, orbits, of_orbits)
         return cls(symmetry, blocks)
 
     @property
@@ -63,7 +69,7 @@ class SymmetricMatrix:
     def __matmul__(self, q: ndarray) -> ndarray:
         return self.symmetry.apply([block.__matmul__ for block in self.blocks], q)
 
-    def __array__(self, dtype=None, copy=None) -> ndarray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> ndarray:
         cells, full = self.symmetry.representatives, np.empty(self.shape)
         rows = np.zeros((len(cells), len(full)))
         for part, block in zip(self.symmetry.components, self.blocks):
@@ -96,5 +102,5 @@ class SymmetricFactors:
 
     def solve(self, rhs: ndarray, trans: int = 0) -> ndarray:
         """Solutions for any right-hand sides, (n,) or (n, k); of the transposed matrix with 1."""
-        solvers = [lambda b, lu=lu: lu_solve(lu, b, trans=2 * trans) for lu in self.factors]
+        solvers = [partial(solve_factorised, lu, trans=2 * trans) for lu in self.factors]
         return self.symmetry.apply(solvers, rhs)

@@ -1,0 +1,405 @@
+"""What public functions ask of their arguments, with errors that say what to change.
+
+Each check answers the argument as a plain value: a float, an int, a C-contiguous array in native
+byte order. Messages name the argument, what was expected and what came.
+"""
+
+import math
+import reprlib
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy import ndarray
+
+Pair = tuple[float, float]
+#: sizes beyond these powers of ten are refused: products of three of them must remain numbers
+LARGEST = 1e100
+SMALLEST = 1e-100
+
+_T = TypeVar("_T")
+
+
+class _Shown(reprlib.Repr):
+    """Arguments in messages: short, and never an error of their own."""
+
+    def repr_int(self, x: int, level: int) -> str:
+        if x.bit_length() > 64:  # Python refuses to print thousands of digits
+            return f"an integer of {round(x.bit_length() * math.log10(2))} digits"
+        return repr(x)
+
+    def repr_instance(self, x: Any, level: int) -> str:
+        if isinstance(x, type):
+            return f"the class {x.__name__}"
+        if isinstance(x, ndarray):
+            return f"an array of {x.dtype} of shape {x.shape}"
+        if x is None or isinstance(x, (bool, complex, float, np.generic)):
+            return repr(x)
+        return type(x).__name__
+
+
+def shown(value) -> str:
+    """An argument as text for messages.
+
+    >>> shown("rim"), shown(float), shown(np.zeros(3)), shown(10**400)  # doctest: +ELLIPSIS
+    ("'rim'", 'the class float', 'an array of float64 of shape (3,)', 'an integer of 400 digits')
+    """
+    return _Shown().repr(value)
+
+
+def checked_number(
+    name: str,
+    value,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+) -> float:
+    """``value`` as a finite number within its limits.
+
+    Parameters
+    ----------
+    name : str
+        The argument, for messages.
+    value : real number
+        Of Python or numpy; no bool, no text, no array of one dimension or more.
+    above, at_least, below, at_most : float, optional
+        Limits without and with the limit itself. ``above=0`` refuses denormal numbers too, by
+        which nothing can be divided.
+
+    Raises
+    ------
+    TypeError
+        If it is no real number.
+    ValueError
+        If it is not finite, or beyond a limit.
+
+    Examples
+    --------
+    >>> checked_number("poisson", np.float32(0.25), at_least=0, at_most=0.5)
+    0.25
+    >>> checked_number("poisson", 0.7, at_least=0, at_most=0.5)
+    Traceback (most recent call last):
+    ValueError: expected poisson from 0 to 0.5, got 0.7
+    """
+    try:
+        number = float(_scalar(value, "__float__"))
+    except (TypeError, ValueError):
+        raise TypeError(f"expected a number for {name}, got {shown(value)}") from None
+    except OverflowError:
+        raise ValueError(f"expected a finite {name}, got {shown(value)}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"expected a finite {name}, got {number}")
+    _require_within(name, number, above, at_least, below, at_most)
+    if above == 0 and number < np.finfo(float).tiny:
+        raise ValueError(f"expected {name} of at least {np.finfo(float).tiny:.3g}, got {number!r}")
+    return number
+
+
+def checked_size(name: str, value) -> float:
+    """``value`` as a positive length, modulus or other size, from 1e-100 to 1e100.
+
+    Errors as `checked_number`.
+    """
+    number = checked_number(name, value, above=0)
+    if not SMALLEST <= number <= LARGEST:
+        raise ValueError(
+            f"expected {name} from {SMALLEST:g} to {LARGEST:g}, got {number:g}. "
+            "Remedy: choose units in which sizes are near 1"
+        )
+    return number
+
+
+def checked_integer(
+    name: str, value, *, at_least: int | None = None, at_most: int | None = None
+) -> int:
+    """``value`` as an integer within its limits, which it may equal.
+
+    Raises
+    ------
+    TypeError
+        If it is no integer; 3.0 is none.
+    ValueError
+        If it is beyond a limit.
+    """
+    try:
+        number = int(_scalar(value, "__index__"))
+    except (TypeError, ValueError):
+        raise TypeError(f"expected an integer for {name}, got {shown(value)}") from None
+    _require_within(name, number, None, at_least, None, at_most)
+    return number
+
+
+def checked_pair(name: str, value) -> Pair:
+    """``value`` as two finite numbers; errors as `checked_number`."""
+    try:
+        if isinstance(value, (str, bytes, set, frozenset, dict)):  # their items are no numbers
+            raise TypeError
+        x, y = value
+    except (TypeError, ValueError):
+        raise TypeError(f"expected two numbers for {name}, got {shown(value)}") from None
+    return checked_number(f"{name}[0]", x), checked_number(f"{name}[1]", y)
+
+
+def checked_array(
+    name: str,
+    value,
+    shape: tuple[int | str, ...] | None,
+    *,
+    least: int = 0,
+    each: str = "",
+    error: type[ValueError] = ValueError,
+) -> ndarray:
+    """``value`` as finite numbers in an array.
+
+    Parameters
+    ----------
+    name : str
+        The argument, for messages.
+    value : array_like of real numbers
+        Also nested lists and tuples, in any byte order.
+    shape : tuple of int or str, or None
+        Sizes; those with a name are free, but equal where the name is. None: any shape; "..."
+        in the end: any more.
+    least : int
+        The least size along the last axis.
+    each : str
+        What the last axis counts, such as "cell".
+    error : type
+        Raised instead of a ValueError, such as `MeshError`.
+
+    Returns
+    -------
+    ndarray of float
+        C-contiguous, in native byte order; the argument itself if it is such an array.
+
+    Raises
+    ------
+    TypeError
+        If something is not a real number.
+    ValueError
+        If it has another shape, or something is not finite: the first place is named.
+
+    Examples
+    --------
+    >>> checked_array("points", [[0, 1, 2], [0, 0, 1]], (2, "n"))
+    array([[0., 1., 2.], [0., 0., 1.]])
+    >>> checked_array("pressure", [1.0, np.inf], (2,), each="cell")
+    Traceback (most recent call last):
+    ValueError: expected finite pressure, got inf at cell 1
+    """
+    array = _numeric(name, value, "iuf", "numbers")
+    if shape is not None:
+        _require_shape(name, array, shape, least, error)
+    with np.errstate(over="ignore"):  # of long doubles, found below
+        array = np.asarray(array, dtype=float, order="C")
+    if not np.isfinite(array).all():
+        i = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise error(f"expected finite {name}, got {float(array[i])} at {_place(i, each)}")
+    return array
+
+
+def checked_points(
+    name: str, value, dim: int = 2, *, least: int = 0, error: type[ValueError] = ValueError
+) -> ndarray:
+    """``value`` as coordinates of shape (dim, n); errors as `checked_array`."""
+    return checked_array(name, value, (dim, "n"), least=least, each="point", error=error)
+
+
+def checked_indices(
+    name: str,
+    value,
+    size: int,
+    shape: tuple[int | str, ...] = ("n",),
+    *,
+    least: int = 0,
+    each: str = "",
+    error: type[ValueError] = ValueError,
+) -> ndarray:
+    """``value`` as indices from ``least``, 0 or -1, to ``size - 1`` in an array of `numpy.intp`.
+
+    Raises
+    ------
+    TypeError
+        If something is not an integer.
+    ValueError
+        If it has another shape, or an index is out of range: the first place is named.
+    """
+    array = _numeric(name, value, "iu", "integers")
+    _require_shape(name, array, shape, 0, error)
+    if ((array < least) | (array >= size)).any():
+        i = tuple(int(k) for k in np.argwhere((array < least) | (array >= size))[0])
+        allowed = f"from {least} to {size - 1}" if size else "of nothing"
+        raise error(f"expected {name} {allowed}, got {array[i]} at {_place(i, each)}")
+    return np.asarray(array, dtype=np.intp, order="C")
+
+
+def checked_mask(
+    name: str, value, shape: tuple[int, ...], *, error: type[ValueError] = ValueError
+) -> ndarray:
+    """``value`` as booleans of the shape given; errors as `checked_array`."""
+    array = _numeric(name, value, "b", "booleans")
+    _require_shape(name, array, shape, 0, error)
+    return np.asarray(array, dtype=bool, order="C")
+
+
+def checked_text(name: str, value) -> str:
+    """``value`` itself, if it is text, or a TypeError."""
+    if not isinstance(value, str):
+        raise TypeError(f"expected text for {name}, got {shown(value)}")
+    return value
+
+
+def checked_sequence(name: str, value) -> list:
+    """The items of ``value``, or a TypeError if it is text, a mapping or not iterable."""
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
+        raise TypeError(f"expected a sequence for {name}, got {shown(value)}")
+    try:
+        return list(value)
+    except TypeError:  # arrays without dimensions
+        raise TypeError(f"expected a sequence for {name}, got {shown(value)}") from None
+
+
+def checked_flag(name: str, value) -> bool:
+    """``value`` as True or False, or a TypeError; 0 and 1 will do."""
+    if isinstance(value, (bool, np.bool_)) or (isinstance(value, int) and value in (0, 1)):
+        return bool(value)
+    raise TypeError(f"expected True or False for {name}, got {shown(value)}")
+
+
+def checked_instance(name: str, value: _T, kinds: type | tuple[type, ...], remedy="") -> _T:
+    """``value`` itself, if it is an object of one of ``kinds``.
+
+    Raises
+    ------
+    TypeError
+        If it is something else; of a class instead of an object of it that is said.
+
+    Examples
+    --------
+    >>> checked_instance("mesh", dict, dict)
+    Traceback (most recent call last):
+    TypeError: expected a dict for mesh, got the class dict. Remedy: make an object of it
+    """
+    if isinstance(value, kinds):
+        return value
+    kinds = kinds if isinstance(kinds, tuple) else (kinds,)
+    names = " or ".join(kind.__name__ for kind in kinds)
+    if not remedy and isinstance(value, type) and issubclass(value, kinds):
+        remedy = "make an object of it"
+    article = "an" if names[0] in "AEIOaeio" else "a"
+    remedy = remedy and f". Remedy: {remedy}"
+    raise TypeError(f"expected {article} {names} for {name}, got {shown(value)}{remedy}")
+
+
+def checked_choice(name: str, value, choices: Iterable[str]) -> str:
+    """``value`` itself, if it is one of some words.
+
+    Raises
+    ------
+    TypeError
+        If it is no text.
+    ValueError
+        If it is another word.
+
+    Examples
+    --------
+    >>> checked_choice("grid", "both", ("dual", "primal"))
+    Traceback (most recent call last):
+    ValueError: expected grid "dual" or "primal", got 'both'
+    """
+    *rest, last = (f'"{choice}"' for choice in choices)
+    words = f"{', '.join(rest)} or {last}" if rest else last
+    if not isinstance(value, str):
+        raise TypeError(f"expected {name} {words}, got {shown(value)}")
+    if f'"{value}"' not in (*rest, last):
+        raise ValueError(f"expected {name} {words}, got {shown(value)}")
+    return value
+
+
+def _scalar(value, protocol: str):
+    """``value`` if it may be turned into a plain number by ``protocol``, or a TypeError."""
+    if isinstance(value, (np.generic, ndarray)):
+        if value.ndim or value.dtype.kind not in ("iu" if protocol == "__index__" else "iuf"):
+            raise TypeError
+        return value.item()
+    kind = type(value)
+    if kind is bool or not (hasattr(kind, protocol) or hasattr(kind, "__index__")):
+        raise TypeError
+    return value
+
+
+def _require_within(name, number, above, at_least, below, at_most) -> None:
+    inside = (
+        (above is None or number > above)
+        and (at_least is None or number >= at_least)
+        and (below is None or number < below)
+        and (at_most is None or number <= at_most)
+    )
+    if inside:
+        return
+    got = f"got {shown(number) if isinstance(number, int) else f'{number:g}'}"
+    if above == 0 and below is at_most is None:
+        raise ValueError(f"expected a positive {name}, {got}")
+    if at_least is not None and at_most is not None:
+        raise ValueError(f"expected {name} from {at_least:g} to {at_most:g}, {got}")
+    limits = (
+        ("above", above),
+        ("of at least", at_least),
+        ("below", below),
+        ("of at most", at_most),
+    )
+    texts = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
+    raise ValueError(f"expected {name} {' and '.join(texts)}, {got}")
+
+
+def _numeric(name: str, value, kinds: str, wanted: str) -> ndarray:
+    """``value`` as an array of the kinds of dtype given, empty lists as well."""
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError, OverflowError):  # lists of unequal lengths, and worse
+        raise TypeError(
+            f"expected {name} as an array of {wanted}, got {shown(value)}, of unequal parts"
+        ) from None
+    if np.ma.is_masked(value):
+        raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
+    if array.dtype.kind not in kinds and (array.size or not isinstance(value, (list, tuple))):
+        raise TypeError(f"expected {name} as an array of {wanted}, got {_unlike(value, array)}")
+    return array
+
+
+def _unlike(value, array: ndarray) -> str:
+    """What came instead of numbers; of lists the first item that is none."""
+    if array.dtype.kind == "O" and array.ndim:
+        for i, item in enumerate(array.ravel()):
+            if not isinstance(item, (int, float)) or isinstance(item, bool):
+                return f"{shown(item)} at {_place(np.unravel_index(i, array.shape), '')}"
+            if isinstance(item, int) and item.bit_length() > 63:
+                return f"{shown(item)} at {_place(np.unravel_index(i, array.shape), '')}"
+    return shown(value)
+
+
+def _require_shape(
+    name: str, array: ndarray, shape: tuple[int | str, ...], least: int, error: type[ValueError]
+) -> None:
+    sizes: dict[str, int] = {}
+    fits = array.ndim == len(shape) or (shape[-1:] == ("...",) and array.ndim >= len(shape) - 1)
+    fits = fits and all(
+        size == "..." or got == (sizes.setdefault(size, got) if isinstance(size, str) else size)
+        for size, got in zip(shape, array.shape)
+    )
+    if not fits:
+        text = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
+        turned = array.ndim == 2 == len(shape) and array.shape[1] == shape[0]
+        remedy = ". Remedy: transpose it" if turned else ""
+        raise error(f"expected {name} of shape ({text}), got {array.shape}{remedy}")
+    if least and array.shape[-1] < least:
+        raise error(f"expected {name} with at least {least} items, got {array.shape[-1]}")
+
+
+def _place(index, each: str) -> str:
+    """Where in an array: the number of the item the last axis counts, or all indices."""
+    if each:
+        return f"{each} {int(index[-1])}"
+    return f"index {', '.join(str(int(k)) for k in index)}"

@@ -1,0 +1,60 @@
+"""Pressures under several punches and their positions."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+
+from .solution import PunchSolution
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PunchesSolution:
+    """Pressures under several punches and their positions.
+
+    Attributes
+    ----------
+    punches : RigidPunches
+        The problem solved.
+    solutions : tuple of PunchSolution
+        One for each punch.
+    """
+
+    punches: Any
+    solutions: tuple[PunchSolution, ...]
+
+    def __getitem__(self, i: int) -> PunchSolution:
+        return self.solutions[i]
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    @property
+    def success(self) -> bool:
+        """Whether the contact regions were found."""
+        return all(s.success for s in self.solutions)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations in which they were found."""
+        return max(s.iterations for s in self.solutions)
+
+    @property
+    def force(self) -> ndarray:
+        """Resultant of each body, shape (nbodies,)."""
+        return np.array([sum(self[i].force for i in body) for body in self.punches.bodies])
+
+    def displacement(self, x: ArrayLike) -> ndarray:
+        """Settlement of the ground at points of shape (2, m), under all punches."""
+        return self[0].displacement(x)
+
+    def __repr__(self) -> str:
+        head = "  punch  force        settlement   tilt                      contact area"
+        rows = [
+            f"  {i:<7}{s.force:<13.6g}{s.settlement:<13.6g}"
+            f"{f'({s.tilt[0]:.4g}, {s.tilt[1]:.4g})':<26}{s.contact_area:.6g}"
+            for i, s in enumerate(self.solutions)
+        ]
+        return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])

@@ -1,0 +1,85 @@
+"""Cells of several bodies taken together: one partition, one operator."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import block_diag
+
+from ..elements.edge_weights import EdgeWeights
+from ..grids.fan import Fan
+from ..grids.partition import Partition
+from ..grids.polygons import Polygons, readonly
+from .footprint import LoadedCells
+
+
+def union(parts: Sequence[LoadedCells]) -> LoadedCells:
+    """The cells of all parts, one after the other, on the ground of the first.
+
+    Parts keep their weights: the edge of one is none for the cells of another.
+    """
+    partition = _union_of_partitions([part.partition for part in parts])
+    points = np.hstack([part.collocation_points for part in parts])
+    return LoadedCells(parts[0].substrate, partition, _union_of_weights(parts, partition), points)
+
+
+def _union_of_partitions(parts: list[Partition]) -> Partition:
+    """Ribs of different parts are not shared, and boundaries keep the facets of their meshes."""
+    polygons = [part.polygons for part in parts]
+    points = _firsts([each.p.shape[1] for each in polygons])
+    vertices = _firsts([len(each.indices) for each in polygons])
+    cells = _firsts([len(each) for each in polygons])
+    ends = [each.offsets[1:] + first for each, first in zip(polygons, vertices)]
+    return Partition(
+        Polygons(
+            np.hstack([each.p for each in polygons]),
+            np.concatenate([each.indices + first for each, first in zip(polygons, points)]),
+            np.concatenate([[0], *ends]),
+        ),
+        np.hstack([part.facets + first for part, first in zip(parts, points)]),
+        np.hstack(
+            [np.where(part.f2c >= 0, part.f2c + first, -1) for part, first in zip(parts, cells)]
+        ),
+        np.hstack([part.nodes for part in parts]),
+        np.concatenate([part.boundary for part in parts]),
+    )
+
+
+def _union_of_weights(parts: Sequence[LoadedCells], partition: Partition) -> EdgeWeights | None:
+    cells = _firsts([len(part) for part in parts])
+    ribs = _firsts([part.partition.facets.shape[1] for part in parts])
+    weighted = [i for i, part in enumerate(parts) if part.weights is not None]
+    weights = [part.weights for part in parts if part.weights is not None]
+    if not weights:
+        return None
+    fans = [each.fan for each in weights]
+    points = _firsts([fan.p.shape[1] for fan in fans])
+    fan = Fan(
+        readonly(np.hstack([fan.p for fan in fans])),
+        readonly(np.hstack([fan.t + first for fan, first in zip(fans, points)]), np.int32),
+        readonly(
+            np.concatenate([fan.cell + cells[i] for fan, i in zip(fans, weighted)]), np.int32
+        ),
+        block_diag([fan.interpolation for fan in fans], "csr"),
+    )
+    edge = np.concatenate([each.ribs + ribs[i] for each, i in zip(weights, weighted)])
+    return _UnionWeights(partition, fan, edge, tuple(weights))
+
+
+@dataclass(frozen=True, eq=False)
+class _UnionWeights(EdgeWeights):
+    """Weights whose distances are those to the edge of the own part."""
+
+    parts: tuple[EdgeWeights, ...]
+
+    @cached_property
+    def root(self) -> ndarray:
+        """Square root of phi at the points of the fan."""
+        return readonly(np.concatenate([part.root for part in self.parts]))
+
+
+def _firsts(counts: Sequence[int]) -> ndarray:
+    """Number of the first of so many things of each part."""
+    return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(int)

@@ -1,0 +1,124 @@
+"""Integrals of 1/r over polygons, closed on their ribs.
+
+Seen from the field point, the integral over a polygon is a sum over its ribs, each with the
+triangle of the point and the rib. Cells share ribs, so a rib is integrated once and counted for
+the cell on its left, against the cell on its right.
+
+Sources: A. E. H. Love, The stress produced in a semi-infinite solid by pressure on part of the
+boundary, Phil. Trans. R. Soc. A 228 (1929), for the potential of a polygon; D. R. Wilton et al.,
+Potential integrals for uniform and linear source distributions on polygonal and polyhedral
+domains, IEEE Trans. Antennas Propag. 32 (1984), for the sum over sides.
+"""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.partition import Partition
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
+
+#: a rib is far if its ends are together farther than so many of its lengths
+FAR = 4
+
+
+class Ribs(NamedTuple):
+    """The ribs of a partition, as kernels take them.
+
+    Attributes
+    ----------
+    p : (2, k) array of float
+        Vertices.
+    facets : (2, nribs) array of int
+        Begin and end of each rib.
+    f2c : (2, nribs) array of int
+        Cells on its left and on its right, -1 for none.
+    along : (2, nribs) array of float
+        From begin to end.
+    length : (nribs,) array of float
+    """
+
+    p: ndarray
+    facets: ndarray
+    f2c: ndarray
+    along: ndarray
+    length: ndarray
+
+    @classmethod
+    def from_partition(cls, partition: Partition) -> Self:
+        """All ribs, in the order of ``partition.facets``."""
+        p, facets = partition.polygons.p, partition.facets
+        along = p[:, facets[1]] - p[:, facets[0]]
+        return cls(*inputs(p, facets, partition.f2c, along, np.hypot(*along)))
+
+
+@inlined
+def _atanh_series(z):
+    """atanh(q) / q for z = q^2 <= 1 / FAR^2, to rounding."""
+    s = z / 21 + 1 / 19
+    s = s * z + 1 / 17
+    s = s * z + 1 / 15
+    s = s * z + 1 / 13
+    s = s * z + 1 / 11
+    s = s * z + 1 / 9
+    s = s * z + 1 / 7
+    s = s * z + 1 / 5
+    s = s * z + 1 / 3
+    return s * z + 1
+
+
+@compiled
+def rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
+    """Integral of 1/r over the triangle of the field point and a rib, positive on its left.
+
+    The rib leads from (ax, ay) by (lx, ly); r1, r2 are the distances of its ends.
+    """
+    dx, dy = x - ax, y - ay
+    cross = lx * dy - ly * dx
+    if abs(cross) <= 1e-17 * length * length or r1 == 0.0 or r2 == 0.0:
+        return 0.0
+    h = cross / length
+    if r1 + r2 > FAR * length:
+        # 2 atanh(q): the logarithms below would cancel
+        q = length / (r1 + r2)
+        return 2 * h * q * _atanh_series(q * q)
+    t1 = -(lx * dx + ly * dy) / length
+    t2 = t1 + length
+    if t1 >= 0:
+        return h * np.log((r2 + t2) / (r1 + t1))
+    if t2 <= 0:
+        return h * np.log((r1 - t1) / (r2 - t2))
+    return h * np.log((r2 + t2) * (r1 - t1) / (h * h))
+
+
+@compiled
+def segment_integral(x, y, ax, ay, bx, by):
+    """As `rib_integral`, of a segment from (ax, ay) to (bx, by)."""
+    lx, ly = bx - ax, by - ay
+    length = np.sqrt(lx * lx + ly * ly)
+    if length == 0.0:
+        return 0.0
+    r1 = np.sqrt((x - ax) ** 2 + (y - ay) ** 2)
+    r2 = np.sqrt((x - bx) ** 2 + (y - by) ** 2)
+    return rib_integral(x, y, ax, ay, lx, ly, length, r1, r2)
+
+
+@vectorised
+def far_rib_integrals(x, y, ax, ay, lx, ly, length, values, room):
+    """`rib_integral` at several points into ``values``, if the rib is far from all of them.
+
+    Returns whether it is; ``room`` is for temporary use.
+    """
+    least = np.inf
+    for i in range(x.shape[0]):
+        dx, dy = x[i] - ax, y[i] - ay
+        ex, ey = dx - lx, dy - ly
+        values[i] = lx * dy - ly * dx
+        room[i] = np.sqrt(dx * dx + dy * dy) + np.sqrt(ex * ex + ey * ey)
+        least = min(least, room[i])
+    if not least > FAR * length:
+        return False
+    for i in range(x.shape[0]):
+        z = (length / room[i]) ** 2
+        values[i] *= 2 * _atanh_series(z) / room[i]
+    return True

@@ -1,0 +1,112 @@
+"""Compliance of stratified ground by wave number.
+
+With z down, wave number k and the surface modulus E0, the compliance Q = k E0 P of everything
+below a depth, ``(u, w) = -P (t, s)``, obeys a Riccati equation that contracts upwards:
+
+    Q' = k [A Q + Q A^T - (E0/E) D + (E/E0) Q B Q],  A = [[0, 1], [-nu/(1-nu), 0]],
+    D = diag(2(1+nu), (1+nu)(1-2nu)/(1-nu)),  B = diag(1/(1-nu^2), 0).
+
+It has no derivative of E, is regular at nu = 1/2, and Q is continuous across interfaces.
+
+It follows from the linear equations of the amplitudes (u, w, t, s) of displacements and tractions,
+by eliminating the tractions. Sources: N. A. Haskell, The dispersion of surface waves on
+multilayered media, Bull. Seism. Soc. Am. 43 (1953), and F. Gilbert and G. E. Backus, Propagator
+matrices in elastic wave and vibration problems, Geophysics 31 (1966), for those equations and
+their solution layer by layer; E. Kausel and J. M. Roesset, Stiffness matrices for layered soils,
+Bull. Seism. Soc. Am. 71 (1981), for stiffness in place of propagators; R. Bellman and G. M. Wing,
+An Introduction to Invariant Imbedding (1975), for Riccati equations of such ratios of amplitudes.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
+
+from ..errors import ConvergenceError
+
+#: E/E0 and nu at depths
+Moduli = Callable[[ndarray], tuple[ndarray, ndarray]]
+
+#: depth over 1/k from which on a compliance has forgotten what lies below
+FORGOTTEN = 24.0
+
+
+def homogeneous(ratio: ArrayLike, poisson: ArrayLike) -> ndarray:
+    """Q11, Q12, Q22 of a homogeneous half-space with E = ratio E0; shape (3, ...)."""
+    ratio, nu = np.broadcast_arrays(np.asarray(ratio, float), poisson)
+    normal = 2 * (1 - nu**2) / ratio
+    return np.stack([normal, -(1 + nu) * (1 - 2 * nu) / ratio, normal])
+
+
+def rigid(smooth: bool, n: int) -> tuple[ndarray, ndarray]:
+    """X, Y of a rigid base, Q = Y X^-1: bonded u = w = 0, smooth t = w = 0; shape (n, 2, 2)."""
+    x = np.zeros((n, 2, 2)) if smooth else np.tile(np.eye(2), (n, 1, 1))
+    y = np.zeros((n, 2, 2))
+    if smooth:
+        x[:, 1, 0] = 1.0
+        y[:, 0, 1] = 1.0
+    return x, y
+
+
+def as_pair(q: ndarray) -> tuple[ndarray, ndarray]:
+    """X = I and Y = Q of a finite compliance."""
+    y = np.moveaxis(np.stack([[q[0], q[1]], [q[1], q[2]]]), -1, 0)
+    return np.tile(np.eye(2), (q.shape[1], 1, 1)), y
+
+
+def through_homogeneous(
+    pair: tuple[ndarray, ndarray], depth: ndarray, ratio: float, poisson: float
+) -> ndarray:
+    """Q on top of a homogeneous layer of thickness ``depth / k``, exact; shape (3, n).
+
+    The linear system behind the Riccati equation has the matrix M with (M^2 - 1)^2 = 0, so its
+    exponential is closed; scaled by exp(-depth) it cannot overflow.
+    """
+    nu, n = poisson, poisson / (1 - poisson)
+    a = np.array([[0.0, 1.0], [-n, 0.0]])
+    d = np.diag([2 * (1 + nu), (1 + nu) * (1 - 2 * nu) / (1 - nu)]) / ratio
+    b = np.diag([ratio / (1 - nu**2), 0.0])
+    m = np.block([[-a.T, -b], [-d, a]])
+    nil = m @ m - np.eye(4)
+    x = depth[:, None, None]
+    e = np.exp(-2 * x)
+    cosh, sinh = (1 + e) / 2, -np.expm1(-2 * x) / 2
+    # x cosh x - sinh x cancels for small x
+    small = np.exp(-x) * x**3 / 3 * (1 + x**2 / 10 * (1 + x**2 / 28 * (1 + x**2 / 54)))
+    odd = np.where(x < 0.2, small, x * cosh - sinh)
+    step = cosh * np.eye(4) + x / 2 * sinh * nil - m @ (sinh * np.eye(4) + odd / 2 * nil)
+    top = step @ np.concatenate(pair, axis=1)
+    q = top[:, 2:] @ np.linalg.inv(top[:, :2])
+    return np.stack([q[:, 0, 0], (q[:, 0, 1] + q[:, 1, 0]) / 2, q[:, 1, 1]])
+
+
+def through_graded(q: ndarray, k: ndarray, top: float, bottom: ndarray, moduli: Moduli) -> ndarray:
+    """Q at depth ``top`` from Q at the depths ``bottom``, one for each wave number.
+
+    Raises
+    ------
+    ConvergenceError
+        If the moduli vary so that the equation cannot be integrated.
+    """
+    n, height = len(k), bottom - top
+
+    def rate(s: float, flat: ndarray) -> ndarray:
+        a, b, c = flat.reshape(3, n)
+        ratio, nu = moduli(bottom - s * height)
+        m = nu / (1 - nu)
+        f = ratio / (1 - nu**2)
+        dz = np.stack(
+            [
+                2 * b - 2 * (1 + nu) / ratio + f * a * a,
+                c - m * a + f * a * b,
+                -2 * m * b - (1 + nu) * (1 - 2 * nu) / (1 - nu) / ratio + f * b * b,
+            ]
+        )
+        return (-k * height * dz).ravel()
+
+    path = solve_ivp(rate, (0.0, 1.0), q.ravel(), "DOP853", rtol=1e-11, atol=1e-13)
+    if not path.success:
+        raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
+    return path.y[:, -1].reshape(3, n)

@@ -1,0 +1,192 @@
+"""Half-spaces whose moduli vary smoothly with depth."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Self
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import checked_number, checked_size, checked_text, shown
+from .compliance import FORGOTTEN, homogeneous, through_graded
+from .stratified import Stratified, checked_waves
+from .substrates import HalfSpace, checked_moduli
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GradedHalfSpace(Stratified):
+    """Elastic half-space whose moduli vary smoothly with depth.
+
+    Build it with `init_linear`, `init_exponential`, `init_power` or `init_profile`.
+
+    Parameters
+    ----------
+    young : callable
+        Young's modulus at depths z >= 0, given as an array; positive, also at the surface.
+    poisson : float or callable
+        Poisson's ratio, from 0 to 1/2.
+    length : float
+        Depth over which the moduli vary by a sizeable part.
+    description : str
+        For tables.
+
+    Raises
+    ------
+    ValueError
+        If a modulus is out of range, as for a modulus that vanishes at the surface.
+
+    Examples
+    --------
+    >>> soil = GradedHalfSpace.init_linear(young=1.0, poisson=0.25, gradient=1.0)
+    >>> print(f"{soil.influence(1.0):.8f}")
+    0.08705058
+    """
+
+    young: Callable[[ndarray], ndarray]
+    poisson: float | Callable[[ndarray], ndarray]
+    length: float
+    description: str = "profile"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", checked_size("length", self.length))
+        _require_profile(self.young, self.poisson)
+        checked_text("description", self.description)
+        depth = self.length * np.concatenate([[0.0], np.logspace(-6, 6, 49)])
+        ratio, nu = self._moduli(depth)
+        young = ratio * _values("young", self.young, np.zeros(1))[0]
+        for what, values, good, span in (
+            ("young", young, np.isfinite(young) & (young > 0), "positive"),
+            ("poisson", nu, (nu >= 0) & (nu <= 0.5), "from 0 to 0.5"),
+        ):
+            if not good.all():
+                i = np.argmin(good)
+                raise ValueError(
+                    f"expected {what} {span} at all depths, got {values[i]:g} at depth "
+                    f"{depth[i]:g}. Remedy: start the profile with a positive modulus at z = 0"
+                )
+
+    @classmethod
+    def init_linear(cls, young: float, poisson: float, gradient: float) -> Self:
+        """``E = young (1 + gradient z)``; the paper's B / h is ``gradient`` > 0."""
+        young, poisson = checked_moduli(young, poisson)
+        gradient = checked_size("gradient", gradient)
+        return cls(
+            partial(_linear, young, gradient),
+            poisson,
+            1 / gradient,
+            f"E = {young:g} (1 + {gradient:g} z), nu = {poisson:g}",
+        )
+
+    @classmethod
+    def init_exponential(cls, young: float, poisson: float, ratio: float, length: float) -> Self:
+        """``E = young (ratio + (1 - ratio) exp(-z / length))``, from young to ratio young."""
+        young, poisson = checked_moduli(young, poisson)
+        ratio, length = checked_size("ratio", ratio), checked_size("length", length)
+        return cls(
+            partial(_exponential, young, ratio, length),
+            poisson,
+            length,
+            f"E from {young:g} to {ratio * young:g} over {length:g}, nu = {poisson:g}",
+        )
+
+    @classmethod
+    def init_power(cls, young: float, poisson: float, exponent: float, offset: float) -> Self:
+        """``E = young (1 + z / offset)^exponent``, 0 < exponent < 2; positive at the surface."""
+        young, poisson = checked_moduli(young, poisson)
+        offset = checked_size("offset", offset)
+        exponent = checked_number("exponent", exponent, above=0, below=2)
+        return cls(
+            partial(_power, young, exponent, offset),
+            poisson,
+            offset,
+            f"E = {young:g} (1 + z / {offset:g})^{exponent:g}, nu = {poisson:g}",
+        )
+
+    @classmethod
+    def init_profile(
+        cls, young: Callable, poisson: float | Callable, length: float | None = None
+    ) -> Self:
+        """Any smooth moduli, functions of the depth z as an array.
+
+        ``length`` is the depth over which they vary by a sizeable part; found by default.
+        """
+        _require_profile(young, poisson)
+        return cls(young, poisson, _length(young, poisson) if length is None else length)
+
+    def __repr__(self) -> str:
+        return f"GradedHalfSpace({self.description})"
+
+    def _moduli(self, z: ndarray) -> tuple[ndarray, ndarray]:
+        """E / E0 and nu at depths."""
+        nu = _values("poisson", self.poisson, z)
+        young = _values("young", self.young, z)
+        surface = float(_values("young", self.young, np.zeros(1))[0])
+        if not surface > 0:
+            raise ValueError(
+                f"expected a positive Young's modulus at the surface, got {surface:g}: without "
+                "it the settlement under a force is not finite. Remedy: a small positive value"
+            )
+        return young / surface, nu
+
+    @cached_property
+    def surface(self) -> HalfSpace:
+        young = float(_values("young", self.young, np.zeros(1))[0])
+        return HalfSpace(young, float(self._moduli(np.zeros(1))[1][0]))
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        return self.length, self.length
+
+    def compliance(self, k: ndarray) -> ndarray:
+        k = checked_waves(k)
+        bottom = FORGOTTEN / k
+        start = homogeneous(*self._moduli(bottom))
+        return through_graded(start, k, 0.0, bottom, self._moduli)
+
+
+def _require_profile(young: Callable, poisson: float | Callable) -> None:
+    """Refuse moduli that are no functions of depth."""
+    if not callable(young):
+        raise TypeError(
+            f"expected a function of depths for young, got {shown(young)}. Remedy: HalfSpace for "
+            "a modulus that does not vary"
+        )
+    if not callable(poisson):
+        checked_number("poisson", poisson)
+
+
+def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
+    """A modulus at depths, also where it is not finite."""
+    values = np.asarray(profile(z) if callable(profile) else profile)
+    if values.dtype.kind not in "iuf" or values.shape not in ((), z.shape):
+        raise TypeError(
+            f"expected {name} as a function that returns one number for each depth, got "
+            f"{shown(values)} for {len(z)} depths"
+        )
+    return np.broadcast_to(np.asarray(values, dtype=float), z.shape)
+
+
+def _length(young: Callable, poisson: float | Callable) -> float:
+    """Twice the depth at which the moduli have changed by half of all they do, or a half."""
+    depth = np.concatenate([[0.0], np.logspace(-9, 9, 2001)])
+    with np.errstate(all="ignore"):  # moduli out of range are refused later
+        modulus, nu = _values("young", young, depth), _values("poisson", poisson, depth)
+        change = np.abs(np.log(modulus) - np.log(modulus[0]))
+        change = change + 2 * np.abs(nu - nu[0])
+        change[np.isnan(change)] = 0.0
+    most = change.max()
+    return 2 * float(depth[np.argmax(change >= min(0.4, most / 2))]) if most > 1e-12 else 1.0
+
+
+# functions of a module, for grounds to be pickled with them
+def _linear(young: float, gradient: float, z: ndarray) -> ndarray:
+    return young * (1 + gradient * z)
+
+
+def _exponential(young: float, ratio: float, length: float, z: ndarray) -> ndarray:
+    return young * (ratio + (1 - ratio) * np.exp(-z / length))
+
+
+def _power(young: float, exponent: float, offset: float, z: ndarray) -> ndarray:
+    return young * (1 + z / offset) ** exponent

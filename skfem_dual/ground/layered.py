@@ -1,0 +1,162 @@
+"""Layers of ground, bonded to each other, on a half-space or a rigid base."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import checked_number, checked_sequence, checked_size, shown
+from .compliance import (
+    FORGOTTEN,
+    as_pair,
+    homogeneous,
+    rigid,
+    through_graded,
+    through_homogeneous,
+)
+from .graded import GradedHalfSpace
+from .stratified import Stratified, checked_waves
+from .substrates import HalfSpace, checked_moduli
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of ground.
+
+    Parameters
+    ----------
+    thickness : float
+        Its thickness.
+    young, poisson : float
+        Moduli at its top.
+    gradient : float
+        Young's modulus at depth z below its top is ``young (1 + gradient z)``.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the modulus is not positive at the bottom.
+    """
+
+    thickness: float
+    young: float
+    poisson: float
+    gradient: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "thickness", checked_size("thickness", self.thickness))
+        young, poisson = checked_moduli(self.young, self.poisson)
+        object.__setattr__(self, "young", young)
+        object.__setattr__(self, "poisson", poisson)
+        gradient = checked_number("gradient", self.gradient)
+        if gradient:
+            checked_size("gradient or its negative", abs(gradient))
+        object.__setattr__(self, "gradient", gradient)
+        if not 0 < 1 + gradient * self.thickness < np.inf:
+            raise ValueError(
+                f"expected a positive Young's modulus at the bottom of the layer, got the "
+                f"gradient {self.gradient:g} over the thickness {self.thickness:g}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredHalfSpace(Stratified):
+    """Layers, bonded to each other, on a base.
+
+    Parameters
+    ----------
+    layers : sequence of Layer
+        From the surface down.
+    base : HalfSpace, GradedHalfSpace, "bonded" or "smooth"
+        What lies below: another ground, or a rigid base to which the last layer is bonded or on
+        which it slides.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are no layers or the base is something else.
+
+    Examples
+    --------
+    >>> rock = LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], "bonded")
+    >>> print(f"{rock.influence(0.5):.5f}")
+    0.23967
+    """
+
+    layers: Sequence[Layer]
+    base: HalfSpace | GradedHalfSpace | Literal["bonded", "smooth"]
+
+    def __post_init__(self) -> None:
+        layers = tuple(checked_sequence("layers", self.layers))
+        if not layers or not all(isinstance(layer, Layer) for layer in layers):
+            raise TypeError(f"expected a sequence of Layer for layers, got {shown(self.layers)}")
+        object.__setattr__(self, "layers", layers)
+        if not (
+            isinstance(self.base, (HalfSpace, Stratified))
+            or (isinstance(self.base, str) and self.base in ("bonded", "smooth"))
+        ):
+            raise TypeError(
+                f'expected a substrate, "bonded" or "smooth" as the base, got {shown(self.base)}'
+            )
+        if self.base == "smooth" and layers[-1].gradient:
+            raise ValueError(
+                "expected a layer without gradient on a smooth rigid base, got gradient "
+                f"{layers[-1].gradient:g}. Remedy: a thin homogeneous layer at the bottom"
+            )
+
+    @cached_property
+    def surface(self) -> HalfSpace:
+        return HalfSpace(self.layers[0].young, self.layers[0].poisson)
+
+    @property
+    def algebraic(self) -> bool:
+        return self.layers[0].gradient != 0
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        scales = [layer.thickness for layer in self.layers]
+        scales += [1 / abs(layer.gradient) for layer in self.layers if layer.gradient]
+        deep = sum(layer.thickness for layer in self.layers)
+        if isinstance(self.base, Stratified):
+            scales.append(self.base.lengths[0])
+            deep = max(deep, self.base.lengths[1])
+        return min(scales), deep
+
+    def compliance(self, k: ndarray) -> ndarray:
+        k = checked_waves(k)
+        young = self.surface.young
+        if isinstance(self.base, HalfSpace):
+            q = homogeneous(np.full(len(k), self.base.young / young), self.base.poisson)
+            pair = as_pair(q)
+        elif isinstance(self.base, Stratified):
+            pair = as_pair(self.base.compliance(k) * young / self.base.surface.young)
+        else:
+            pair = rigid(self.base == "smooth", len(k))
+        for layer in reversed(self.layers):
+            ratio = layer.young / young
+            if layer.gradient == 0:
+                depth = k * layer.thickness
+                q = through_homogeneous(pair, depth, ratio, layer.poisson)
+            else:
+                q = self._through(pair, k, layer, ratio)
+            pair = as_pair(q)
+        return q
+
+    @staticmethod
+    def _through(pair: tuple[ndarray, ndarray], k: ndarray, layer: Layer, ratio: float) -> ndarray:
+        """Q on top of a layer with a gradient; deep waves begin inside it."""
+
+        def moduli(z: ndarray) -> tuple[ndarray, ndarray]:
+            return ratio * (1 + layer.gradient * z), np.broadcast_to(layer.poisson, z.shape)
+
+        x, y = pair
+        q = y @ np.linalg.inv(x)
+        below = np.stack([q[:, 0, 0], q[:, 0, 1], q[:, 1, 1]])
+        bottom = np.minimum(layer.thickness, FORGOTTEN / k)
+        inside = homogeneous(*moduli(bottom))
+        return through_graded(
+            np.where(bottom < layer.thickness, inside, below), k, 0.0, bottom, moduli
+        )

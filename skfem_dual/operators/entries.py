@@ -1,0 +1,121 @@
+"""The matrix of settlements by its exact entries, and samples of it as a measure of errors."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+
+from ..elements.edge_correction import EdgeCorrection
+from ..elements.edge_weights import EdgeWeights
+from ..elements.influence import influence_matrix
+from ..elements.near import NearField
+from ..grids.partition import Partition
+from ..ground.substrates import Substrate
+
+#: tolerances below it are for exact entries
+EXACT = 1e-8
+#: rows that are compared with exact ones
+SAMPLES = 16
+#: errors do not refer to less than so many times what homogeneous ground would settle
+FLOOR = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Entries:
+    """Settlements of points under unit mean pressures on cells.
+
+    Attributes
+    ----------
+    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+    partition : Partition
+        The loaded cells.
+    x : (2, m) array of float
+        Field points.
+    weights : EdgeWeights or None
+        How the pressure varies inside the cells.
+    """
+
+    substrate: Substrate
+    partition: Partition
+    x: ndarray
+    weights: EdgeWeights | None
+
+    @cached_property
+    def correction(self) -> EdgeCorrection | None:
+        """What edge-weighted cells add."""
+        if self.weights is None:
+            return None
+        return EdgeCorrection.from_weights(
+            self.weights, self.substrate.singular_coefficient, self.x
+        )
+
+    def matrix(self) -> ndarray:
+        """All entries, (m, n)."""
+        matrix = influence_matrix(self.substrate, self.partition, self.x, self.weights)
+        if self.correction is not None:
+            self.correction.add_to(matrix)
+        return matrix
+
+    def rows(self, i: ndarray) -> ndarray:
+        """Those of the points with the numbers ``i``, (len(i), n)."""
+        x = np.ascontiguousarray(self.x[:, i])
+        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
+        if (c := self.correction) is not None:
+            EdgeCorrection(x, c.centroids, c.near[i], c.dipoles).add_to(matrix)
+        return matrix
+
+    def diagonal(self) -> ndarray:
+        """Those of each cell and its own point, (n,)."""
+        each = np.arange(len(self.partition))
+        out = np.empty(len(each))
+        near = NearField.from_partition(self.substrate, self.partition, self.weights, each, EXACT)
+        near.fill(self.x, np.stack([each, each + 1]), (np.append(each, len(each)), each), out)
+        return out if self.correction is None else out + self.correction.near.diagonal()
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Some exact rows, against which products are checked.
+
+    Attributes
+    ----------
+    numbers : (k,) array of int
+    rows : (k, n) array of float
+    total, norm : (k,) array of float
+        What errors refer to: sums of the rows taken positive, and 2-norms.
+    least : float
+        Least of the sums, over that on homogeneous ground with the moduli of the surface.
+    """
+
+    numbers: ndarray
+    rows: ndarray
+    total: ndarray
+    norm: ndarray
+    least: float
+
+    @classmethod
+    def from_entries(cls, entries: Entries) -> "Sample":
+        """`SAMPLES` rows at random, the same every time."""
+        m = entries.x.shape[1]
+        numbers = np.random.default_rng(0).choice(m, min(SAMPLES, m), replace=False)
+        rows = entries.rows(numbers)
+        total, norm, least = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0
+        if entries.substrate.remainder is not None:
+            # settlements can be far smaller than those of c / r alone
+            x = np.ascontiguousarray(entries.x[:, numbers])
+            alone = influence_matrix(entries.substrate.surface, entries.partition, x)
+            total = np.maximum(total, FLOOR * alone.sum(axis=1))
+            norm = np.maximum(norm, FLOOR * np.linalg.norm(alone, axis=1))
+            least = float(np.min(total / alone.sum(axis=1)))
+        return cls(numbers, rows, total, norm, least)
+
+    def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
+        """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
+        n = self.rows.shape[1]
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], (n, 2))
+        uniform = product(np.ones(n))[self.numbers] - self.rows.sum(axis=1)
+        mixed = product(signs)[self.numbers] - self.rows @ signs
+        squares = np.sum(mixed**2, axis=1) / 2 / self.norm**2
+        return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -1,0 +1,157 @@
+"""The matrices of the fast summation that depend on cells and points, and its translations."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from numpy import ndarray
+
+from ...elements.moments import Multipoles
+from ...elements.near import NearField
+from ...kernels.compiled import inputs
+from ...kernels.threads import Threads
+from .chebyshev import PADDING, Chebyshev, Kernel
+from .linear_maps import CompressedTranslation, SparseBlocks, Translation
+from .lists import Lists
+from .loops import Clusters, Layout, Moments, p2m
+from .quadtree import Quadtree
+
+#: from half-width and the offsets needed to the matrices of M2L as `compressed`
+Factors = Callable[[float, ndarray], tuple[ndarray, ndarray, ndarray]]
+
+
+def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
+    """From the children of the boxes of a level."""
+    begin, end = tree.levels[level : level + 2]
+    sources = np.full((end - begin, 4), -1, np.int32)
+    children = np.arange(end, tree.levels[level + 2])
+    sources[tree.parent[children] - begin, tree.quarter[children]] = children
+    matrices = [chebyshev.m2m(quarter) for quarter in range(4)]
+    return Translation(int(begin), sources, np.array(matrices))
+
+
+def m2l_translations(
+    tree: Quadtree, far_lists: list[ndarray], factors: Factors
+) -> tuple[CompressedTranslation, ...]:
+    """Between the boxes of each level that are on each other's `Quadtree.far_lists`."""
+    translations = []
+    for level, far in enumerate(far_lists):
+        needed = np.any(far >= 0, axis=0)
+        if not needed.any():
+            continue
+        left, core, right = factors(tree.size / 2 ** (level + 1), needed)
+        begin, end = tree.levels[level : level + 2]
+        boxes = np.arange(begin, end)[:, None]
+        relative = np.where(far >= 0, far - begin, -1)
+        translations.append(
+            CompressedTranslation(
+                Translation(0, boxes, left[None]),
+                Translation(0, relative, core),
+                Translation(int(begin), boxes - begin, right[None]),
+            )
+        )
+    return tuple(translations)
+
+
+def l2l_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
+    """From the parents of the boxes of a level."""
+    boxes = np.arange(tree.levels[level], tree.levels[level + 1])
+    sources = np.where(tree.quarter[boxes, None] == np.arange(4), tree.parent[boxes, None], -1)
+    matrices = [chebyshev.l2l(quarter) for quarter in range(4)]
+    return Translation(int(boxes[0]), sources, np.array(matrices))
+
+
+def p2m_blocks(
+    tree: Quadtree, chebyshev: Chebyshev, loads: Multipoles, dtype: type
+) -> SparseBlocks:
+    """From cells to the multipole expansions of their boxes."""
+    boxes = np.nonzero(tree.own > tree.sources[0])[0]
+    own = np.stack([tree.sources[0, boxes], tree.own[boxes]])
+    order = np.argsort(own[0])
+    boxes, own = boxes[order], own[:, order]
+    starts = np.append(own[0], own[1, -1])
+    rows = np.stack([boxes, boxes + 1]) * chebyshev.terms
+    layout = Layout.from_lists(rows, starts, np.arange(starts[-1]))
+    clusters = Clusters(*inputs(own, tree.middle[:, boxes], PADDING * tree.half[boxes]))
+    moments = Moments(*inputs(loads.centres[:, tree.cells], loads.moments[:, :, tree.cells]))
+    (degrees,) = inputs(chebyshev.degrees)
+
+    def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
+        p2m(k.start, k.stop, clusters, moments, degrees, offsets, part)
+
+    return SparseBlocks(layout, _filled(layout, dtype, fill))
+
+
+def p2p_blocks(
+    near: NearField, x: ndarray, rows: ndarray, lists: Lists, dtype: type
+) -> SparseBlocks:
+    """From cells to points, exactly; ``rows`` are the points of each list."""
+    layout = Layout.from_lists(rows, lists.starts, lists.items)
+
+    def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
+        near.fill(x, rows[:, k], (lists.starts[k.start : k.stop + 1], lists.items), part)
+
+    return SparseBlocks(layout, _filled(layout, dtype, fill))
+
+
+def p2l_blocks(
+    tree: Quadtree, chebyshev: Chebyshev, near: NearField, lists: Lists, dtype: type
+) -> SparseBlocks:
+    """From cells to local expansions, by the exact settlements of the points of interpolation."""
+    points, terms = chebyshev.grid.shape[1], chebyshev.terms
+    middle, half = tree.middle[:, lists.boxes], tree.half[lists.boxes]
+    x = middle[:, :, None] + half[:, None] * chebyshev.grid[:, None]
+    first = np.arange(len(lists.boxes))
+    rows = np.stack([first * points, (first + 1) * points])
+    settled = p2p_blocks(near, x.reshape(2, -1), rows, lists, np.float64)
+    parts = [
+        (chebyshev.coefficients.T @ settled.values[begin:end].reshape(points, -1)).ravel()
+        for begin, end in pairwise(settled.layout.offsets)
+    ]
+    rows = np.stack([lists.boxes, lists.boxes + 1]) * terms
+    values = np.concatenate([*parts, np.empty(0)])
+    return SparseBlocks(Layout.from_lists(rows, lists.starts, lists.items), values.astype(dtype))
+
+
+def m2p_blocks(
+    tree: Quadtree, chebyshev: Chebyshev, kernel: Kernel, x: ndarray, lists: Lists, dtype: type
+) -> SparseBlocks:
+    """From multipole expansions of boxes to single points of larger boxes."""
+    terms = chebyshev.terms
+    rows = tree.targets[:, lists.boxes]
+    columns = (lists.items[:, None] * terms + np.arange(terms)).ravel()
+    layout = Layout.from_lists(rows, lists.starts * terms, columns)
+    values = np.empty(layout.offsets[-1], dtype)
+    # every box and every point of the leaf, many at a time
+    heights = rows[1] - rows[0]
+    pairs = np.repeat(np.arange(len(heights)), lists.counts * heights)
+    begin = np.repeat(layout.offsets[:-1] // terms, lists.counts * heights)
+    point, box = np.divmod(np.arange(len(pairs)) - begin, lists.counts[pairs])
+    point, box = rows[0, pairs] + point, lists.items[lists.starts[pairs] + box]
+    of_pairs = values.reshape(-1, terms)
+
+    def work(some: slice) -> None:
+        b = box[some]
+        offset = (x[:, point[some]] - tree.middle[:, b]) / tree.half[b]
+        of_pairs[some] = chebyshev.m2p(kernel, tree.half[b], offset)
+
+    with Threads() as run:
+        run(work, len(pairs))
+    return SparseBlocks(layout, values)
+
+
+def _filled(
+    layout: Layout, dtype: type, fill: Callable[[slice, ndarray, ndarray], None]
+) -> ndarray:
+    """The entries of all blocks, by ``fill(k, offsets, part)`` for some blocks at a time."""
+    offsets = layout.offsets
+    values = np.empty(offsets[-1], dtype)
+
+    def work(k: slice) -> None:
+        part = np.empty(offsets[k.stop] - offsets[k.start])
+        fill(k, offsets - offsets[k.start], part)
+        values[offsets[k.start] : offsets[k.stop]] = part
+
+    with Threads() as run:
+        run(work, len(offsets) - 1)
+    return values

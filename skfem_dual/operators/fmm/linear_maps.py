@@ -1,0 +1,98 @@
+"""Linear maps of the fast summation as they are kept: sparse blocks, matrices of many boxes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+
+from ...kernels.compiled import inputs
+from .loops import Layout, block_products, translate
+
+Run = Callable[[Callable[[slice], None], int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class SparseBlocks:
+    """A sparse matrix of dense blocks: P2M, P2P, M2P and P2L.
+
+    Attributes
+    ----------
+    layout : Layout
+    values : array of float
+        The entries of all blocks, one block after the other.
+    """
+
+    layout: Layout
+    values: ndarray
+
+    def add_product(self, vector: ndarray, out: ndarray, run: Run) -> None:
+        """Add the blocks times ``vector`` to ``out``."""
+        args = self.layout, *inputs(self.values, vector), out
+        run(lambda k: block_products(k.start, k.stop, *args), len(self.layout.starts) - 1)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory."""
+        return self.values.nbytes + sum(a.nbytes for a in self.layout)
+
+
+@dataclass(frozen=True, eq=False)
+class Translation:
+    """From expansions of some boxes to those of the boxes of a level: M2M, M2L and L2L.
+
+    Attributes
+    ----------
+    first : int
+        The first box of the level.
+    sources : (nboxes, k) array of int
+        Boxes from which each takes, -1 for none.
+    matrices : (k, terms, terms) array of float
+        One for each column of ``sources``.
+    """
+
+    first: int
+    sources: ndarray
+    matrices: ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sources", np.ascontiguousarray(self.sources, np.int32))
+        object.__setattr__(self, "matrices", np.ascontiguousarray(self.matrices))
+
+    def add(self, given: ndarray, out: ndarray, run: Run) -> None:
+        """Add what becomes of ``given`` to ``out``, of shapes (nboxes, terms)."""
+        args = self.first, self.sources, self.matrices, given, out
+        run(lambda k: translate(k.start, k.stop, *args), len(self.sources))
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that depends on the number of boxes."""
+        return self.sources.nbytes
+
+
+@dataclass(frozen=True, eq=False)
+class CompressedTranslation:
+    """The M2L of one level, with matrices ``left @ core @ right`` as by `compressed`.
+
+    Attributes
+    ----------
+    left, core, right : Translation
+        Within each box of the level, between them, and within each again.
+    """
+
+    left: Translation
+    core: Translation
+    right: Translation
+
+    def add(self, multipole: ndarray, local: ndarray, run: Run) -> None:
+        """Add what becomes of multipole expansions to local ones."""
+        taken = np.zeros((len(self.left.sources), self.left.matrices.shape[2]))
+        self.left.add(multipole, taken, run)
+        given = np.zeros((len(self.left.sources), self.right.matrices.shape[1]))
+        self.core.add(taken, given, run)
+        self.right.add(given, local, run)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that depends on the number of boxes."""
+        return self.left.nbytes + self.core.nbytes + self.right.nbytes

@@ -1,0 +1,201 @@
+"""Compiled loops of the fast summation over boxes; the order of all sums is fixed."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+
+from ...ground.hankel import table_value
+from ...kernels.compiled import compiled, inputs, vectorised
+
+#: cells whose multipole expansions are computed together
+CELLS = 16
+
+
+class Clusters(NamedTuple):
+    """Boxes and the cells that they hold themselves.
+
+    Attributes
+    ----------
+    cells : (2, k) array of int
+        Box ``k`` has the cells ``cells[0, k]`` to ``cells[1, k]``.
+    middle, half : (2, k), (k,) array of float
+        Centres of the boxes and the half-widths to which coordinates of loads refer.
+    """
+
+    cells: ndarray
+    middle: ndarray
+    half: ndarray
+
+
+class Moments(NamedTuple):
+    """Loads as in `elements.moments`: ``centres`` (2, n) and ``moments`` (k, k, n) about them."""
+
+    centres: ndarray
+    moments: ndarray
+
+
+class Layout(NamedTuple):
+    """Where the entries of a sparse matrix of dense blocks are.
+
+    Attributes
+    ----------
+    rows : (2, k) array of int
+        Block ``k`` has the rows ``rows[0, k]`` to ``rows[1, k]``; no two blocks share one.
+    starts, columns : arrays of int
+        It has the columns ``columns[starts[k]:starts[k + 1]]``.
+    offsets : (k + 1,) array of int
+        Its entries begin at ``offsets[k]``, row by row.
+    """
+
+    rows: ndarray
+    starts: ndarray
+    columns: ndarray
+    offsets: ndarray
+
+    @classmethod
+    def from_lists(cls, rows: ndarray, starts: ndarray, columns: ndarray) -> "Layout":
+        """Of blocks one after the other."""
+        sizes = np.diff(starts) * (rows[1] - rows[0])
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
+        kinds = np.int64, np.int64, np.int32, np.int64
+        arrays = rows, starts, columns, offsets
+        return cls(*inputs(*(np.asarray(a, kind) for a, kind in zip(arrays, kinds))))
+
+
+@vectorised
+def _chebyshev(s, t):
+    """T_a(s) and its derivatives for several s, shape (order, degrees, CELLS)."""
+    t[:2] = 0.0
+    for c in range(CELLS):
+        t[0, 0, c], t[1, 0, c], t[1, 1, c] = 1.0, s[c], 1.0
+    for a in range(1, t.shape[0] - 1):
+        for c in range(CELLS):
+            t[a + 1, 0, c] = 2 * s[c] * t[a, 0, c] - t[a - 1, 0, c]
+        for d in range(1, t.shape[1]):
+            for c in range(CELLS):
+                t[a + 1, d, c] = 2 * (s[c] * t[a, d, c] + d * t[a, d - 1, c]) - t[a - 1, d, c]
+
+
+@vectorised
+def p2m(begin, end, clusters, loads, degrees, offsets, values):
+    """Blocks that take pressures of cells to the multipole expansion of their box.
+
+    Block ``k`` has a row for each term, of the ``degrees`` in x and y, and a column for each cell
+    of `Clusters` ``clusters``; ``loads`` are `Moments`.
+    """
+    cells, middle, half = clusters.cells, clusters.middle, clusters.half
+    centres, moments = loads.centres, loads.moments
+    a, b = degrees[0], degrees[1]
+    orders, order = moments.shape[0], a.max() + 1
+    shape = (order, orders, CELLS)
+    x, y, v = np.empty(shape), np.empty(shape), np.empty(shape)
+    sx, sy, weight = np.zeros(CELLS), np.zeros(CELLS), np.empty(CELLS)
+    total = np.empty(CELLS)
+    for k in range(begin, end):
+        f, width = 1 / half[k], cells[1, k] - cells[0, k]
+        for start in range(0, width, CELLS):
+            count, first = min(CELLS, width - start), cells[0, k] + start
+            for c in range(count):
+                sx[c] = (centres[0, first + c] - middle[0, k]) * f
+                sy[c] = (centres[1, first + c] - middle[1, k]) * f
+            _chebyshev(sx, x)
+            _chebyshev(sy, y)
+            v[:] = 0.0
+            for i in range(orders):
+                for j in range(orders - i):
+                    scale = f ** (i + j)
+                    for c in range(count):
+                        weight[c] = scale * moments[i, j, first + c]
+                    for m in range(order):
+                        for c in range(CELLS):
+                            v[m, i, c] += weight[c] * y[m, j, c]
+            for term in range(a.shape[0]):
+                total[:] = 0.0
+                for i in range(orders):
+                    for c in range(CELLS):
+                        total[c] += x[a[term], i, c] * v[b[term], i, c]
+                at = offsets[k] + term * width + start
+                for c in range(count):
+                    values[at + c] = total[c]
+
+
+@compiled
+def look_up(coefficients, start, width, r, out):
+    """A radial table at many distances."""
+    for i in range(r.shape[0]):
+        out[i] = table_value(coefficients, start, width, r[i])
+
+
+@vectorised
+def translate(begin, end, first, sources, matrices, given, out):
+    """Add expansions, each times a matrix, to others: M2M, M2L and L2L.
+
+    Boxes ``first + begin`` to ``first + end`` of ``out`` take from the box in each column of
+    their row of ``sources``, -1 for none, with the matrix of that column.
+    """
+    width, height = matrices.shape[1:]
+    most = 64 if width * height < 4000 else 16  # larger products would start threads of their own
+    taken, product = np.empty((most, width)), np.empty((most, height))
+    boxes = np.empty(most, np.int64)
+    for start in range(begin, end, most):
+        for k in range(sources.shape[1]):
+            count = 0
+            for box in range(start, min(start + most, end)):
+                other = sources[box, k]
+                if other >= 0:
+                    boxes[count] = first + box
+                    for j in range(width):
+                        taken[count, j] = given[other, j]
+                    count += 1
+            if count > 0:
+                np.dot(taken[:count], matrices[k], product[:count])
+                for i in range(count):
+                    for j in range(height):
+                        out[boxes[i], j] += product[i, j]
+
+
+@vectorised
+def block_products(begin, end, layout, values, vector, out):
+    """Add blocks with the `Layout` ``layout`` times parts of a vector to parts of ``out``."""
+    rows, starts, columns, offsets = layout.rows, layout.starts, layout.columns, layout.offsets
+    widest = 0
+    for k in range(begin, end):
+        widest = max(widest, starts[k + 1] - starts[k])
+    part = np.empty(widest)
+    for k in range(begin, end):
+        width = starts[k + 1] - starts[k]
+        for j in range(width):
+            part[j] = vector[columns[starts[k] + j]]
+        at = offsets[k]
+        for i in range(rows[0, k], rows[1, k]):
+            total = 0.0
+            for j in range(width):
+                total += values[at + j] * part[j]
+            out[i] += total
+            at += width
+
+
+@vectorised
+def l2p(begin, end, leaves, boxes, x, order, local, out):
+    """Add the local expansions of some leaves at their points."""
+    targets, middle, half = boxes.targets, boxes.middle, boxes.half
+    tx, ty = np.empty(order), np.empty(order)
+    tx[0], ty[0] = 1.0, 1.0
+    for k in range(begin, end):
+        box = leaves[k]
+        for i in range(targets[0, box], targets[1, box]):
+            sx = (x[0, i] - middle[0, box]) / half[box]
+            sy = (x[1, i] - middle[1, box]) / half[box]
+            tx[1], ty[1] = sx, sy
+            for a in range(1, order - 1):
+                tx[a + 1] = 2 * sx * tx[a] - tx[a - 1]
+                ty[a + 1] = 2 * sy * ty[a] - ty[a - 1]
+            total, at = 0.0, 0
+            for a in range(order):
+                row = 0.0
+                for b in range(order - a):
+                    row += local[box, at + b] * ty[b]
+                total += row * tx[a]
+                at += order - a
+            out[i] += total

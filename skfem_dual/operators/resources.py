@@ -1,0 +1,95 @@
+"""What operators take, and which of them the machine at hand can hold.
+
+The figures of `estimate` are measured, see ``benchmarks/fast_operator.py``.
+"""
+
+import os
+from dataclasses import dataclass
+
+from .entries import EXACT
+from .fmm.summation import SINGLE, order_for
+
+#: products after which the faster operator is to be ready
+PRODUCTS = 20
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What an operator will take: bytes, and seconds on two cores."""
+
+    memory: float
+    setup: float
+    product: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.memory / 2**20:.4g} MiB, {self.setup:.2g} s + {self.product:.2g} s a product"
+        )
+
+
+def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -> Estimate:
+    """Estimate of an operator from ``cells`` to ``points``, by what was measured.
+
+    ``layered`` if the influence function has a remainder.
+    """
+    if method == "dense":
+        entries = float(points) * cells
+        entry = 8e-9 if rtol < EXACT else 2e-9
+        return Estimate(8 * entries, (entry + 12e-9 * layered) * entries, 0.8e-9 * entries)
+    order = order_for(rtol)
+    terms, size = order * (order + 1) / 2, 4 if rtol >= SINGLE else 8
+    each, kernels = max(points, cells), 2 if layered else 1
+    # near entries and moments of every cell, two expansions and a table for every box; twice the
+    # former while they are made
+    memory = each * (120.0 * size + kernels * (terms * size + 60) + 2 * terms * 1.5 + 500)
+    setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
+    return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
+
+
+def choose(
+    method: str, points: int, cells: int, rtol: float, layered: bool
+) -> tuple[str, Estimate]:
+    """The method, "dense" or "fast", and what it will take.
+
+    Of ``"auto"`` what is sooner ready for `PRODUCTS` products and fits into the memory; below
+    `EXACT` only a matrix will do.
+
+    Raises
+    ------
+    MemoryError
+        If the memory at hand will not do.
+    """
+    names = ["dense"] if rtol < EXACT else ["dense", "fast"]
+    estimates = {name: estimate(name, points, cells, rtol, layered) for name in names}
+    memory = available_memory()
+    if method == "auto":
+        fits = [name for name in names if estimates[name].memory <= memory]
+        method = min(
+            fits or names[-1:],
+            key=lambda name: estimates[name].setup + PRODUCTS * estimates[name].product,
+        )
+    chosen = estimates[method]
+    if chosen.memory > memory:
+        remedy = (
+            f'method="fast" or "auto" with rtol of {EXACT:g} or more'
+            if method == "dense"
+            else "a coarser mesh, or a machine with more memory"
+        )
+        raise MemoryError(
+            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; {method} summation "
+            f"with rtol={rtol:g} from {cells} cells to {points} points takes about "
+            f"{chosen.memory / 2**20:.4g} MiB. Remedy: {remedy}"
+        )
+    return method, chosen
+
+
+def available_memory() -> float:
+    """Bytes that can be used without swapping, as far as the system tells; else infinity."""
+    try:
+        with open("/proc/meminfo") as file:
+            for line in file:
+                if line.startswith("MemAvailable:"):
+                    return 1024.0 * int(line.split()[1])
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (OSError, ValueError, AttributeError):
+        return float("inf")

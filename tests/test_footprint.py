@@ -1,0 +1,116 @@
+import pickle
+
+import numpy as np
+import pytest
+from plans import disc, rectangle
+
+from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
+from skfem_dual.contact.footprint import Footprint
+from skfem_dual.contact.pressures import CellPressures
+
+SOIL = HalfSpace(1.0, 0.25)
+
+
+class Block:
+    """Something else than a punch that stands on cells."""
+
+    def __init__(self, footprint):
+        self.footprint = footprint
+
+
+def pressures(footprint, pressure, gap=None, others=()):
+    return CellPressures(
+        punch=Block(footprint),
+        pressure=pressure,
+        gap=np.zeros(len(footprint)) if gap is None else gap,
+        resultant=footprint.resultant(pressure),
+        displacement_residual=0.0,
+        complementarity_residual=0.0,
+        iterations=0,
+        success=True,
+        message="",
+        timings={},
+        others=others,
+    )
+
+
+def test_resultants_of_linear_pressures():
+    """Of a rectangle 4 x 2 around (3, 1): area 8, second moments 32 / 3 and 8 / 3."""
+    mesh = rectangle(8, 2.0, 1.0).translated((3.0, 1.0))
+    cells = Footprint.from_basis(
+        SOIL, DualMesh.from_mesh(mesh).primal_basis(), "constant", origin=(1.0, 1.0)
+    )
+    assert cells.centre == pytest.approx([3.0, 1.0])
+    found = cells.resultant(np.full(len(cells), 2.0))
+    assert found == pytest.approx([16.0, 32.0, 0.0])
+    x = cells.partition.centroids
+    xx, xy, _ = cells.partition.polygons.second_moments.sum(axis=1)  # lost inside the cells
+    assert cells.resultant(x[0] - 3.0) == pytest.approx([0.0, 32 / 3 - xx, -xy])
+
+
+def test_answers_need_cells_only():
+    """Pressures of any body answer as those of a punch with the same cells."""
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    for punch in (
+        RigidPunch(SOIL, basis, origin=(0.1, 0.0)),
+        RigidPunch(SOIL, basis, gap=Paraboloid(2.0)),
+    ):
+        solution = punch.solve(0.1)
+        cells = Footprint.from_basis(SOIL, basis, punch.edge, origin=punch.origin)
+        other = pressures(cells, solution.pressure, solution.gap)
+        x = np.random.default_rng(0).uniform(-1.5, 1.5, (2, 50))
+        assert np.array_equal(other.displacement(x), solution.displacement(x))
+        assert np.array_equal(other.pressure_at(x), solution.pressure_at(x))
+        assert np.array_equal(other.nodal_pressure()[1], solution.nodal_pressure()[1])
+        assert other.contact_area == solution.contact_area
+        assert other.force == solution.force == pytest.approx(0.1)
+        assert other.centre_of_pressure == pytest.approx(solution.centre_of_pressure)
+        again = punch.solve(0.1, start=other)  # a beginning for punches too
+        assert again.pressure == pytest.approx(solution.pressure, rel=1e-9)
+
+
+def test_pressures_on_other_cells():
+    """Those of the cells around their centroids; none beside the punch."""
+    coarse, fine = (DualMesh.from_mesh(disc(n)).primal_basis() for n in (2, 3))
+    given = Footprint.from_basis(SOIL, coarse, "constant")
+    start = pressures(given, np.arange(1.0, len(given) + 1))
+    assert np.array_equal(start.pressures_on(given), start.pressure)
+    wide = Footprint.from_basis(SOIL, DualMesh.from_mesh(disc(3).scaled(2.0)).primal_basis())
+    on = start.pressures_on(wide)
+    r = np.hypot(*wide.partition.centroids)
+    assert (on[r > 1] == 0).all()
+    assert (on[r < 0.9] > 0).all()
+    # each triangle of the coarse mesh holds four of the fine one, inside of the circle
+    on = start.pressures_on(Footprint.from_basis(SOIL, fine, "constant"))
+    assert len(np.unique(on[on > 0])) == len(given)
+
+
+def test_solutions_are_not_heavier_for_their_cells():
+    """A pickled solution has the basis of its punch once, and no matrix."""
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(disc(3)).basis())
+    bare = len(pickle.dumps(punch))
+    solution = punch.solve(1.0)
+    assert len(pickle.dumps(solution)) < bare + 40 * 8 * len(solution.pressure)
+    again = pickle.loads(pickle.dumps(solution))
+    assert again.footprint is again.punch.footprint
+    assert again.force == solution.force
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"edge": "sharp"}, 'edge "singular" or "constant", got \'sharp\''),
+        ({"collocation": "node"}, 'collocation "centroid" with edge "singular"'),
+        ({"edge": "constant", "collocation": "middle"}, "got 'middle'"),
+        ({"edge": "constant", "edge_boundaries": "rim"}, 'edge "singular" where'),
+        ({"edge_boundaries": "rim"}, r"names of boundaries of the mesh, \[\], got \['rim'\]"),
+        ({"rtol": 0.1}, "from 0 to 0.01, got rtol=0.1"),
+        ({"origin": (0.0, np.inf)}, "finite origin"),
+    ],
+)
+def test_bad_footprints(options, message):
+    basis = DualMesh.from_mesh(disc(1)).basis()
+    with pytest.raises(ValueError, match=message):
+        Footprint.from_basis(SOIL, basis, **options)
+    with pytest.raises(TypeError, match="expected a substrate"):
+        Footprint.from_basis(HalfSpace, basis)

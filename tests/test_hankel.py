@@ -1,0 +1,56 @@
+"""Tables of influence functions from symbols whose transforms are known."""
+
+import numpy as np
+import pytest
+from scipy.special import k0
+
+from skfem_dual.ground.compliance import homogeneous, through_graded, through_homogeneous
+from skfem_dual.ground.hankel import RadialTable, Tail, table_value
+
+R = np.logspace(-4, 2, 61)
+
+
+def test_symbol_that_decays_exponentially():
+    """exp(-k) belongs to 1 / sqrt(1 + r^2), whose primitive is sqrt(1 + r^2) - 1."""
+    table = RadialTable.from_symbol(lambda k: np.exp(-k), (1.0, 1.0), algebraic=False)
+    omega = table.evaluate(table.omega, R)
+    assert 2 * np.pi * omega == pytest.approx(1 / np.hypot(1, R), abs=1e-9)
+    primitive = R * table.evaluate(table.primitive_over_r, R)
+    # without cancellation for small r
+    assert 2 * np.pi * primitive == pytest.approx(R**2 / (1 + np.hypot(1, R)), rel=1e-6)
+
+
+def test_symbol_that_decays_like_a_power():
+    """k / (k^2 + b^2) belongs to K0(b r), with a logarithm at r = 0."""
+    b = 0.7
+    table = RadialTable.from_symbol(lambda k: k / (k * k + b * b), (1.0, 1.0), algebraic=True)
+    omega = table.evaluate(table.omega, R)
+    assert 2 * np.pi * omega * R == pytest.approx(k0(b * R) * R, abs=1e-8)
+
+
+def test_tail_is_found():
+    tail = Tail(3.0, np.array([1.0, -2.0, 0.5, 0.0, 0.3, -0.1]))
+    k = np.logspace(-1, 3, 400)
+    fitted = Tail.from_values(k, tail.symbol(k), 1.0, 6)
+    assert fitted.b == tail.b
+    assert fitted.symbol(k[k > 10]) == pytest.approx(tail.symbol(k[k > 10]), rel=1e-9)
+    assert Tail.from_values(k, k, 1.0, 0).symbol(k) == pytest.approx(np.zeros(400), abs=0)
+
+
+def test_kernel_and_table_agree():
+    table = RadialTable.from_symbol(lambda k: np.exp(-k), (1.0, 2.0), algebraic=False)
+    values = [table_value(table.omega, table.start, table.width, r) for r in R]
+    assert values == pytest.approx(table.evaluate(table.omega, R), rel=1e-13)
+    nearest = table_value(table.omega, table.start, table.width, table.nearest)
+    assert table_value(table.omega, table.start, table.width, 0.0) == nearest
+
+
+def test_layer_in_closed_form_solves_the_equation():
+    """A homogeneous layer by its exponential and by integration of Riccati's equation."""
+    k = np.array([0.3, 1.0, 4.0])
+    below = homogeneous(np.full(3, 0.2), 0.4)
+    pair = np.tile(np.eye(2), (3, 1, 1)), np.moveaxis(below[[0, 1, 1, 2]].reshape(2, 2, 3), -1, 0)
+    exact = through_homogeneous(pair, k * 1.5, 2.0, 0.3)
+    moduli = lambda z: (np.full(3, 2.0), np.full(3, 0.3))  # noqa: E731
+    path = through_graded(below, k, 0.0, np.full(3, 1.5), moduli)
+    assert path == pytest.approx(exact, rel=1e-9, abs=1e-10)
