@@ -1,6 +1,8 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from .contact.below import displacement_below, stress_below, vertical_section
+from .contact.elastic import ElasticPunch
+from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
 from .contact.group_solution import PunchesSolution
 from .contact.load import Load
@@ -24,6 +26,7 @@ from .grids.extremal import maximal_couple, minimal_couple
 from .grids.general import dual_nodes, general_triangulation
 from .grids.preprocess import PreprocessReport, improve, relocate, repair
 from .grids.rectangles import rectangular_couple
+from .grids.trace import trace
 from .grids.voronoi import delaunay_voronoi
 from .ground.graded import GradedHalfSpace
 from .ground.layered import Layer, LayeredHalfSpace
@@ -48,6 +51,8 @@ __all__ = [
     "DualMesh",
     "DualReport",
     "EdgeCoefficient",
+    "ElasticPunch",
+    "ElasticSolution",
     "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
@@ -99,5 +104,6 @@ __all__ = [
     "smooth_couple",
     "stress_below",
     "sweep",
+    "trace",
     "vertical_section",
 ]

@@ -37,6 +37,7 @@ LAYERS = [
         "grids.extremal",
         "grids.voronoi",
         "grids.duality",
+        "grids.trace",
     ],
     [
         "kernels.compiled",
@@ -61,6 +62,7 @@ LAYERS = [
         "elements.overlaps",
         "elements.trial_functions",
         "elements.load_matrix",
+        "elements.point_values",
         "elements.flexible",
         "elements.stresses",
     ],
@@ -79,6 +81,8 @@ LAYERS = [
         "operators.factors",
         "operators.preconditioner",
         "operators.iterative",
+        "operators.compliance",
+        "operators.yielding",
         "operators.representations",
         "operators.symmetry",
         "operators.symmetric_matrix",
@@ -102,6 +106,8 @@ LAYERS = [
         "contact.group_solution",
         "contact.group",
         "contact.refine",
+        "contact.elastic_solution",
+        "contact.elastic",
     ],
     [
         "post.functional",

@@ -310,11 +310,9 @@ class ElasticPunch(Body):
                 contact, position = system.unilateral(constraints, chosen, pressures, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
-        bent = self.compliance.displacements(self.loads @ contact.pressure)
-        displacement = lifted - bent + self.motions @ position
-        return ElasticSolution.from_contact(
-            self, f, displacement, contact, self.timings | {"solution": perf_counter() - begin}
-        )
+        bent = lifted - self.compliance.displacements(self.loads @ contact.pressure)
+        timings = self.timings | {"solution": perf_counter() - begin}
+        return ElasticSolution.from_contact(self, f, bent, position, contact, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.

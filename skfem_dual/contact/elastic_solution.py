@@ -55,16 +55,18 @@ class ElasticSolution(CellPressures):
         cls,
         punch: Any,
         f: ndarray,
-        displacement: ndarray,
+        bent: ndarray,
+        position: ndarray,
         contact: Contact,
         timings: dict[str, float],
     ) -> "ElasticSolution":
-        """The answer, from contact and displacements."""
+        """The answer, from what the structure has bent, its motions and the contact."""
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
         pressed = punch.loads @ contact.pressure
-        forces = K @ displacement - f + pressed
+        displacement = bent + punch.motions @ position
+        forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]
         with np.errstate(divide="ignore"):

@@ -5,6 +5,7 @@ its residuals are those of the equations.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy import ndarray
@@ -19,6 +20,19 @@ from .preconditioner import Preconditioner
 RESTART = 60
 #: iterations in all
 MOST = 300
+
+
+class Product(Protocol):
+    """What multiplies vectors: an operator, or an approximate inverse of one."""
+
+    def __matmul__(self, q: ndarray, /) -> ndarray: ...
+
+
+class Operator(Product, Protocol):
+    """A square matrix that need not be formed."""
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +61,18 @@ class IterativeSolution:
 
 
 def solve_many(
-    operator: InfluenceOperator,
+    operator: Operator,
     rhs: ndarray,
     rtol: float = RTOL,
     progress: bool = False,
     *,
-    preconditioner: Preconditioner | None = None,
+    preconditioner: Product | None = None,
 ) -> IterativeSolution:
     """Pressures under which the collocation points settle as given.
 
     Parameters
     ----------
-    operator : InfluenceOperator
+    operator : InfluenceOperator or YieldingOperator
         From cells to the collocation point of each.
     rhs : (n, k) array of float
         Settlements, positive into the ground; each column is one problem.
@@ -67,7 +81,8 @@ def solve_many(
     progress : bool
         Whether to show a progress bar.
     preconditioner : Preconditioner, optional
-        Of an earlier solution with the same cells.
+        Approximate inverse, as of an earlier solution with the same cells; by default that of
+        an `InfluenceOperator`.
 
     Returns
     -------
@@ -103,7 +118,12 @@ def solve_many(
         raise ValueError(f"expected finite right-hand sides; the first that is not: {bad[0]}")
     if not 0 < rtol < 1:
         raise ValueError(f"expected a tolerance between 0 and 1, got rtol={rtol}")
-    inverse = Preconditioner.from_operator(operator) if preconditioner is None else preconditioner
+    inverse = preconditioner
+    if inverse is None:
+        if not isinstance(operator, InfluenceOperator):
+            name = type(operator).__name__
+            raise TypeError(f"expected a preconditioner of this {name}, got none")
+        inverse = Preconditioner.from_operator(operator)
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
@@ -125,7 +145,7 @@ def solve_many(
 
 
 def _gmres(
-    operator: InfluenceOperator, inverse: Preconditioner, b: ndarray, rtol: float, bar: tqdm
+    operator: Operator, inverse: Product, b: ndarray, rtol: float, bar: tqdm
 ) -> tuple[ndarray, tuple[float, ...]]:
     """The solution for one right-hand side, and its relative residuals."""
     scale = float(np.linalg.norm(b))
