@@ -1,5 +1,6 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from . import startup as startup  # first, it looks after the other imports
 from .contact.below import displacement_below, stress_below, vertical_section
 from .contact.elastic import ElasticPunch
 from .contact.elastic_solution import ElasticSolution
@@ -16,6 +17,7 @@ from .contact.solution import PunchSolution
 from .elements.flexible import flexible_settlement
 from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses
+from .elements.transfer import evaluate, transfer
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
@@ -34,6 +36,7 @@ from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
 from .post.estimate import CoupleEstimate, estimate_error, marked
+from .post.fields import pressure_field
 from .post.functional import Weights
 from .post.postprocess import PostprocessedPressure, postprocess
 from .post.smooth import SmoothedCouple, smooth_couple
@@ -87,6 +90,7 @@ __all__ = [
     "displacement_below",
     "dual_nodes",
     "estimate_error",
+    "evaluate",
     "flexible_settlement",
     "general_triangulation",
     "improve",
@@ -97,6 +101,7 @@ __all__ = [
     "minimal_couple",
     "moment_rotation",
     "postprocess",
+    "pressure_field",
     "rectangular_couple",
     "refine_to_contact",
     "relocate",
@@ -105,5 +110,6 @@ __all__ = [
     "stress_below",
     "sweep",
     "trace",
+    "transfer",
     "vertical_section",
 ]

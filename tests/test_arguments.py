@@ -214,7 +214,7 @@ def test_indices():
         assert found.dtype == np.intp
         assert found.tolist() == [0, 2]
     assert checked_indices("cells", [], 3).shape == (0,)
-    for value in ([0.0], [True], None, "a", [None], np.empty(0), [[1], [2, 3]], [10**400]):
+    for value in ([0.0], [True], None, "a", [None], np.empty(0, bool), [[1], [2, 3]], [10**400]):
         with pytest.raises(TypeError, match="cells as an array of integers"):
             checked_indices("cells", value, 3)
     for value, text in (([0, -1], "-1 at cell 1"), (np.uint64([2**63]), f"{2**63} at cell 0")):

@@ -244,6 +244,17 @@ def test_products_are_enough_for_conjugate_gradients():
     assert two.history[-1] <= 1e-10
 
 
+def test_exchanges_that_would_go_round_come_to_an_end():
+    """Changing all wrong cells at once leads from two of the three cells to the next two."""
+    D = np.array([[1.0, 2, 0], [0, 1, 2], [2, 0, 1]])  # K. G. Murty's example, a P-matrix
+    none = np.empty((0, 3))
+    problem = ContactProblem(D, np.ones(3), -np.ones(3), none, none, np.empty(0))
+    found = active_set(problem, np.array([True, True, False]))
+    assert found.success
+    assert found.pressure == pytest.approx(1 / 3)
+    assert found.history[:4] == (2, 2, 2, 2)
+
+
 def test_cells_come_back():
     """Begun with a few cells only, both methods let the others in."""
     of = punch(disc(3))

@@ -12,7 +12,7 @@ from .solution import PunchSolution
 
 
 def stress_below(solution: PunchSolution, x: ArrayLike) -> Stresses:
-    """Stresses in the ground below a punch.
+    """Stresses in the ground below a punch and its neighbours.
 
     The mean pressures of the cells act uniformly on their cells, also where the punch weights
     the cells along a singular edge. Below such an edge sigma_z is then off by a tenth of the
@@ -49,17 +49,18 @@ def stress_below(solution: PunchSolution, x: ArrayLike) -> Stresses:
     >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.2f}")
     0.50
     """
-    cells = solution.footprint
-    return stresses(cells.substrate, cells.partition, solution.pressure, x)
+    parts = [stresses(c.substrate, c.partition, p, x) for c, p in solution.all_pressures]
+    return Stresses(*np.sum(parts, axis=0))
 
 
 def displacement_below(solution: PunchSolution, x: ArrayLike) -> ndarray:
-    """Displacements in the ground below a punch, shape (3, m), in the directions x, y, z.
+    """Displacements in the ground below a punch and its neighbours.
 
-    The same loads, points and errors as `stress_below`.
+    The shape is (3, m), in the directions x, y, z; loads, points and errors are those of
+    `stress_below`.
     """
-    cells = solution.footprint
-    return displacements(cells.substrate, cells.partition, solution.pressure, x)
+    parts = [displacements(c.substrate, c.partition, p, x) for c, p in solution.all_pressures]
+    return np.sum(parts, axis=0)
 
 
 def vertical_section(

@@ -9,7 +9,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem.assembly.basis import AbstractBasis
 
-from ..elements.influence import as_points
+from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
 from ..errors import ConvergenceWarning
 from ..grids.polygons import readonly
@@ -98,12 +98,12 @@ class ElasticSolution(CellPressures):
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points; of a solid those of its boundary above the ground.
+        x : (2, ...) array of float
+            Points in any shape; of a solid those of its boundary above the ground.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
 
         Raises
         ------
@@ -111,8 +111,9 @@ class ElasticSolution(CellPressures):
             If a point lies beside the structure.
         """
         punch = self.punch
-        values = value_matrix(punch.contact_basis, as_points(x), punch.component)
-        return (-values if punch._upward else values) @ self.displacement
+        points, shape = flat_points(x)
+        values = value_matrix(punch.contact_basis, points, punch.component) @ self.displacement
+        return (-values if punch._upward else values).reshape(shape)
 
     def load_vector(self, basis: AbstractBasis | None = None, **options: Any) -> ndarray:
         """The pressure as a load on finite elements, those of the structure by default.

@@ -227,7 +227,12 @@ class RigidPunch(Body):
 
     @property
     def condition_number(self) -> float:
-        """Condition number of the matrix in the 2-norm, the paper's degree of conditionality."""
+        """Condition number of the matrix in the 2-norm.
+
+        The paper does not say what its degree of conditionality is. It prints 274.0 for the
+        uniform polar grid of Table 1, where this number is 246.9; that of the matrix with its
+        rows scaled to sums of one comes nearest, 275.4.
+        """
         return self.system.condition_number
 
     def solve(

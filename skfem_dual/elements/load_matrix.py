@@ -23,7 +23,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import some
 from .edge_weights import EdgeWeights
 from .overlaps import overlaps
-from .trial_functions import TestFunctions
+from .shape_functions import ShapeFunctions
 
 #: part of the area of a cell that may be missing by rounding
 MISSING = 1e-9
@@ -82,14 +82,14 @@ def load_matrix(
     ValueError
         If the basis does not cover the cells, covers them twice or is not in a horizontal plane.
     """
-    target = TestFunctions.of(basis, component)
+    target = ShapeFunctions.of(basis, component)
     if order is None:
         order = basis.elem.maxdeg + (0 if isinstance(target.mapping, MappingAffine) else 2)
     pieces = overlaps(fan.p[:, fan.t], target.cells)
     cell = fan.cell[pieces.first]
     covered = np.bincount(cell, pieces.share * fan.areas[pieces.first], len(partition))
     _require_covered(partition, covered, partial)
-    points = _points(partition, weights, fan, (pieces.first, pieces.vertices), order)
+    points = points_in_pieces(partition, weights, fan, (pieces.first, pieces.vertices), order)
     whole = covered > (1 - MISSING) * partition.areas
     points = _balanced(partition, weights, points, whole)
     out = csr_matrix((basis.N, len(partition)))
@@ -123,7 +123,7 @@ def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> N
 
 
 @dataclass(frozen=True, eq=False)
-class _Points:
+class Points:
     """Points with the loads of cells under unit mean pressure, and where they are."""
 
     x: ndarray
@@ -131,19 +131,19 @@ class _Points:
     piece: ndarray
     cell: ndarray
 
-    def chunks(self, size: int) -> Iterator["_Points"]:
+    def chunks(self, size: int) -> Iterator["Points"]:
         for start in range(0, len(self.weight), size):
             part = slice(start, start + size)
-            yield _Points(self.x[:, part], self.weight[part], self.piece[part], self.cell[part])
+            yield Points(self.x[:, part], self.weight[part], self.piece[part], self.cell[part])
 
 
-def _points(
+def points_in_pieces(
     partition: Partition,
     weights: EdgeWeights | None,
     fan: Fan,
     pieces: tuple[ndarray, ndarray],
     order: int,
-) -> _Points:
+) -> Points:
     """Points in pieces of triangles of the fan, for polynomials times the weight."""
     triangle, vertices = pieces
     weighted = np.zeros(len(triangle), dtype=bool)
@@ -158,16 +158,16 @@ def _points(
     if weights is not None and len(varying):
         square = weights.root[fan.t[:, triangle[varying]]] ** 2
         mean = weights.mean[fan.cell[triangle[varying]]]
-        for at, load in _graded(vertices[..., varying], square, order):
+        for at, load in graded(vertices[..., varying], square, order):
             parts.append((varying, at, load / mean[:, None]))
     piece = np.concatenate([np.repeat(own, at.shape[2]) for own, at, _ in parts])
     at = np.hstack([at.reshape(3, -1) for _, at, _ in parts])
     load = np.concatenate([load.ravel() for _, _, load in parts])
-    keep = load > 0
+    keep = load != 0  # some rules have negative weights
     piece, at, load = piece[keep], at[:, keep], load[keep]
     own = triangle[piece]
     x = np.einsum("dvk,vk->dk", fan.p[:, fan.t[:, own]], at)
-    return _Points(x, load * fan.areas[own], piece, fan.cell[own])
+    return Points(x, load * fan.areas[own], piece, fan.cell[own])
 
 
 def _area(vertices: ndarray) -> ndarray:
@@ -176,7 +176,7 @@ def _area(vertices: ndarray) -> ndarray:
     return np.abs(np.sum(a * np.cross(b, c, axis=0), axis=0))
 
 
-def _graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[ndarray, ndarray]]:
+def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[ndarray, ndarray]]:
     """Points and weights for polynomials times ``phi^(-1/2)`` on pieces of triangles.
 
     A line of constant phi through the vertex in between cuts a piece in two, each a triangle
@@ -224,8 +224,8 @@ def _gauss(n: int) -> tuple[ndarray, ndarray]:
 
 
 def _balanced(
-    partition: Partition, weights: EdgeWeights | None, points: _Points, whole: ndarray
-) -> _Points:
+    partition: Partition, weights: EdgeWeights | None, points: Points, whole: ndarray
+) -> Points:
     """Rounding and slivers made good: loads of whole cells have their areas as total and act
     where the solver has them act, by a factor that is linear in each cell."""
     n = len(partition)
@@ -244,4 +244,4 @@ def _balanced(
     matrix[~whole], missing[:, ~whole] = np.eye(3), 0.0
     factor = np.linalg.solve(matrix, missing.T[..., None])[..., 0].T
     weight = points.weight * (1 + np.sum(planes * factor[:, points.cell], axis=0))
-    return _Points(points.x, weight, points.piece, points.cell)
+    return Points(points.x, weight, points.piece, points.cell)

@@ -7,7 +7,7 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..grids.polygons import some
 from .overlaps import neighbours, ordered
-from .trial_functions import TestFunctions
+from .shape_functions import ShapeFunctions
 
 #: points so far outside of every cell, over its size, are inside but for rounding
 ROUNDING = 1e-9
@@ -61,7 +61,7 @@ def value_matrix(basis: AbstractBasis, x: ndarray, component: int | None = None)
     ValueError
         If a point lies outside of the mesh or the facets.
     """
-    functions = TestFunctions.of(basis, component)
+    functions = ShapeFunctions.of(basis, component)
     cell = locate(functions.cells, x)
     if len(bad := np.nonzero(cell < 0)[0]):
         raise ValueError(

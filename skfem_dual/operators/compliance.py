@@ -52,7 +52,7 @@ class Compliance:
     stiffness: csc_matrix
     fixed: ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         K, d = self.stiffness, self.stiffness.diagonal()
         free = self._free
         bad = free[~(d[free] > 0)]

@@ -5,7 +5,7 @@ its residuals are those of the equations.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from numpy import ndarray
@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
+from ..arguments import checked_array, checked_instance, checked_number
 from .influence_operator import RTOL, InfluenceOperator
 from .preconditioner import Preconditioner
 
@@ -108,22 +109,13 @@ def solve_many(
     >>> print(f"{force:.2f}")  # exact for the circle: 2
     2.00
     """
-    rhs = np.asarray(rhs, dtype=float)
-    if rhs.ndim != 2 or rhs.shape[0] != operator.shape[0]:
-        raise ValueError(
-            f"expected right-hand sides of shape ({operator.shape[0]}, k), got {rhs.shape}"
-        )
-    if not np.isfinite(rhs).all():
-        bad = np.nonzero(~np.isfinite(rhs).all(axis=0))[0]
-        raise ValueError(f"expected finite right-hand sides; the first that is not: {bad[0]}")
-    if not 0 < rtol < 1:
-        raise ValueError(f"expected a tolerance between 0 and 1, got rtol={rtol}")
+    rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column")
+    rtol = checked_number("rtol", rtol, above=0, below=1)
     inverse = preconditioner
     if inverse is None:
-        if not isinstance(operator, InfluenceOperator):
-            name = type(operator).__name__
-            raise TypeError(f"expected a preconditioner of this {name}, got none")
-        inverse = Preconditioner.from_operator(operator)
+        remedy = "give a preconditioner of it"
+        checked_instance("operator", operator, InfluenceOperator, remedy)
+        inverse = Preconditioner.from_operator(cast(InfluenceOperator, operator))
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products

@@ -8,13 +8,13 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
-from skfem.mapping import MappingAffine
+from skfem.mapping import Mapping, MappingAffine
 
 from ..grids.polygons import some
 
 
 @dataclass(frozen=True, eq=False)
-class TestFunctions:
+class ShapeFunctions:
     """Test functions on straight cells in the plane of the plan."""
 
     basis: AbstractBasis
@@ -25,11 +25,11 @@ class TestFunctions:
     component: int | None
 
     @property
-    def mapping(self):
+    def mapping(self) -> Mapping:
         return self.basis.mapping
 
     @classmethod
-    def of(cls, basis: AbstractBasis, component: int | None) -> "TestFunctions":
+    def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
         if type(basis) is FacetBasis and basis.mesh.dim() == 3:
             return cls._of_facets(basis, component)
         if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
@@ -42,7 +42,7 @@ class TestFunctions:
         return cls(basis, mesh.p[:, mesh.t[:, elements]], elements, None, None, component)
 
     @classmethod
-    def _of_facets(cls, basis: FacetBasis, component: int | None) -> "TestFunctions":
+    def _of_facets(cls, basis: FacetBasis, component: int | None) -> "ShapeFunctions":
         mesh = basis.mesh
         v = mesh.p[:, mesh.facets[:, basis.find]]
         if v.shape[2] == 0:
@@ -126,7 +126,7 @@ def _monomials(x: ndarray, degree: int) -> ndarray:
     return np.stack([np.prod(x.T**p, axis=1) for p in powers if p.sum() <= degree])
 
 
-def _inverse(mapping, x: ndarray, element: ndarray) -> ndarray:
+def _inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
     """Coordinates in the reference element of points of shape (dim, m, 1) in elements.
 
     By Newton's method where the mapping is not affine; scikit-fem's own stays inside the
