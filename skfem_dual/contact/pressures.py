@@ -93,7 +93,7 @@ class CellPressures:
         area = self.contact_area
         return self.force / area if area > 0 else 0.0
 
-    def displacement(self, x: ArrayLike) -> ndarray:
+    def ground_displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at any points of its surface.
 
         Parameters
