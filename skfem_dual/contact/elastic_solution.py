@@ -136,24 +136,21 @@ class ElasticSolution(CellPressures):
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names."""
-        p, e = self.pressure, self.centre_of_pressure
+        rows = super().table()
+        first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
+        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
         deflections = self.punch.trace @ self.displacement
-        return {
-            "Grid": self.footprint.description,
+        structure = {
             "Structure": f"{len(self.f)} DOFs of {type(self.punch.structure.elem).__name__}",
-            "Substrate": str(self.footprint.substrate),
             "Deflection": f"{deflections.min():.6g} to {deflections.max():.6g}",
-            "Force, acting at": f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})",
-            "Contact area": f"{self.contact_area:.6g}",
-            "Pressure mean": f"{self.mean_pressure:.6g}",
-            "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",
+        }
+        residuals = {
             "Residuals": (
                 f"equilibrium {self.equilibrium_residual:.0e}, contact "
                 f"{self.complementarity_residual:.0e}"
-            ),
-            "Result": self.message,
-            "Time [s]": ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items()),
+            )
         }
+        return first | structure | rows | residuals | last
 
     def __repr__(self) -> str:
         lines = [f"  {name:<18}{value}" for name, value in self.table().items()]
