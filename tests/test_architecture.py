@@ -52,10 +52,12 @@ LAYERS = [
     ],
     [
         "elements.edge_weights",
+        "elements.pieces",
         "elements.ribs",
+        "elements.moments",
+        "elements.clouds",
         "elements.remainder",
         "elements.influence",
-        "elements.moments",
         "elements.edge_correction",
         "elements.near",
         "elements.flexible",
