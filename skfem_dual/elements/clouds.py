@@ -18,7 +18,7 @@ from ..ground.hankel import square_value
 from ..kernels.compiled import inputs, vectorised
 
 #: radius of the outermost ring over that of the circle: the load is denser further in
-OUTERMOST = 0.8
+OUTERMOST = 0.7
 
 
 class Clouds(NamedTuple):
@@ -91,10 +91,10 @@ def _weights(moments: ndarray, radii: ndarray, degree: int, x: ndarray) -> ndarr
 
 
 @vectorised
-def cloud_sum(x, y, radius, px, py, begin, end, weights, coefficients, first):
+def cloud_sum(x, y, radius, px, py, weights, coefficients, first):
     """Sum over the points of a cloud, seen from (x, y) from its centre, of a `SquareTable`."""
     total = 0.0
-    for k in range(begin, end):
+    for k in range(px.shape[0]):
         dx, dy = x - radius * px[k], y - radius * py[k]
         total += weights[k] * square_value(coefficients, first, dx * dx + dy * dy)
     return total

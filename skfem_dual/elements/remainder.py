@@ -25,11 +25,11 @@ from .moments import load_moments, reach_of
 from .pieces import Pieces
 
 #: degrees of the clouds of exact entries, and the radii of their cells from which on they serve
-CLOUDS = {10: 4.0, 8: 6.0, 6: 11.0, 5: 18.0, 4: 35.0}
+CLOUDS = {10: 4.0, 8: 6.0, 6: 10.0, 5: 15.0, 4: 30.0}
 #: Gauss points on each side of the foot of the perpendicular on a rib
 POINTS = 8
-#: cells whose clouds are made at a time
-CHUNK = 2**14
+#: cells whose clouds are made at a time, and that are looked at together
+CHUNK, TOGETHER = 2**14, 32
 
 
 class Remainder(NamedTuple):
@@ -123,8 +123,10 @@ def _add(x: ndarray, remainder: Remainder, rows: slice, block: ndarray) -> None:
 @compiled
 def _add_rows(x, remainder, matrix):
     cells = np.arange(matrix.shape[1])
-    for i in range(x.shape[1]):
-        add_remainder(x[0, i], x[1, i], cells, remainder, matrix[i])
+    for begin in range(0, len(cells), TOGETHER):
+        some = cells[begin : begin + TOGETHER]
+        for i in range(x.shape[1]):
+            add_remainder(x[0, i], x[1, i], some, remainder, matrix[i, begin:])
 
 
 @compiled
@@ -141,8 +143,9 @@ def add_remainder(x, y, cells, remainder, values):
             cloud += 1
         integral = 0.0
         if cloud > 0:
+            a, b = starts[cloud - 1], starts[cloud]
             integral = cloud_sum(
-                dx, dy, radii[j], px, py, starts[cloud - 1], starts[cloud], weights[j],
+                dx, dy, radii[j], px[a:b], py[a:b], weights[j, a:b],
                 omega.coefficients, omega.first,
             )  # fmt: skip
         else:

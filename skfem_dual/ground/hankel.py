@@ -191,7 +191,7 @@ class SquareTable(NamedTuple):
 def square_value(coefficients, first, u):
     """A `SquareTable` at the square ``u`` of a distance in its range."""
     bits = np.float64(u).view(np.int64)
-    panel = (bits >> SHIFT) - first
+    panel = np.uint64((bits >> SHIFT) - first)  # unsigned: no index counts from the end
     mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
     t = (mantissa - 1.0) * (2 << BITS) - 1.0
     out = coefficients[panel, SQUARES]
