@@ -13,7 +13,13 @@ from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, 
 from .contact.solution import PunchSolution
 from .elements.flexible import flexible_settlement
 from .elements.stresses import Stresses
-from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
+from .errors import (
+    ConvergenceError,
+    ConvergenceWarning,
+    MeshError,
+    MeshWarning,
+    ResolutionWarning,
+)
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
 from .grids.couples import GridCouple
@@ -66,6 +72,7 @@ __all__ = [
     "PreprocessReport",
     "PunchSolution",
     "PunchesSolution",
+    "ResolutionWarning",
     "RigidPunch",
     "RigidPunches",
     "RoundedCylinder",

@@ -57,6 +57,7 @@ LAYERS = [
         "elements.moments",
         "elements.clouds",
         "elements.remainder",
+        "elements.resolution",
         "elements.influence",
         "elements.edge_correction",
         "elements.near",

@@ -4,6 +4,7 @@ It is all that pressures, gaps and their equations depend on, whatever the body 
 alone or one of many. The equations are (5) of the paper.
 """
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from skfem import CellBasis
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix
+from ..elements.resolution import too_coarse
+from ..errors import ResolutionWarning
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
@@ -156,6 +159,8 @@ class Footprint(LoadedCells):
         if rtol is not None and not 0 <= checked_number("rtol", rtol) <= 1e-2:
             raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={rtol}")
         partition = Partition.from_basis(basis)
+        if coarse := too_coarse(substrate, partition):
+            warnings.warn(coarse, ResolutionWarning, stacklevel=2)
         weights = None
         if edge == "singular":
             weights = _weights(basis, partition, edge_boundaries)

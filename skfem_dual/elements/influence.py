@@ -7,7 +7,6 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 3.3, pressure applied t
 region.
 """
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -20,7 +19,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .remainder import remainder_blocks
+from .remainder import Add, add_rows, remainder_blocks
 from .ribs import Ribs, rib_integral
 
 
@@ -63,7 +62,7 @@ def influence_matrix(
     with Threads() as run:
         run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1])
         for cells, add in remainder_blocks(substrate, partition, weights, x):
-            run(lambda rows, add=add, part=matrix[:, cells]: add(rows, part[rows]), x.shape[1])
+            run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix
 
 
@@ -88,9 +87,7 @@ def surface_displacement(
     return out
 
 
-def _add_product(
-    add: Callable[[slice, ndarray], None], pressure: ndarray, out: ndarray, rows: slice
-) -> None:
+def _add_product(add: Add, pressure: ndarray, out: ndarray, rows: slice) -> None:
     """Add the settlements under pressures of some cells to some rows of ``out``."""
     block = np.zeros((rows.stop - rows.start, len(pressure)))
     add(rows, block)

@@ -48,9 +48,9 @@ class Multipoles:
 
     @classmethod
     def from_weights(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
-        """For the remainder: about the centroids of the pressure, of the second degree."""
+        """For the remainder: about the centroids of the pressure."""
         centres = partition.centroids if weights is None else weights.centroids
-        return cls(centres, pressure_moments(partition, weights, 2))
+        return cls(centres, pressure_moments(partition, weights, DEGREE))
 
 
 class Dipoles(NamedTuple):
@@ -86,7 +86,7 @@ def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: 
 
 
 def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:
-    """As `polygon_moments`, of the loads of the cells of ``pieces`` about points of shape (2, n)."""
+    """As `polygon_moments`, of the loads on the cells of ``pieces`` about points (2, n)."""
     begin, end = pieces.first[0], pieces.last[-1]
     offsets = pieces.offsets[begin : end + 1]
     cell = np.repeat(np.arange(len(pieces.first)), pieces.last - pieces.first)

@@ -26,7 +26,7 @@ from .ribs import far_rib_integrals, rib_integral
 #: at most
 LEAST_REACH, ALONG_RIBS = 1.5, 5.0
 #: degree of the clouds of cells farther off
-FAR_DEGREE = 2
+FAR_DEGREE = 4
 #: Gauss points for an error of the remainder of 1e-6
 FEWER = 4
 

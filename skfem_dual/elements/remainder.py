@@ -32,6 +32,10 @@ POINTS = 8
 CHUNK, TOGETHER = 2**14, 32
 
 
+#: adds to the rows of a block
+Add = Callable[[slice, ndarray], None]
+
+
 class Remainder(NamedTuple):
     """What `add_remainder` takes.
 
@@ -65,13 +69,14 @@ class Remainder(NamedTuple):
         cls, table: RadialTable, young: float, clouds: Clouds, pieces: Pieces, points: int
     ) -> Self:
         """Of a ground with this surface modulus, with so many Gauss points."""
-        gauss = inputs(*np.polynomial.legendre.leggauss(points))
-        return cls(clouds, pieces, *table.squares, table.nearest**2, *gauss, 1 / young)
+        gauss, weights = inputs(*np.polynomial.legendre.leggauss(points))
+        least = table.nearest**2
+        return cls(clouds, pieces, *table.squares, least, gauss, weights, 1 / young)
 
 
 def remainder_blocks(
     substrate: Substrate, partition: Partition, weights: EdgeWeights | None, x: ndarray
-) -> Iterator[tuple[slice, Callable[[slice, ndarray], None]]]:
+) -> Iterator[tuple[slice, Add]]:
     """Exact integrals over cells, some cells after the other; none without a remainder.
 
     Parameters
@@ -114,6 +119,11 @@ def remainder_blocks(
         clouds = Clouds.from_moments(around, radius, moments, least)
         young = substrate.surface.young
         yield cells, partial(_add, x, Remainder.from_table(table, young, clouds, own, POINTS))
+
+
+def add_rows(add: Add, matrix: ndarray, rows: slice) -> None:
+    """Add to some rows of the ``matrix`` of a block of cells; work for `Threads`."""
+    add(rows, matrix[rows])
 
 
 def _add(x: ndarray, remainder: Remainder, rows: slice, block: ndarray) -> None:

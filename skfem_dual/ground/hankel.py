@@ -113,12 +113,12 @@ class RadialTable:
     @cached_property
     def squares(self) -> tuple["SquareTable", "SquareTable"]:
         """omega and primitive_over_r as functions of r^2."""
-        return tuple(
-            SquareTable.from_function(
-                lambda r, c=c: self.evaluate(c, r), self.nearest, self.farthest
-            )
-            for c in (self.omega, self.primitive_over_r)
-        )
+        omega, over_r = self.omega, self.primitive_over_r
+        return self._over_squares(omega), self._over_squares(over_r)
+
+    def _over_squares(self, coefficients: ndarray) -> "SquareTable":
+        distances = self.nearest, self.farthest
+        return SquareTable.from_function(lambda r: self.evaluate(coefficients, r), *distances)
 
     def evaluate(self, coefficients: ndarray, r: ArrayLike) -> ndarray:
         """A table at distances ``r``.

@@ -4,6 +4,8 @@ The series of 1 / r about the centroid of each cell, in Cartesian moments (Jacks
 Electrodynamics, chapter 4).
 """
 
+from functools import partial
+
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
@@ -11,7 +13,7 @@ from scipy.spatial import cKDTree
 from ..elements.edge_weights import EdgeWeights
 from ..elements.moments import Multipoles, radii
 from ..elements.near import NearField
-from ..elements.remainder import remainder_blocks
+from ..elements.remainder import add_rows, remainder_blocks
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
@@ -65,7 +67,7 @@ def moment_matrix(
     with Threads() as run:
         run(work, x.shape[1])
         for cells, add in remainder_blocks(substrate, partition, weights, x):
-            run(lambda rows, add=add, part=matrix[:, cells]: add(rows, part[rows]), x.shape[1])
+            run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix
 
 
