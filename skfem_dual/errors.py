@@ -15,3 +15,7 @@ class ConvergenceError(RuntimeError):
 
 class ConvergenceWarning(UserWarning):
     """An answer that is returned with ``success=False``."""
+
+
+class ResolutionWarning(UserWarning):
+    """Cells that are too coarse for what they stand on; tells how many it takes."""

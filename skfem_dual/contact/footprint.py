@@ -4,6 +4,7 @@ It is all that pressures, gaps and their equations depend on, whatever the body 
 alone or one of many. The equations are (5) of the paper.
 """
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix
+from ..elements.resolution import too_coarse
+from ..errors import ResolutionWarning
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
@@ -153,6 +156,8 @@ class Footprint(LoadedCells):
         if rtol is not None:
             rtol = checked_number("rtol", rtol, at_least=0, at_most=1e-2)
         partition = Partition.from_basis(basis)
+        if coarse := too_coarse(substrate, partition):
+            warnings.warn(coarse, ResolutionWarning, stacklevel=2)
         weights = None
         if edge == "singular":
             weights = _weights(basis, partition, edge_boundaries)

@@ -143,28 +143,6 @@ class EdgeWeights:
         """Centroids of the weighted cells, shape (2, n)."""
         return readonly(self.partition.centroids + self.moment / self.partition.areas)
 
-    def pressure_moment(self, i: int, j: int) -> ndarray:
-        """Integral of ``x^i y^j w / mean(w)`` about `centroids` for each cell, zero if it is not
-        weighted.
-
-        The weight is taken as uniform on each triangle, moved to where its load acts, and the
-        rule of the middles of the sides used, exact for that up to the second degree.
-        """
-        own = np.nonzero(self.weighted[self.fan.cell])[0]
-        fan, cell = self.fan, self.fan.cell[own]
-        mean, off = self.of_triangles
-        v = fan.p[:, fan.t[:, own]]
-        x, y = (v + np.roll(v, 1, axis=1)) / 2 + (off[:, own] - self.centroids[:, cell])[:, None]
-        load = fan.areas[own] * mean[own] / self.mean[cell] / 3
-        each = load * np.sum(x**i * y**j, axis=0)
-        return np.bincount(cell, each, minlength=len(self.partition))
-
-    @cached_property
-    def second_moments(self) -> ndarray:
-        """Of the load of each cell about `centroids`, shape (3, n): xx, xy, yy."""
-        moments = np.stack([self.pressure_moment(2 - k, k) for k in range(3)])
-        return readonly(np.where(self.weighted, moments, self.partition.polygons.second_moments))
-
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
         cell is not weighted."""

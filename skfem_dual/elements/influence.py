@@ -7,6 +7,8 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 3.3, pressure applied t
 region.
 """
 
+from functools import partial
+
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
@@ -17,7 +19,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .remainder import remainder_rows
+from .remainder import Add, add_rows, remainder_blocks
 from .ribs import Ribs, rib_integral
 
 
@@ -59,10 +61,8 @@ def influence_matrix(
     ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
     with Threads() as run:
         run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1])
-        if substrate.remainder is not None:
-            add = remainder_rows(substrate.remainder, partition, weights, x)
-            factor = 1 / substrate.surface.young
-            run(lambda rows: add(rows, factor, matrix[rows]), x.shape[1])
+        for cells, add in remainder_blocks(substrate, partition, weights, x):
+            run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix
 
 
@@ -82,16 +82,16 @@ def surface_displacement(
     ribs = Ribs.from_partition(partition)
     with Threads() as run:
         run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, out[rows]), x.shape[1])
-        if substrate.remainder is not None:
-            add = remainder_rows(substrate.remainder, partition, weights, x)
-
-            def work(rows: slice) -> None:
-                block = np.zeros((rows.stop - rows.start, len(partition)))
-                add(rows, 1 / substrate.surface.young, block)
-                out[rows] += block @ pressure
-
-            run(work, x.shape[1])
+        for cells, add in remainder_blocks(substrate, partition, weights, x):
+            run(partial(_add_product, add, pressure[cells], out), x.shape[1])
     return out
+
+
+def _add_product(add: Add, pressure: ndarray, out: ndarray, rows: slice) -> None:
+    """Add the settlements under pressures of some cells to some rows of ``out``."""
+    block = np.zeros((rows.stop - rows.start, len(pressure)))
+    add(rows, block)
+    out[rows] += block @ pressure
 
 
 def as_points(x: ArrayLike) -> ndarray:

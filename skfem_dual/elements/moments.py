@@ -5,7 +5,6 @@ arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (199
 """
 
 from dataclasses import dataclass
-from math import factorial
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -13,9 +12,10 @@ from numpy import ndarray
 
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
-from ..kernels.compiled import compiled, vectorised
+from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
+from .pieces import Pieces
 
 #: moments up to this degree are kept
 DEGREE = 5
@@ -48,9 +48,9 @@ class Multipoles:
 
     @classmethod
     def from_weights(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
-        """For the remainder: about the centroids of the pressure, of the second degree."""
+        """For the remainder: about the centroids of the pressure."""
         centres = partition.centroids if weights is None else weights.centroids
-        return cls(centres, pressure_moments(partition, weights, 2))
+        return cls(centres, pressure_moments(partition, weights, DEGREE))
 
 
 class Dipoles(NamedTuple):
@@ -76,22 +76,37 @@ def dipole_influence(dx, dy, mx, my):
 
 
 def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:
-    """As `polygon_moments`, but of edge-weighted cells those of `EdgeWeights.pressure_moment`."""
-    moments = polygon_moments(partition.polygons, degree)
+    """As `polygon_moments`, but of edge-weighted cells those of their `Pieces`, about the centroid
+    of their pressure."""
     if weights is None:
-        return moments
-    cells = np.nonzero(weights.weighted)[0]
-    for i in range(degree + 1):
-        for j in range(degree + 1 - i):
-            moment = weights.pressure_moment(i, j)[cells]
-            moments[i, j, cells] = moment / (factorial(i) * factorial(j))
-    return moments
+        return polygon_moments(partition.polygons, degree)
+    out = load_moments(Pieces.from_partition(partition, weights), weights.centroids, degree)
+    out[1:2, 0] = out[0, 1:2] = 0.0  # about that centroid they vanish
+    return out
+
+
+def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:
+    """As `polygon_moments`, of the loads on the cells of ``pieces`` about points (2, n)."""
+    begin, end = pieces.first[0], pieces.last[-1]
+    offsets = pieces.offsets[begin : end + 1]
+    cell = np.repeat(np.arange(len(pieces.first)), pieces.last - pieces.first)
+    indices = np.arange(offsets[0], offsets[-1])
+    outline = pieces.vertices, indices, offsets - offsets[0]
+    moments = _about(*outline, centres[:, cell], degree) * pieces.density[begin:end]
+    return np.add.reduceat(moments, pieces.first - begin, axis=2)
+
+
+def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:
+    """Distance of the farthest vertex of the load of each cell from a point, shape (n,)."""
+    begin, end = pieces.first[0], pieces.last[-1]
+    vertices = pieces.vertices[:, pieces.offsets[begin] : pieces.offsets[end]]
+    starts = pieces.offsets[pieces.first] - pieces.offsets[begin]
+    sizes = np.diff(np.append(starts, vertices.shape[1]))
+    return np.maximum.reduceat(np.hypot(*(vertices - np.repeat(centres, sizes, axis=1))), starts)
 
 
 def polygon_moments(polygons: Polygons, degree: int) -> ndarray:
     """Integrals of ``x^i y^j / (i! j!)`` about the centroid of each polygon.
-
-    Over the triangle of the centroid and a side, a monomial's integral is one along the side.
 
     Parameters
     ----------
@@ -104,11 +119,24 @@ def polygon_moments(polygons: Polygons, degree: int) -> ndarray:
     (degree + 1, degree + 1, n) array of float
         Zero where the sum is greater.
     """
-    n = len(polygons)
+    outline = polygons.p, polygons.indices, polygons.offsets
+    out = _about(*outline, polygons.centroids, degree)
+    out[1:2, 0] = out[0, 1:2] = 0.0  # about the centroid they vanish
+    return out
+
+
+def _about(
+    p: ndarray, indices: ndarray, offsets: ndarray, centres: ndarray, degree: int
+) -> ndarray:
+    """Moments of polygons about one point of each.
+
+    Over the triangle of the point and a side, a monomial's integral is one along the side.
+    """
+    n = len(offsets) - 1
     out = np.zeros((degree + 1, degree + 1, n))
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
     gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
-    args = polygons.p, polygons.indices, polygons.offsets, polygons.centroids, factorials, *gauss
+    args = *inputs(p, indices, offsets, centres), factorials, *gauss
     with Threads() as run:
         run(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
@@ -138,8 +166,6 @@ def _moments(begin, end, p, indices, offsets, centroids, factorials, gauss, weig
         for i in range(n):
             for j in range(n - i):
                 out[i, j, k] /= factorials[i] * factorials[j]
-        if n > 1:  # about the centroid these vanish
-            out[1, 0, k] = out[0, 1, k] = 0.0
 
 
 def radii(polygons: Polygons) -> ndarray:

@@ -15,13 +15,18 @@ from ..grids.partition import Partition
 from ..ground.hankel import RadialTable
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
+from .clouds import Clouds
 from .edge_weights import EdgeWeights
-from .moments import Dipoles, dipole_influence, pressure_moments, radii
-from .remainder import ALONG_RIBS, POINTS, FarCells, Pieces, Radial, add_remainder
+from .moments import Dipoles, dipole_influence, load_moments, radii
+from .pieces import Pieces
+from .remainder import POINTS, Remainder, add_remainder
 from .ribs import far_rib_integrals, rib_integral
 
-#: the remainder is integrated along the ribs of cells up to so many of their radii at least
-LEAST_REACH = 1.5
+#: the remainder is integrated along the ribs of cells up to so many of their radii at least and
+#: at most
+LEAST_REACH, ALONG_RIBS = 1.5, 5.0
+#: degree of the clouds of cells farther off
+FAR_DEGREE = 4
 #: Gauss points for an error of the remainder of 1e-6
 FEWER = 4
 
@@ -65,53 +70,6 @@ class CellRibs(NamedTuple):
         geometry = np.vstack([a, along, np.hypot(*along)[None]]).T
         around = (around % len(left)).astype(np.int32)
         return cls(*inputs(geometry, left, right, around, starts))
-
-
-class Remainder(NamedTuple):
-    """What `add_remainder` takes, and the factor of the integrals.
-
-    Attributes
-    ----------
-    far : FarCells
-    pieces : Pieces
-    radial : Radial
-    factor : float
-        1 / E0.
-    """
-
-    far: FarCells
-    pieces: Pieces
-    radial: Radial
-    factor: float
-
-    @classmethod
-    def from_partition(
-        cls,
-        substrate: Substrate,
-        table: RadialTable,
-        partition: Partition,
-        weights: EdgeWeights | None,
-        cells: ndarray,
-        rtol: float,
-    ) -> Self:
-        """Of a substrate with a ``table``; the error is ``rtol`` relative to c / r."""
-        polygons = partition.polygons
-        acting = polygons.centroids if weights is None else weights.centroids
-        moments = pressure_moments(partition, weights, 4)
-        coefficient = substrate.singular_coefficient * substrate.surface.young
-        reach = _reach(coefficient, table, radii(polygons), moments, rtol)
-        second = np.stack([2 * moments[2, 0], moments[1, 1], 2 * moments[0, 2]])
-        far = inputs(
-            *(a[..., cells] for a in (polygons.centroids, reach, acting, polygons.areas, second))
-        )
-        pieces = Pieces.from_partition(partition, weights)
-        first, last = inputs(pieces.first[cells], pieces.last[cells])
-        return cls(
-            FarCells(*far),
-            pieces._replace(first=first, last=last),
-            Radial.from_table(table, FEWER if rtol >= 1e-6 else POINTS),
-            1 / substrate.surface.young,
-        )
 
 
 class Blocks(NamedTuple):
@@ -167,7 +125,7 @@ class NearField:
         dipoles = np.zeros((2, len(partition))) if weights is None else weights.moment[:, cells]
         remainder = None
         if rtol is not None and (table := substrate.remainder) is not None:
-            remainder = Remainder.from_partition(substrate, table, partition, weights, cells, rtol)
+            remainder = _remainder(substrate, table, partition, weights, cells, rtol)
         return cls(
             CellRibs.from_partition(partition, cells),
             c,
@@ -196,6 +154,29 @@ class NearField:
         _fill_singular(blocks, self.ribs, self.coefficient, self.dipoles, values)
         if self.remainder is not None:
             _add_remainder(blocks, self.remainder, values)
+
+
+def _remainder(
+    substrate: Substrate,
+    table: RadialTable,
+    partition: Partition,
+    weights: EdgeWeights | None,
+    cells: ndarray,
+    rtol: float,
+) -> Remainder:
+    """With the error ``rtol`` relative to c / r."""
+    pieces = Pieces.from_partition(partition, weights)
+    centres = partition.centroids if weights is None else weights.centroids
+    moments = load_moments(pieces, centres, 4)
+    young, radius = substrate.surface.young, radii(partition.polygons)
+    reach = _reach(substrate.singular_coefficient * young, table, radius, moments, rtol)
+    clouds = Clouds.from_moments(
+        centres[:, cells], radius[cells], moments[..., cells], {FAR_DEGREE: reach[cells]}
+    )
+    first, last = inputs(pieces.first[cells], pieces.last[cells])
+    own = pieces._replace(first=first, last=last)
+    points = FEWER if rtol >= 1e-6 else POINTS
+    return Remainder.from_table(table, young, clouds, own, points)
 
 
 def _reach(
@@ -283,11 +264,10 @@ def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, scratch):
 @compiled
 def _add_remainder(blocks, remainder, values):
     x, rows, starts, cells = blocks
-    far, pieces, radial, factor = remainder
     at = 0
     for block in range(rows.shape[1]):
         some = cells[starts[block] : starts[block + 1]]
         for i in range(rows[0, block], rows[1, block]):
             part = values[at : at + some.shape[0]]
-            add_remainder(x[0, i], x[1, i], some, far, pieces, radial, factor, part)
+            add_remainder(x[0, i], x[1, i], some, remainder, part)
             at += some.shape[0]

@@ -1,221 +1,174 @@
 """Settlement by the part of an influence function that is not c / r.
 
-It is smooth but for a logarithm at r = 0. Far cells act through their area and second moments,
-near cells by quadrature along their ribs, which leaves the substrate's primitive only.
-Edge-weighted cells act around their weighted centroids from afar; near by, each triangle of their
-fan acts with its own mean and centroid of the weight.
+It is smooth but for a logarithm at r = 0. Cells act from afar as clouds of points, near by through
+quadrature along the ribs of their pieces, which leaves the substrate's primitive only.
 
 Source of the hyperbolic sine that takes the nearly singular part from a rib's quadrature:
 P. R. Johnston and D. Elliott, A sinh transformation for evaluating nearly singular boundary
 element integrals, Int. J. Numer. Meth. Engng 62 (2005).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
-from ..ground.hankel import RadialTable, table_value
+from ..ground.hankel import RadialTable, SquareTable, square_value
+from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
+from .clouds import Clouds, cloud_sum
 from .edge_weights import EdgeWeights
+from .moments import load_moments, reach_of
+from .pieces import Pieces
 
-#: cells nearer than so many of their radii are integrated along their ribs
-ALONG_RIBS = 5.0
+#: degrees of the clouds of exact entries, and the radii of their cells from which on they serve
+CLOUDS = {10: 4.0, 8: 6.0, 6: 10.0, 5: 15.0, 4: 30.0}
 #: Gauss points on each side of the foot of the perpendicular on a rib
-POINTS = 6
+POINTS = 8
+#: cells whose clouds are made at a time, and that are looked at together
+CHUNK, TOGETHER = 2**14, 32
 
 
-class FarCells(NamedTuple):
-    """Cells as they act from afar.
-
-    Attributes
-    ----------
-    middles : (2, n) array of float
-        Centroids.
-    reach : (n,) array of float
-        Points farther than this from a centroid are far.
-    acting : (2, n) array of float
-        Centroids of the loads.
-    areas : (n,) array of float
-    second : (3, n) array of float
-        Second moments of the loads about their centroids: xx, xy, yy.
-    """
-
-    middles: ndarray
-    reach: ndarray
-    acting: ndarray
-    areas: ndarray
-    second: ndarray
+#: adds to the rows of a block
+Add = Callable[[slice, ndarray], None]
 
 
-class Pieces(NamedTuple):
-    """Uniformly loaded polygons that stand for cells near by.
+class Remainder(NamedTuple):
+    """What `add_remainder` takes.
 
     Attributes
     ----------
-    vertices : (2, k) array of float
-        Those of all pieces, one after the other.
-    begin, end : (npieces,) array of int
-        Where those of each piece begin and end.
-    density : (npieces,) array of float
-        Load per area under a unit mean pressure on the cell.
-    shift : (2, npieces) array of float
-        From the centroid of a piece to where its load acts.
-    first, last : (n,) array of int
-        The first piece of each cell, and the one behind its last.
-    """
-
-    vertices: ndarray
-    begin: ndarray
-    end: ndarray
-    density: ndarray
-    shift: ndarray
-    first: ndarray
-    last: ndarray
-
-    @classmethod
-    def from_partition(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
-        """A cell is one piece; of an edge-weighted one each triangle is."""
-        polygons = partition.polygons
-        n = len(polygons)
-        weighted = np.zeros(n, dtype=bool) if weights is None else weights.weighted
-        whole = np.nonzero(~weighted)[0]
-        cell, sizes = whole, polygons.sizes[whole].astype(np.int64)
-        keep = np.repeat(~weighted, polygons.sizes)
-        p, indices = polygons.p, polygons.indices[keep]
-        density, shift = np.ones(len(whole)), np.zeros((2, len(whole)))
-        if weights is not None:
-            fan = weights.fan
-            own = weighted[fan.cell]
-            mean, off = weights.of_triangles
-            cell = np.concatenate([cell, fan.cell[own]])
-            sizes = np.concatenate([sizes, np.full(np.count_nonzero(own), 3)])
-            indices = np.concatenate([indices, p.shape[1] + fan.t[:, own].T.ravel()])
-            p = np.hstack([p, fan.p])
-            density = np.concatenate([density, mean[own] / weights.mean[fan.cell[own]]])
-            shift = np.hstack([shift, off[:, own]])
-        order = np.argsort(cell, kind="stable")
-        offsets = np.concatenate([[0], np.cumsum(sizes)])
-        first = np.searchsorted(cell[order], np.arange(n + 1))
-        return cls(
-            *inputs(
-                p[:, indices], offsets[:-1][order], offsets[1:][order],
-                density[order], shift[:, order], first[:-1], first[1:],
-            )
-        )  # fmt: skip
-
-
-class Radial(NamedTuple):
-    """A `RadialTable` and the rule by which its primitive is integrated along ribs.
-
-    Attributes
-    ----------
-    omega, primitive_over_r : (panels, degree + 1) array of float
-    start, width : float
-        As in `RadialTable`.
+    clouds : Clouds
+        Of the cells.
+    pieces : Pieces
+        Of the same cells.
+    omega, primitive_over_r : SquareTable
+        As of `RadialTable`.
+    smallest : float
+        Square of the smallest distance of these.
     gauss, gauss_weights : (k,) array of float
-        Rule on [-1, 1].
+        Rule on [-1, 1] for each half of a rib.
+    factor : float
+        1 / E0.
     """
 
-    omega: ndarray
-    primitive_over_r: ndarray
-    start: float
-    width: float
+    clouds: Clouds
+    pieces: Pieces
+    omega: SquareTable
+    primitive_over_r: SquareTable
+    smallest: float
     gauss: ndarray
     gauss_weights: ndarray
+    factor: float
 
     @classmethod
-    def from_table(cls, table: RadialTable, points: int) -> Self:
-        """With so many Gauss points."""
-        omega, primitive_over_r = inputs(table.omega, table.primitive_over_r)
-        gauss = inputs(*np.polynomial.legendre.leggauss(points))
-        return cls(omega, primitive_over_r, table.start, table.width, *gauss)
+    def from_table(
+        cls, table: RadialTable, young: float, clouds: Clouds, pieces: Pieces, points: int
+    ) -> Self:
+        """Of a ground with this surface modulus, with so many Gauss points."""
+        gauss, weights = inputs(*np.polynomial.legendre.leggauss(points))
+        least = table.nearest**2
+        return cls(clouds, pieces, *table.squares, least, gauss, weights, 1 / young)
 
 
-def remainder_rows(
-    table: RadialTable, partition: Partition, weights: EdgeWeights | None, x: ndarray
-) -> Callable[[slice, float, ndarray], None]:
-    """A function ``add(rows, factor, matrix)`` that adds the integrals over all cells.
+def remainder_blocks(
+    substrate: Substrate, partition: Partition, weights: EdgeWeights | None, x: ndarray
+) -> Iterator[tuple[slice, Add]]:
+    """Exact integrals over cells, some cells after the other; none without a remainder.
 
     Parameters
     ----------
-    table : RadialTable
-        Of the substrate.
+    substrate : Substrate
+        The ground.
     partition : Partition
         The cells.
     weights : EdgeWeights, optional
         How the load varies inside the cells; not at all by default.
     x : (2, m) array of float
-        Field points; ``rows`` is a slice of them, ``matrix`` has their rows.
+        Field points.
+
+    Yields
+    ------
+    cells : slice
+        Some of the cells.
+    add : callable
+        ``add(rows, block)`` adds the integrals over them to ``block``, which has a row for each
+        field point of the slice ``rows`` and a column for each of these cells.
 
     Raises
     ------
     ValueError
         If the plan and the points reach farther than the table.
     """
-    polygons = partition.polygons
-    table.evaluate(table.omega, np.hypot(*np.ptp(np.hstack([polygons.p, x]), axis=1)))
-    owner = np.repeat(np.arange(len(polygons)), polygons.sizes)
-    spoke = np.hypot(*(polygons.p[:, polygons.indices] - polygons.centroids[:, owner]))
-    reach = ALONG_RIBS * np.maximum.reduceat(spoke, polygons.offsets[:-1])
-    acting = polygons if weights is None else weights
-    far = FarCells(
-        *inputs(polygons.centroids, reach, acting.centroids, polygons.areas, acting.second_moments)
-    )
-    pieces, radial = Pieces.from_partition(partition, weights), Radial.from_table(table, POINTS)
+    table = substrate.remainder
+    if table is None:
+        return
+    table.evaluate(table.omega, np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1)))
+    pieces = Pieces.from_partition(partition, weights)
+    centres = partition.centroids if weights is None else weights.centroids
+    for begin in range(0, len(partition), CHUNK):
+        cells = slice(begin, min(begin + CHUNK, len(partition)))
+        own = pieces._replace(first=pieces.first[cells], last=pieces.last[cells])
+        around = centres[:, cells]
+        radius = reach_of(own, around)
+        moments = load_moments(own, around, max(CLOUDS))
+        least = {d: np.maximum(k * radius, radius + table.nearest) for d, k in CLOUDS.items()}
+        clouds = Clouds.from_moments(around, radius, moments, least)
+        young = substrate.surface.young
+        yield cells, partial(_add, x, Remainder.from_table(table, young, clouds, own, POINTS))
 
-    def add(rows: slice, factor: float, matrix: ndarray) -> None:
-        _add(*inputs(x[:, rows]), far, pieces, radial, factor, matrix)
 
-    return add
+def add_rows(add: Add, matrix: ndarray, rows: slice) -> None:
+    """Add to some rows of the ``matrix`` of a block of cells; work for `Threads`."""
+    add(rows, matrix[rows])
+
+
+def _add(x: ndarray, remainder: Remainder, rows: slice, block: ndarray) -> None:
+    _add_rows(*inputs(x[:, rows]), remainder, block)
 
 
 @compiled
-def add_remainder(x, y, cells, far, pieces, radial, factor, values):
-    """Add the integrals over some cells, seen from (x, y), times ``factor`` to ``values``."""
-    middles, reach, acting, areas, second = far
-    vertices, begin, end, density, shift, first, last = pieces
-    omega, primitive_over_r, start, width, gauss, weights = radial
+def _add_rows(x, remainder, matrix):
+    cells = np.arange(matrix.shape[1])
+    for begin in range(0, len(cells), TOGETHER):
+        some = cells[begin : begin + TOGETHER]
+        for i in range(x.shape[1]):
+            add_remainder(x[0, i], x[1, i], some, remainder, matrix[i, begin:])
+
+
+@compiled
+def add_remainder(x, y, cells, remainder, values):
+    """Add the integrals over some cells, seen from (x, y), over E0 to ``values``."""
+    clouds, pieces, omega, primitive, smallest, gauss, gauss_weights, factor = remainder
+    centres, radii, least, px, py, starts, weights = clouds
+    vertices, offsets, density, first, last = pieces
     for k in range(cells.shape[0]):
         j = cells[k]
-        dx, dy = x - middles[0, j], y - middles[1, j]
-        if dx * dx + dy * dy > reach[j] ** 2:
-            dx, dy = x - acting[0, j], y - acting[1, j]
-            integral = _by_moments(
-                dx, dy, areas[j], second[0, j], second[1, j], second[2, j], omega, start, width
-            )
+        dx, dy = x - centres[0, j], y - centres[1, j]
+        r2, cloud = dx * dx + dy * dy, 0
+        while cloud < least.shape[0] and r2 > least[cloud, j]:
+            cloud += 1
+        integral = 0.0
+        if cloud > 0:
+            a, b = starts[cloud - 1], starts[cloud]
+            integral = cloud_sum(
+                dx, dy, radii[j], px[a:b], py[a:b], weights[j, a:b],
+                omega.coefficients, omega.first,
+            )  # fmt: skip
         else:
-            integral = 0.0
             for piece in range(first[j], last[j]):
                 integral += density[piece] * _along_ribs(
-                    x - shift[0, piece], y - shift[1, piece], vertices, begin[piece], end[piece],
-                    primitive_over_r, start, width, gauss, weights,
+                    x, y, vertices, offsets[piece], offsets[piece + 1],
+                    primitive.coefficients, primitive.first, smallest, gauss, gauss_weights,
                 )  # fmt: skip
         values[k] += factor * integral
 
 
 @compiled
-def _by_moments(dx, dy, area, xx, xy, yy, coefficients, start, width):
-    """Integral over a far cell by its area and second moments, with derivatives in ln r."""
-    r2 = dx * dx + dy * dy
-    s = max((np.log(r2) / 2 - start) / width, 0.0)
-    panel = min(int(s), coefficients.shape[0] - 1)
-    t = 2 * (s - panel) - 1
-    f, d1, d2 = 0.0, 0.0, 0.0
-    for power in range(coefficients.shape[1] - 1, -1, -1):
-        d2 = d2 * t + 2 * d1
-        d1 = d1 * t + f
-        f = f * t + coefficients[panel, power]
-    d1, d2 = d1 * 2 / width, d2 * 4 / (width * width)
-    along = (xx * dx * dx + 2 * xy * dx * dy + yy * dy * dy) / r2
-    across = xx + yy - along
-    return area * f + ((d2 - d1) * along + d1 * across) / (2 * r2)
-
-
-@compiled
-def _along_ribs(x, y, vertices, begin, end, coefficients, start, width, gauss, weights):
+def _along_ribs(x, y, vertices, begin, end, coefficients, first, smallest, gauss, weights):
     """Integral over a polygon: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
     total = 0.0
     for a in range(begin, end):
@@ -236,14 +189,8 @@ def _along_ribs(x, y, vertices, begin, end, coefficients, start, width, gauss, w
             if half > 0.0:
                 part = 0.0
                 for g in range(gauss.shape[0]):
-                    r = abs(h) * np.cosh(low + half * (gauss[g] + 1))
-                    part += weights[g] * table_value(coefficients, start, width, r)
+                    e = np.exp(low + half * (gauss[g] + 1))
+                    r = abs(h) * (e + 1 / e) / 2
+                    part += weights[g] * square_value(coefficients, first, max(r * r, smallest))
                 total += h * half * part
     return total
-
-
-@compiled
-def _add(x, far, pieces, radial, factor, matrix):
-    cells = np.arange(matrix.shape[1])
-    for i in range(x.shape[1]):
-        add_remainder(x[0, i], x[1, i], cells, far, pieces, radial, factor, matrix[i])

@@ -10,14 +10,15 @@ Aids Comput. 9 (1955).
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self
+from functools import cached_property
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.special import erfc, gamma, j0, kv
 
-from ..kernels.compiled import compiled
+from ..kernels.compiled import compiled, inlined
 
 #: Chebyshev nodes of the symbol in an octave of k, and degree of tables in a panel of ln r
 NODES, DEGREE = 20, 7
@@ -27,6 +28,10 @@ NEAREST, FARTHEST = 1e-8, 1e6
 CUTOFF = 150.0
 #: panels of a table in an octave of r
 PANELS = 3
+#: a table over r^2 has 2 to the power of BITS panels in an octave, each of degree SQUARES; the
+#: bits of a double below its panel are SHIFT, those of an exponent of 1 are ONE
+BITS, SQUARES = 5, 4
+SHIFT, ONE = 52 - BITS, 1023 << 52
 #: rule on [-1, 1]
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -105,6 +110,16 @@ class RadialTable:
         """Largest distance of the table."""
         return float(np.exp(self.start + self.width * len(self.omega)))
 
+    @cached_property
+    def squares(self) -> tuple["SquareTable", "SquareTable"]:
+        """omega and primitive_over_r as functions of r^2."""
+        omega, over_r = self.omega, self.primitive_over_r
+        return self._over_squares(omega), self._over_squares(over_r)
+
+    def _over_squares(self, coefficients: ndarray) -> "SquareTable":
+        distances = self.nearest, self.farthest
+        return SquareTable.from_function(lambda r: self.evaluate(coefficients, r), *distances)
+
     def evaluate(self, coefficients: ndarray, r: ArrayLike) -> ndarray:
         """A table at distances ``r``.
 
@@ -137,6 +152,50 @@ def table_value(coefficients, start, width, r):
     t = 2 * (s - panel) - 1
     out = 0.0
     for power in range(coefficients.shape[1] - 1, -1, -1):
+        out = out * t + coefficients[panel, power]
+    return out
+
+
+class SquareTable(NamedTuple):
+    """A function of r by polynomials in r^2, found without a root or a logarithm.
+
+    Their panels are those numbers that share sign, exponent and first bits of the mantissa.
+
+    Attributes
+    ----------
+    coefficients : (panels, SQUARES + 1) array of float
+        Those of the powers of t in [-1, 1].
+    first : int
+        Leading bits of the first panel.
+    """
+
+    coefficients: ndarray
+    first: int
+
+    @classmethod
+    def from_function(
+        cls, function: Callable[[ndarray], ndarray], nearest: float, farthest: float
+    ) -> Self:
+        """Through values between two distances, in the Chebyshev nodes of each panel."""
+        first, last = (np.array([nearest, farthest]) ** 2).view(np.int64) >> SHIFT
+        panels = last - first + (4 << BITS)  # a bit more: points around cells may lie farther
+        edges = (np.arange(first, first + panels + 1) << SHIFT).view(np.float64)
+        nodes = np.cos(np.pi * (np.arange(SQUARES + 1) + 0.5) / (SQUARES + 1))
+        u = edges[:-1, None] + np.diff(edges)[:, None] * (nodes + 1) / 2
+        values = function(np.sqrt(u).clip(nearest, farthest))
+        powers = np.linalg.solve(np.vander(nodes, increasing=True), values.T).T
+        return cls(np.ascontiguousarray(powers), int(first))
+
+
+@inlined
+def square_value(coefficients, first, u):
+    """A `SquareTable` at the square ``u`` of a distance in its range."""
+    bits = np.float64(u).view(np.int64)
+    panel = np.uint64((bits >> SHIFT) - first)  # unsigned: no index counts from the end
+    mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
+    t = (mantissa - 1.0) * (2 << BITS) - 1.0
+    out = coefficients[panel, SQUARES]
+    for power in range(SQUARES - 1, -1, -1):
         out = out * t + coefficients[panel, power]
     return out
 

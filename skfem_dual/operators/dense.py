@@ -4,6 +4,8 @@ The series of 1 / r about the centroid of each cell, in Cartesian moments (Jacks
 Electrodynamics, chapter 4).
 """
 
+from functools import partial
+
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
@@ -11,7 +13,7 @@ from scipy.spatial import cKDTree
 from ..elements.edge_weights import EdgeWeights
 from ..elements.moments import Multipoles, radii
 from ..elements.near import NearField
-from ..elements.remainder import remainder_rows
+from ..elements.remainder import add_rows, remainder_blocks
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
@@ -52,10 +54,6 @@ def moment_matrix(
     limits = inputs(near, known, third, *_clusters(centres, np.maximum(near, known)))
     direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))
-    add = None
-    if substrate.remainder is not None:
-        add = remainder_rows(substrate.remainder, partition, weights, x)
-        factor = 1 / substrate.surface.young
 
     def work(rows: slice) -> None:
         (points,), block = inputs(x[:, rows]), matrix[rows]
@@ -65,11 +63,11 @@ def moment_matrix(
         each = np.arange(len(block))
         direct.fill(points, np.stack([each, each + 1]), (starts, cells), values)
         block[np.repeat(each, np.diff(starts)), cells] = values
-        if add is not None:
-            add(rows, factor, block)
 
     with Threads() as run:
         run(work, x.shape[1])
+        for cells, add in remainder_blocks(substrate, partition, weights, x):
+            run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix
 
 

@@ -7,8 +7,7 @@ from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
 from ...elements.moments import Multipoles, radii
-from ...elements.near import NearField
-from ...elements.remainder import ALONG_RIBS
+from ...elements.near import ALONG_RIBS, NearField
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate

@@ -1,0 +1,60 @@
+"""Uniformly loaded polygons that stand for cells.
+
+A cell is one of them. Of an edge-weighted cell each triangle of its fan is one, with its own mean
+of the weight, moved to where its load acts.
+"""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.partition import Partition
+from ..kernels.compiled import inputs
+from .edge_weights import EdgeWeights
+
+
+class Pieces(NamedTuple):
+    """Uniformly loaded polygons, those of a cell one after the other.
+
+    Attributes
+    ----------
+    vertices : (2, k) array of float
+        Those of all pieces, counter-clockwise, one piece after the other.
+    offsets : (npieces + 1,) array of int
+        Where those of each piece begin.
+    density : (npieces,) array of float
+        Load per area under a unit mean pressure on the cell.
+    first, last : (n,) array of int
+        The first piece of each cell, and the one behind its last.
+    """
+
+    vertices: ndarray
+    offsets: ndarray
+    density: ndarray
+    first: ndarray
+    last: ndarray
+
+    @classmethod
+    def from_partition(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
+        """Of all cells."""
+        polygons = partition.polygons
+        n = len(polygons)
+        weighted = np.zeros(n, dtype=bool) if weights is None else weights.weighted
+        cell = np.nonzero(~weighted)[0]
+        sizes, density = polygons.sizes[cell].astype(np.int64), np.ones(len(cell))
+        vertices = polygons.p[:, polygons.indices[np.repeat(~weighted, polygons.sizes)]]
+        if weights is not None:
+            fan = weights.fan
+            own = np.nonzero(weighted[fan.cell])[0]
+            mean, off = weights.of_triangles
+            triangles = fan.p[:, fan.t[:, own].T] + off[:, own, None]
+            cell = np.concatenate([cell, fan.cell[own]])
+            sizes = np.concatenate([sizes, np.full(len(own), 3)])
+            density = np.concatenate([density, mean[own] / weights.mean[fan.cell[own]]])
+            vertices = np.hstack([vertices, triangles.reshape(2, -1)])
+        order = np.argsort(cell, kind="stable")
+        vertices = vertices[:, np.argsort(np.repeat(cell, sizes), kind="stable")]
+        offsets = np.concatenate([[0], np.cumsum(sizes[order])])
+        first = np.searchsorted(cell[order], np.arange(n + 1))
+        return cls(*inputs(vertices, offsets, density[order], first[:-1], first[1:]))

@@ -1,0 +1,89 @@
+"""Cells too coarse for the ground: warned of where settlements are off, and not elsewhere."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    ResolutionWarning,
+    RigidPunch,
+)
+from skfem_dual.elements.resolution import coarseness, too_coarse
+from skfem_dual.grids.generate import disc
+from skfem_dual.grids.partition import Partition
+
+BASES = {n: DualMesh.from_mesh(disc(n=n, true_area=True)).basis() for n in (150, 600)}
+
+
+def exact_settlement(ground, n=240):
+    """Of the unit disc under a unit force, by the dual integral equation."""
+    c = ground.symbol(np.array([1e9]))[0] * 1e9
+    x, weights = np.polynomial.legendre.leggauss(n)
+    t, weights = (x + 1) / 2, weights / 2
+    gauss, gauss_weights = np.polynomial.legendre.leggauss(10)
+    edges = np.linspace(0, min(30 / ground.lengths[0], 2.0 * n), 2 * n)
+    k = (edges[:-1, None] + np.diff(edges)[:, None] * (gauss + 1) / 2).ravel()
+    rest = k * ground.symbol(k) / c - 1
+    rest *= (np.diff(edges)[:, None] * gauss_weights / 2).ravel()
+    waves = np.cos(np.outer(t, k))
+    phi = np.linalg.solve(np.pi / 2 * np.eye(n) + (waves * rest) @ waves.T * weights, np.ones(n))
+    return c / (2 * np.pi * (weights @ phi))
+
+
+def test_the_equation_meets_boussinesq():
+    same = LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], HalfSpace(1.0, 0.25))
+    assert exact_settlement(same) == pytest.approx(0.46875, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", BASES)
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49, 0.5])
+@pytest.mark.parametrize("thickness", [0.5, 0.2, 0.1, 0.03])
+def test_warned_where_settlements_are_off(n, poisson, thickness):
+    ground = LayeredHalfSpace([Layer(thickness, 1.0, poisson)], "bonded")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        punch = RigidPunch(ground, BASES[n])
+    warned = [w.category for w in caught] == [ResolutionWarning]
+    assert warned or not caught
+    error = abs(punch.solve(1.0, unilateral=False).settlement / exact_settlement(ground) - 1)
+    assert warned if error > 0.05 else True
+    assert not warned if error < 0.01 else True
+
+
+def test_the_remedy_helps():
+    ground = LayeredHalfSpace([Layer(0.05, 1.0, 0.45)], "bonded")
+    with pytest.warns(ResolutionWarning, match="150|1[0-9]{2} cells of a size"):
+        punch = RigidPunch(ground, BASES[150])
+    advised = int(too_coarse(ground, punch.partition).split()[-2])
+    finer = DualMesh.from_mesh(disc(n=int(1.1 * advised), true_area=True)).basis()
+    found = RigidPunch(ground, finer).solve(1.0, unilateral=False).settlement
+    assert found == pytest.approx(exact_settlement(ground), rel=0.03)
+
+
+def test_units_and_place_do_not_matter():
+    def layer(unit):
+        return LayeredHalfSpace([Layer(0.05 * unit, 1.0 / unit, 0.49)], "bonded")
+
+    h = np.array([0.15, 0.05, 0.01])
+    plain = coarseness(layer(1.0), h, 1.0)
+    assert coarseness(layer(1e3), 1e3 * h, 1e3) == pytest.approx(plain, rel=1e-9)
+    assert (np.diff(plain) < 0).all()
+
+
+@pytest.mark.parametrize(
+    "ground",
+    [
+        HalfSpace(1.0, 0.5),
+        GradedHalfSpace.init_linear(1.0, 0.3, 5.0),
+        LayeredHalfSpace([Layer(0.02, 10.0, 0.3)], HalfSpace(1.0, 0.3)),
+        LayeredHalfSpace([Layer(0.5, 1.0, 0.3), Layer(0.02, 10.0, 0.3)], HalfSpace(1.0, 0.3)),
+    ],
+)
+def test_thin_layers_that_do_no_harm(ground):
+    assert too_coarse(ground, Partition.from_basis(BASES[150])) is None
