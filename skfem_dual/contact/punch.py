@@ -66,8 +66,9 @@ class RigidPunch(Body):
         or a field of scikit-fem.
     rtol : float, optional
         Accuracy of the settlements under given pressures, see `InfluenceOperator`: far cells
-        are summed up. By default exact and dense up to 4000 cells, 1e-6 and whatever is fastest
-        beyond. Fast operators are solved by iterations.
+        are summed up. By default dense with exact entries up to 4000 cells (on graded and layered
+        ground to 1e-9 of the homogeneous entry and the error of the influence function), 1e-6
+        and whatever is fastest beyond. Fast operators are solved by iterations.
     symmetry : "auto" or Symmetry, optional
         Mirror lines and rotations of the plan and its mesh, found or given: the matrix needs one
         row of each orbit of cells and is solved in independent blocks. ``print(symmetry)`` tells
