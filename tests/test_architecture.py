@@ -14,6 +14,12 @@ ROOT = Path(skfem_dual.__file__).parent
 LAYERS = [
     ["errors", "arguments"],
     [
+        "kernels.compiled",
+        "kernels.threads",
+        "kernels.limits",
+        "kernels.once",
+    ],
+    [
         "grids.polygons",
         "grids.planar",
         "grids.corners",
@@ -37,10 +43,6 @@ LAYERS = [
         "grids.extremal",
         "grids.voronoi",
         "grids.duality",
-    ],
-    [
-        "kernels.compiled",
-        "kernels.threads",
     ],
     [
         "ground.substrates",
@@ -144,10 +146,10 @@ LATE = {
 }
 THIRD_PARTY = {
     "grids": {"numpy", "scipy", "skfem", "tqdm"},
-    "kernels": {"numpy", "numba"},
+    "kernels": {"numpy", "numba", "threadpoolctl"},
     "ground": {"numpy", "scipy"},
     "elements": {"numpy", "scipy", "skfem"},
-    "operators": {"numpy", "scipy", "skfem", "tqdm", "threadpoolctl"},
+    "operators": {"numpy", "scipy", "skfem", "tqdm"},
     "contact": {"numpy", "scipy", "skfem", "tqdm"},
     "post": {"numpy", "scipy", "skfem"},
     "visuals": {"numpy", "scipy", "skfem", "pyvista", "vtk", "vtkmodules", "matplotlib"},

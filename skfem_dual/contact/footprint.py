@@ -7,7 +7,6 @@ alone or one of many. The equations are (5) of the paper.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 from ..operators.influence_operator import RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
@@ -162,12 +162,12 @@ class Footprint(LoadedCells):
         points = partition.nodes if collocation == "node" else partition.centroids
         return cls(substrate, partition, weights, points, basis, edge, collocation, origin, rtol)
 
-    @cached_property
+    @computed_once
     def fan(self) -> Fan:
         """Triangles that fill the cells."""
         return Fan.from_basis(self.basis)
 
-    @cached_property
+    @computed_once
     def centre(self) -> ndarray:
         """Centroid of the plan, about which all is computed: no cancellation far from it."""
         areas = self.partition.areas
@@ -182,7 +182,7 @@ class Footprint(LoadedCells):
         """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
         return np.vstack([np.ones(x.shape[1]), x - self.centre[:, None]])
 
-    @cached_property
+    @computed_once
     def resultants(self) -> ndarray:
         """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
         return self.planes(self.acting) * self.partition.areas

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, Literal
@@ -16,6 +15,7 @@ from ..errors import ConvergenceWarning
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import available_memory
 from ..operators.symmetric_matrix import SymmetricMatrix
@@ -152,20 +152,20 @@ class RigidPunches:
             punches.append(RigidPunch(substrate, basis, origin=tuple(centre.tolist())))
         return cls(punches, joined)
 
-    @cached_property
+    @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:
         """Numbers of the punches of each body, in the order of their first ones."""
         joined = [tuple(group) for group in self.joined]
         alone = set(range(len(self.punches))).difference(*joined)
         return tuple(sorted([*joined, *((i,) for i in alone)]))
 
-    @cached_property
+    @computed_once
     def _slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         ends = np.cumsum([0, *(len(p.partition) for p in self.punches)])
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
-    @cached_property
+    @computed_once
     def _centres(self) -> list[ndarray]:
         """Centroid of each body."""
         weighed = [(p.centre, p.partition.areas.sum()) for p in self.punches]
@@ -174,12 +174,12 @@ class RigidPunches:
             for body in self.bodies
         ]
 
-    @cached_property
+    @computed_once
     def cells(self) -> LoadedCells:
         """The cells of all punches, one punch after the other."""
         return union([punch.footprint for punch in self.punches])
 
-    @cached_property
+    @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """From all cells to all collocation points, as accurate as any of the punches asks for.
 
@@ -216,7 +216,7 @@ class RigidPunches:
                 matrix[rows, columns] = under.influence(at.collocation_points)
         return matrix
 
-    @cached_property
+    @computed_once
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies' centroids."""
         n = self._slices[-1].stop

@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from time import perf_counter
 from typing import Literal
 
@@ -13,6 +12,7 @@ from skfem import CellBasis
 from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
@@ -108,7 +108,7 @@ class RigidPunch(Body):
         """What makes the punch; matrix and factors, many times larger, are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    @cached_property
+    @computed_once
     def footprint(self) -> Footprint:
         """The cells under the punch, with all that pressures and gaps depend on."""
         return Footprint.from_basis(
@@ -121,13 +121,13 @@ class RigidPunch(Body):
             self.rtol,
         )
 
-    @cached_property
+    @computed_once
     def matrix(self) -> ndarray:
         """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
         with timed(self.timings, "assembly"):
             return self.influence(self.collocation_points)
 
-    @cached_property
+    @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
         symmetry, cells = self._symmetry, self.footprint
@@ -138,7 +138,7 @@ class RigidPunch(Body):
                 return cells.symmetric_matrix(symmetry)
             return cells.operator(cells.tolerance)
 
-    @cached_property
+    @computed_once
     def _symmetry(self) -> Symmetry | None:
         """The symmetry to be used; None if there is none, or too little for so many cells."""
         if self.symmetry is None:
@@ -152,13 +152,13 @@ class RigidPunch(Body):
             )
         return self.symmetry
 
-    @cached_property
+    @computed_once
     def initial_gap(self) -> ndarray:
         """Gap between punch and ground in the collocation points before contact."""
         x = self.collocation_points
         return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
-    @cached_property
+    @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
         return ContactSystem(

@@ -9,16 +9,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from time import perf_counter
 from typing import Literal
 
 import numpy as np
-import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..operators.factors import solve_factorised
+from ..kernels.once import computed_once
+from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
@@ -63,13 +62,13 @@ class ContactSystem:
     areas: ndarray
     timings: dict[str, float] = field(default_factory=dict)
 
-    @cached_property
-    def factors(self) -> tuple[ndarray, ndarray]:
+    @computed_once
+    def factors(self) -> Factors:
         """Factors of the matrix, if that is an array."""
         with timed(self.timings, "factorisation"):
-            return scipy.linalg.lu_factor(self.matrix)
+            return Factors.from_matrix(np.asarray(self.matrix))
 
-    @cached_property
+    @computed_once
     def preconditioner(self) -> Preconditioner:
         """Approximate inverse of the matrix, if that is an operator."""
         if not isinstance(self.matrix, InfluenceOperator):
@@ -87,11 +86,11 @@ class ContactSystem:
         """Pressures that would close the gap, shape (n,)."""
         return self._by_shape[0][:, 0]
 
-    @cached_property
+    @computed_once
     def _by_position(self) -> tuple[ndarray, str]:
         return self._inverse(self.planes.T)
 
-    @cached_property
+    @computed_once
     def _by_shape(self) -> tuple[ndarray, str]:
         gap = self.gap[:, None]
         return self._inverse(gap) if gap.any() else (np.zeros_like(gap), "")
@@ -106,19 +105,19 @@ class ContactSystem:
                 factors = self.matrix.factors
             return factors.solve(rhs), ""
         if isinstance(self.matrix, np.ndarray):
-            return solve_factorised(self.factors, rhs), ""
+            return self.factors.solve(rhs), ""
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
         with timed(self.timings, "iterations"):
             answer = solve_many(self.matrix, rhs, rtol, _bars.get(), preconditioner=preconditioner)
         return answer.solution, "" if answer.success else answer.message
 
-    @cached_property
+    @computed_once
     def stiffness(self) -> ndarray:
         """Resultants by each unit component of the position, shape (m, m)."""
         return self.resultants @ self.unit_pressures
 
-    @cached_property
+    @computed_once
     def condition_number(self) -> float:
         """Condition number of the matrix in the 2-norm.
 
@@ -148,7 +147,7 @@ class ContactSystem:
         scaled = matrix / scale
 
         def inverse(v: ndarray, trans: int = 0) -> ndarray:
-            return scale * solve_factorised(factors, v, trans)
+            return scale * factors.solve(v, trans)
 
         top = largest(lambda v: scaled.T @ (scaled @ v))
         bottom = largest(lambda v: inverse(inverse(v, trans=1)))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -12,6 +11,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons, readonly
+from ..kernels.once import computed_once
 from .footprint import LoadedCells
 
 
@@ -74,7 +74,7 @@ class _UnionWeights(EdgeWeights):
 
     parts: tuple[EdgeWeights, ...]
 
-    @cached_property
+    @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan."""
         return readonly(np.concatenate([part.root for part in self.parts]))

@@ -10,7 +10,6 @@ boundary elements Allgower, Boehmer, Georg and Miranda, SIAM J. Numer. Anal. 29 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import gcd
 from typing import NamedTuple
 
@@ -22,6 +21,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..errors import MeshError
 from ..grids.partition import Partition
 from ..grids.polygons import readonly, some
+from ..kernels.once import computed_once
 from .representations import Component, representations
 
 
@@ -125,13 +125,13 @@ class Symmetry:
     def __len__(self) -> int:
         return self.permutations.shape[1]
 
-    @cached_property
+    @computed_once
     def representatives(self) -> ndarray:
         """One cell of every orbit."""
         least = self.permutations.min(axis=0)
         return readonly(np.nonzero(least == np.arange(len(self)))[0], np.int32)
 
-    @cached_property
+    @computed_once
     def components(self) -> tuple[Component, ...]:
         """The kinds of vectors that do not mix, one for each irreducible representation."""
         kinds = representations(self.rotations, self.mirror is not None)
@@ -141,7 +141,7 @@ class Symmetry:
         )
         return tuple(part for part in components if len(part))
 
-    @cached_property
+    @computed_once
     def saving(self) -> Saving:
         """How many times less a matrix with this symmetry takes than a full one."""
         n, parts = len(self), self.components
