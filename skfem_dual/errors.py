@@ -15,3 +15,7 @@ class ConvergenceError(RuntimeError):
 
 class ConvergenceWarning(UserWarning):
     """An answer that is returned with ``success=False``."""
+
+
+class ResolutionWarning(UserWarning):
+    """Cells too coarse for what they are to show; the answer is returned all the same."""

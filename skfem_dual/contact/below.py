@@ -5,9 +5,9 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementTriP1, MeshTri
 
+from ..arguments import Pair
 from ..elements.influence import as_points
 from ..elements.stresses import Stresses, displacements, stresses
-from .load import Pair
 from .solution import PunchSolution
 
 

@@ -7,12 +7,13 @@ alone or one of many. The equations are (5) of the paper.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
+from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix
@@ -22,15 +23,28 @@ from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..operators.entries import SAMPLES
+from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
-from .load import Pair, checked_number, checked_pair
+from .load import Hull
 from .system import DENSE
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
 EdgeBoundaries = str | Sequence[str] | ndarray
+
+
+class ExactRows(NamedTuple):
+    """Some rows of the exact matrix of settlements, (k, n), and their numbers."""
+
+    numbers: ndarray
+    rows: ndarray
+
+
+def sample(n: int) -> ndarray:
+    """Numbers of some of n cells, at random but the same every time."""
+    return np.random.default_rng(0).choice(n, min(SAMPLES, n), replace=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,6 +106,12 @@ class LoadedCells:
             symmetry, lambda i: self.influence(np.ascontiguousarray(x[:, i]))
         )
 
+    @computed_once
+    def exact_rows(self) -> "ExactRows":
+        """Some rows of the matrix."""
+        i = sample(len(self))
+        return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
+
     def usable_symmetry(self) -> Symmetry | None:
         """The symmetry of the cells; None if they have none, or too little for their number."""
         symmetry = Symmetry.detect(self.partition, self.collocation_points, self.weights)
@@ -141,10 +161,8 @@ class Footprint(LoadedCells):
         """
         if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
             raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
-        if collocation not in ("centroid", "node"):
-            raise ValueError(f'expected collocation "centroid" or "node", got {collocation!r}')
-        if edge not in ("singular", "constant"):
-            raise ValueError(f'expected edge "singular" or "constant", got {edge!r}')
+        checked_choice("collocation", collocation, ("centroid", "node"))
+        checked_choice("edge", edge, ("singular", "constant"))
         if edge == "singular" and collocation == "node":
             raise ValueError(
                 'expected collocation "centroid" with edge "singular", got "node". Remedy: '
@@ -153,8 +171,8 @@ class Footprint(LoadedCells):
         if edge == "constant" and edge_boundaries is not None:
             raise ValueError('expected edge "singular" where edge_boundaries are named')
         origin = checked_pair("origin", origin)
-        if rtol is not None and not 0 <= checked_number("rtol", rtol) <= 1e-2:
-            raise ValueError(f"expected a tolerance from 0 to 0.01, got rtol={rtol}")
+        if rtol is not None:
+            rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
         weights = None
         if edge == "singular":
@@ -177,6 +195,11 @@ class Footprint(LoadedCells):
     def acting(self) -> ndarray:
         """Point through which the pressure of each cell acts, shape (2, n)."""
         return self.partition.centroids if self.weights is None else self.weights.centroids
+
+    @computed_once
+    def hulls(self) -> tuple[Hull, Hull]:
+        """Convex hulls of where pressures act, and of the plan, from the centre."""
+        return hulls([self], self.centre)
 
     def planes(self, x: ndarray) -> ndarray:
         """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
@@ -212,6 +235,13 @@ class Footprint(LoadedCells):
             corners = set(self.partition.polygons.sizes.tolist())
             kind = {3: "triangles", 4: "quadrilaterals"}[corners.pop()]
         return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
+
+
+def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:
+    """Convex hulls of where the pressures of a body act, and of its plan, from its centre."""
+    acting = np.hstack([part.acting for part in parts])
+    corners = np.hstack([part.partition.polygons.p for part in parts])
+    return Hull.of(acting - centre[:, None]), Hull.of(corners - centre[:, None])
 
 
 def _weights(

@@ -11,7 +11,8 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
-from ..errors import ConvergenceWarning
+from ..arguments import checked_flag, checked_number
+from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
@@ -19,15 +20,17 @@ from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import available_memory
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import LoadedCells
+from .footprint import ExactRows, LoadedCells, hulls, sample
 from .group_solution import PunchesSolution
-from .load import Constraints, Load, checked_fraction, require_compression
+from .load import Constraints, Load, require_compression
 from .neighbours import free_of, require_apart
+from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import Contact
+from .unilateral import COARSEST
 from .union import union
+from .verify import Verification
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -201,6 +204,18 @@ class RigidPunches:
                 return self._matrix()
             return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
 
+    @property
+    def _rtol(self) -> float:
+        """Accuracy of the operator's products."""
+        return getattr(self.operator, "rtol", min(p.rtol or 0.0 for p in self.punches))
+
+    @computed_once
+    def _exact_rows(self) -> ExactRows:
+        x = np.hstack([p.collocation_points for p in self.punches])
+        i = sample(x.shape[1])
+        x = np.ascontiguousarray(x[:, i])
+        return ExactRows(i, np.hstack([p.influence(x) for p in self.punches]))
+
     def _matrix(self) -> ndarray:
         n = self._slices[-1].stop
         needed, memory = 16.0 * n**2, available_memory()  # with its factors
@@ -271,7 +286,7 @@ class RigidPunches:
         ------
         ValueError
             If there is not one load for each body, a load is impossible (says which), or
-            ``gap_rtol`` is not between 0 and 1.
+            ``gap_rtol`` is not positive and up to 0.01.
         MemoryError
             If the memory at hand will not do.
         ConvergenceError
@@ -281,22 +296,29 @@ class RigidPunches:
             raise ValueError(
                 f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
             )
-        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        unilateral = checked_flag("unilateral", unilateral)
         given = [load if isinstance(load, Load) else Load(**load) for load in loads]
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
-            origin = np.array(self.punches[body[0]].origin)
+            origin = self.punches[body[0]].origin - self._centres[number]
             if unilateral:
                 self._require_compression(number, load, origin)
-            constraints.append(load.constraints(origin - self._centres[number]))
+            constraints.append(load.constraints(origin))
+        pressures = self._pressures_of(start)
         begin = perf_counter()
-        everything = Constraints.together(constraints)
-        with progress_bars(progress):
+        everything, system = Constraints.together(constraints), self.system
+        verify = Verification(
+            system, everything, unilateral, self._exact_rows, self._rtol, gap_rtol
+        )
+        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
             if unilateral:
-                pressures = self._pressures_of(start)
-                contact, position = self.system.unilateral(everything, method, pressures, gap_rtol)
+                contact, position = system.unilateral(everything, method, pressures, gap_rtol)
             else:
-                contact, position = self.system.bilateral(everything)
+                contact, position = system.bilateral(everything)
+            if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
+                raise ConvergenceError("the loads are too large for floating-point numbers")
+            contact = verify(contact, position)
         timings = self.timings | {"solution": perf_counter() - begin}
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
@@ -315,12 +337,9 @@ class RigidPunches:
                 raise ValueError(
                     "expected a positive force. Remedy: leave out bodies without a load"
                 )
-            require_compression(
-                load,
-                np.hstack([p.acting for p in members]) - origin[:, None],
-                np.hstack([p.partition.polygons.p for p in members]) - origin[:, None],
-                all(p.gap is None for p in members),
-            )
+            flat = all(p.gap is None for p in members)
+            around = hulls([p.footprint for p in members], self._centres[number])
+            require_compression(load, origin, around, flat)
         except ValueError as error:
             raise ValueError(f"body {number}: {error}") from None
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull
 
-from .load import Pair, checked_number, checked_pair
+from ..arguments import Pair, checked_number, checked_pair
 from .punch import RigidPunch
 from .solution import PunchSolution
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
-from ..errors import ConvergenceError, ConvergenceWarning
+from ..arguments import Pair, checked_flag, checked_number
+from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -18,12 +19,14 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
-from .load import Load, Pair, checked_fraction, require_compression
+from .load import Load, require_compression
 from .pressures import CellPressures
+from .problem import Contact
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import Contact
+from .unilateral import COARSEST
+from .verify import Verification
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,6 +140,11 @@ class RigidPunch(Body):
             if symmetry is not None:
                 return cells.symmetric_matrix(symmetry)
             return cells.operator(cells.tolerance)
+
+    @property
+    def _rtol(self) -> float:
+        """Accuracy of the operator's products."""
+        return getattr(self.operator, "rtol", self.rtol or 0.0)
 
     @computed_once
     def _symmetry(self) -> Symmetry | None:
@@ -275,27 +283,32 @@ class RigidPunch(Body):
         ValueError
             If the load is incomplete, contradictory or not finite, or if no pressures can
             balance it: tension, moments without a force, or a resultant beyond the plan; or if
-            ``gap_rtol`` is not between 0 and 1.
+            ``gap_rtol`` is not positive and up to 0.01.
         ConvergenceError
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt)
-        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        unilateral = checked_flag("unilateral", unilateral)
+        origin = self.origin - self.centre
         if unilateral:
-            corners, o = self.partition.polygons.p, np.array(self.origin)[:, None]
-            require_compression(load, self.acting - o, corners - o, self.gap is None)
-        system, centre = self.system, self.centre
-        constraints = load.constraints(self.origin - centre)
+            require_compression(load, origin, self.footprint.hulls, self.gap is None)
+        pressures = None if start is None else self.pressures_of(start)
+        constraints = load.constraints(origin)
         begin = perf_counter()
+        system = self.system
+        verify = Verification(
+            system, constraints, unilateral, self.footprint.exact_rows, self._rtol, gap_rtol
+        )
         # infinite loads are refused below
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
             if unilateral:
-                pressures = None if start is None else self.pressures_of(start)
                 contact, position = system.unilateral(constraints, method, pressures, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
                 raise ConvergenceError("the load is too large for floating-point numbers")
+            contact = verify(contact, position)
         return self.solution(load, contact, position, {"solution": perf_counter() - begin})
 
     def solution(
@@ -321,6 +334,8 @@ class RigidPunch(Body):
         settled = contact.gap - self.initial_gap + position @ self.planes(self.collocation_points)
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        elif message := contact.rough:
+            warnings.warn(message, ResolutionWarning, stacklevel=3)
         return PunchSolution(
             punch=self,
             load=load,
@@ -336,7 +351,7 @@ class RigidPunch(Body):
             ),
             iterations=len(contact.history),
             success=contact.success,
-            message=contact.message or _describe(contact),
+            message=contact.message or contact.description,
             timings=self.timings | timings,
             others=others,
         )
@@ -352,13 +367,3 @@ class RigidPunch(Body):
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
-
-
-def _describe(contact: Contact) -> str:
-    touching, pulled = contact.touching, int(np.sum(contact.pressure < 0))
-    if not touching.any():
-        return "no contact"
-    if not touching.all():
-        return f"contact on {touching.sum()} of {len(touching)} cells"
-    also = f"; the ground would have to pull on {pulled} cells" if pulled else ""
-    return "full contact" + also

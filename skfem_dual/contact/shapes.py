@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator
 from skfem import CellBasis
 
+from ..arguments import Pair, checked_number, checked_pair
 from ..grids.polygons import readonly
-from .load import Pair, checked_number, checked_pair
 
 Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
 

@@ -16,14 +16,22 @@ import numpy as np
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ..arguments import checked_choice, checked_number
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .load import Constraints, checked_fraction
-from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
+from .load import Constraints
+from .positions import apart, by_force
+from .problem import Contact, ContactProblem
+from .unilateral import (
+    COARSEST,
+    active_set,
+    conjugate_gradients,
+    solve_scaled,
+)
 
 Method = Literal["auto", "active-set", "cg"]
 #: up to so many cells the answer of the conjugate gradients is polished by a direct solution
@@ -196,18 +204,17 @@ class ContactSystem:
         Raises
         ------
         ValueError
-            If ``method`` is unknown or cannot take the constraints, or ``gap_rtol`` is not
-            between 0 and 1.
+            If ``method`` is unknown or needs a matrix that is too large, or ``gap_rtol`` is not
+            positive and up to 0.01.
         ConvergenceError
             If the bodies can move without resistance.
         """
-        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
-        if method not in ("auto", "active-set", "cg"):
-            raise ValueError(f'expected method "auto", "active-set" or "cg", got {method!r}')
-        if method == "cg" and not constraints.conjugate:
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        checked_choice("method", method, ("auto", "active-set", "cg"))
+        if method == "active-set" and isinstance(self.matrix, InfluenceOperator):
             raise ValueError(
-                'expected a settlement imposed where the reaction acts with method "cg". '
-                'Remedy: method="active-set"'
+                f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
+                'Remedy: method="cg", or a coarser mesh'
             )
         motions, balance, unit = self._scaled(constraints)
         problem = ContactProblem(
@@ -223,15 +230,41 @@ class ContactSystem:
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
-        dense = not isinstance(self.matrix, InfluenceOperator)
-        if not dense and (method == "active-set" or not constraints.conjugate):
-            raise ValueError(
-                f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
-                'Remedy: method="cg" with a settlement imposed where the reaction acts, or a '
-                "coarser mesh"
-            )
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
+        if contact is None or not contact.success:
+            other = self._elsewhere(constraints, problem, method, gap_rtol) or apart(problem)
+            contact = other or contact or _nothing(problem)
         return contact, constraints.fixed + motions @ contact.motion
+
+    def _elsewhere(
+        self, constraints: Constraints, problem: ContactProblem, method: Method, gap_rtol: float
+    ) -> Contact | None:
+        """Contact where the reaction does not act where the settlement is imposed."""
+        if constraints.conjugate:
+            return None
+        last: ndarray | None = None
+
+        def solve(given: Constraints) -> tuple[Contact, ndarray]:
+            nonlocal last
+            answer = self.unilateral(given, method, last, gap_rtol)
+            last = answer[0].pressure if answer[0].success else last
+            return answer
+
+        height = np.abs(self.gap - problem.gap).max() + np.ptp(self.gap)
+        exact = method != "cg" and not isinstance(self.matrix, InfluenceOperator)
+        rtol = 0.0 if exact else gap_rtol
+        found = by_force(constraints, self.stiffness, height, solve, rtol)
+        if found is None:
+            return None
+        contact, position = found
+        if exact:
+            polished = active_set(problem, contact.pressure > 0)
+            if polished.success:
+                return polished
+        motions = self._scaled(constraints)[0]
+        motion = np.linalg.lstsq(motions, position - constraints.fixed)[0]
+        gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
+        return replace(contact, motion=motion, gap=gap)
 
     def _contact(
         self,
@@ -240,12 +273,17 @@ class ContactSystem:
         conjugate: bool,
         start: ndarray | None,
         gap_rtol: float,
-    ) -> Contact:
-        """Contact by one method, or by conjugate gradients polished by the active set."""
+    ) -> Contact | None:
+        """Contact by one method, or by conjugate gradients polished by the active set.
+
+        None if there is no method for what is imposed.
+        """
         n = len(self.areas)
+        dense = not isinstance(self.matrix, InfluenceOperator)
+        if not conjugate and (method == "cg" or not dense):
+            return None
         if method == "active-set" or not conjugate:
             return active_set(problem, _beginning(start, n))
-        dense = not isinstance(self.matrix, InfluenceOperator)
         if not (method == "auto" and dense and n <= POLISHED):
             return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
         rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
@@ -257,6 +295,14 @@ class ContactSystem:
         unit = np.abs(constraints.motions.T @ self.planes).max(axis=1, initial=0.0)
         unit[unit == 0] = 1.0
         return constraints.motions / unit, constraints.balance / unit[:, None], unit
+
+
+def _nothing(problem: ContactProblem) -> Contact:
+    """No answer where no force leads to what is imposed."""
+    nothing = np.zeros(len(problem.areas))
+    message = "no force was found under which the settlement is the one imposed"
+    motion = np.zeros(len(problem.given))
+    return Contact(nothing, motion, problem.gap, nothing > 0, False, message)
 
 
 def _beginning(start: ndarray | None, n: int) -> ndarray:
