@@ -84,7 +84,7 @@ def by_force(
     bracket = _bracket(missed, height * abs(along @ stiffness @ along))
     if bracket is None:
         return None
-    force = brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 4e-16), disp=False)
+    force = brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 1e-15), disp=False)
     contact, position, off = min(answers.values(), key=lambda answer: abs(answer[2]))
     if not contact.success or not np.isfinite(force):
         return None

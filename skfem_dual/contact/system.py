@@ -233,8 +233,23 @@ class ContactSystem:
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
         if contact is None or not contact.success:
             other = self._elsewhere(constraints, problem, method, gap_rtol) or apart(problem)
-            contact = other or contact or _nothing(problem)
+            contact = other or self._from_all(problem, constraints, gap_rtol) or contact
+            contact = contact or _nothing(problem)
         return contact, constraints.fixed + motions @ contact.motion
+
+    def _from_all(
+        self, problem: ContactProblem, constraints: Constraints, gap_rtol: float
+    ) -> Contact | None:
+        """Contact found from pressures on all cells: from too few no descent leads on."""
+        if not constraints.conjugate:
+            return None
+        contact = conjugate_gradients(problem, np.ones(len(self.areas)), gap_rtol)
+        if not contact.success:
+            return None
+        if not isinstance(self.matrix, InfluenceOperator):
+            polished = active_set(problem, contact.pressure > 0)
+            return polished if polished.success else contact
+        return contact
 
     def _elsewhere(
         self, constraints: Constraints, problem: ContactProblem, method: Method, gap_rtol: float
