@@ -153,11 +153,7 @@ class RigidPunch(Body):
             return None
         if self.symmetry == "auto":
             return self.footprint.usable_symmetry()
-        if len(self.symmetry) != len(self.footprint):
-            raise ValueError(
-                f"expected a symmetry of the {len(self.footprint)} cells of the punch, got one of "
-                f"{len(self.symmetry)}"
-            )
+        self.symmetry.require(self.partition, self.collocation_points, self.weights)
         return self.symmetry
 
     @computed_once

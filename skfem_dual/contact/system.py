@@ -231,7 +231,7 @@ class ContactSystem:
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
-        if contact is None or not contact.success:
+        if contact is None or not contact.success or _noise(constraints, problem, contact):
             other = self._elsewhere(constraints, problem, method, gap_rtol) or apart(problem)
             contact = other or self._from_all(problem, constraints, gap_rtol) or contact
             contact = contact or _nothing(problem)
@@ -310,6 +310,14 @@ class ContactSystem:
         unit = np.abs(constraints.motions.T @ self.planes).max(axis=1, initial=0.0)
         unit[unit == 0] = 1.0
         return constraints.motions / unit, constraints.balance / unit[:, None], unit
+
+
+def _noise(constraints: Constraints, problem: ContactProblem, contact: Contact) -> bool:
+    """Whether the ground settles by rounding errors only, where a force might be found."""
+    if constraints.conjugate:
+        return False
+    settled = contact.gap - problem.gap + contact.motion @ problem.planes
+    return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())
 
 
 def _nothing(problem: ContactProblem) -> Contact:
