@@ -104,8 +104,9 @@ def found_in(kind: str, seed: int = 0, part: float = 1.0) -> Iterator[Found]:
 
 
 def _pump(stream, lines: queue.Queue) -> None:
-    for line in stream:
-        lines.put(line)
+    with stream:
+        for line in stream:
+            lines.put(line)
     lines.put(None)
 
 

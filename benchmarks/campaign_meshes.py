@@ -139,7 +139,7 @@ def changed(mesh: MeshTri1, how: str, rng: np.random.Generator) -> MeshTri1:
     return MeshTri(np.ascontiguousarray(p), np.ascontiguousarray(t, dtype=np.int32))
 
 
-def trials(seed: int = 0, n: int = 250) -> Iterator[tuple[str, Callable[[], tuple[str, str]]]]:
+def trials(seed: int = 0, n: int = 120) -> Iterator[tuple[str, Callable[[], tuple[str, str]]]]:
     """Label and judged trial: each of ``n`` meshes of each kind, with its changes."""
     for number in range(n):
         for maker in MAKERS:

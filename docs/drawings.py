@@ -6,13 +6,14 @@ They are about as wide as a page on a phone, so that their letters stay readable
 import sys
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from imports import House, floor_plan
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
-from scipy.spatial import ConvexHull
 from skfem import MeshTri
 
 from skfem_dual import (
@@ -34,6 +35,10 @@ from skfem_dual.grids.generate import disc
 from skfem_dual.visuals.curves import LINES
 from skfem_dual.visuals.matplotlib import draw, isobars, plot
 from skfem_dual.visuals.style import CONTACT, DUAL, FAULT, LIGHT, OUTLINE, PRIMAL
+
+sys.path.append(str(Path(__file__).parents[1] / "examples"))
+
+from gallery import dots, legend_below, segments, sheet
 
 #: fills cells of the triangulation that are marked out, as LIGHT does those of dual grids
 GREY = "#e4e4e4"
@@ -60,14 +65,6 @@ def draw_all(folder: Path) -> None:
         plt.close(figure)
 
 
-def sheet(width: float = 4.2, height: float = 3.4) -> Axes:
-    """A plane to draw in, to scale and without axes."""
-    ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
-    ax.set_aspect("equal")
-    ax.set_axis_off()
-    return ax
-
-
 def diagram(width: float = 4.6, height: float = 3.2) -> Axes:
     """Axes for curves."""
     ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
@@ -75,26 +72,9 @@ def diagram(width: float = 4.6, height: float = 3.2) -> Axes:
     return ax
 
 
-def segments(ax: Axes, p, ends, color: str, width: float, style: str = "-", **more) -> None:
-    """Segments between pairs of points, ``ends`` of shape (2, k)."""
-    gaps = np.full((1, ends.shape[1]), np.nan)
-    x, y = (np.vstack([row[ends], gaps]).T.ravel() for row in p)
-    ax.plot(x, y, style, color=color, lw=width, solid_capstyle="round", **more)
-
-
-def dots(ax: Axes, p, color: str, size: float = 5, **more) -> None:
-    """Points."""
-    ax.plot(*p, "o", color=color, ms=size, mew=0, **more)
-
-
 def fill(ax: Axes, corners, color: str) -> None:
     """A filled polygon below all lines, corners of shape (2, k)."""
     ax.add_patch(Polygon(corners.T, facecolor=color, edgecolor="none", zorder=0))
-
-
-def legend(ax: Axes, columns: int = 2) -> None:
-    """The names of the lines below a drawing."""
-    ax.figure.legend(loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
 
 
 def patch(seed: int = 3) -> MeshTri:
@@ -163,7 +143,7 @@ def definition1() -> Axes:
     )
     ax.set_xlim(-1.75, 1.75)
     ax.set_ylim(-1.35, 1.6)
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -183,7 +163,7 @@ def definition2() -> Axes:
     dots(ax, dual.p[:, : mesh.nelements + dual.nboundary], DUAL, 4)
     ax.text(0.13, 0.1, "$P_i$", **NOTE)
     ax.text(1.83, 0.1, "$P_k$", ha="right", **NOTE)
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -204,7 +184,7 @@ def couple_sheet(couple) -> Axes:
     segments(ax, couple.b.polygons.p, couple.b.facets, DUAL, 1.4, label="grid B")
     dots(ax, couple.a.polygons.p, OUTLINE, label="nodes of A")
     dots(ax, couple.b.polygons.p, DUAL, 4, label="nodes of B")
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -285,7 +265,7 @@ def median_dual() -> Axes:
     dots(ax, dual.p[:, np.unique(ribs)], DUAL, 5)
     ax.set_xlim(-1.0, 1.0)
     ax.set_ylim(-0.85, 0.85)
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -303,7 +283,7 @@ def refinement() -> Axes:
     ribs = dual.facets[:, dual.corresponded >= 0]
     segments(ax, dual.p, ribs, DUAL, 1.6, label="dual cells")
     ax.plot(*dual.crossings, "s", color=OUTLINE, ms=3.5, label="crossings $X$")
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -315,7 +295,7 @@ def general() -> Axes:
     segments(ax, whole.p, whole.facets, PRIMAL, 1.3, label="general triangulation")
     dots(ax, whole.p[:, len(dual) :], DUAL, 5, label="nodes of the dual grid")
     dots(ax, dual.mesh.p, OUTLINE, 5, label="nodes of the triangulation")
-    legend(ax, 1)
+    legend_below(ax, 1)
     return ax
 
 
@@ -327,7 +307,7 @@ def collocation() -> Axes:
     dots(ax, dual.mesh.p, OUTLINE, 5, label="nodes")
     style = {"color": FAULT, "ms": 7, "mew": 1.6, "label": "centroids"}
     ax.plot(*dual.centroids, "x", **style)
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -412,95 +392,17 @@ def influence() -> Axes:
 
 
 @drawing
-def neighbours() -> Axes:
-    """Fig. 15: the nodes around a node of either grid."""
-    ax, couple = sheet(4.2, 3.9), rectangular_couple(range(5), range(5))
-    segments(ax, couple.a.polygons.p, couple.a.facets, PRIMAL, 1.2, label="grid A")
-    segments(ax, couple.b.polygons.p, couple.b.facets, DUAL, 1.0, "--", label="grid B")
-    dots(ax, couple.a.polygons.p, OUTLINE, 4)
-    dots(ax, couple.b.polygons.p, DUAL, 4)
-    # Q_j with four nodes of A, P_i with four of B
-    for centre, color, name, around in (
-        (np.array([0.5, 2.5]), OUTLINE, "$Q_j$", "$P_{{i{}}}$"),
-        (np.array([3.0, 1.0]), DUAL, "$P_i$", "$Q_{{j{}}}$"),
-    ):
-        corners = centre[:, None] + [[-0.5, 0.5, 0.5, -0.5], [0.5, 0.5, -0.5, -0.5]]
-        star(ax, centre, corners, color, name, [around.format(k) for k in range(1, 5)])
-    legend(ax)
-    return ax
-
-
-def star(ax: Axes, centre, around, color: str, name: str, names: list[str]) -> None:
-    """A node, arrows to it from those around it, and their names."""
-    other = DUAL if color == OUTLINE else OUTLINE
-    for place, label in zip(around.T, names, strict=True):
-        arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.3, "shrinkA": 4, "shrinkB": 5}
-        ax.annotate("", centre, place, arrowprops=arrow, zorder=4)
-        side = np.sign(place - centre)
-        ax.text(*(place + side * [0.1, 0.16]), label, ha="center", va="center", zorder=5, **NOTE)
-    dots(ax, around, color, 8)
-    dots(ax, centre[:, None], other, 8)
-    style = {"ha": "center", "va": "center", "bbox": WHITE, "zorder": 5}
-    ax.text(centre[0] + 0.28, centre[1], name, **style | NOTE)
+def punch() -> Axes:
+    """Fig. 6: the punch, its load and the signs, in an oblique view."""
+    example = import_module("ex06_punch_on_half_space")
+    return example.visualize(example.main())["punch"]
 
 
 @drawing
-def punch() -> Axes:
-    """Fig. 6: the punch, its load and the signs, in an oblique view."""
-    ax = sheet(4.4, 2.9)
-
-    def view(x, y, z=0.0):
-        """x to the right, y towards the reader, z down: a right-handed system."""
-        return np.array([x - 0.5 * y, -0.4 * y - z])
-
-    def mark(name: str, place, dx: float, dy: float, **more) -> None:
-        ax.text(place[0] + dx, place[1] + dy, name, ha="center", va="center", **NOTE | more)
-
-    ground = view(np.array([-2.2, 2.2, 2.2, -2.2]), np.array([-2.1, -2.1, 2.1, 2.1]))
-    ax.add_patch(Polygon(ground.T, facecolor="#f2efe8", edgecolor=PRIMAL, lw=0.8))
-    angle = np.linspace(0, 2 * np.pi, 200)
-    radius, thick = 1.25 * (1 + 0.07 * np.cos(3 * angle)), 0.22
-    x, y = radius * np.cos(angle), radius * np.sin(angle)
-    low, high = view(x, y), view(x, y, -thick)
-    hull = np.hstack([low, high])
-    side = hull[:, ConvexHull(hull.T).vertices]
-    for corners, color in ((side, LIGHT), (high, "#fdf3ef")):
-        ax.add_patch(Polygon(corners.T, facecolor=color, edgecolor=CONTACT, lw=1.2, zorder=2))
-    top = view(0, 0, -thick)
-    for name, (x, y), dx, dy in (("$x$", (3.1, 0), 0.15, 0.0), ("$y$", (0, 3.3), -0.15, -0.05)):
-        ax.annotate("", view(x, y, -thick), top, arrowprops=ARROW, zorder=3)
-        mark(name, view(x, y, -thick), dx, dy)
-    ax.plot(*np.stack([top, view(0, 0, 1.15)], axis=1), ":", color=OUTLINE, lw=1.2, zorder=3)
-    ax.annotate("", view(0, 0, 1.75), view(0, 0, 1.15), arrowprops=ARROW, zorder=3)
-    mark("$z$", view(0, 0, 1.75), 0.17, 0.05)
-    c = (0.55, -0.5)
-    for foot in ((c[0], 0), (0, c[1])):
-        line = np.stack([view(*foot, -thick), view(*c, -thick)], axis=1)
-        ax.plot(*line, ":", color=OUTLINE, lw=1.2, zorder=3)
-    load = ARROW | {"lw": 2.4}
-    ax.annotate("", view(*c, -thick), view(*c, -1.75), arrowprops=load, zorder=4)
-    mark("$P$", view(*c, -1.6), 0.2, 0.0)
-    mark(r"$\varepsilon_x$", view(0.36, 0, -thick), 0.0, -0.13, zorder=4)
-    mark(r"$\varepsilon_y$", view(0, -0.3, -thick), -0.17, 0.03, zorder=4)
-    mark("$C$", view(*c, -thick), 0.16, 0.02, zorder=4)
-    r = 0.36
-    turning(ax, lambda s: view(2.45, r * np.cos(s), r * np.sin(s) - thick))
-    mark("$M_2$", view(2.45, 0, -thick), 0.1, 0.62, color=FAULT)
-    turning(ax, lambda s: view(r * np.sin(s), 2.5, r * np.cos(s) - thick))
-    mark("$M_1$", view(0, 2.5, -thick), -0.62, 0.1, color=FAULT)
-    mark("ground, $z = 0$", view(-1.3, -2.1), 0.05, 0.14)
-    ax.set_xlim(-3.3, 3.4)
-    ax.set_ylim(-1.95, 2.15)
-    return ax
-
-
-def turning(ax: Axes, circle: Callable) -> None:
-    """An arrow around an axis: three quarters of a circle in space."""
-    s = np.linspace(0.9, 0.9 + 1.6 * np.pi, 60)
-    line = np.stack([circle(angle) for angle in s], axis=1)
-    ax.plot(*line[:, :-3], color=FAULT, lw=1.6, zorder=4)
-    arrow = {"arrowstyle": "-|>", "color": FAULT, "lw": 1.6, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", line[:, -1], line[:, -5], arrowprops=arrow, zorder=4)
+def neighbours() -> Axes:
+    """Fig. 15: the nodes around a node of either grid."""
+    example = import_module("ex15_neighbour_nodes")
+    return example.visualize(example.main())["neighbour_nodes"]
 
 
 @drawing
@@ -509,7 +411,7 @@ def faults() -> Axes:
     mesh = faulty()
     ax = draw(mesh, report=check_mesh(mesh), ax=sheet(4.2, 3.2), legend=False)
     ax.set_axis_off()
-    legend(ax)
+    legend_below(ax)
     return ax
 
 
@@ -557,9 +459,7 @@ def picture_lifted() -> Axes:
     """Isobars under a punch that lifts off."""
     dual = DualMesh.from_mesh(disc(n=600, true_area=True))
     s = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
-    basis, p = s.nodal_pressure()
-    over, region = p / s.mean_pressure, s.contact_region
-    return isobars(basis, over, title="p / mean p", contact=region, ax=sheet(4.2, 3.4))
+    return isobars(s, ax=sheet(4.2, 3.4))
 
 
 @drawing
@@ -581,9 +481,15 @@ def picture_plot() -> Axes:
 @drawing
 def picture_isobars() -> Axes:
     """What isobars shows."""
-    s = eccentric()
-    basis, p = s.nodal_pressure()
-    return isobars(basis, p / s.mean_pressure, title="p / mean p", ax=sheet(4.2, 3.4))
+    return isobars(eccentric(), ax=sheet(4.2, 3.4))
+
+
+@drawing
+def floors() -> Axes:
+    """The modules of the package and what they import."""
+    _, ax = plt.subplots(figsize=(6.4, 6.4), layout="constrained")
+    floor_plan(ax, House.read(Path(__file__).parents[1]))
+    return ax
 
 
 if __name__ == "__main__":

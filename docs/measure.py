@@ -30,8 +30,8 @@ BENCHMARKS: dict[str, list[str]] = {
     "fast_operator": ["fast_operator.py", "--million"],
     "unilateral": ["unilateral.py"],
     "postprocess": ["postprocess.py"],
-    "table2": ["table2.py"],
     "peers": ["peers.py"],
+    "campaign": ["campaign.py"],
 }
 PACKAGES = ("skfem-dual", "numpy", "scipy", "numba", "scikit-fem")
 

@@ -3,8 +3,9 @@
 A circle of radius a under the central force P = E a^2 on a half-space, nu = 1/4: two polar grids
 of 10 rings x 40 sectors, a triangulation with 145 nodes, 72 of them on the boundary, and its dual
 grid, with the paper's constant pressures and with edge-weighted cells. The mean square error is
-(1/n) sum (p_i - p_exact(x_i))^2 / E^2 over the collocation points, without a root; sigma is cond_2
-of the matrix d_ij with every row divided by its sum.
+(1/n) sum (p_i - p_exact(x_i))^2 / E^2 over the collocation points, without a root. What the degree
+of conditionality is, the paper does not say: sigma is cond_2 of the matrix d_ij with every row
+divided by its sum, which comes nearest; cond D is that of the matrix as it is.
 
 No grid is the circle: the settlement is compared with the exact one of the grid's own polygon,
 from edge-weighted triangles on a fine mesh of that polygon.
@@ -43,18 +44,19 @@ LAWS: dict[str, Callable] = {
 RINGS = ((1, 6, 12, 18, 36, 72), (1, 12, 24, 36, 72), (1, 8, 16, 48, 72), (1, 24, 48, 72))
 #: part of the way from the centroid to the node of a cell at the boundary
 SHARE = 0.55
-HEAD = f"{'':<28}{'cells':<7}{'S / a^2':<10}{'W / a':<10}{'error':<12}{'sigma':<8}mse"
+HEAD = f"{'':<28}{'cells':<7}{'S / a^2':<10}{'W / a':<10}{'error':<12}{'sigma':<8}{'cond D':<8}mse"
 
 
 @dataclass(frozen=True)
 class Figures:
-    """A row of Table 1."""
+    """A row of Table 1, and cond_2 of the matrix as it is."""
 
     cells: int
     area: float
     settlement: float
     condition: float
     mse: float
+    plain: float = np.nan
 
     @classmethod
     def of(cls, punch: RigidPunch, pressure, x, settlement: float, matrix) -> "Figures":
@@ -67,6 +69,7 @@ class Figures:
             settlement,
             float(np.linalg.cond(matrix / matrix.sum(axis=1, keepdims=True))),
             float(np.mean(error**2)) if inside.all() else np.nan,
+            float(np.linalg.cond(matrix)),
         )
 
     @classmethod
@@ -88,9 +91,11 @@ class Figures:
     def line(self, name: str, own: float) -> str:
         """Of the table, with the error against the settlement of the grid's own polygon."""
         mse = "-" if np.isnan(self.mse) else f"{self.mse:.4e}"
+        plain = "-" if np.isnan(self.plain) else f"{self.plain:.1f}"
         return (
             f"  {name:<26}{self.cells:<7}{self.area:<10.5f}{self.settlement:<10.5f}"
-            f"{100 * (self.settlement / own - 1):<+5.2f}{' %':<7}{self.condition:<8.1f}{mse}"
+            f"{100 * (self.settlement / own - 1):<+5.2f}{' %':<7}{self.condition:<8.1f}"
+            f"{plain:<8}{mse}"
         )
 
 

@@ -106,7 +106,7 @@ def draw_panels(result: Result):
     draw_dual(result.dual, b)
     without_axes(b, f"b) dual grid, $N_V$ = {len(result.dual)}")
     solution = result.solutions["constant, centroids"]
-    basis, p = solution.nodal_pressure()
+    basis, p = solution.pressure_field()
     isobars(basis, p * np.pi, LEVELS, title=r"$p\,\pi a^2 / P$", ax=c)
     c.set_title("c) constant pressures in dual cells", fontsize=10)
     fine = CellBasis(mesh.refined(3), ElementTriP1())

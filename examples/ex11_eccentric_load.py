@@ -112,15 +112,7 @@ def draw_isobars(result: Result):
     _, axes = plt.subplots(2, 3, figsize=(14, 8.8), layout="compressed")
     levels = np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0])
     for ax, (name, s) in zip(axes.flat, result.solutions.items(), strict=True):
-        basis, p = s.nodal_pressure()
-        isobars(
-            basis,
-            p / s.mean_pressure,
-            levels,
-            title="p / mean p",
-            contact=s.contact_region,
-            ax=ax,
-        )
+        isobars(s, levels=levels, ax=ax)
         ax.set_title(name, fontsize=10)
         ax.plot(*s.centre_of_pressure, "+", color="#1a1a1a", ms=9, mew=2)
     return axes[0, 0]

@@ -119,8 +119,7 @@ def draw_panels(punch: Punch, levels):
     without_axes(b, f"b) triangulation, $N_T$ = {dual.mesh.nelements}")
     draw_dual(dual, c)
     without_axes(c, f"c) dual grid, $N_V$ = {len(dual)}")
-    basis, p = solution.nodal_pressure()
-    isobars(basis, p / solution.mean_pressure, levels, title="p / mean p", ax=d)
+    isobars(solution, levels=levels, ax=d)
     d.set_title("d) isobars", fontsize=10)
     for ax in (a, d):
         ax.set_xlabel("x / a")

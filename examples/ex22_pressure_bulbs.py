@@ -34,7 +34,7 @@ class Result:
         return "\n".join(rows)
 
 
-def main(n=70) -> Result:
+def main(n=140) -> Result:
     """Solve, and take n points along the section."""
     dual = DualMesh.from_mesh(read_mesh(ANNULUS))
     solution = RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(1.0)

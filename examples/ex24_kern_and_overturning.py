@@ -102,6 +102,7 @@ def visualize(result: Result):
 
 def draw_edges(curve: MomentRotation, ax) -> None:
     """Where contact ends in some of the steps."""
+    from skfem_dual.visuals.isolines import smooth_line
     from skfem_dual.visuals.style import CONTACT, OUTLINE
 
     half = SIDE / 2
@@ -111,7 +112,7 @@ def draw_edges(curve: MomentRotation, ax) -> None:
         step = np.abs(shares - wanted).argmin()
         lines = curve[step].contact_region.edge
         for line in lines:
-            ax.plot(*line, color=CONTACT, lw=1.6)
+            ax.plot(*smooth_line(line), color=CONTACT, lw=1.6)
         longest = max(lines, key=np.size)
         place = longest[:, np.abs(longest[1]).argmin()]
         white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}

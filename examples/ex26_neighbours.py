@@ -118,7 +118,7 @@ def visualize(result: Result):
 
 def together(solutions: Sequence[PunchSolution]):
     """Pressures of several punches as one field, and their regions of contact as one."""
-    fields = [s.nodal_pressure() for s in solutions]
+    fields = [s.pressure_field() for s in solutions]
     regions = [s.contact_region for s in solutions]
     p, t = joined((r.p, r.t) for r in regions)
     region = ContactRegion(p, t, np.concatenate([r.level for r in regions]))

@@ -87,7 +87,7 @@ def visualize(result: Result):
         1, 2, figsize=(13, 5), layout="compressed", width_ratios=[1.35, 1]
     )
     s = result.finest
-    basis, p = s.nodal_pressure()
+    basis, p = s.pressure_field(refine=2)
     levels = [50, 100, 150, 200, 250, 300, 400, 600]
     isobars(basis, p / 1e3, levels, title="p [kPa]", contact=s.contact_region, ax=plan)
     plan.plot(*AT, "+", color="#1a1a1a", ms=11, mew=2)

@@ -158,8 +158,7 @@ def draw_isobars(result: Result):
     _, axes = plt.subplots(2, 3, figsize=(14, 6.6), layout="compressed")
     levels = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0]
     for ax, (name, s) in zip(axes.flat, result.rectangles.items(), strict=True):
-        basis, p = s.nodal_pressure()
-        isobars(basis, p / s.mean_pressure, levels, title="p / mean p", ax=ax)
+        isobars(s, levels=levels, ax=ax)
         ax.plot(*AT, "+", color="#1a1a1a", ms=9, mew=2)
         ax.set_title(f"{name}: {1e3 * s.settlement:.1f} mm", fontsize=10)
     for ax in axes[1]:

@@ -88,6 +88,34 @@ def draw_dual(dual, ax) -> None:
     draw_segments(ax, dual.p, dual.facets[:, ~inner], OUTLINE, 1.4)
 
 
+def sheet(width: float = 4.2, height: float = 3.4):
+    """A plane to draw in, to scale and without axes."""
+    import matplotlib.pyplot as plt
+
+    ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    ax.show = plt.show
+    return ax
+
+
+def segments(ax, p, ends, color: str, width: float, style: str = "-", **more) -> None:
+    """Segments between pairs of points, ``ends`` of shape (2, k)."""
+    gaps = np.full((1, ends.shape[1]), np.nan)
+    x, y = (np.vstack([row[ends], gaps]).T.ravel() for row in p)
+    ax.plot(x, y, style, color=color, lw=width, solid_capstyle="round", **more)
+
+
+def dots(ax, p, color: str, size: float = 5, **more) -> None:
+    """Points."""
+    ax.plot(*p, "o", color=color, ms=size, mew=0, **more)
+
+
+def legend_below(ax, columns: int = 2) -> None:
+    """The names of the lines below a drawing."""
+    ax.figure.legend(loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
+
+
 def common_legend(figure, ax) -> None:
     """The legend of one panel under all of them."""
     lines, labels = ax.get_legend_handles_labels()

@@ -1,5 +1,6 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
+from . import startup as startup  # first, it looks after the other imports
 from .contact.below import displacement_below, stress_below, vertical_section
 from .contact.group import RigidPunches
 from .contact.group_solution import PunchesSolution
@@ -12,7 +13,9 @@ from .contact.region import ContactRegion
 from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
 from .contact.solution import PunchSolution
 from .elements.flexible import flexible_settlement
+from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses
+from .elements.transfer import evaluate, transfer
 from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
@@ -30,6 +33,7 @@ from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
 from .post.estimate import CoupleEstimate, estimate_error, marked
+from .post.fields import pressure_field
 from .post.functional import Weights
 from .post.postprocess import PostprocessedPressure, postprocess
 from .post.smooth import SmoothedCouple, smooth_couple
@@ -81,15 +85,18 @@ __all__ = [
     "displacement_below",
     "dual_nodes",
     "estimate_error",
+    "evaluate",
     "flexible_settlement",
     "general_triangulation",
     "improve",
+    "load_matrix",
     "load_path",
     "marked",
     "maximal_couple",
     "minimal_couple",
     "moment_rotation",
     "postprocess",
+    "pressure_field",
     "rectangular_couple",
     "refine_to_contact",
     "relocate",
@@ -97,5 +104,6 @@ __all__ = [
     "smooth_couple",
     "stress_below",
     "sweep",
+    "transfer",
     "vertical_section",
 ]

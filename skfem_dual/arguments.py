@@ -6,7 +6,7 @@ byte order. Messages name the argument, what was expected and what came.
 
 import math
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -38,7 +38,7 @@ class _Shown(reprlib.Repr):
         return type(x).__name__
 
 
-def shown(value) -> str:
+def shown(value: Any) -> str:
     """An argument as text for messages.
 
     >>> shown("rim"), shown(float), shown(np.zeros(3)), shown(10**400)  # doctest: +ELLIPSIS
@@ -49,7 +49,7 @@ def shown(value) -> str:
 
 def checked_number(
     name: str,
-    value,
+    value: Any,
     *,
     above: float | None = None,
     at_least: float | None = None,
@@ -97,7 +97,7 @@ def checked_number(
     return number
 
 
-def checked_size(name: str, value) -> float:
+def checked_size(name: str, value: Any) -> float:
     """``value`` as a positive length, modulus or other size, from 1e-100 to 1e100.
 
     Errors as `checked_number`.
@@ -112,7 +112,7 @@ def checked_size(name: str, value) -> float:
 
 
 def checked_integer(
-    name: str, value, *, at_least: int | None = None, at_most: int | None = None
+    name: str, value: Any, *, at_least: int | None = None, at_most: int | None = None
 ) -> int:
     """``value`` as an integer within its limits, which it may equal.
 
@@ -131,7 +131,7 @@ def checked_integer(
     return number
 
 
-def checked_pair(name: str, value) -> Pair:
+def checked_pair(name: str, value: Any) -> Pair:
     """``value`` as two finite numbers; errors as `checked_number`."""
     try:
         if isinstance(value, (str, bytes, set, frozenset, dict)):  # their items are no numbers
@@ -144,7 +144,7 @@ def checked_pair(name: str, value) -> Pair:
 
 def checked_array(
     name: str,
-    value,
+    value: Any,
     shape: tuple[int | str, ...] | None,
     *,
     least: int = 0,
@@ -201,7 +201,7 @@ def checked_array(
 
 
 def checked_points(
-    name: str, value, dim: int = 2, *, least: int = 0, error: type[ValueError] = ValueError
+    name: str, value: Any, dim: int = 2, *, least: int = 0, error: type[ValueError] = ValueError
 ) -> ndarray:
     """``value`` as coordinates of shape (dim, n); errors as `checked_array`."""
     return checked_array(name, value, (dim, "n"), least=least, each="point", error=error)
@@ -209,7 +209,7 @@ def checked_points(
 
 def checked_indices(
     name: str,
-    value,
+    value: Any,
     size: int,
     shape: tuple[int | str, ...] = ("n",),
     *,
@@ -236,7 +236,7 @@ def checked_indices(
 
 
 def checked_mask(
-    name: str, value, shape: tuple[int, ...], *, error: type[ValueError] = ValueError
+    name: str, value: Any, shape: tuple[int, ...], *, error: type[ValueError] = ValueError
 ) -> ndarray:
     """``value`` as booleans of the shape given; errors as `checked_array`."""
     array = _numeric(name, value, "b", "booleans")
@@ -244,14 +244,14 @@ def checked_mask(
     return np.asarray(array, dtype=bool, order="C")
 
 
-def checked_text(name: str, value) -> str:
+def checked_text(name: str, value: Any) -> str:
     """``value`` itself, if it is text, or a TypeError."""
     if not isinstance(value, str):
         raise TypeError(f"expected text for {name}, got {shown(value)}")
     return value
 
 
-def checked_sequence(name: str, value) -> list:
+def checked_sequence(name: str, value: Any) -> list:
     """The items of ``value``, or a TypeError if it is text, a mapping or not iterable."""
     if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
         raise TypeError(f"expected a sequence for {name}, got {shown(value)}")
@@ -261,14 +261,16 @@ def checked_sequence(name: str, value) -> list:
         raise TypeError(f"expected a sequence for {name}, got {shown(value)}") from None
 
 
-def checked_flag(name: str, value) -> bool:
+def checked_flag(name: str, value: Any) -> bool:
     """``value`` as True or False, or a TypeError; 0 and 1 will do."""
-    if isinstance(value, (bool, np.bool_)) or (isinstance(value, int) and value in (0, 1)):
+    if isinstance(value, (bool, np.bool_)) or (
+        isinstance(value, (int, np.integer)) and value in (0, 1)
+    ):
         return bool(value)
     raise TypeError(f"expected True or False for {name}, got {shown(value)}")
 
 
-def checked_instance(name: str, value: _T, kinds: type | tuple[type, ...], remedy="") -> _T:
+def checked_instance(name: str, value: _T, kinds: type | tuple[type, ...], remedy: str = "") -> _T:
     """``value`` itself, if it is an object of one of ``kinds``.
 
     Raises
@@ -293,7 +295,7 @@ def checked_instance(name: str, value: _T, kinds: type | tuple[type, ...], remed
     raise TypeError(f"expected {article} {names} for {name}, got {shown(value)}{remedy}")
 
 
-def checked_choice(name: str, value, choices: Iterable[str]) -> str:
+def checked_choice(name: str, value: Any, choices: Iterable[str]) -> str:
     """``value`` itself, if it is one of some words.
 
     Raises
@@ -318,7 +320,7 @@ def checked_choice(name: str, value, choices: Iterable[str]) -> str:
     return value
 
 
-def _scalar(value, protocol: str):
+def _scalar(value: Any, protocol: str) -> Any:
     """``value`` if it may be turned into a plain number by ``protocol``, or a TypeError."""
     if isinstance(value, (np.generic, ndarray)):
         if value.ndim or value.dtype.kind not in ("iu" if protocol == "__index__" else "iuf"):
@@ -330,7 +332,14 @@ def _scalar(value, protocol: str):
     return value
 
 
-def _require_within(name, number, above, at_least, below, at_most) -> None:
+def _require_within(
+    name: str,
+    number: float,
+    above: float | None,
+    at_least: float | None,
+    below: float | None,
+    at_most: float | None,
+) -> None:
     inside = (
         (above is None or number > above)
         and (at_least is None or number >= at_least)
@@ -354,7 +363,7 @@ def _require_within(name, number, above, at_least, below, at_most) -> None:
     raise ValueError(f"expected {name} {' and '.join(texts)}, {got}")
 
 
-def _numeric(name: str, value, kinds: str, wanted: str) -> ndarray:
+def _numeric(name: str, value: Any, kinds: str, wanted: str) -> ndarray:
     """``value`` as an array of the kinds of dtype given, empty lists as well."""
     try:
         array = np.asarray(value)
@@ -364,12 +373,13 @@ def _numeric(name: str, value, kinds: str, wanted: str) -> ndarray:
         ) from None
     if np.ma.is_masked(value):
         raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
-    if array.dtype.kind not in kinds and (array.size or not isinstance(value, (list, tuple))):
+    # an empty list is an array of floats
+    if array.dtype.kind not in kinds and (array.size or array.dtype.kind not in "iuf"):
         raise TypeError(f"expected {name} as an array of {wanted}, got {_unlike(value, array)}")
     return array
 
 
-def _unlike(value, array: ndarray) -> str:
+def _unlike(value: Any, array: ndarray) -> str:
     """What came instead of numbers; of lists the first item that is none."""
     if array.dtype.kind == "O" and array.ndim:
         for i, item in enumerate(array.ravel()):
@@ -398,8 +408,8 @@ def _require_shape(
         raise error(f"expected {name} with at least {least} items, got {array.shape[-1]}")
 
 
-def _place(index, each: str) -> str:
+def _place(index: Sequence[Any], each: str) -> str:
     """Where in an array: the number of the item the last axis counts, or all indices."""
-    if each:
+    if each and len(index):
         return f"{each} {int(index[-1])}"
-    return f"index {', '.join(str(int(k)) for k in index)}"
+    return f"index {', '.join(str(int(k)) for k in index) or '()'}"

@@ -2,22 +2,31 @@
 
 import argparse
 import json
+import math
 import os
-import re
-import sys
 import warnings
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import NoReturn
+from typing import Any
 
 from . import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__, check_mesh
 from .contact.system import DENSE
 from .errors import ConvergenceError
-from .io import read_mesh, read_substrate, write_dual, write_solution, write_whole
+from .ground.substrates import Substrate
+from .io import (
+    read_mesh,
+    read_substrate,
+    require_outputs,
+    write_dual,
+    write_solution,
+    write_whole,
+)
+from .io.guarded import require_file
 from .report import solve_on_other_grid, write_report
-from .report.numbers import relative_pressure
+from .startup import end_of_imports
+from .terminal import Parser, is_watched, number, print_table, tell
 
 SUFFIXES = {
     "png": (".png",),
@@ -28,8 +37,22 @@ SUFFIXES = {
 }
 
 
+#: what may come of bad input or a bad environment; anything else is a fault of the program
+BAD = (
+    ValueError,
+    TypeError,
+    OSError,
+    RuntimeError,
+    ImportError,
+    MemoryError,
+    ArithmeticError,
+)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
+
+    Files are written before the table is printed, whatever becomes of the standard output.
 
     Parameters
     ----------
@@ -39,31 +62,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 1 if ``check`` found a fault; 2 after an error, told in one line on stderr.
+        0; 1 if ``check`` found a fault; 2 after an error, told in one line on stderr; 3 if
+        ``solve`` found no solution that holds, told likewise; 130 if interrupted.
     """
-    options = _parser().parse_args(argv)
-    with warnings.catch_warnings():
-        warnings.simplefilter("default")
-        options.warned = []
-        warnings.showwarning = partial(_show_warning, options.warned)
-        try:
-            _check_outputs(options)
-            code = options.run(options)
-            if sys.stdout:  # closed by the caller otherwise
-                sys.stdout.flush()
+    try:
+        end_of_imports()
+        options = _parser().parse_args(argv)
+        with warnings.catch_warnings():
+            warnings.simplefilter("default")
+            options.warned = []
+            warnings.showwarning = partial(_show_warning, options.warned)
+            _check_files(options)
+            code, table = options.run(options)
+            print_table(table)
             return code
-        except KeyboardInterrupt:
-            print("skfem-dual: interrupted", file=sys.stderr)
-            return 130
-        except BrokenPipeError:  # the reader of our output left, e.g. head
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        except (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError) as error:
-            print(f"skfem-dual: error: {_one_line(error)}", file=sys.stderr)
-            return 2
+    except KeyboardInterrupt:
+        tell("interrupted")
+        return 130
+    except BAD as error:
+        tell(f"error: {_one_line(error)}")
+        return 2
 
 
-def solve(options: argparse.Namespace) -> int:
+def solve(options: argparse.Namespace) -> tuple[int, str]:
     """``solve MESH``: pressures under a rigid punch, as a table and files."""
     times = {}
     start = perf_counter()
@@ -86,7 +107,7 @@ def solve(options: argparse.Namespace) -> int:
         settlement=options.settlement,
         tilt=options.tilt,
         unilateral=not options.bilateral,
-        progress=sys.stderr.isatty(),
+        progress=is_watched(),
     )
     times |= solution.timings
     rows = {"Mesh": f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles"}
@@ -96,19 +117,21 @@ def solve(options: argparse.Namespace) -> int:
     if condition is not None:
         rows["Condition number"] = f"{condition:.4g}"
     rows["Time [s]"] = ", ".join(f"{k} {v:.3f}" for k, v in times.items())
-    print("\n".join(f"{name:<19}{value}" for name, value in rows.items()))
+    if not solution.success:
+        rows["Success"] = "NO: the numbers above do not solve the problem"
     if options.json:
-        text = (
-            json.dumps(_as_dict(options, solution, condition, times), indent=2, allow_nan=False)
-            + "\n"
-        )
+        results = _without_infinities(_as_dict(options, solution, condition, times))
+        text = json.dumps(results, indent=2, allow_nan=False) + "\n"
         write_whole(options.json, lambda part: Path(part).write_text(text))
     if options.vtu:
         write_solution(options.vtu, solution)
     _draw_isobars(options, solution)
     if options.report:
         _report(options, solution)
-    return 0
+    if not solution.success:
+        tell(f"no solution: {solution.message}")
+    table = "\n".join(f"{name:<19}{value}" for name, value in rows.items())
+    return 0 if solution.success else 3, table
 
 
 def _report(options: argparse.Namespace, solution: PunchSolution) -> None:
@@ -116,56 +139,53 @@ def _report(options: argparse.Namespace, solution: PunchSolution) -> None:
     couple = None
     try:
         couple = solve_on_other_grid(
-            solution, unilateral=not options.bilateral, progress=sys.stderr.isatty()
+            solution, unilateral=not options.bilateral, progress=is_watched()
         )
     except (ValueError, ConvergenceError) as error:  # the results do not depend on it
         warnings.warn(f"not solved on the other grid: {error}", stacklevel=1)
     write_report(
         options.report,
         solution,
-        mesh_name=Path(options.mesh).name,
+        mesh_name=os.fsencode(Path(options.mesh).name).decode("utf-8", "replace"),
         couple=couple,
         remarks=options.warned,
     )
 
 
-def _substrate(options: argparse.Namespace):
+def _substrate(options: argparse.Namespace) -> Substrate:
     moduli = options.young, options.poisson
     if (options.substrate is None) == (None in moduli) or (
-        options.substrate and moduli != (None, None)
+        options.substrate is not None and moduli != (None, None)
     ):
         raise ValueError("expected either --young and --poisson or --substrate FILE")
-    return read_substrate(options.substrate) if options.substrate else HalfSpace(*moduli)
+    return HalfSpace(*moduli) if options.substrate is None else read_substrate(options.substrate)
 
 
-def dual(options: argparse.Namespace) -> int:
+def dual(options: argparse.Namespace) -> tuple[int, str]:
     """``dual MESH``: census, file and picture of the dual grid."""
     grid = DualMesh.from_mesh(read_mesh(options.mesh))
-    print("\n".join(grid.lines()))
     if options.vtu:
         write_dual(options.vtu, grid)
     _draw(options, "draw", grid)
-    return 0
+    return 0, "\n".join(grid.lines())
 
 
-def check(options: argparse.Namespace) -> int:
+def check(options: argparse.Namespace) -> tuple[int, str]:
     """``check MESH``: what a triangulation must be to have a dual grid."""
     mesh = read_mesh(options.mesh)
     report = check_mesh(mesh)
-    print("\n".join(report.lines()))
     _draw(options, "draw", mesh, report=report)
-    return 0 if report.ok else 1
+    return 0 if report.ok else 1, "\n".join(report.lines())
 
 
 def _draw_isobars(options: argparse.Namespace, solution: PunchSolution) -> None:
-    """Pressures over their mean, or over the largest where moments alone leave no mean."""
+    """The pressure with the edge of contact."""
     if not (options.png or options.svg):
         return
-    basis, values, title = relative_pressure(solution)
-    _draw(options, "isobars", basis, values, title=title, contact=solution.contact_region)
+    _draw(options, "isobars", solution)
 
 
-def _draw(options: argparse.Namespace, what: str, *args, **kwargs) -> None:
+def _draw(options: argparse.Namespace, what: str, *args: Any, **kwargs: Any) -> None:
     """Write the pictures asked for; both libraries draw by the same names."""
     if options.png:
         from .visuals import pyvista
@@ -215,22 +235,22 @@ def _as_dict(
     }
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser whose errors take one line and whose numbers may read ``-1e6``."""
-
-    def __init__(self, *args, **kwargs):
-        super().__init__(*args, **kwargs)
-        # before Python 3.14 argparse takes -1e6 for an option
-        self._negative_number_matcher = re.compile(r"^-\.?\d")
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
+def _without_infinities(value: Any) -> Any:
+    """The same with None for numbers that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: _without_infinities(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_without_infinities(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog="skfem-dual",
         description="Dual grids of triangulations and rigid punches on an elastic half-space.",
+        epilog="Exit codes: 0; 1 if check found a fault in the mesh; 2 after an error, told in "
+        "one line on stderr; 3 if solve found no solution that holds; 130 if interrupted. Files "
+        "are written before the table is printed.",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(required=True, metavar="{solve,dual,check}")
@@ -240,18 +260,20 @@ def _parser() -> argparse.ArgumentParser:
         help="pressures and settlement of a rigid punch whose plan is the mesh",
         description="Rigid, smooth punch on an elastic half-space. Any consistent units. Give "
         "a force or a settlement.",
+        epilog="Exit codes: 0; 2 after an error; 3 if the numbers do not solve the problem, which "
+        "the table, stderr and the files then say; 130 if interrupted.",
     )
     command.set_defaults(run=solve)
     command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
-    number = partial(command.add_argument, type=float, metavar="X")
-    number("--young", help="Young's modulus E of a homogeneous half-space")
-    number("--poisson", help="its Poisson's ratio nu")
+    value = partial(command.add_argument, type=number, metavar="X")
+    value("--young", help="Young's modulus E of a homogeneous half-space")
+    value("--poisson", help="its Poisson's ratio nu")
     command.add_argument(
         "--substrate", metavar="FILE", help="graded or layered ground, a TOML file, instead"
     )
-    number("--force", help="vertical force P, positive downwards")
-    number("--settlement", help="settlement of the origin, instead of a force")
-    pair = partial(command.add_argument, type=float, nargs=2)
+    value("--force", help="vertical force P, positive downwards")
+    value("--settlement", help="settlement of the origin, instead of a force")
+    pair = partial(command.add_argument, type=number, nargs=2)
     pair("--at", metavar=("EX", "EY"), help="where the force acts, from --origin")
     pair("--moments", metavar=("M1", "M2"), help="moments, with the signs of the paper's (4)")
     pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
@@ -295,7 +317,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_outputs(command, png="both grids", svg="both grids (SVG or PDF)", vtu="dual cells")
 
     command = commands.add_parser(
-        "check", help="whether the mesh has a dual grid, and if not, why"
+        "check",
+        help="whether the mesh has a dual grid, and if not, why",
+        epilog="Exit codes: 0; 1 if the mesh has a fault; 2 after an error; 130 if interrupted.",
     )
     command.set_defaults(run=check)
     command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
@@ -309,23 +333,34 @@ def _add_outputs(command: argparse.ArgumentParser, **outputs: str) -> None:
         command.add_argument(f"--{name}", metavar="FILE", help=f"write {what} to this file")
 
 
-def _check_outputs(options: argparse.Namespace) -> None:
-    """Refuse output files that cannot be written before any work is done."""
-    for name, suffixes in SUFFIXES.items():
-        path = getattr(options, name, None)
-        if path is None:
-            continue
+def _check_files(options: argparse.Namespace) -> None:
+    """Refuse input that is no file and output that cannot be written, before any work."""
+    inputs = {"MESH": options.mesh}
+    if getattr(options, "substrate", None) is not None:
+        inputs["--substrate"] = options.substrate
+    for name, path in inputs.items():
+        require_file(path, f"a file for {name}")
+    outputs = {f"--{n}": p for n in SUFFIXES if (p := getattr(options, n, None)) is not None}
+    for name, path in outputs.items():
+        suffixes = SUFFIXES[name[2:]]
         if Path(path).suffix not in suffixes:
             raise ValueError(
-                f"expected a file name ending in {' or '.join(suffixes)} for --{name}, got {path}"
+                f"expected a file name ending in {' or '.join(suffixes)} for {name}, got {path}"
             )
-        if not Path(path).absolute().parent.is_dir():
-            raise FileNotFoundError(f"no such folder for --{name}: {Path(path).parent}")
+    require_outputs(outputs, inputs)
+    if "--png" in outputs:
+        from .visuals.offscreen import require_pyvista
+
+        require_pyvista()
+    if {"--svg", "--report"} & set(outputs):
+        from .visuals.axes import pyplot
+
+        pyplot()
 
 
-def _show_warning(warned, message, category, filename, lineno, file=None, line=None) -> None:
+def _show_warning(warned: list[str], message: Warning | str, *where: object) -> None:
     warned.append(_one_line(message))
-    print(f"skfem-dual: warning: {warned[-1]}", file=sys.stderr)
+    tell(f"warning: {warned[-1]}")
 
 
 def _one_line(error: BaseException | Warning | str) -> str:

@@ -49,7 +49,7 @@ def test_numbers_of_all_kinds_come_out_as_floats(value):
     assert number == 2
 
 
-@pytest.mark.parametrize("value", NO_NUMBER, ids=repr)
+@pytest.mark.parametrize("value", NO_NUMBER, ids=shown)
 def test_what_is_no_number_is_refused_by_name(value):
     with pytest.raises(TypeError, match="expected a number for force, got "):
         checked_number("force", value)
@@ -214,7 +214,7 @@ def test_indices():
         assert found.dtype == np.intp
         assert found.tolist() == [0, 2]
     assert checked_indices("cells", [], 3).shape == (0,)
-    for value in ([0.0], [True], None, "a", [None], np.empty(0), [[1], [2, 3]], [10**400]):
+    for value in ([0.0], [True], None, "a", [None], np.empty(0, bool), [[1], [2, 3]], [10**400]):
         with pytest.raises(TypeError, match="cells as an array of integers"):
             checked_indices("cells", value, 3)
     for value, text in (([0, -1], "-1 at cell 1"), (np.uint64([2**63]), f"{2**63} at cell 0")):

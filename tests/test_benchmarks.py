@@ -74,3 +74,54 @@ def test_unilateral(load, capsys):
             assert len(s.contact) < len(s.pressure)
             assert s.iterations > 0
     assert "conj. gradients" in capsys.readouterr().out
+
+
+def test_mutation(load):
+    """Faults stand where they change what is done, and each alone."""
+    mutation = load("mutation")
+    source = (
+        'def f(x: int = 1) -> "a < b":\n'
+        '    """x < 1"""\n'
+        "    if x < 2 and not x:\n"
+        '        raise ValueError(f"{x + 1} " + "é" * 2)\n'
+        "    x += 0.5\n"
+        "    return max(x) if x else -x\n"
+    )
+    faults = mutation.faults(source)
+    changed = [mutation.inserted(source, fault).splitlines() for fault in faults]
+    assert len({tuple(lines) for lines in changed}) == len(faults)
+    lines = source.splitlines()
+    for fault, other in zip(faults, changed, strict=True):
+        compile("\n".join(other), "f", "exec")
+        assert [i for i, (a, b) in enumerate(zip(lines, other, strict=True)) if a != b] == [
+            fault.line - 1
+        ]
+    assert sorted((fault.line, fault.new) for fault in faults) == [
+        (1, "(2)"),
+        (3, "(3)"),
+        (3, "(x < 2 or not x)"),
+        (3, "(x <= 2)"),
+        (3, "(x > 2)"),
+        (3, "(x)"),
+        (4, "pass"),
+        (5, "(1.0)"),
+        (5, "x -= 0.5"),
+        (6, "(max(x) if not x else -x)"),
+        (6, "(x)"),
+        (6, "min"),
+    ]
+
+
+def test_a_fault_is_seen_or_not(load, tmp_path, monkeypatch):
+    mutation = load("mutation")
+    path = tmp_path / "skfem_dual" / "one.py"
+    path.parent.mkdir()
+    path.write_text("def f(x):\n    return x + 1\n")
+    monkeypatch.setitem(mutation.TESTS, "one", ["one"])
+    # tests that see only that another number is added
+    monkeypatch.setattr(mutation, "passes", lambda *_: "2" not in path.read_text())
+    assert mutation.study(None, tmp_path, "one", None) == (2, ["one:2: x + 1  ->  (x - 1)"])
+    assert path.read_text() == "def f(x):\n    return x + 1\n"
+    path.write_text("x = 2\n")
+    with pytest.raises(RuntimeError, match="the tests of one fail without any fault"):
+        mutation.study(None, tmp_path, "one", None)

@@ -1,7 +1,11 @@
 import json
+import os
 import re
+import shlex
+import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -9,7 +13,7 @@ import numpy as np
 import pytest
 from skfem import MeshTri
 
-from skfem_dual import __version__
+from skfem_dual import __version__, cli
 from skfem_dual.cli import main
 from skfem_dual.io import read_dual, read_polygons
 
@@ -141,16 +145,19 @@ def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
 
     drawn = {}
 
-    def isobars(basis, values, title, contact):
-        drawn.update(values=values, title=title)
-        return original(basis, values, title=title, contact=contact)
+    def isobars(solution):
+        drawn["axes"] = original(solution)
+        return drawn["axes"]
 
     original = matplotlib.isobars
     monkeypatch.setattr(matplotlib, "isobars", isobars)
     load = [*GROUND, "--settlement", "0", "--tilt", "0.1", "0", "--bilateral"]
     assert run(capsys, "solve", DISC, *load, "--svg", tmp_path / "x.svg")[0] == 0
-    assert drawn["title"] == "p / max |p|"
-    assert np.abs(drawn["values"]).max() == pytest.approx(1.0)
+    bar = drawn["axes"].figure.axes[1]
+    assert bar.get_ylabel() == "p / max |p|"
+    ticks = [float(label.get_text().replace("\u2212", "-")) for label in bar.get_yticklabels()]
+    assert 0 in ticks
+    assert np.abs(ticks).max() < 2  # over the largest mean of a cell
     code, _, err = run(capsys, "solve", DISC, *GROUND, "--force", "0", "--svg", tmp_path / "y.svg")
     assert code == 2
     assert "expected a load to draw isobars of" in err[0]
@@ -235,12 +242,12 @@ LOAD = [*GROUND, "--force", "1"]
         (["solve", DISC, *GROUND], "either a force or a settlement, got neither"),
         (["solve", DISC, *LOAD, "--settlement", "1"], "got both"),
         (["solve", DISC, *LOAD, "--at", "0", "0", "--tilt", "0", "0"], "tilt or a load point"),
-        (["solve", DISC, *GROUND, "--force", "nan"], "finite force"),
-        (["solve", DISC, *GROUND, "--force", "heavy"], "invalid float value: 'heavy'"),
+        (["solve", DISC, *GROUND, "--force", "nan"], "expected a finite number"),
+        (["solve", DISC, *GROUND, "--force", "heavy"], "expected a number, got 'heavy'"),
         (["solve", DISC, *LOAD, "--at", "1"], "expected 2 arguments"),
         (["solve", DISC, *LOAD, "--grid", "hexagons"], "invalid choice: 'hexagons'"),
         (["solve", DISC, "--force", "1"], "either --young and --poisson or --substrate"),
-        (["solve", DISC, *LOAD, "--substrate", "x.toml"], "either --young and --poisson or"),
+        (["solve", DISC, *LOAD, "--substrate", __file__], "either --young and --poisson or"),
         (["solve", DISC, "--young", "1", "--force", "1"], "either --young and --poisson or"),
         (["solve", DISC, "--substrate", "no.toml", "--force", "1"], "no such file: no.toml"),
         (["solve", DISC, *LOAD, "--png", "isobars.jpg"], "ending in .png for --png"),
@@ -269,6 +276,135 @@ def test_warnings_take_one_line(capsys, tmp_path):
     code, _, err = run(capsys, "dual", path)
     assert code == 0
     assert err == [f"skfem-dual: warning: {path}: only triangles are read; left out 1 quad"]
+
+
+def test_outputs_are_checked_before_the_work(capsys, tmp_path, monkeypatch):
+    """Nothing is solved, nothing is written, and the mesh survives."""
+    monkeypatch.setattr(cli, "RigidPunch", None)  # a call would be a TypeError
+    mesh, ground = tmp_path / "plan.msh", tmp_path / "ground.toml"
+    mesh.write_bytes(Path(DISC).read_bytes())
+    ground.write_text("[base]\nyoung = 1\npoisson = 0.25\n")
+    (tmp_path / "soft.vtu").symlink_to(mesh)
+    (tmp_path / "hard.json").hardlink_to(mesh)
+    (tmp_path / "soft.html").symlink_to(ground)
+    (tmp_path / "folder.json").mkdir()
+    before = sorted(tmp_path.iterdir())
+    load = ["solve", mesh, "--substrate", ground, "--force", "1"]
+    for outputs, message in (
+        (["--vtu", tmp_path / "soft.vtu"], "another file for --vtu than for MESH"),
+        (["--json", tmp_path / "hard.json"], "another file for --json than for MESH"),
+        (["--report", tmp_path / "soft.html"], "another file for --report than for --substrate"),
+        (["--json", tmp_path / "folder.json"], "got the folder"),
+    ):
+        code, out, err = run(capsys, *load, *outputs)
+        assert (code, out, len(err)) == (2, [], 1)
+        assert message in err[0]
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    for name in ("x.png", "x.svg", "x.html"):
+        option = "--report" if name == "x.html" else f"--{name[2:]}"
+        code, out, err = run(capsys, *load, option, tmp_path / name)
+        assert (code, out, len(err)) == (2, [], 1)
+        assert "Remedy: pip install 'skfem-dual[visuals]'" in err[0]
+    assert sorted(tmp_path.iterdir()) == before
+    assert mesh.read_bytes() == Path(DISC).read_bytes()
+
+
+def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
+    """Exit code 3, told in the table, on stderr and in the file."""
+
+    def solve(punch, *args, **kwargs):
+        found = original(punch, *args, **kwargs)
+        return replace(found, success=False, message="the contact cycles", settlement=np.nan)
+
+    original = cli.RigidPunch.solve
+    monkeypatch.setattr(cli.RigidPunch, "solve", solve)
+    path = tmp_path / "out.json"
+    code, out, err = run(capsys, "solve", DISC, *GROUND, "--force", "1", "--json", path)
+    assert code == 3
+    assert [line for line in out if line.startswith("Success") and "NO" in line]
+    assert err == ["skfem-dual: no solution: the contact cycles"]
+    found = json.loads(path.read_text())
+    assert found["success"] is False
+    assert found["settlement"] is None
+
+
+@pytest.mark.parametrize(
+    "number", ["inf", "-inf", "nan", "1e400", "1e-320", "1e101", "9" * 400, "9" * 5000, "0x1", ""]
+)
+@pytest.mark.parametrize("option", ["--young", "--force", "--origin"])
+def test_numbers_out_of_any_range(capsys, option, number):
+    again = [number] if option == "--origin" else []
+    code, out, err = run(capsys, "solve", DISC, *LOAD, f"{option}", number, *again)
+    assert (code, out, len(err)) == (2, [], 1)
+    assert f"argument {option}: expected a" in err[0]
+    assert len(err[0]) <= 300
+
+
+def test_long_errors_are_cut(capsys):
+    code, _, err = run(capsys, "check", "x" * 200 + "/" + "y" * 200 + ".msh")
+    assert (code, len(err)) == (2, 1)
+    assert len(err[0]) <= 300
+
+
+def command(*args, shell="", **environment):
+    """A process of the command line; ``shell`` follows the command."""
+    words = [sys.executable, "-m", "skfem_dual", *map(str, args)]
+    return subprocess.run(
+        ["bash", "-o", "pipefail", "-c", f"{shlex.join(words)} {shell}"],
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.mark.parametrize(
+    ("shell", "code", "environment"),
+    [
+        ("| true", 0, {"PYTHONUNBUFFERED": "1"}),
+        pytest.param(">&-", 0, {}, marks=pytest.mark.slow),
+        pytest.param(">/dev/full", 2, {}, marks=pytest.mark.slow),
+        pytest.param("", 0, {"PYTHONIOENCODING": "ascii"}, marks=pytest.mark.slow),
+    ],
+)
+def test_files_are_written_whatever_becomes_of_the_table(tmp_path, shell, code, environment):
+    mesh, path = tmp_path / "größe.msh", tmp_path / "out.json"
+    mesh.write_bytes(Path(DISC).read_bytes())
+    found = command("solve", mesh, *LOAD, "--json", path, shell=shell, **environment)
+    assert found.returncode == code
+    assert found.stderr.count("\n") == (code > 0)
+    assert json.loads(path.read_text())["success"] is True
+
+
+def test_before_the_command_line_is_imported():
+    found = command("check", DISC, NUMBA_NUM_THREADS="0")
+    assert (found.returncode, found.stdout, found.stderr.count("\n")) == (2, "", 1)
+    assert "expected a positive whole number in NUMBA_NUM_THREADS, got '0'. Rem" in found.stderr
+
+
+def test_ctrl_c(tmp_path, capsys, monkeypatch):
+    """One line and 130, also while modules are imported, here one that takes long."""
+    (tmp_path / "numba.py").write_text("import time\nprint('begun', flush=True)\ntime.sleep(60)\n")
+    places = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "skfem_dual", "check", DISC],
+        env=os.environ | {"PYTHONPATH": places},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "begun\n"
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (130, "skfem-dual: interrupted\n")
+
+    def interrupted(*args, **kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli.RigidPunch, "solve", interrupted)
+    assert run(capsys, "solve", DISC, *LOAD) == (130, [], ["skfem-dual: interrupted"])
 
 
 def test_help_and_version(capsys):

@@ -223,7 +223,8 @@ def test_validation(load):
 
 def test_tables_of_performance(load):
     measure = load("measure")
-    page = (DOCS / "performance.md").read_text(encoding="utf-8")
+    names = ("performance.md", "robustness.md")
+    page = "\n".join((DOCS / name).read_text(encoding="utf-8") for name in names)
     assert set(re.findall(r"^```\{measured\} (\w+)", page, re.M)) == set(measure.BENCHMARKS)
     for command in measure.BENCHMARKS.values():
         assert (ROOT / "benchmarks" / command[0]).is_file()
@@ -255,3 +256,30 @@ def test_pages_build_and_show(load, tmp_path):
     subprocess.run([*build, str(DOCS), str(tmp_path)], check=True, env=environment)
     faults = load("check_pages").check(tmp_path)
     assert faults == []
+
+
+def test_floors_and_circles_of_a_house(load, tmp_path):
+    imports = load("imports")
+    files = {
+        "__init__": "from .c import x\n",
+        "low": "import numpy\n\nBOTH = 1\n",
+        "room/__init__": '"""Nothing."""\n',
+        "room/a": "from ..low import BOTH\n",
+        "room/b": "from ..low import BOTH\nfrom . import a\n\n\ndef f():\n"
+        '    """Says\n    much."""\n    from ..c import x\n\n    return x\n',
+        "c": "from .room.b import f\nfrom .low import BOTH\n",
+    }
+    for name, text in files.items():
+        path = tmp_path / "skfem_dual" / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    house = imports.House.read(tmp_path)
+    assert house.floors == {"low": 0, "room.a": 1, "room.b": 2, "c": 3}
+    assert house.rooms == {"low": ["low"], "room": ["room.a", "room.b"], "c": ["c"]}
+    assert house.floors_within("room") == 2
+    assert [sorted(circle) for circle in house.circles] == [["c", "room.b"]]
+    assert house.steps["room.b"] == {"room.a"}
+    assert house.steps["c"] == {"room.b"}
+    assert house.functions == {"room.b.f": 3}
+    with pytest.raises(ValueError, match="expected no circles of imports"):
+        imports.floors({"a": {"b"}, "b": {"a"}})

@@ -102,6 +102,23 @@ def test_fan_fills_the_cells(name):
     assert (fan.locate(partition.polygons.p) >= 0).all()
 
 
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_no_root_vanishes_inside_the_plan(grid):
+    """Linear between nodes, but the distance itself in triangles with all nodes on the edge."""
+    mesh = rectangle(6)
+    dual = DualMesh.from_mesh(mesh)
+    weights = weights_of(dual.basis() if grid == "dual" else dual.primal_basis())
+    fan, distance = weights.fan, lambda x: 1 - np.abs(x).max(axis=0)
+    nodes = fan.interpolation.shape[1]
+    linear = fan.interpolation @ distance(fan.p[:, :nodes])
+    expected = np.where(linear > 1e-12, linear, distance(fan.p))
+    inside = distance(fan.p) > 1e-12
+    assert weights.root[inside] ** 2 == pytest.approx(expected[inside])
+    assert weights.root[~inside] == pytest.approx(0, abs=1e-9)
+    # two corners of the square are cut off by a triangle each
+    assert (inside & (linear <= 1e-12)).any()
+
+
 @pytest.mark.parametrize("name", BASES)
 def test_moments_equal_sums_over_small_triangles(name):
     """Midpoint rule on 64^2 parts of each triangle, against the closed means."""
@@ -123,6 +140,33 @@ def test_moments_equal_sums_over_small_triangles(name):
     assert weights.mean[at_edge] == pytest.approx(mean[at_edge], rel=0.1)
     assert off[~at_edge].max(initial=0) < 1e-4
     assert off[at_edge].max() < 2e-2
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_load_of_a_cell(name):
+    """Its size and first moment are exact, its second moments nearly; against sums as above."""
+    weights = weights_of(BASES[name])
+    partition, fan, on = weights.partition, weights.fan, weights.weighted
+    size = np.where(on, partition.areas, 0.0)
+    assert weights.load_moment(0, 0) == pytest.approx(size, rel=1e-12)
+    for i, j in ((1, 0), (0, 1)):
+        assert weights.load_moment(i, j) == pytest.approx(0, abs=1e-14)
+    fine = MeshTri.init_refdom().refined(6)
+    u, v = fine.p[:, fine.t].mean(axis=1)
+    share = np.stack([1 - u - v, u, v])
+    root = np.sqrt(np.einsum("kt,ks->ts", weights.root[fan.t] ** 2, share))
+    load = weights.relative(np.repeat(fan.cell, share.shape[1]), root.ravel()).reshape(root.shape)
+    assert (load[~on[fan.cell]] == 1).all()
+    total = np.bincount(fan.cell, fan.areas * load.mean(axis=1))
+    assert total == pytest.approx(partition.areas, rel=0.1)
+    x, y = np.einsum("ikt,ks->its", fan.p[:, fan.t], share) - weights.centroids[:, fan.cell, None]
+    second = np.stack(
+        [np.bincount(fan.cell, fan.areas * (load * z).mean(axis=1)) for z in (x * x, x * y, y * y)]
+    )
+    polar_moment = second[0] + second[2]
+    off = np.abs(weights.second_moments - second) / polar_moment
+    assert off[:, on].max() < 0.1
+    assert off[:, ~on].max(initial=0.0) < 1e-3
 
 
 @pytest.mark.parametrize("name", BASES)

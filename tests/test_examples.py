@@ -202,14 +202,44 @@ def check_ex22(result):
     assert (np.diff(result.below[2:]) < 0).all()
 
 
+def check_ex06(result):
+    # first moments P eps_x - M1 and P eps_y + M2
+    assert result.moments.resultant == pytest.approx([1.0, 0.15, -0.07], abs=1e-9)
+    assert result.moments.pressure == pytest.approx(result.moved.pressure, rel=1e-9)
+    assert (result.moments.pressure > 0).all()
+
+
+def check_ex15(result):
+    for around, node, own, other in zip(
+        result.around,
+        result.drawn,
+        (result.couple.a, result.couple.b),
+        (result.couple.b, result.couple.a),
+        strict=True,
+    ):
+        steps = other.polygons.p[:, around] - own.polygons.p[:, [node]]
+        assert steps.T.tolist() == [[-0.5, 0.5], [0.5, 0.5], [0.5, -0.5], [-0.5, -0.5]]
+    assert [inner.sum() for inner in result.neighbours.inner] == [9, 16]
+
+
 def check_ex16(result):
     from ex16_square_punch import disagreement
 
     assert sum(map(len, result.old)) == 113
     before = disagreement(result, *result.old)
-    one, two = (disagreement(result, *new) for new in result.smoothed.values())
-    assert two < 0.5 * before
-    assert two < one < before
+    sums, means = (disagreement(result, *new) for new in result.smoothed.values())
+    assert sums < 0.6 * before  # "a considerable smoothing"
+    assert 0.85 * before < means < before
+
+
+def check_ex18(result):
+    # f1 is harmonic on the grid: the larger the ratio, the better
+    for (_, name, _), gains in result.gains.items():
+        assert (gains > 0).all()
+        if name.startswith("f1"):
+            assert (np.diff(gains) > -0.02).all()
+    for chosen, best in result.validated.values():
+        assert chosen < 1.1 * best
 
 
 def check_ex17(result):
@@ -217,7 +247,8 @@ def check_ex17(result):
         old, paper, found = (
             result.rms(name, v[name]) for v in (result.old, result.paper, result.found)
         )
-        assert found < paper < old
+        assert paper < old
+        assert found < 1.05 * paper
         assert found < 0.65 * old
 
 
@@ -448,6 +479,7 @@ def check_ex31(result):
 SMALL = {
     "ex11_eccentric_load": {"refinements": 2},
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
+    "ex18_table2": {"seeds": 10},
     "ex20_edge_convergence": {"sizes": (60, 150, 350)},
     "ex23_adaptive": {"most": 700},
     "ex24_kern_and_overturning": {"n": 300, "steps": 10},

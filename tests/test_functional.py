@@ -77,9 +77,11 @@ def test_known_coefficients():
     inner, boundary = np.ones(41, dtype=bool), disc(2).boundary_nodes()
     inner[boundary] = False
     assert np.array_equal(dual.inner[0], inner)
-    # regular hexagons: a sixth each
-    hexagon = Neighbours.of(DualMesh.from_mesh(annulus(6, 60)))
-    assert hexagon.alpha.data.max() < 0.25
+    # equilateral triangles, regular hexagons around inner nodes: a sixth each
+    mesh = MeshTri.init_tensor(np.arange(6.0), np.arange(6.0))
+    shear = np.array([[1, -0.5], [0, np.sqrt(0.75)]])  # the diagonals (1, 1) get the length 1
+    hexagon = Neighbours.of(DualMesh.from_mesh(MeshTri(shear @ mesh.p, mesh.t)))
+    assert hexagon.alpha.data == pytest.approx(1 / 6)
 
 
 def test_cells_not_around_their_nodes_are_refused():
@@ -120,8 +122,13 @@ def test_value_is_the_sum_as_printed():
     functional = CoupleFunctional(Neighbours.of(couple), w)
     assert functional.value(F, G, U, V) == pytest.approx(brute_force(couple, w, F, G, U, V))
     three = CoupleFunctional(Neighbours.of(couple), Weights.init_paper(64, 128))
-    eight = Weights(64, 64, 16, 16, 0, 0, 128, 128)
+    eight = Weights(64, 64, 16, 16, 0, 0, 16 * 128, 16 * 128)
     assert three.value(F, G, U, V) == pytest.approx(brute_force(couple, eight, F, G, U, V))
+    printed = CoupleFunctional(Neighbours.of(couple), Weights.init_paper(64, 128, last="means"))
+    eight = Weights(64, 64, 16, 16, 0, 0, 128, 128)
+    assert printed.value(F, G, U, V) == pytest.approx(brute_force(couple, eight, F, G, U, V))
+    with pytest.raises(ValueError, match='last="sums" or "means", got \'mean\''):
+        Weights.init_paper(64, 128, last="mean")
 
 
 @settings(max_examples=30)

@@ -6,7 +6,7 @@ from plans import disc, perturbed, polar, rectangle
 from scipy.integrate import quad
 from skfem import MeshTri
 
-from skfem_dual import DualMesh, HalfSpace
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.contact.exact import uniform_circle_displacement
 from skfem_dual.elements.influence import influence_matrix, surface_displacement
 from skfem_dual.grids.partition import Partition
@@ -88,12 +88,15 @@ def test_far_cells_act_as_forces():
         assert D[0] == pytest.approx(expected, rel=tolerance)
 
 
-def test_surface_displacement_is_the_matrix_times_the_pressure():
+@pytest.mark.parametrize(
+    "soil", [SOIL, LayeredHalfSpace([Layer(1.0, 2.0, 0.3)], HalfSpace(5.0, 0.2))], ids=str
+)
+def test_surface_displacement_is_the_matrix_times_the_pressure(soil):
     partition = DualMesh.from_mesh(perturbed(rectangle(6), 0.04)).partition
     rng = np.random.default_rng(0)
     pressure, x = rng.standard_normal(len(partition)), rng.uniform(-2, 2, (2, 300))
-    D = influence_matrix(SOIL, partition, x)
-    w = surface_displacement(SOIL, partition, pressure, x)
+    D = influence_matrix(soil, partition, x)
+    w = surface_displacement(soil, partition, pressure, x)
     assert w == pytest.approx(D @ pressure, abs=1e-13)
 
 

@@ -267,8 +267,8 @@ WEIGHTS = RigidPunch(GROUNDS["homogeneous"], BASES["triangles"]).weights
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"rtol": -1.0}, ValueError, "tolerance from 0 to 0.01"),
-        ({"rtol": np.nan}, ValueError, "tolerance"),
+        ({"rtol": -1.0}, ValueError, "rtol from 0 to 0.01, got -1"),
+        ({"rtol": np.nan}, ValueError, "finite rtol, got nan"),
         ({"rtol": 1e-9, "method": "fast"}, ValueError, 'method="dense"'),
         ({"rtol": "1e-6"}, TypeError, "a number for rtol, got '1e-6'"),
         ({"rtol": None}, TypeError, "a number for rtol, got None"),

@@ -185,6 +185,25 @@ def test_files_of_others_are_refused(tmp_path):
         read_polygons(tmp_path / "none.vtu")
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda mesh: mesh.cell_data["cell"][0].__setitem__(0, 99), "cells numbered from 0 to 24"),
+        (lambda mesh: mesh.cells[0].data.__setitem__((0, 1), 10**6), "expected indices from 0 to"),
+        (lambda mesh: mesh.cells[0].data.__setitem__((0, 1), -1), "expected indices from 0 to"),
+        (lambda mesh: mesh.cell_data["node"][0].__setitem__((0, 0), np.nan), "two coordinates"),
+    ],
+)
+def test_damaged_dual_grids(tmp_path, change, message):
+    path = tmp_path / "dual.vtu"
+    write_dual(path, DualMesh.from_mesh(MESH))
+    mesh = meshio.read(path)
+    change(mesh)
+    meshio.write(path, mesh)
+    with pytest.raises(MeshError, match=message):
+        read_dual(path)
+
+
 def test_files_are_written_whole_or_not_at_all(tmp_path):
     path = tmp_path / "result.txt"
     path.write_text("old")
@@ -223,6 +242,9 @@ def test_grounds(tmp_path):
     assert ground.base == HalfSpace(60e6, 0.25)
 
 
+BASE = "[base]\nyoung = 1.0\npoisson = 0.2\n"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -234,7 +256,26 @@ def test_grounds(tmp_path):
         ("[base]\nyoung = 1.0\npoisson = 0.2\ndensity = 2.0", r"got \['density'\]"),
         ("layers = 3\n[base]\nyoung = 1.0\npoisson = 0.2", "layers = 3"),
         ("[base]\nyoung = -1.0\npoisson = 0.2", "positive Young's modulus"),
-        ("[[layers]]\nyoung = 1.0\n[base]\nyoung = 1.0\npoisson = 0.2", "in a layer of"),
+        ("base = 3", r'"bonded" or "smooth" as base in .*ground.toml, got 3'),
+        ("base = ''", "as base in .*ground.toml, got ''"),
+        (BASE + 'gradient = ""', "number for gradient in base of .*ground.toml.* got ''"),
+        (BASE + "gradient = {}", "number for gradient in base of .*got {}"),
+        (BASE + "gradient = false", "number for gradient in base of .*got False"),
+        (BASE + "gradient = nan", "number for gradient in base of .*got nan"),
+        (BASE + "gradient = 1e308", "number for gradient in base of .*got 1e.308"),
+        (BASE + "gradient = 1e-310", "number for gradient in base of .*got 1e-310"),
+        ("[base]\nyoung = true\npoisson = 0.2", "number for young in base of .*got True"),
+        ("[base]\nyoung = 1\npoisson = [0.2]", r"number for poisson in base of .*got \[0.2\]"),
+        (f"[base]\nyoung = {'9' * 400}\npoisson = 0.2", "young in base of .*number of 1329 bits"),
+        (f"[base]\nyoung = 0x{'f' * 9000}\npoisson = 0.2", "young in base of .*36000 bits"),
+        (f"[base]\nyoung = {'9' * 5000}\npoisson = 0.2", "expected TOML"),
+        (f"base = {'[' * 9000}", "expected TOML"),
+        (f"[[layers]]\nthickness = 1e-308\nyoung = 1\npoisson = 0.2\n{BASE}", "in layer 1 of"),
+        (
+            f"[[layers]]\nthickness=1\nyoung=1\npoisson=0.2\ngradient=-2\n{BASE}",
+            "layer 1 of .*ground.toml: expected a positive Young's modulus at the bottom",
+        ),
+        ("[[layers]]\nyoung = 1.0\n[base]\nyoung = 1.0\npoisson = 0.2", "in layer 1 of"),
     ],
 )
 def test_bad_grounds(tmp_path, text, message):

@@ -140,8 +140,8 @@ def test_progress(capsys):
     [
         (np.ones(41), 1e-6, r"shape \(41, k\), got \(41,\)"),
         (np.ones((40, 1)), 1e-6, r"got \(40, 1\)"),
-        (np.full((41, 2), np.nan), 1e-6, "the first that is not: 0"),
-        (np.ones((41, 1)), 0.0, "rtol=0.0"),
+        (np.full((41, 2), np.nan), 1e-6, "finite rhs, got nan at column 0"),
+        (np.ones((41, 1)), 0.0, "rtol above 0 and below 1, got 0"),
     ],
 )
 def test_bad_input(rhs, rtol, message):

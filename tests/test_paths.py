@@ -74,7 +74,7 @@ def test_moment_rotation_of_a_shaped_punch_has_no_lift_off():
     ("options", "message"),
     [
         ({"direction": (0, 0)}, "expected a direction"),
-        ({"steps": 1}, "at least 2 steps"),
+        ({"steps": 1}, r"steps from 2 to 1e\+06, got 1"),
     ],
 )
 def test_bad_curves(options, message):

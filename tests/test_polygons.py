@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -25,8 +25,7 @@ def test_area_and_centroid_of_a_concave_polygon():
 def test_moments_move_and_scale_with_the_polygon(triangle, shift, factor):
     a, b = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
     area = (a[0] * b[1] - a[1] * b[0]) / 2
-    if abs(area) < 1e-3:
-        return
+    assume(abs(area) >= 1e-3)
     polygons = Polygons.from_cells(triangle, np.array([[0], [1], [2]]))
     moved = Polygons.from_cells(triangle * factor + shift, np.array([[2], [1], [0]]))
     tolerance = 1e-9 * (factor + abs(shift))
@@ -35,6 +34,32 @@ def test_moments_move_and_scale_with_the_polygon(triangle, shift, factor):
     assert moved.centroids == pytest.approx(
         triangle.mean(axis=1, keepdims=True) * factor + shift, abs=tolerance
     )
+
+
+def test_second_moments_about_the_centroid():
+    """Rectangle b h^3 / 12, the L by the theorem of parallel axes, both far from the origin."""
+    p = np.hstack([[[0.0, 3, 3, 0], [0.0, 0, 2, 2]], L_SHAPE])
+    for shift in (0.0, 1e3):
+        polygons = Polygons(p + shift, np.arange(10), [0, 4, 10])
+        (xx, xy, yy), tolerance = polygons.second_moments, 1e-9 * (1 + shift)
+        assert [xx[0], xy[0], yy[0]] == pytest.approx([4.5, 0, 2], abs=tolerance)
+        # 2 x 1 below, 1 x 1 above: seen from the corner, less the area times the centroid's
+        assert xx[1] == pytest.approx(8 / 3 + 1 / 3 - 3 * (5 / 6) ** 2, abs=tolerance)
+        assert xy[1] == pytest.approx(1 + 0.75 - 3 * (5 / 6) ** 2, abs=tolerance)
+        assert yy[1] == pytest.approx(2 / 3 + 7 / 3 - 3 * (5 / 6) ** 2, abs=tolerance)
+        assert not polygons.second_moments.flags.writeable
+
+
+def test_one_bad_polygon_among_others():
+    p = np.array([[0.0, 1, 1, 0], [0.0, 0, 1, 1]])
+    for bad, message in (
+        ([2, 1, 0], "counter-clockwise.* polygons 1 are"),
+        ([0, 2], "polygons 1"),
+    ):
+        indices = np.array([0, 1, 2, *bad, 0, 2, 3])
+        ends = np.cumsum([0, 3, len(bad), 3])
+        with pytest.raises(MeshError, match=message):
+            Polygons(p, indices, ends)
 
 
 def test_arrays_are_copied_and_cannot_be_changed():

@@ -39,5 +39,9 @@ def test_refinement_to_the_edge_of_contact():
 def test_full_contact_needs_no_refinement():
     flat = lambda mesh: RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis())  # noqa: E731
     assert len(refine_to_contact(flat, rectangle(6), {"force": 1.0})) == 1
-    with pytest.raises(ValueError, match="refinements >= 0"):
+    with pytest.raises(ValueError, match="refinements from 0 to 50, got -1"):
         refine_to_contact(flat, rectangle(6), {"force": 1.0}, -1)
+    with pytest.raises(ValueError, match="got an integer of 401 digits"):
+        refine_to_contact(flat, rectangle(6), {"force": 1.0}, 10**400)
+    with pytest.raises(TypeError, match="expected a Mapping for load, got None"):
+        refine_to_contact(flat, rectangle(6), None)

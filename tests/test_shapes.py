@@ -65,9 +65,17 @@ def test_a_gap_in_every_form():
         (lambda: Cone(2.0), ValueError, "below pi / 2"),
         (lambda: RoundedCylinder(1.0, 0.0), ValueError, "positive rounding"),
         (lambda: Sphere(1.0)([[2.0], [0.0]]), ValueError, "within the radius 1"),
-        (lambda: MeasuredProfile(np.zeros((2, 2)), [0, 0]), ValueError, "at least 3 points"),
-        (lambda: MeasuredProfile(X, [0.0]), ValueError, "one height for each of the 50"),
-        (lambda: MeasuredProfile(X, np.full(50, np.nan)), ValueError, "finite points"),
+        (
+            lambda: MeasuredProfile(np.zeros((2, 2)), [0, 0]),
+            ValueError,
+            "x with at least 3 items, got 2",
+        ),
+        (lambda: MeasuredProfile(X, [0.0]), ValueError, r"height of shape \(50,\), got \(1,\)"),
+        (
+            lambda: MeasuredProfile(X, np.full(50, np.nan)),
+            ValueError,
+            "finite height, got nan at point 0",
+        ),
     ],
 )
 def test_bad_shapes(make, error, message):

@@ -44,9 +44,9 @@ def test_settlement_and_tilt_at_600_cells(mesh, stiffness, grid):
     """Exact or independently computed; constants are 7e-3 and 2e-2 off on these meshes."""
     dual = DualMesh.from_mesh(mesh)
     K = RigidPunch(UNIT, dual.basis() if grid == "dual" else dual.primal_basis()).stiffness()
-    e = np.abs(stiffness / K.diagonal() - 1)
+    e = np.abs(np.array(stiffness) / K.diagonal() - 1)[np.isfinite(stiffness)]
     assert e[0] < 3e-4
-    assert np.nanmax(e[1:], initial=0.0) < 2e-3
+    assert (e[1:] < 2e-3).all()
     # reciprocity holds up to the error of the discretisation
     assert np.abs(K - K.T).max() < 2e-3 * K[0, 0]
 
@@ -114,8 +114,8 @@ def test_pressure_outside_and_on_the_edge():
     assert p[0] > 0
     assert p[1] == np.inf
     assert p[2] == 0
-    with pytest.raises(ValueError, match=r"shape \(2, m\)"):
-        solution.pressure_at([0.0, 0.0])
+    with pytest.raises(ValueError, match=r"shape \(2, \.\.\.\)"):
+        solution.pressure_at([0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -130,7 +130,9 @@ def test_nodal_pressure(grid):
     edge = basis.mesh.boundary_nodes()
     assert np.isfinite(p).all()
     if grid == "dual":
-        assert np.array_equal(p[edge], solution.pressure[edge])
+        plain = solution.nodal_pressure(conserve=False)[1]
+        assert np.array_equal(plain[edge], solution.pressure[edge])
+        assert np.array_equal(plain[inner], p[inner])
 
 
 @pytest.mark.parametrize("grid", GRIDS)

@@ -1,11 +1,13 @@
 """Stresses and displacements below uniformly loaded cells, against independent solutions."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from plans import disc, perturbed, polar, rectangle
 from skfem import MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.contact.below import displacement_below, stress_below, vertical_section
 from skfem_dual.elements.influence import surface_displacement
 from skfem_dual.elements.stresses import displacements, stresses
@@ -229,12 +231,12 @@ def test_vertical_section(solution):
 @pytest.mark.parametrize(
     ("x", "message"),
     [
-        (np.zeros((2, 2)), r"points of shape \(3, m\), got \(2, 2\)"),
+        (np.zeros((2, 2)), r"x of shape \(3, m\), got \(2, 2\)"),
         ([0.0, 0.0, 1.0], r"got \(3,\)"),
         ([[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]], "depths z > 0; the first that is not: 1, with z=0"),
         ([[0.0], [0.0], [-2.0]], "z=-2"),
-        ([[0.0], [0.0], [np.nan]], "z=nan"),
-        ([[np.inf], [0.0], [1.0]], "expected finite points"),
+        ([[0.0], [0.0], [np.nan]], "finite x, got nan at point 0"),
+        ([[np.inf], [0.0], [1.0]], "finite x, got inf at point 0"),
     ],
 )
 @pytest.mark.parametrize("below", [stress_below, displacement_below])
@@ -244,13 +246,37 @@ def test_bad_points(solution, below, x, message):
 
 
 @pytest.mark.parametrize(
-    ("end", "depth", "n"), [((0, 0), 1.0, 5), ((1, 0), 0.0, 5), ((1, 0), 1.0, 0)]
+    ("end", "depth", "n", "message"),
+    [
+        ((0, 0), 1.0, 5, "positive distance from start to end, got 0"),
+        ((1, 0), 0.0, 5, "positive depth, got 0"),
+        ((1, 0), 1.0, 0, r"n from 1 to 1e\+07, got 0"),
+        ((1, 0), 1e9, 100, r"at most 1e\+07 cells"),
+    ],
 )
-def test_empty_sections(solution, end, depth, n):
-    with pytest.raises(ValueError, match="expected a section with length > 0"):
+def test_empty_sections(solution, end, depth, n, message):
+    with pytest.raises(ValueError, match=message):
         vertical_section(solution, (0, 0), end, depth, n)
 
 
 def test_other_ground_is_refused():
     with pytest.raises(ValueError, match=r"homogeneous HalfSpace, got object.*Remedy"):
         stresses(object(), DUAL.partition, PRESSURE, POINTS)
+
+
+def test_neighbours_press_too():
+    """Two equal discs side by side: in the middle between them twice the stress of one."""
+    soil = HalfSpace(1.0, 0.25)
+    punches = []
+    for x in (-1.5, 1.5):
+        dual = DualMesh.from_mesh(disc(3).translated((x, 0.0)))
+        punches.append(RigidPunch(soil, dual.basis(), origin=(x, 0.0)))
+    both = RigidPunches(punches).solve([{"force": 1.0}] * 2).solutions
+    x = np.array([[0.0], [0.0], [1.0]])
+    one = both[0]
+    alone = dataclasses.replace(one, others=())
+    assert stress_below(one, x).sigma_z == pytest.approx(2 * stress_below(alone, x).sigma_z)
+    assert displacement_below(one, x)[2] == pytest.approx(2 * displacement_below(alone, x)[2])
+    assert displacement_below(one, x)[0] == pytest.approx(0.0, abs=1e-12)
+    sides = [stress_below(both[k], x).sigma_z for k in (0, 1)]
+    assert sides[0] == pytest.approx(sides[1])

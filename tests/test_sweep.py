@@ -734,7 +734,7 @@ def test_progress(capsys):
         ((None, []), TypeError, "callable problem"),
         ((square, [], "threads"), TypeError, r"get_executor\(\)"),
         ((square, [], True), TypeError, "number of workers"),
-        ((square, [], 0), ValueError, "at least one worker"),
+        ((square, [], 0), ValueError, "executor from 1 to 10000, got 0"),
     ],
 )
 def test_wrong_arguments(arguments, error, message):
@@ -743,7 +743,7 @@ def test_wrong_arguments(arguments, error, message):
 
 
 def test_wrong_threads():
-    with pytest.raises(ValueError, match="at least one thread"):
+    with pytest.raises(ValueError, match="threads from 1 to 10000, got 0"):
         sweep(square, [], threads=0)
 
 

@@ -277,17 +277,18 @@ def test_symmetry_that_is_given():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"rotations": 0}, "positive number of rotations, got 0"),
-        ({"rotations": 2.5}, r"positive number of rotations, got 2\.5"),
-        ({"tol": 0.1}, "tolerance from 0 to 1e-4"),
-        ({"tol": np.nan}, "tolerance from 0 to 1e-4"),
-        ({"x": np.zeros((2, 3))}, r"points of 217 cells, got shape \(2, 3\)"),
+        ({"rotations": 0}, "rotations from 1 to 217, got 0"),
+        ({"tol": 0.1}, "tol from 0 to 0.0001, got 0.1"),
+        ({"tol": np.nan}, "finite tol, got nan"),
+        ({"x": np.zeros((2, 3))}, r"x of shape \(2, 217\), got \(2, 3\)"),
     ],
 )
 def test_refused(arguments, message):
     partition = Partition.from_basis(dual(hexagon()))
     with pytest.raises(ValueError, match=message):
         Symmetry.detect(partition, **arguments)
+    with pytest.raises(TypeError, match=r"integer for rotations, got 2\.5"):
+        Symmetry.detect(partition, rotations=2.5)
 
 
 def test_right_hand_sides_of_another_length_are_refused():

@@ -1,30 +1,40 @@
+import os
 import subprocess
 import sys
+import time
+from base64 import b64decode
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from skfem import (
     CellBasis,
     ElementQuad0,
     ElementQuad1,
+    ElementQuad2,
+    ElementTriDG,
     ElementTriP0,
     ElementTriP1,
     ElementTriP2,
+    ElementVector,
     MeshLine,
     MeshQuad,
     MeshTri,
 )
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, general_triangulation
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, check_mesh, general_triangulation
 from skfem_dual.contact.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
 from skfem_dual.visuals import pyvista as with_pyvista
-from skfem_dual.visuals.field import Field
-from skfem_dual.visuals.isolines import isoline, label_points
+from skfem_dual.visuals.field import Field, continuous
+from skfem_dual.visuals.isolines import isoline, label_boxes, smooth_line
 from skfem_dual.visuals.levels import (
     choose_levels,
     color_range,
@@ -36,6 +46,8 @@ from skfem_dual.visuals.levels import (
 
 BACKENDS = [with_matplotlib, with_pyvista]
 DISC = MeshTri.init_circle(4)
+COARSE = MeshTri.init_circle(2)
+STRIPS = MeshTri.init_tensor(np.linspace(0, 1, 41), np.linspace(0, 1, 11))
 
 
 def punch(mesh, scale=1.0, tilt=0.0):
@@ -112,9 +124,9 @@ def test_polar_grid_has_no_outline_along_its_rays():
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.3e5, -1e6, 1e-9])
-def test_default_levels_part_the_area_evenly(scale):
+def test_levels_at_a_singular_edge_part_the_area_evenly(scale):
     field = Field.from_basis(nodal(DISC), punch(DISC, scale))
-    levels = choose_levels(field)
+    levels = choose_levels(field, singular=True)
     assert len(levels) == 8
     assert np.all(np.diff(levels) > 0)
     assert field.values.min() < levels[0]
@@ -124,14 +136,42 @@ def test_default_levels_part_the_area_evenly(scale):
     assert all(len(text) <= 5 for text in short_numbers(levels, common_exponent(levels)))
 
 
-def test_levels_of_a_small_variation_and_of_a_partial_contact():
-    base = Field.from_basis(nodal(DISC), 1000 + DISC.p[0])
-    assert len(choose_levels(base)) == 8
+@settings(max_examples=60, deadline=None)
+@given(
+    middle=st.floats(-5, 5), scale=st.sampled_from([1e-9, 3e-3, 1.0, 7e5]), n=st.integers(3, 15)
+)
+def test_default_levels_are_equidistant_round_numbers(middle, scale, n):
+    field = Field.from_basis(nodal(COARSE), scale * (COARSE.p[0] + middle))
+    levels = choose_levels(field, n)
+    low, high = field.values.min(), field.values.max()
+    step = (levels[-1] - levels[0]) / (len(levels) - 1)
+    assert np.diff(levels) == pytest.approx(np.full(len(levels) - 1, step))
+    assert low < levels[0] < low + 1.05 * step
+    assert high - 1.05 * step < levels[-1] < high
+    assert 0.6 * n - 1 < len(levels) < 1.7 * n + 1
+    digits = step / 10 ** np.floor(np.log10(step) + 1e-9)
+    assert min(abs(digits - x) for x in (1, 2, 2.5, 5)) < 1e-6
+    assert levels / step == pytest.approx(np.round(levels / step), abs=1e-6)
+    if low < -0.1 * step and high > 0.1 * step:
+        assert 0 in levels
+
+
+@pytest.mark.parametrize("tilt", [1.5, 4.0])
+def test_zero_is_a_level_where_a_singular_pressure_changes_sign(tilt):
+    field = Field.from_basis(nodal(DISC), punch(DISC, tilt=tilt))
+    levels = choose_levels(field, singular=True)
+    assert 0 in levels
+    assert levels[-1] > 0
+    assert (levels[0] < 0) == (tilt > 2)  # hardly any area is below zero otherwise
+
+
+def test_levels_of_a_partial_contact():
     partial = Field.from_basis(nodal(DISC), np.maximum(DISC.p[0] - 0.5, 0))
-    levels = choose_levels(partial, 5)
-    assert len(levels) == 5
-    assert levels[0] > 0
-    assert len(choose_levels(base, 1)) == 1
+    for singular in (False, True):
+        levels = choose_levels(partial, 5, singular)
+        assert 4 <= len(levels) <= 6
+        assert levels[0] > 0
+    assert len(choose_levels(partial, 1)) in (1, 2)
 
 
 @pytest.mark.parametrize(
@@ -207,18 +247,169 @@ def test_isolines_tell_loops_apart():
         assert len(set(np.sign(segments[0, lines == line].ravel()))) == 1
 
 
-@pytest.mark.parametrize("tilt", [0, 0.45])
-def test_labels_lie_on_their_isobars_and_apart(tilt):
-    field = Field.from_basis(nodal(DISC), punch(DISC, tilt=tilt))
+PLANS = {
+    "disc": (DISC, lambda p: punch(DISC)),
+    "tilted": (DISC, lambda p: punch(DISC, tilt=0.45)),
+    "waves": (MeshTri().refined(5), lambda p: np.sin(9 * p[0]) * np.cos(7 * p[1])),
+    "L": (MeshTri.init_lshaped().refined(4), lambda p: p[0] ** 2 + 0.5 * p[1]),
+}
+
+
+@pytest.mark.parametrize("letter", [0.02, 0.05])
+@pytest.mark.parametrize(("mesh", "values"), PLANS.values(), ids=PLANS)
+def test_boxes_of_labels_have_room(mesh, values, letter):
+    field = Field.from_basis(nodal(mesh), values(mesh.p))
     levels = choose_levels(field)
-    points = label_points(field, levels)
-    assert len(points) == len(levels)
-    for i, point in points.items():
-        segments = isoline(field, levels[i])[0]
-        assert np.isclose(segments.mean(axis=2) - point[:, None], 0).all(axis=0).any()
-    places = np.array(list(points.values()))
-    apart = abs(places[:, None] - places) / (2 * np.array([0.065, 0.032]))
-    assert np.all((apart.max(axis=2) > 1)[~np.eye(len(places), dtype=bool)])
+    texts = short_numbers(levels, 0)
+    boxes = label_boxes(field, levels, texts, letter)
+    assert boxes
+    low, high = np.array(list(boxes.values())).transpose(2, 0, 1)
+    # off each other
+    over = (low[:, None] < high[None]) & (low[None] < high[:, None])
+    assert np.array_equal(over.all(axis=2), np.eye(len(low), dtype=bool))
+    lines = {i: isoline(field, level)[0] for i, level in enumerate(levels)}
+    edge = field.p[:, field.outline].transpose(0, 2, 1)
+    for i, box in boxes.items():
+        # on the line, in the middle of the box
+        middle = box.mean(axis=1)[:, None]
+        a, b = lines[i].transpose(2, 0, 1)
+        a, b = (x[:, np.any(a != b, axis=0)] for x in (a, b))  # none through a node
+        along = np.clip(np.sum((middle - a) * (b - a), 0) / np.sum((b - a) ** 2, 0), 0, 1)
+        assert np.hypot(*(a + along * (b - a) - middle)).min() < 1e-9
+        assert np.ptp(box, axis=1)[0] > 0.5 * letter * len(texts[i])
+        # no other line and no edge in it, sampled far more finely than by the code
+        for segments in [edge, *(line for j, line in lines.items() if j != i)]:
+            t = np.linspace(0, 1, 40)
+            x, y = segments[..., :1] * (1 - t) + segments[..., 1:] * t
+            inside = (box[0, 0] < x) & (x < box[0, 1]) & (box[1, 0] < y) & (y < box[1, 1])
+            assert not inside.any()
+
+
+def test_lines_without_room_have_no_label():
+    field = Field.from_basis(nodal(STRIPS), STRIPS.p[0])
+    levels = np.array([0.5, 0.51, 0.52, 0.8])
+    boxes = label_boxes(field, levels, ["0.50", "0.51", "0.52", "0.80"], 0.04)
+    assert list(boxes) == [3]
+
+
+def test_smooth_lines_stay_where_they_are():
+    angle = np.sort(np.random.default_rng(0).uniform(0, np.pi, 60))
+    noise = 0.003 * np.random.default_rng(1).normal(size=60)
+    rough = (1 + noise) * np.array([np.cos(angle), np.sin(angle)])
+    found = smooth_line(rough)
+    assert found[:, [0, -1]] == pytest.approx(rough[:, [0, -1]], abs=1e-3)
+    assert np.abs(np.hypot(*found) - 1).max() < 0.01
+    turns = [np.abs(np.diff(np.unwrap(np.arctan2(*np.diff(x))))).max() for x in (rough, found)]
+    assert turns[1] < 0.2 * turns[0]
+    assert np.array_equal(smooth_line(rough[:, :4]), rough[:, :4])
+    closed = np.array([np.cos(angle * 2), np.sin(angle * 2)])
+    closed = np.hstack([closed, closed[:, :1]])
+    assert np.hypot(*(smooth_line(closed)[:, 0] - smooth_line(closed)[:, -1])) < 1e-6
+
+
+# higher orders
+
+
+@pytest.mark.parametrize(
+    "mesh", [MeshTri().refined(2), MeshQuad().refined(2)], ids=["tri", "quad"]
+)
+def test_elements_of_higher_order_are_drawn_as_they_are(mesh):
+    element = ElementTriP2() if isinstance(mesh, MeshTri) else ElementQuad2()
+    basis = CellBasis(mesh, element)
+    x, y = basis.doflocs
+    field = continuous(basis, x**2 + y**2)
+    assert field.values == pytest.approx(np.sum(field.p**2, axis=0), abs=2e-3)
+    assert len(np.unique(field.p.round(9), axis=1).T) == field.p.shape[1]
+    radius = np.hypot(*isoline(field, 0.49)[0])
+    assert radius == pytest.approx(np.full_like(radius, 0.7), abs=1e-3)
+    assert set(isoline(field, 0.49)[1]) == {0}  # one line across all elements
+
+
+def test_fields_that_jump_or_have_directions_are_refused():
+    jumping = CellBasis(DISC, ElementTriDG(ElementTriP1()))
+    with pytest.raises(ValueError, match=r"jumps at .*project it onto ElementTriP1"):
+        continuous(jumping, np.arange(jumping.N))
+    with pytest.raises(ValueError, match="basis of scalars, got one of ElementVector"):
+        continuous(CellBasis(DISC, ElementVector(ElementTriP2())), np.zeros(2))
+
+
+# solutions
+
+
+@pytest.fixture(scope="module")
+def lifted():
+    dual = DualMesh.from_mesh(MeshTri.init_circle(3))
+    return RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, (0.5, 0.0))
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_isobars_of_a_solution_are_those_of_its_pressure_field(visuals, lifted):
+    levels = [0.4, 0.7, 1.5]
+    picture = visuals.isobars(lifted, levels=levels, labels=False)
+    x = contours(picture)
+    if visuals is with_pyvista:  # drawn about the origin
+        x = x + lifted.punch.basis.mesh.p.mean(axis=1, keepdims=True)
+    inside = np.hypot(*x) < 0.93
+    p = lifted.pressure_at(x[:, inside]) / lifted.mean_pressure
+    nearest = np.abs(p[:, None] / np.array(levels) - 1).min(axis=1)
+    assert np.median(nearest) < 0.05  # constants times the edge law in each cell
+    # nothing where the punch has lifted off
+    assert x[0].min() > min(line[0].min() for line in lifted.contact_region.edge) - 0.02
+
+
+@pytest.mark.parametrize("scale", [0.7, 1.0])
+def test_labels_of_matplotlib_are_in_their_boxes(lifted, scale):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7 * scale, 6 * scale), layout="compressed")
+    ax = with_matplotlib.isobars(lifted, ax=figure.add_subplot())
+    figure.draw_without_rendering()
+    texts = [text for text in ax.texts if text.get_text()]
+    assert len(texts) >= 2
+    boxes = np.array([text.get_window_extent().get_points() for text in texts])
+    frame = ax.get_window_extent().get_points()
+    low, high = boxes[:, 0], boxes[:, 1]
+    assert np.all((low >= frame[0]) & (high <= frame[1]))
+    over = (low[:, None] < high[None]) & (low[None] < high[:, None])
+    assert np.array_equal(over.all(axis=2), np.eye(len(low), dtype=bool))
+    corners = ax.transData.inverted().transform(np.vstack([low, high]))
+    assert np.all(np.hypot(*corners.T) < 1)
+
+
+def test_solutions_plot_themselves(lifted):
+    ax = lifted.plot(title="p", levels=[0.5, 1.0])
+    assert ax.figure.axes[1].get_ylabel() == "p"
+    for visuals in BACKENDS:
+        with pytest.raises(TypeError, match="a solution alone"):
+            visuals.isobars(lifted, lifted.pressure)
+        with pytest.raises(TypeError, match=r"one value for each of the .* DOFs, got none"):
+            visuals.isobars(nodal(DISC))
+    nothing = lifted.punch.solve(0.0)
+    with pytest.raises(ValueError, match="expected a load to draw isobars of"):
+        nothing.plot()
+
+
+def test_notebooks_show_tables_and_pictures(lifted, monkeypatch):
+    dual = lifted.punch.basis.dual
+    objects = lifted, dual, check_mesh(dual.mesh)
+    for shown in objects:
+        html = shown._repr_html_()
+        parsed = ElementTree.fromstring(html)
+        rows = [[cell.text for cell in row] for row in parsed.iter("tr")]
+        assert all(len(row) == 2 for row in rows)
+        assert len(rows) > 4
+        data = next(parsed.iter("img")).get("src").removeprefix("data:image/png;base64,")
+        assert 3_000 < len(b64decode(data)) < 100_000
+    settlement = lifted.table()["Settlement W0"]
+    assert f">{settlement}<" in lifted._repr_html_()
+    nothing = lifted.punch.solve(0.0)._repr_html_()
+    assert "No picture: expected a load" in nothing
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    for shown in objects:
+        html = shown._repr_html_()
+        assert "<tr>" in html
+        assert "No picture: matplotlib is needed" in html
+        assert "<img" not in html
 
 
 # pictures
@@ -364,7 +555,7 @@ def test_matplotlib_draws_into_given_axes():
 def test_wrong_arguments_are_refused(visuals):
     basis, p = nodal(DISC), punch(DISC)
     flat = CellBasis(DISC, ElementTriP0())
-    with pytest.raises(ValueError, match=r"got ElementTriP0.*nodal_pressure"):
+    with pytest.raises(ValueError, match=r"got ElementTriP0.*pressure_field"):
         visuals.isobars(flat, np.ones(flat.N))
     with pytest.raises(ValueError, match="got ElementTriP2"):
         visuals.plot(CellBasis(DISC, ElementTriP2()), p)
@@ -400,9 +591,9 @@ def test_missing_libraries_are_named(visuals, missing, monkeypatch):
 def fresh_probe(monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
-    offscreen.opengl_works.cache_clear()
+    offscreen.try_opengl.cache_clear()
     yield
-    offscreen.opengl_works.cache_clear()
+    offscreen.try_opengl.cache_clear()
 
 
 def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
@@ -410,8 +601,9 @@ def test_missing_opengl_is_an_error_not_a_crash(monkeypatch, fresh_probe):
     monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", crash))
     with pytest.raises(RuntimeError, match="apt install libegl1 libgl1"):
         with_pyvista.draw(DISC)
-    monkeypatch.setenv("DISPLAY", ":0")  # nothing to probe
-    offscreen.require_opengl()
+    monkeypatch.setenv("DISPLAY", ":99")  # of a server that has gone
+    with pytest.raises(RuntimeError, match="DISPLAY is ':99'"):
+        with_pyvista.draw(DISC)
 
 
 def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):
@@ -421,6 +613,36 @@ def test_probe_runs_once(monkeypatch, fresh_probe, tmp_path):
     offscreen.require_opengl()
     offscreen.require_opengl()
     assert Path(count).read_text() == "x"
+
+
+def test_a_display_that_has_gone_leaves_egl(monkeypatch, fresh_probe, tmp_path):
+    """Where X11 fails and EGL works, EGL it is, without another word."""
+    script = "import os; raise SystemExit('VTK_DEFAULT_OPENGL_WINDOW' not in os.environ)"
+    monkeypatch.setattr(offscreen, "PROBE", (sys.executable, "-c", script))
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "")  # to be as it was at the end
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW")
+    offscreen.require_opengl()
+    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkEGLRenderWindow"
+
+
+def test_one_picture_at_a_time():
+    """Threads that draw wait for each other; one that draws within a picture does not."""
+    inside, most = [], []
+
+    @offscreen.one_at_a_time
+    def draw(depth=1):
+        inside.append(depth)
+        most.append(len(inside))
+        time.sleep(0.002)
+        if depth:
+            draw(depth - 1)
+        inside.pop()
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(draw, [1] * 8))
+    assert max(most) == 2
+    assert len(most) == 16
 
 
 def test_importing_the_modules_imports_no_graphics():

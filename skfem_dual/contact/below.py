@@ -5,14 +5,24 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementTriP1, MeshTri
 
-from ..arguments import Pair
-from ..elements.influence import as_points
+from ..arguments import (
+    Pair,
+    checked_instance,
+    checked_integer,
+    checked_pair,
+    checked_size,
+    shown,
+)
 from ..elements.stresses import Stresses, displacements, stresses
+from .pressures import CellPressures
 from .solution import PunchSolution
+
+#: cells of the largest sections
+MOST = 10**7
 
 
 def stress_below(solution: PunchSolution, x: ArrayLike) -> Stresses:
-    """Stresses in the ground below a punch.
+    """Stresses in the ground below a punch and its neighbours.
 
     The mean pressures of the cells act uniformly on their cells, also where the punch weights
     the cells along a singular edge. Below such an edge sigma_z is then off by a tenth of the
@@ -49,17 +59,20 @@ def stress_below(solution: PunchSolution, x: ArrayLike) -> Stresses:
     >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.2f}")
     0.50
     """
-    cells = solution.footprint
-    return stresses(cells.substrate, cells.partition, solution.pressure, x)
+    checked_instance("solution", solution, CellPressures)
+    parts = [stresses(c.substrate, c.partition, p, x) for c, p in solution.all_pressures]
+    return Stresses(*np.sum(parts, axis=0))
 
 
 def displacement_below(solution: PunchSolution, x: ArrayLike) -> ndarray:
-    """Displacements in the ground below a punch, shape (3, m), in the directions x, y, z.
+    """Displacements in the ground below a punch and its neighbours.
 
-    The same loads, points and errors as `stress_below`.
+    The shape is (3, m), in the directions x, y, z; loads, points and errors are those of
+    `stress_below`.
     """
-    cells = solution.footprint
-    return displacements(cells.substrate, cells.partition, solution.pressure, x)
+    checked_instance("solution", solution, CellPressures)
+    parts = [displacements(c.substrate, c.partition, p, x) for c, p in solution.all_pressures]
+    return np.sum(parts, axis=0)
 
 
 def vertical_section(
@@ -92,14 +105,15 @@ def vertical_section(
     ValueError
         If the section is empty, or as in `stress_below`.
     """
-    a, b = (as_points(np.reshape(point, (-1, 1))) for point in (start, end))
-    length = float(np.hypot(*(b - a))[0])
-    if not (length > 0 and 0 < depth < np.inf and n >= 1):
-        raise ValueError(
-            "expected a section with length > 0, finite depth > 0 and n >= 1, got "
-            f"length={length:g}, depth={depth:g}, n={n}"
-        )
+    checked_instance("solution", solution, CellPressures)
+    a = np.reshape(checked_pair("start", start), (2, 1))
+    b = np.reshape(checked_pair("end", end), (2, 1))
+    depth = checked_size("depth", depth)
+    length = checked_size("distance from start to end", float(np.hypot(*(b - a))[0]))
+    n = checked_integer("n", n, at_least=1, at_most=MOST)
     rows = max(1, round(n * depth / length))
+    if n * rows > MOST:
+        raise ValueError(f"expected at most {MOST:g} cells, got {n} times {shown(rows)}")
     mesh = MeshTri.init_tensor(np.linspace(0, length, n + 1), np.linspace(-depth, 0, rows + 1))
     s, z = mesh.p[0] / length, np.maximum(-mesh.p[1], 1e-9 * depth)
     values = stress_below(solution, np.vstack([(1 - s) * a + s * b, z])).sigma_z

@@ -108,7 +108,8 @@ def cone_radius(force: float, angle: float, young: float, poisson: float) -> flo
 
 def cone_approach(force: float, angle: float, young: float, poisson: float) -> float:
     """Settlement of a cone, pi a tan(angle) / 2."""
-    return float(np.pi / 2 * np.tan(angle) * cone_radius(force, angle, young, poisson))
+    radius = cone_radius(force, angle, young, poisson)
+    return float(np.pi / 2 * np.tan(angle) * radius)
 
 
 def cone_pressure(
@@ -134,10 +135,10 @@ def uniform_circle_displacement(
     return 4 * pressure * radius / (np.pi * contact_modulus(young, poisson)) * w
 
 
-def _places(x) -> ndarray:
+def _places(x: ArrayLike) -> ndarray:
     return checked_array("x", x, (2, "..."), each="point")
 
 
-def _semiaxes(value) -> tuple[float, float]:
+def _semiaxes(value: tuple[float, float]) -> tuple[float, float]:
     one, other = checked_pair("semiaxes", value)
     return checked_size("semiaxes[0]", one), checked_size("semiaxes[1]", other)

@@ -21,7 +21,7 @@ from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..operators.entries import SAMPLES
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
@@ -159,8 +159,7 @@ class Footprint(LoadedCells):
         TypeError, ValueError, MeshError
             If an argument is not what it must be, or they contradict each other.
         """
-        if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
-            raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
+        checked_substrate(substrate)
         checked_choice("collocation", collocation, ("centroid", "node"))
         checked_choice("edge", edge, ("singular", "constant"))
         if edge == "singular" and collocation == "node":

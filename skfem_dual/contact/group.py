@@ -11,25 +11,34 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
-from ..arguments import checked_flag, checked_number
+from ..arguments import (
+    checked_choice,
+    checked_flag,
+    checked_instance,
+    checked_integer,
+    checked_number,
+    checked_sequence,
+    checked_text,
+    shown,
+)
 from ..errors import ConvergenceError, ConvergenceWarning
+from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
-from ..operators.resources import available_memory
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import ExactRows, LoadedCells, hulls, sample
+from .footprint import ExactRows, LoadedCells, hulls
 from .group_solution import PunchesSolution
-from .load import Constraints, Load, require_compression
+from .load import Constraints, Load, load_of, require_compression
 from .neighbours import free_of, require_apart
 from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .union import union
+from .union import matrix_of, rows_of, union
 from .verify import Verification
 
 
@@ -76,8 +85,8 @@ class RigidPunches:
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        punches = tuple(self.punches)
-        bad = [type(p).__name__ for p in punches if not isinstance(p, RigidPunch)]
+        punches = tuple(checked_sequence("punches", self.punches))
+        bad = [shown(p) for p in punches if not isinstance(p, RigidPunch)]
         if bad or not punches:
             raise TypeError(f"expected some RigidPunch, got {bad[0] if bad else 'none'}")
         for number, punch in enumerate(punches):
@@ -86,7 +95,10 @@ class RigidPunches:
                     f"expected all punches on one substrate, got {punches[0].substrate} under "
                     f"punch 0 and {punch.substrate} under punch {number}"
                 )
-        groups = [tuple(int(i) for i in group) for group in self.joined]
+        groups = [
+            tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
+            for group in checked_sequence("joined", self.joined)
+        ]
         named = [i for group in groups for i in group]
         if len(set(named)) < len(named) or any(not 0 <= i < len(punches) for i in named):
             raise ValueError(
@@ -136,12 +148,14 @@ class RigidPunches:
         ValueError
             If a subdomain does not exist.
         """
+        checked_substrate(substrate)
+        check_type(mesh)
+        checked_choice("grid", grid, ("dual", "triangles"))
         known = sorted(mesh.subdomains or {})
-        names = known if names is None else list(names)
+        names = known if names is None else checked_sequence("names", names)
+        names = [checked_text("names", name) for name in names]
         if missing := [name for name in names if name not in known] or not names:
             raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
-        if grid not in ("dual", "triangles"):
-            raise ValueError(f'expected grid "dual" or "triangles", got {grid!r}')
         punches = []
         for name in names:
             part = mesh.restrict(name)
@@ -201,35 +215,17 @@ class RigidPunches:
                     return self.cells.symmetric_matrix(symmetry)
             exact = any(punch.rtol is None for punch in self.punches)
             if exact and self.cells.few:
-                return self._matrix()
+                return matrix_of([punch.footprint for punch in self.punches])
             return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
+
+    @computed_once
+    def _exact_rows(self) -> ExactRows:
+        return rows_of([punch.footprint for punch in self.punches])
 
     @property
     def _rtol(self) -> float:
         """Accuracy of the operator's products."""
         return getattr(self.operator, "rtol", min(p.rtol or 0.0 for p in self.punches))
-
-    @computed_once
-    def _exact_rows(self) -> ExactRows:
-        x = np.hstack([p.collocation_points for p in self.punches])
-        i = sample(x.shape[1])
-        x = np.ascontiguousarray(x[:, i])
-        return ExactRows(i, np.hstack([p.influence(x) for p in self.punches]))
-
-    def _matrix(self) -> ndarray:
-        n = self._slices[-1].stop
-        needed, memory = 16.0 * n**2, available_memory()  # with its factors
-        if needed > memory:
-            raise MemoryError(
-                f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; the matrix of "
-                f"{n} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 for "
-                "all punches, or coarser meshes"
-            )
-        matrix = np.empty((n, n))
-        for rows, at in zip(self._slices, self.punches, strict=True):
-            for columns, under in zip(self._slices, self.punches, strict=True):
-                matrix[rows, columns] = under.influence(at.collocation_points)
-        return matrix
 
     @computed_once
     def system(self) -> ContactSystem:
@@ -292,13 +288,15 @@ class RigidPunches:
         ConvergenceError
             If the system of equations is singular.
         """
+        loads = checked_sequence("loads", loads)
+        unilateral = checked_flag("unilateral", unilateral)
         if len(loads) != len(self.bodies):
             raise ValueError(
                 f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
             )
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
-        given = [load if isinstance(load, Load) else Load(**load) for load in loads]
+        given = [load_of(f"loads[{number}]", load) for number, load in enumerate(loads)]
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
             origin = self.punches[body[0]].origin - self._centres[number]
@@ -327,6 +325,7 @@ class RigidPunches:
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
             return None
+        checked_instance("start", start, PunchesSolution)
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
@@ -394,11 +393,5 @@ class RigidPunches:
     def __repr__(self) -> str:
         lines = [f"  Punch {i}: {p.grid_description}" for i, p in enumerate(self.punches)]
         bodies = ", ".join("+".join(map(str, body)) for body in self.bodies)
-        return "\n".join(
-            [
-                "<skfem_dual RigidPunches object>",
-                f"  Substrate: {self.punches[0].substrate}",
-                *lines,
-                f"  Bodies: {bodies}",
-            ]
-        )
+        head = f"<skfem_dual RigidPunches object>\n  Substrate: {self.punches[0].substrate}"
+        return "\n".join([head, *lines, f"  Bodies: {bodies}"])

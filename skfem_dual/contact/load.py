@@ -1,7 +1,7 @@
 """What is imposed on a rigid punch: a load, a position, or a mixture of both."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy import ndarray
@@ -9,7 +9,7 @@ from scipy.linalg import block_diag
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
-from ..arguments import Pair, checked_number, checked_pair
+from ..arguments import Pair, checked_instance, checked_number, checked_pair, shown
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,17 @@ class Load:
                 moments = self.force * lever + self.first_moments
             fixed, given = [0.0, 0.0, 0.0], np.array([self.force, *moments])
         return Constraints(motions, np.array(fixed), balance.T, given)
+
+
+def load_of(name: str, value: Load | Mapping) -> Load:
+    """A load, given as such or by its keyword arguments."""
+    if isinstance(value, Load):
+        return value
+    checked_instance(name, value, (Load, Mapping))
+    known = {f.name for f in fields(Load)}
+    if unknown := [key for key in value if key not in known]:
+        raise TypeError(f"expected keys of {name} among {sorted(known)}, got {shown(unknown[0])}")
+    return Load(**value)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,20 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull
 
-from ..arguments import Pair, checked_number, checked_pair
+from ..arguments import (
+    Pair,
+    checked_instance,
+    checked_integer,
+    checked_number,
+    checked_pair,
+    checked_sequence,
+)
+from .footprint import Body
 from .punch import RigidPunch
 from .solution import PunchSolution
+
+#: steps of the longest curve
+MOST = 10**6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,8 +113,10 @@ def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> Lo
     >>> [round(float(area), 1) for area in path.contact_area]
     [3.1, 2.9, 1.7]
     """
+    checked_instance("punch", punch, Body)
     solutions: list[PunchSolution] = []
-    for number, load in enumerate(loads):
+    for number, load in enumerate(checked_sequence("loads", loads)):
+        checked_instance(f"loads[{number}]", load, Mapping)
         # from full contact the next step is found at once; a failed one is no beginning
         last = solutions[-1] if solutions else None
         start = last if last is not None and last.iterations and last.success else None
@@ -173,12 +186,12 @@ def moment_rotation(
     ValueError
         If the direction is zero, there are less than 2 steps, or the origin is outside.
     """
+    checked_instance("punch", punch, RigidPunch)
     force = checked_number("force", force)
     along = np.array(checked_pair("direction", direction))
     if not along.any():
         raise ValueError("expected a direction, got (0, 0)")
-    if steps < 2:
-        raise ValueError(f"expected at least 2 steps, got {steps}")
+    steps = checked_integer("steps", steps, at_least=2, at_most=MOST)
     along /= np.hypot(*along)
     corners = punch.partition.polygons.p - np.array(punch.origin)[:, None]
     overturning = _reach(ConvexHull(corners.T).equations, along)

@@ -1,5 +1,6 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,8 +8,11 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem import CellBasis
+from skfem.assembly.basis import AbstractBasis
 
-from ..elements.influence import as_points, surface_displacement
+from ..elements.balance import balanced
+from ..elements.influence import flat_points, surface_displacement
+from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -22,7 +26,7 @@ FEW = 10**8
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures:
+class CellPressures(ABC):
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -45,6 +49,12 @@ class CellPressures:
     def footprint(self) -> Footprint:
         """The cells under the body."""
         return self.punch.footprint
+
+    @property
+    def all_pressures(self) -> tuple[tuple[Footprint, ndarray], ...]:
+        """Cells and pressures of the body and of those beside it."""
+        bodies = ((self.punch, self.pressure), *self.others)
+        return tuple((body.footprint, p) for body, p in bodies)
 
     @property
     def force(self) -> float:
@@ -89,41 +99,40 @@ class CellPressures:
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points under the punch or beside it.
+        x : (2, ...) array of float
+            Points under the punch or beside it, in any shape, as ``w.x`` in a form.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
             Positive into the ground.
         """
-        x = as_points(x)
+        x, shape = flat_points(x)
         w = np.zeros(x.shape[1])
-        for punch, p in ((self.punch, self.pressure), *self.others):
-            cells = punch.footprint
+        for cells, p in self.all_pressures:
             if len(p) * x.shape[1] > FEW and cells.tolerance >= EXACT:
                 w += cells.fast_operator(x, cells.tolerance) @ p
                 continue
             w += surface_displacement(cells.substrate, cells.partition, p, x, cells.weights)
             if correction := cells.edge_correction(x):
                 w += correction.apply(p)
-        return w
+        return w.reshape(shape)
 
     def pressure_at(self, x: ArrayLike) -> ndarray:
         """Pressure at any points.
 
         Parameters
         ----------
-        x : (2, m) array of float
-            Points.
+        x : (2, ...) array of float
+            Points, in any shape, as ``w.x`` in a form.
 
         Returns
         -------
-        (m,) array of float
+        (...) array of float
             ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
             punch.
         """
-        x = as_points(x)
+        x, shape = flat_points(x)
         fan, weights = self.footprint.fan, self.footprint.weights
         triangle = fan.locate(x)
         inside = triangle >= 0
@@ -137,7 +146,67 @@ class CellPressures:
             pressure = pressure * weights.relative(cell, np.sqrt(phi))
         out = np.zeros(x.shape[1])
         out[inside] = pressure
-        return out
+        return out.reshape(shape)
+
+    def load_vector(self, basis: AbstractBasis, **options: Any) -> ndarray:
+        """The pressure as a load on finite elements: integrals of ``p v`` over the plan.
+
+        Parameters
+        ----------
+        basis : CellBasis or FacetBasis
+            Any scikit-fem basis on a 2-D mesh that covers the plan, or on facets of a 3-D mesh
+            that do; see `load_matrix`, which also has the options.
+        order, component, partial : optional
+            As in `load_matrix`.
+
+        Returns
+        -------
+        (basis.N,) array of float
+            Force and moments are those of the solution to rounding where the basis contains
+            linear functions.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `load_matrix`.
+
+        Examples
+        --------
+        >>> from skfem import CellBasis, ElementTriP2, MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> mesh = MeshTri.init_circle(3)
+        >>> solution = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis()).solve(1.0)
+        >>> f = solution.load_vector(CellBasis(mesh, ElementTriP2()))
+        >>> print(f"{f.sum():.12f}")
+        1.000000000000
+        """
+        cells = self.footprint
+        matrix = load_matrix(cells.partition, cells.weights, cells.fan, basis, **options)
+        return matrix @ self.pressure
+
+    def pressure_field(
+        self, refine: int = 3, other: "CellPressures | None" = None
+    ) -> tuple[CellBasis, ndarray]:
+        """The pressure as a first-order field on a refinement of the mesh.
+
+        It follows the laws of the edges of plan and contact and carries force and moments: the
+        field to draw, and to take elsewhere.
+
+        Parameters
+        ----------
+        refine, other
+            As in `skfem_dual.pressure_field`.
+
+        Returns
+        -------
+        basis : CellBasis
+            ElementTriP1 on the refinement.
+        values : (N,) array of float
+            Its vector.
+        """
+        from ..post.fields import pressure_field
+
+        return pressure_field(self, refine, other)
 
     def pressures_on(self, footprint: Footprint) -> ndarray:
         """Pressures of other cells, none negative, to begin a solution with; shape (n,)."""
@@ -146,12 +215,18 @@ class CellPressures:
         pressure = self.pressure_at(footprint.partition.centroids)
         return np.where(np.isfinite(pressure), pressure, 0.0).clip(0)
 
-    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
+    def nodal_pressure(self, *, conserve: bool = True) -> tuple[CellBasis, ndarray]:
         """Pressure at the nodes of the mesh, linear inside each triangle (Section 4.2).
 
         On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
         takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
         the mean pressures of cells, finite where the pressure itself is not.
+
+        Parameters
+        ----------
+        conserve : bool
+            Whether force and first moments of the field are those of the solution, by the least
+            change of the values on a singular edge, or of all without one.
 
         Returns
         -------
@@ -170,7 +245,15 @@ class CellPressures:
             inner = root > 1e-9 * weights.root.max()
             factor = weights.relative(cells, root)
             pressure = pressure * np.where(inner, factor, 1.0)
-        return nodal_values(basis, pressure)
+        nodal, values = nodal_values(basis, pressure)
+        if conserve:
+            part = None
+            if weights is not None:
+                part = np.zeros(len(values), dtype=bool)
+                singular = self.footprint.partition.boundary[weights.ribs]
+                part[nodal.mesh.facets[:, singular]] = True
+            values = balanced(nodal, values, self.resultant, self.footprint.origin, part)
+        return nodal, values
 
     def edge_coefficient(self) -> "EdgeCoefficient":
         """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.
@@ -206,6 +289,39 @@ class CellPressures:
             contour=readonly(contour),
             arc=readonly(halfway - starts),
         )
+
+    @abstractmethod
+    def table(self) -> dict[str, str]:
+        """Rows of ``repr`` by their names."""
+
+    def plot(self, **options: Any) -> Any:
+        """Isobars of the pressure with the edge of contact, drawn with matplotlib.
+
+        Parameters
+        ----------
+        **options
+            As of `visuals.matplotlib.isobars`: levels, title, labels, cmap, ax.
+
+        Returns
+        -------
+        Axes
+            ``solution.plot().figure.savefig("isobars.svg")`` writes a file.
+
+        Raises
+        ------
+        ImportError
+            If matplotlib is missing.
+        ValueError
+            If there is no pressure, or the levels do not fit it.
+        """
+        from ..visuals.matplotlib import isobars
+
+        return isobars(self, **options)
+
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import solution_html
+
+        return solution_html(self)
 
 
 @dataclass(frozen=True, eq=False)

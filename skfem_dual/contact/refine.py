@@ -6,10 +6,15 @@ from typing import Any
 import numpy as np
 from skfem import MeshTri
 
+from ..arguments import checked_instance, checked_integer, shown
 from ..grids.cellwise import nodal_mesh
+from ..grids.checks import check_type
 from ..grids.preprocess import repair
 from .punch import RigidPunch
 from .solution import PunchSolution
+
+#: each refinement makes cells half as large: more cannot be told apart
+MOST = 50
 
 
 def refine_to_contact(
@@ -50,8 +55,11 @@ def refine_to_contact(
     >>> [round(s.settlement, 2) for s in found]  # exact: 0.25
     [0.25, 0.25, 0.25]
     """
-    if refinements < 0:
-        raise ValueError(f"expected refinements >= 0, got {refinements}")
+    if not callable(make):
+        raise TypeError(f"expected a function of a mesh for make, got {shown(make)}")
+    check_type(mesh)
+    checked_instance("load", load, Mapping)
+    refinements = checked_integer("refinements", refinements, at_least=0, at_most=MOST)
     solutions = [make(mesh).solve(**load, **options)]
     for _ in range(refinements):
         last = solutions[-1]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator
 from skfem import CellBasis
 
-from ..arguments import Pair, checked_number, checked_pair
+from ..arguments import Pair, checked_array, checked_number, checked_pair, checked_size, shown
 from ..grids.polygons import readonly
 
 Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
@@ -30,12 +29,13 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         if len(gap) != 2 or not isinstance(gap[0], CellBasis):
             raise TypeError("expected a pair of a skfem CellBasis and its vector for gap")
         basis, vector = gap
-        gap = basis.interpolator(np.asarray(vector, dtype=float))
-    values = gap(x) if callable(gap) else gap
-    try:
-        values = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"expected a function of x or numbers for gap, got {gap!r}") from None
+        gap = basis.interpolator(checked_array("gap[1]", vector, (basis.N,), each="DOF"))
+    if isinstance(gap, type):
+        raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
+    values = np.asarray(gap(x) if callable(gap) else gap)
+    if values.dtype.kind not in "iuf":
+        raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
+    values = np.asarray(values, dtype=float)
     if values.shape != x.shape[1:]:
         raise ValueError(
             f"expected a gap for each of the {x.shape[1]} collocation points, got shape "
@@ -50,15 +50,8 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
     return values
 
 
-def _positive(name: str, value: Any) -> float:
-    number = checked_number(name, value)
-    if number <= 0:
-        raise ValueError(f"expected a positive {name}, got {number:g}")
-    return number
-
-
 def _distance(x: ArrayLike, centre: Pair) -> ndarray:
-    x = np.asarray(x, dtype=float)
+    x = checked_array("x", x, (2, "..."), each="point")
     return np.hypot(x[0] - centre[0], x[1] - centre[1])
 
 
@@ -78,7 +71,7 @@ class Paraboloid:
     centre: Pair = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _positive("radius", self.radius))
+        object.__setattr__(self, "radius", checked_size("radius", self.radius))
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
 
     def __call__(self, x: ArrayLike) -> ndarray:
@@ -117,7 +110,7 @@ class Cone:
     centre: Pair = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "angle", _positive("angle", self.angle))
+        object.__setattr__(self, "angle", checked_number("angle", self.angle, above=0))
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
         if self.angle >= np.pi / 2:
             raise ValueError(f"expected an angle below pi / 2, got {self.angle:g}")
@@ -146,8 +139,8 @@ class RoundedCylinder:
     centre: Pair = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "flat", _positive("flat", self.flat))
-        object.__setattr__(self, "rounding", _positive("rounding", self.rounding))
+        object.__setattr__(self, "flat", checked_size("flat", self.flat))
+        object.__setattr__(self, "rounding", checked_size("rounding", self.rounding))
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
 
     def __call__(self, x: ArrayLike) -> ndarray:
@@ -171,21 +164,14 @@ class MeasuredProfile:
     height: ndarray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "x", readonly(self.x, float))
-        object.__setattr__(self, "height", readonly(self.height, float))
-        if self.x.ndim != 2 or self.x.shape[0] != 2 or self.x.shape[1] < 3:
-            raise ValueError(f"expected at least 3 points of shape (2, m), got {self.x.shape}")
-        if self.height.shape != self.x.shape[1:]:
-            raise ValueError(
-                f"expected one height for each of the {self.x.shape[1]} points, got shape "
-                f"{self.height.shape}"
-            )
-        if not (np.isfinite(self.x).all() and np.isfinite(self.height).all()):
-            raise ValueError("expected finite points and heights")
+        x = checked_array("x", self.x, (2, "m"), least=3, each="point")
+        height = checked_array("height", self.height, x.shape[1:], each="point")
+        object.__setattr__(self, "x", readonly(x))
+        object.__setattr__(self, "height", readonly(height))
 
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
-        x = np.asarray(x, dtype=float)
+        x = checked_array("x", x, (2, "..."), each="point")
         height = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
         if np.isnan(height).any():
             bad = np.argmax(np.isnan(height))

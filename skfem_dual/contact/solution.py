@@ -6,7 +6,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..elements.influence import as_points
+from ..elements.influence import flat_points
 from .load import Load
 from .pressures import CellPressures
 
@@ -66,9 +66,10 @@ class PunchSolution(CellPressures):
         return self.punch.condition_number
 
     def punch_displacement(self, x: ArrayLike) -> ndarray:
-        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, m)."""
-        x = as_points(x)
-        return self.settlement + self.tilt @ (x - np.array(self.footprint.origin)[:, None])
+        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...)."""
+        x, shape = flat_points(x)
+        w = self.settlement + self.tilt @ (x - np.array(self.footprint.origin)[:, None])
+        return w.reshape(shape)
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, without the condition number."""

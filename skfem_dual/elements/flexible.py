@@ -5,18 +5,19 @@ from collections.abc import Callable
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from skfem import CellBasis
+from skfem import CellBasis, ElementQuad0, ElementTriP0
 
 from ..arguments import checked_array
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
 from .influence import surface_displacement
+from .transfer import transfer
 
 
 def flexible_settlement(
     substrate: Substrate,
     basis: CellBasis,
-    pressure: float | ndarray | Callable[[ndarray], ndarray],
+    pressure: float | ndarray | Callable[[ndarray], ndarray] | tuple[CellBasis, ndarray],
     x: ArrayLike | None = None,
 ) -> ndarray:
     """Settlement of the surface under pressures that are given.
@@ -26,11 +27,12 @@ def flexible_settlement(
     substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
         The ground.
     basis : CellwiseBasis or CellBasis
-        Piecewise constants on the loaded area, as for `RigidPunch`.
-    pressure : float, (N,) array of float or callable
-        A uniform pressure; one for each cell; or a function of coordinates of shape (2, ...),
-        which is projected onto the cells. A field of another scikit-fem basis on the same mesh
-        is projected by ``basis.project(basis.with_element(elem).interpolate(vector))``.
+        Piecewise constants on the loaded area, as for `RigidPunch`; or any other basis of
+        scalars with its vector as ``pressure``, whose elements are then the cells.
+    pressure : float, (N,) array of float, callable or tuple
+        A uniform pressure; one for each cell; a function of coordinates of shape (2, ...), which
+        is projected onto the cells; or a field, ``(basis, vector)`` of any mesh that covers the
+        cells, of which each cell takes the mean: its force is kept.
     x : (2, m) array of float, optional
         Points anywhere on the surface; the centroids of the cells by default.
 
@@ -55,17 +57,27 @@ def flexible_settlement(
     2.000
     """
     checked_substrate(substrate)
+    if isinstance(basis, CellBasis) and basis.elem.maxdeg > 0 and isinstance(pressure, ndarray):
+        basis, pressure = _elements(basis), (basis, pressure)
     partition = Partition.from_basis(basis)
-    if callable(pressure):
+    if isinstance(pressure, tuple) and len(pressure) == 2:
+        pressure = transfer(*pressure, basis)
+    if callable(pressure) and not isinstance(pressure, type):
         pressure = basis.project(pressure)
     values = checked_array("pressure", pressure, None, each="cell")
     if values.ndim == 0:
         values = np.full(len(partition), float(values))
     if values.shape != (len(partition),):
         raise ValueError(
-            f"expected one pressure, or one for each of the {len(partition)} cells, got "
-            f"shape {values.shape}"
+            f"expected one number for pressure, or one for each of the {len(partition)} cells, "
+            f"got shape {values.shape}"
         )
     return surface_displacement(
         substrate, partition, values, partition.centroids if x is None else x
     )
+
+
+def _elements(basis: CellBasis) -> CellBasis:
+    """Constants on the elements of a mesh."""
+    constant = ElementTriP0() if basis.mesh.t.shape[0] == 3 else ElementQuad0()
+    return CellBasis(basis.mesh, constant)

@@ -105,6 +105,18 @@ def as_points(x: ArrayLike) -> ndarray:
     return checked_array("x", x, (2, "m"), each="point")
 
 
+def flat_points(x: ArrayLike) -> tuple[ndarray, tuple[int, ...]]:
+    """Points of any shape (2, ...) as coordinates of shape (2, m), and the shape behind the 2.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are no two coordinates, or one is not finite.
+    """
+    points = checked_array("x", x, (2, "..."), each="point")
+    return points.reshape(2, -1), points.shape[1:]
+
+
 @compiled
 def _distances(x, y, p, r):
     for k in range(p.shape[1]):

@@ -19,8 +19,10 @@ from skfem import (
 from ..arguments import (
     checked_array,
     checked_choice,
+    checked_indices,
     checked_instance,
     checked_integer,
+    checked_mask,
     checked_points,
     shown,
 )
@@ -96,6 +98,7 @@ class CellwiseBasis(CellBasis):
         """What a `CellBasis` consists of."""
         intorder, quadrature = self._deferred
         mesh = self.dual.refinement
+        checked_subset("elements", elements, mesh.nelements, mesh.subdomains)
         dofs = Dofs(mesh, self.elem)
         own = self.grid == "dual"
         cells = self.dual.refinement_cells if own else np.arange(mesh.nelements) // 6
@@ -142,6 +145,7 @@ class CellwiseBasis(CellBasis):
 
         For ElementTriP0 it is this basis, not constants on the triangles of the refinement.
         """
+        checked_instance("elem", elem, Element)
         if isinstance(elem, ElementTriP0):
             return self.with_elements(self.tind)
         return CellBasis(
@@ -164,6 +168,11 @@ class CellwiseBasis(CellBasis):
                 "boundary() of a basis on a subset of elements is not supported. "
                 "Remedy: take the boundary of the whole basis and name its facets"
             )
+        checked_subset("facets", facets, self.mesh.nfacets, self.mesh.boundaries)
+        if intorder is not None:
+            intorder = checked_integer("intorder", intorder, at_least=0, at_most=MOST_ORDER)
+        if quadrature is not None:
+            quadrature = checked_quadrature(quadrature, 1)
         return FacetBasis(
             self.mesh,
             self.elem,
@@ -175,15 +184,36 @@ class CellwiseBasis(CellBasis):
         )
 
 
-def checked_quadrature(value) -> tuple[ndarray, ndarray]:
-    """Points (2, n) and weights (n,) of a rule on the reference triangle."""
+def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | None) -> None:
+    """Refuse what scikit-fem does not take for a subset of elements or facets."""
+    if value is None or (callable(value) and not isinstance(value, type)):
+        return
+    known = sorted(tags or {})
+    names = [value] if isinstance(value, str) else value
+    if isinstance(names, (list, tuple, set)) and any(isinstance(part, str) for part in names):
+        for part in names:
+            if not isinstance(part, str) or part not in known:
+                raise ValueError(f"expected tags among {known} for {name}, got {shown(part)}")
+        return
+    if isinstance(value, ndarray) and value.dtype == bool:
+        checked_mask(name, value, (size,))
+        return
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    found = checked_indices(name, [value] if whole else value, size)
+    integers = isinstance(value, ndarray) and value.dtype.kind in "iu"
+    if found.size == 0 and not integers:
+        raise ValueError(f"expected some of the {size} for {name}, got none")
+
+
+def checked_quadrature(value: Any, dim: int = 2) -> tuple[ndarray, ndarray]:
+    """Points (dim, n) and weights (n,) of a rule on the reference triangle or interval."""
     try:
         points, weights = value
     except (TypeError, ValueError):
         raise TypeError(
             f"expected points and weights for quadrature, got {shown(value)}"
         ) from None
-    points = checked_points("quadrature[0]", points, least=1)
+    points = checked_points("quadrature[0]", points, dim, least=1)
     return points, checked_array("quadrature[1]", weights, points.shape[1:])
 
 

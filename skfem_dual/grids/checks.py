@@ -65,18 +65,19 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
     True
     """
     check_type(mesh)
-    corners, found = Corners(mesh), []
+    corners, conditions = Corners(mesh), []
     for condition in triangulation_conditions(corners):
-        found.append(condition)
+        conditions.append(condition)
         if not condition.ok:
-            return MeshReport(tuple(found))
+            return MeshReport(tuple(conditions))
     quality = MeshQuality(mesh)
     return MeshReport(
-        (*found, crossing_condition(corners), *quality.conditions()), tuple(quality.measures())
+        (*conditions, crossing_condition(corners), *quality.conditions()),
+        tuple(quality.measures()),
     )
 
 
-def check_type(mesh) -> None:
+def check_type(mesh: object) -> None:
     """Accept straight, continuous triangulations only."""
     if not isinstance(mesh, MeshTri1):
         raise TypeError(f"expected a skfem MeshTri, got {shown(mesh)}")

@@ -58,7 +58,7 @@ class GridCouple:
     ribs: ndarray
     unbounded: ndarray = field(default_factory=lambda: np.empty(0, int))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checked_choice("kind", self.kind, ("1-type", "2-type", "maximal", "minimal"))
         a, b = (checked_instance(x, getattr(self, x), Partition) for x in ("a", "b"))
         nodes_a, nodes_b = a.polygons.p.shape[1], b.polygons.p.shape[1]

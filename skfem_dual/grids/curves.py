@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
 from ..arguments import checked_points
 from .outline import distance_to_segments
@@ -105,7 +106,7 @@ def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
     return parts
 
 
-def corners_of(name: str, corners) -> ndarray:
+def corners_of(name: str, corners: ArrayLike) -> ndarray:
     """The corners of a polygon, counter-clockwise."""
     v = checked_points(name, corners, least=3)
     onward = np.roll(v, -1, axis=1)
@@ -120,14 +121,14 @@ def check_loops(loops: list[ndarray]) -> None:
     a = np.hstack(loops)
     b = np.hstack([np.roll(v, -1, axis=1) for v in loops])
 
-    def turn(p, q, r):
+    def turn(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Sense of the triangles of all combinations of a side and a corner."""
         u, w = (q - p)[:, :, None], r[:, None, :] - p[:, :, None]
         cross = u[0] * w[1] - u[1] * w[0]
         scale = np.hypot(*u) * np.hypot(*w)
         return np.where(np.abs(cross) <= 1e-12 * scale, 0, np.sign(cross))
 
-    def between(p, q, r):
+    def between(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Whether corners lie in the box of a side, on whose line they are."""
         low, high = np.minimum(p, q)[:, :, None], np.maximum(p, q)[:, :, None]
         return ((r[:, None] >= low) & (r[:, None] <= high)).all(axis=0)

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
+from ..arguments import checked_indices
 from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, dual_conditions, user_tags
 from .corners import Corners
@@ -116,6 +117,11 @@ class DualMesh:
     def __repr__(self) -> str:
         return "\n  ".join(["<skfem_dual DualMesh object>", *self.lines()])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import mesh_html
+
+        return mesh_html(self)
+
     def __len__(self) -> int:
         return len(self.partition)
 
@@ -202,6 +208,7 @@ class DualMesh:
     def refined_triangles(self, elements: ndarray) -> ndarray:
         """Triangles of the common refinement in some triangles of the mesh, six in each."""
         mesh = self.mesh
+        elements = checked_indices("elements", elements, mesh.nelements)
         crossing = len(self) + mesh.t2f[:, elements][[0, 0, 1, 1, 2, 2]]
         barycentre = np.broadcast_to(len(self) + mesh.nfacets + elements, crossing.shape)
         # vertices ascend as skfem wants them: its sorting leaves them in place

@@ -57,22 +57,22 @@ def check_dual(couple: GridCouple | DualMesh) -> DualReport:
         raise TypeError(f"expected a GridCouple or a DualMesh, got {shown(couple)}")
     one_type = couple.kind == "1-type"
     a, b = couple.a, couple.b
-    found = [_sides(a, "A"), _sides(b, "B"), *_graphs(couple)]
+    conditions = [_sides(a, "A"), _sides(b, "B"), *_graphs(couple)]
     on_edge = np.zeros(a.polygons.p.shape[1], dtype=bool)
     if one_type:  # boundary nodes of A are nodes of B too, on the boundaries of their cells
         on_edge[boundary_nodes(a)] = True
     places_b = _Places(a, b.polygons.p, couple.node_in_a, "A", "B")
     places_a = _Places(b, a.polygons.p, couple.node_in_b, "B", "A", on_edge)
-    found += [*places_b.conditions(), *places_a.conditions(), _crossings(couple)]
-    found += [
+    conditions += [*places_b.conditions(), *places_a.conditions(), _crossings(couple)]
+    conditions += [
         places.inner(boundary_nodes(grid)) for places, grid in ((places_a, a), (places_b, b))
     ]
     if one_type:
-        found += [_same_edge(a, b, "A", "B"), _same_edge(b, a, "B", "A")]
+        conditions += [_same_edge(a, b, "A", "B"), _same_edge(b, a, "B", "A")]
     else:
         inner = np.ones(a.polygons.p.shape[1], dtype=bool)
         inner[boundary_nodes(a)] = False
-        found += [
+        conditions += [
             Condition(
                 "every node of A in a cell of B (Definition 4, maximal)",
                 "node of A",
@@ -86,7 +86,7 @@ def check_dual(couple: GridCouple | DualMesh) -> DualReport:
                 required=couple.kind == "minimal",
             ),
         ]
-    return DualReport(tuple(found))
+    return DualReport(tuple(conditions))
 
 
 def _sides(grid: Partition, name: str) -> Condition:

@@ -86,7 +86,7 @@ class Fan:
         return cls._sorted(p, t, np.tile(cells, k), matrix)
 
     @classmethod
-    def _sorted(cls, p, t, cell, matrix) -> "Fan":
+    def _sorted(cls, p: ndarray, t: ndarray, cell: ndarray, matrix: csr_matrix) -> "Fan":
         areas = signed_areas(p, t)
         t = np.where(areas < 0, t[[0, 2, 1]], t)
         # quadrilaterals in the middle of a polar grid have sides without length
@@ -126,8 +126,8 @@ class Fan:
         triangle = np.repeat(np.arange(len(near)), [len(points) for points in near])
         point = np.concatenate([*near, np.empty(0)]).astype(int)
         inside = self.coordinates(triangle, x[:, point]).min(axis=0)
-        found = np.full(x.shape[1], -1)
+        deepest = np.full(x.shape[1], -1)
         order = np.argsort(inside)  # the triangle deepest around a point wins
         order = order[inside[order] > -1e-9]
-        found[point[order]] = triangle[order]
-        return found
+        deepest[point[order]] = triangle[order]
+        return deepest

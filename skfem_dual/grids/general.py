@@ -153,8 +153,8 @@ def facet_numbers(mesh: MeshTri, a: ndarray, b: ndarray) -> ndarray:
     n = mesh.p.shape[1]
     keys = mesh.facets[0].astype(np.int64) * n + mesh.facets[1]
     wanted = np.minimum(a, b).astype(np.int64) * n + np.maximum(a, b)
-    found = np.searchsorted(keys, wanted).clip(max=len(keys) - 1)
-    return np.where(keys[found] == wanted, found, -1)
+    place = np.searchsorted(keys, wanted).clip(max=len(keys) - 1)
+    return np.where(keys[place] == wanted, place, -1)
 
 
 def lasting_facets(mesh: MeshTri) -> ndarray:
@@ -185,16 +185,16 @@ def carried_boundaries(
         a, b = mesh.facets[:, facets]
         halved = middle[facets] != -1
         ends = np.where(halved, middle[facets], b)
-        found = np.concatenate(
+        pieces = np.concatenate(
             [facet_numbers(other, a, ends), facet_numbers(other, b[halved], ends[halved])]
         )
         if isinstance(tag, OrientedBoundary):
             # the sides of a facet kept whole are told by geometry, a half has only one side
-            turned = _first_on_left(mesh, facets) != _first_on_left(other, found[: len(facets)])
+            turned = _first_on_left(mesh, facets) != _first_on_left(other, pieces[: len(facets)])
             ori = np.where(halved, tag.ori, tag.ori ^ turned)
-            carried[name] = OrientedBoundary(found, np.concatenate([ori, tag.ori[halved]]))
+            carried[name] = OrientedBoundary(pieces, np.concatenate([ori, tag.ori[halved]]))
         else:
-            carried[name] = found
+            carried[name] = pieces
     return carried
 
 

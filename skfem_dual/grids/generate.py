@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
 from ..arguments import (
+    LARGEST,
     checked_choice,
     checked_flag,
     checked_integer,
@@ -90,7 +92,7 @@ def disc(
       Named boundaries [# facets]: edge [80]
     """
     radius = checked_size("radius", radius)
-    middle = checked_pair("centre", centre)
+    middle = _checked_centre("centre", centre)
     mesh = _generate(
         [Circle(middle, radius, checked_flag("true_area", true_area))], size, n, graded, nboundary
     )
@@ -146,7 +148,7 @@ def annulus(
     939
     """
     inner, outer = checked_size("inner", inner), checked_size("outer", outer)
-    middle = checked_pair("hole", hole)
+    middle = _checked_centre("hole", hole)
     if np.hypot(*middle) + inner >= outer:
         raise ValueError(
             f"expected the hole to lie inside the circle of radius {outer}, got a hole of "
@@ -208,7 +210,7 @@ def rectangle(
 
 
 def polygon(
-    outline,
+    outline: ArrayLike | Sequence,
     holes: Sequence = (),
     size: float | None = None,
     n: int | None = None,
@@ -362,6 +364,14 @@ def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:
     moved = MeshTri(np.ascontiguousarray(p), mesh.t).with_boundaries(mesh.boundaries)
     require(dual_conditions(Corners(moved)))
     return moved
+
+
+def _checked_centre(name: str, value: Sequence[float]) -> tuple[float, float]:
+    """Two coordinates whose products are numbers."""
+    x, y = checked_pair(name, value)
+    if max(abs(x), abs(y)) > LARGEST:
+        raise ValueError(f"expected coordinates of {name} up to {LARGEST:g}, got ({x:g}, {y:g})")
+    return x, y
 
 
 def _ratio(a: ndarray, b: ndarray) -> ndarray:

@@ -28,17 +28,17 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
     # not farther than the hypotenuse of the distance and half the length. Segments of one octave
     # of lengths at a time, so that this leaves few candidates
-    found = cKDTree(np.hstack([a, b]).T).query(x.T, workers=workers)[0]
+    distance = cKDTree(np.hstack([a, b]).T).query(x.T, workers=workers)[0]
     octave = np.round(np.log2(half / half.max()).clip(-60))
     for level in np.unique(octave):
         mine = np.nonzero(octave == level)[0]
         tree, reach = cKDTree(((a + b)[:, mine] / 2).T), half[mine].max()
-        radius = 1.000001 * np.hypot(found, reach)
+        radius = 1.000001 * np.hypot(distance, reach)
         near = tree.query_ball_point(x.T, radius, workers=workers)
         pairs = np.repeat(np.arange(len(near)), [len(candidates) for candidates in near])
         segment = mine[np.concatenate([*near, np.empty(0)]).astype(int)]
-        np.minimum.at(found, pairs, _distance(x[:, pairs], a[:, segment], b[:, segment]))
-    return found
+        np.minimum.at(distance, pairs, _distance(x[:, pairs], a[:, segment], b[:, segment]))
+    return distance
 
 
 def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:

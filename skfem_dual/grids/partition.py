@@ -39,7 +39,7 @@ class Partition:
     nodes: ndarray
     boundary: ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "facets", readonly(self.facets, np.int32))
         object.__setattr__(self, "f2c", readonly(self.f2c, np.int32))
         object.__setattr__(self, "nodes", readonly(self.nodes, float))

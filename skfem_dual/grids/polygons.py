@@ -4,20 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike, DTypeLike
 
 from ..arguments import checked_indices, checked_points
 from ..errors import MeshError
 from ..kernels.once import computed_once
 
 
-def readonly(a, dtype=None) -> ndarray:
+def readonly(a: ArrayLike, dtype: DTypeLike | None = None) -> ndarray:
     """A C-contiguous, read-only copy of ``a``."""
     out = np.array(a, dtype=dtype, order="C")
     out.setflags(write=False)
     return out
 
 
-def some(indices, most: int = 5) -> str:
+def some(indices: ArrayLike, most: int = 5) -> str:
     """The first few of ``indices`` as text for messages.
 
     >>> some(range(3)), some(range(9))
@@ -57,7 +58,7 @@ class Polygons:
     indices: ndarray
     offsets: ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         p = checked_points("p", self.p, error=MeshError)
         indices = checked_indices("indices", self.indices, p.shape[1], error=MeshError)
         ends = checked_indices("offsets", self.offsets, len(indices) + 1, error=MeshError)
@@ -79,7 +80,7 @@ class Polygons:
             )
 
     @classmethod
-    def from_cells(cls, p, t) -> "Polygons":
+    def from_cells(cls, p: ArrayLike, t: ArrayLike) -> "Polygons":
         """Polygons with equally many vertices, from connectivity ``t`` of shape (k, n).
 
         The vertices run around each cell in either sense; clockwise cells are reversed.

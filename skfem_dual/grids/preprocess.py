@@ -1,13 +1,14 @@
 """The Preprocessor: better nodes for a triangulation, so that it has a good dual grid."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import MeshTri
 
 from ..arguments import (
@@ -119,7 +120,7 @@ def relocate(
     mesh: MeshTri,
     to: Literal["neighbours", "cells"] = "neighbours",
     *,
-    fixed=(),
+    fixed: ArrayLike = (),
     tol: float = 1e-6,
     maxiter: int = 100,
     progress: Progress = False,
@@ -193,7 +194,7 @@ def relocate(
     return moved, report
 
 
-def improve(mesh: MeshTri, *, fixed=()) -> tuple[MeshTri, PreprocessReport]:
+def improve(mesh: MeshTri, *, fixed: ArrayLike = ()) -> tuple[MeshTri, PreprocessReport]:
     """The best of a mesh and its relocations to means and to barycentres of cells.
 
     Better is the mesh with fewer facets not crossed by their corresponded ribs or, if they are
@@ -222,7 +223,9 @@ def improve(mesh: MeshTri, *, fixed=()) -> tuple[MeshTri, PreprocessReport]:
     return _improve(mesh, _free_nodes(mesh, fixed))
 
 
-def repair(mesh: MeshTri, *, fixed=(), rounds: int = 10) -> tuple[MeshTri, PreprocessReport]:
+def repair(
+    mesh: MeshTri, *, fixed: ArrayLike = (), rounds: int = 10
+) -> tuple[MeshTri, PreprocessReport]:
     """A triangulation of the same domain and nodes whose dual grid is valid.
 
     A mesh whose dual grid is valid is returned as it is. Otherwise `improve` and flips of facets
@@ -291,7 +294,7 @@ def _check(mesh: MeshTri) -> None:
     require(triangulation_conditions(Corners(mesh)))
 
 
-def _free_nodes(mesh: MeshTri, fixed) -> ndarray:
+def _free_nodes(mesh: MeshTri, fixed: ArrayLike) -> ndarray:
     """Nodes that may move."""
     n = mesh.p.shape[1]
     fixed = checked_indices("fixed", fixed, n)
@@ -333,7 +336,7 @@ def relocated(
 
 
 @contextmanager
-def _shown(progress: Progress):
+def _shown(progress: Progress) -> Iterator[Show]:
     """A function of iteration and distance that shows them, or not."""
     if callable(progress):
         yield progress

@@ -57,9 +57,9 @@ class MeshQuality:
         count = np.bincount(ends)
         away = np.stack([np.bincount(ends, d) for d in p[:, others] - p[:, ends]]) / count
         length = np.bincount(ends, np.hypot(*(p[:, others] - p[:, ends]))) / count
-        found = np.hypot(*away) / length
-        found[self.mesh.boundary_nodes()] = np.nan
-        return readonly(found)
+        offset = np.hypot(*away) / length
+        offset[self.mesh.boundary_nodes()] = np.nan
+        return readonly(offset)
 
     @computed_once
     def starless(self) -> tuple[ndarray, ndarray]:

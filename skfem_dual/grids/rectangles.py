@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_choice, checked_mask
 from ..errors import MeshError
@@ -68,7 +69,11 @@ def _numbers(mask: ndarray) -> ndarray:
 
 
 def rectangular_couple(
-    x, y, *, missing=None, around: Literal["inner", "all"] | ndarray = "inner"
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    missing: ArrayLike | None = None,
+    around: Literal["inner", "all"] | ndarray = "inner",
 ) -> GridCouple:
     """A grid A of rectangles and the dual grid B with its nodes at their barycentres (Figure 2).
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, diags
+from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
 from skfem import MeshTri
 
@@ -166,7 +166,7 @@ class _CellCentroids:
         return p + np.divide(moment, area, out=np.zeros_like(p), where=area != 0), area
 
 
-def _laplacian(mesh: MeshTri):
+def _laplacian(mesh: MeshTri) -> csr_matrix:
     """Neighbours of each node minus their number times the node, negated; sparse."""
     n = mesh.p.shape[1]
     joined = coo_matrix((np.ones(mesh.nfacets), mesh.facets), shape=(n, n)).tocsr()
@@ -174,20 +174,20 @@ def _laplacian(mesh: MeshTri):
     return (diags(np.asarray(joined.sum(axis=0)).ravel()) - joined).tocsr()
 
 
-def _solver(matrix, p: ndarray) -> Callable[[ndarray], ndarray]:
+def _solver(matrix: csr_matrix, p: ndarray) -> Callable[[ndarray], ndarray]:
     """Solves systems whose unknowns at ``p`` are coupled to neighbours only."""
     order = _dissection(matrix.tocoo(), p)
     factors = splu(matrix[order][:, order].tocsc(), permc_spec="NATURAL")
 
     def solve(right: ndarray) -> ndarray:
-        found = np.empty_like(right)
-        found[order] = factors.solve(right[order])
-        return found
+        solution = np.empty_like(right)
+        solution[order] = factors.solve(right[order])
+        return solution
 
     return solve
 
 
-def _dissection(matrix, p: ndarray, leaf: int = 64) -> ndarray:
+def _dissection(matrix: coo_matrix, p: ndarray, leaf: int = 64) -> ndarray:
     """Order of elimination: halves, then the nodes between them, and the halves likewise.
 
     Fills in O(n log n) entries, fewer than orders found without coordinates.

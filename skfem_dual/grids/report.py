@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 from .polygons import some
@@ -131,6 +132,11 @@ class Report:
     def __repr__(self) -> str:
         return "\n  ".join([f"<skfem_dual {type(self).__name__} object>", *self.lines()])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import report_html
+
+        return report_html(self)
+
 
 def require(conditions: Iterator[Condition]) -> None:
     """Raise MeshError for the first required condition that is not met."""
@@ -139,7 +145,7 @@ def require(conditions: Iterator[Condition]) -> None:
             raise MeshError(condition.message())
 
 
-def where(offending) -> ndarray:
+def where(offending: ArrayLike) -> ndarray:
     """Indices at which a mask is true, read-only."""
     indices = np.flatnonzero(offending)
     indices.setflags(write=False)

@@ -1,6 +1,6 @@
 """Triangles of a wanted size in a domain bounded by circles and polygons."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy import ndarray
@@ -93,11 +93,11 @@ def _wanted(
     """Points of the size that gives about ``n`` of them."""
     low, high = 0.0, np.inf  # sizes that give too many and too few
     size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
-    points, loops = found = _points(curves, size, ratio, nboundary, start)
+    points, loops = best = _points(curves, size, ratio, nboundary, start)
     for _ in range(20):
         excess = points.shape[1] - n
-        if abs(excess) < abs(found[0].shape[1] - n):
-            found = points, loops
+        if abs(excess) < abs(best[0].shape[1] - n):
+            best = points, loops
         if abs(excess) <= n // 2000:
             break
         low, high = (size, high) if excess > 0 else (low, size)
@@ -108,7 +108,7 @@ def _wanted(
             guess *= 1.0 if guess != size else 1.3 if excess > 0 else 1 / 1.3
         size = guess
         points, loops = _points(curves, size, ratio, nboundary, start)
-    return found
+    return best
 
 
 def _points(
@@ -126,7 +126,7 @@ def _points(
     boundary = [c.points(k) for c, k in zip(curves, counts)]
     boundary[1:] = [q[:, ::-1] for q in boundary[1:]]
 
-    def depth(x):
+    def depth(x: ndarray) -> ndarray:
         outer, *holes = (c.depth(x) for c in curves)
         return np.minimum.reduce([outer, *(-h for h in holes)])
 
@@ -148,23 +148,29 @@ def _points(
     return points, np.cumsum([0, *counts])
 
 
-def _lattice(curves: Sequence[Curve], depth, size: float, edge: float, start: complex) -> ndarray:
+def _lattice(
+    curves: Sequence[Curve],
+    depth: Callable[[ndarray], ndarray],
+    size: float,
+    edge: float,
+    start: complex,
+) -> ndarray:
     """Hexagonal lattice behind the row, refined towards the boundary if ``edge`` is small.
 
     Each refinement adds the middles of the triangles, so distances shrink by sqrt(3).
     """
 
-    def wanted(d):
+    def wanted(d: ndarray) -> ndarray:
         return np.clip(edge + GROWTH * d, None, size) if edge < size else np.full(len(d), size)
 
-    def level_of(d):
+    def level_of(d: ndarray) -> ndarray:
         return np.floor(0.5 - 2 * np.log(wanted(np.maximum(d, 0)) / size) / np.log(3))
 
-    def chosen(z, d, level):
+    def chosen(z: ndarray, d: ndarray, level: int) -> ndarray:
         here = (d > HEIGHT * edge + 0.5 * wanted(d)) & (level_of(d) >= level)
         return np.stack([z.real[here], z.imag[here]])
 
-    def at(z):
+    def at(z: ndarray) -> ndarray:
         return depth(np.stack([z.real, z.imag]))
 
     (left, right), (bottom, top) = curves[0].box
@@ -175,16 +181,16 @@ def _lattice(curves: Sequence[Curve], depth, size: float, edge: float, start: co
     basis = complex(size)
     z = middle + size * start + basis * (columns + rows % 2 / 2 + 1j * HEIGHT * rows).ravel()
     d = at(z)
-    found = [chosen(z, d, 0)]
+    points = [chosen(z, d, 0)]
     for level in range(1, int(level_of(np.zeros(1))[0]) + 1):
         reach = 2 * abs(basis)
         near = (d > -reach) & (level_of(d - reach) >= level)
         basis *= (1 + np.exp(1j * np.pi / 3)) / 3  # to the middle of a triangle
         new = np.concatenate([z[near] + basis, z[near] + 2 * basis])
         d_new = at(new)
-        found.append(chosen(new, d_new, level))
+        points.append(chosen(new, d_new, level))
         z, d = np.concatenate([z[near], new]), np.concatenate([d[near], d_new])
-    return np.hstack(found)
+    return np.hstack(points)
 
 
 def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, Quality]:

@@ -1,9 +1,11 @@
 """Delaunay triangulations and Voronoi cells, the classic couple of dual graphs (Fig. 2c)."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.spatial import Delaunay, QhullError
 from skfem import MeshTri
 
@@ -21,7 +23,9 @@ from .report import require
 FLAT = 1e-10
 
 
-def delaunay_voronoi(points, clip=None) -> GridCouple:
+def delaunay_voronoi(
+    points: ArrayLike, clip: Literal["hull"] | ArrayLike | None = None
+) -> GridCouple:
     """The Delaunay triangulation A of points and their Voronoi cells B.
 
     B satisfies Definitions 1 and 3 if and only if all triangles are acute-angled: otherwise a
@@ -149,7 +153,7 @@ def _delaunay(p: ndarray) -> MeshTri:
     return mesh
 
 
-def _clip_polygon(clip, p: ndarray) -> ndarray:
+def _clip_polygon(clip: ArrayLike | None, p: ndarray) -> ndarray:
     """Corners of the polygon to clip to, counter-clockwise."""
     if clip is None:
         low, high = p.min(axis=1), p.max(axis=1)

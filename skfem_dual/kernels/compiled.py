@@ -4,11 +4,14 @@ Kernels take what belongs together as a `typing.NamedTuple` of arrays. They unpa
 their loops: every time a tuple is handed on, all its arrays are counted, by all threads.
 """
 
+import contextlib
 from collections.abc import Callable
 
 import numba
 import numpy as np
 from numpy import ndarray
+
+from .disk import CheckedCache
 
 
 def compiled(function: Callable) -> Callable:
@@ -39,7 +42,8 @@ def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
 
 
 def _njit(function: Callable, **options: object) -> Callable:
-    try:
-        return numba.njit(nogil=True, cache=True, **options)(function)
-    except RuntimeError:  # numba finds no folder to write to
-        return numba.njit(nogil=True, **options)(function)
+    dispatcher = numba.njit(nogil=True, **options)(function)
+    if hasattr(dispatcher, "enable_caching"):  # not where numba is told not to compile
+        with contextlib.suppress(RuntimeError):  # numba finds no folder to write to
+            dispatcher._cache = CheckedCache(function)
+    return dispatcher

@@ -14,12 +14,13 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator
 from skfem import CellBasis
 
+from ..arguments import checked_choice, checked_indices, checked_instance, checked_number, shown
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from .dense import moment_matrix
 from .entries import EXACT, Entries, Sample
 from .fmm.summation import FastSummation
@@ -110,14 +111,9 @@ class InfluenceOperator(LinearOperator):
         edge: Literal["singular", "constant"] | EdgeWeights = "singular",
         collocation: Literal["centroid", "node"] | ndarray = "centroid",
     ) -> None:
-        if isinstance(substrate, type) or not hasattr(substrate, "remainder"):
-            raise TypeError(f"expected a substrate such as HalfSpace, got {substrate!r}")
-        if not isinstance(rtol, (int, float, np.integer, np.floating)):
-            raise TypeError(f"expected a number for rtol, got {rtol!r}")
-        if not 0 <= rtol <= COARSEST:
-            raise ValueError(f"expected a tolerance from 0 to {COARSEST:g}, got rtol={rtol}")
-        if method not in ("auto", "dense", "fast"):
-            raise ValueError(f'expected method "auto", "dense" or "fast", got {method!r}')
+        checked_substrate(substrate)
+        rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
+        checked_choice("method", method, ("auto", "dense", "fast"))
         if method == "fast" and rtol < EXACT:
             raise ValueError(
                 f"expected a tolerance of at least {EXACT:g} of the fast summation, got {rtol:g}. "
@@ -161,6 +157,9 @@ class InfluenceOperator(LinearOperator):
         weights : EdgeWeights, optional
             How the pressure varies inside the cells; not at all by default.
         """
+        checked_instance("partition", partition, Partition)
+        if weights is not None:
+            checked_instance("weights", weights, EdgeWeights)
         return cls(
             substrate,
             partition,
@@ -181,7 +180,7 @@ class InfluenceOperator(LinearOperator):
 
     def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
-        return self._entries.rows(np.atleast_1d(i))
+        return self._entries.rows(checked_indices("i", np.atleast_1d(i), self.shape[0]))
 
     def diagonal(self) -> ndarray:
         """Settlement of each cell's own point under unit pressure on it, exact; shape (n,)."""
@@ -238,7 +237,9 @@ def _weights(
             )
         return edge
     if not isinstance(edge, str) or edge not in ("singular", "constant"):
-        raise ValueError(f'expected edge "singular" or "constant", or EdgeWeights, got {edge!r}')
+        raise ValueError(
+            f'expected edge "singular" or "constant", or EdgeWeights, got {shown(edge)}'
+        )
     if edge == "constant":
         return None
     if isinstance(basis, Partition):

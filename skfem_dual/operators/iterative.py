@@ -11,6 +11,7 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, gmres
 from tqdm import tqdm
 
+from ..arguments import checked_array, checked_instance, checked_number
 from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
 from .preconditioner import Preconditioner
@@ -93,16 +94,9 @@ def solve_many(
     >>> print(f"{force:.2f}")  # exact for the circle: 2
     2.00
     """
-    rhs = np.asarray(rhs, dtype=float)
-    if rhs.ndim != 2 or rhs.shape[0] != operator.shape[0]:
-        raise ValueError(
-            f"expected right-hand sides of shape ({operator.shape[0]}, k), got {rhs.shape}"
-        )
-    if not np.isfinite(rhs).all():
-        bad = np.nonzero(~np.isfinite(rhs).all(axis=0))[0]
-        raise ValueError(f"expected finite right-hand sides; the first that is not: {bad[0]}")
-    if not 0 < rtol < 1:
-        raise ValueError(f"expected a tolerance between 0 and 1, got rtol={rtol}")
+    checked_instance("operator", operator, InfluenceOperator)
+    rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column")
+    rtol = checked_number("rtol", rtol, above=0, below=1)
     inverse = Preconditioner.from_operator(operator) if preconditioner is None else preconditioner
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)

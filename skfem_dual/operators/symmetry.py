@@ -17,6 +17,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from ..arguments import checked_array, checked_instance, checked_integer, checked_number
 from ..elements.edge_weights import EdgeWeights
 from ..errors import MeshError
 from ..grids.partition import Partition
@@ -100,21 +101,25 @@ class Symmetry:
         MeshError
             If the cells do not have the symmetry that is given.
         """
-        if not 0 <= tol <= 1e-4:
-            raise ValueError(f"expected a tolerance from 0 to 1e-4, got {tol}")
+        checked_instance("partition", partition, Partition)
+        if weights is not None:
+            checked_instance("weights", weights, EdgeWeights)
+        tol = checked_number("tol", tol, at_least=0, at_most=1e-4)
+        if rotations is not None:
+            rotations = checked_integer("rotations", rotations, at_least=1, at_most=len(partition))
+        if mirror is not None:
+            mirror = checked_number("mirror", mirror, at_least=-100, at_most=100)
         cells = _Cells.from_partition(partition, x, weights, tol)
         if rotations is None and mirror is None:
             rotations, mirror = cells.search()
         rotations = 1 if rotations is None else rotations
-        if rotations < 1 or int(rotations) != rotations:
-            raise ValueError(f"expected a positive number of rotations, got {rotations}")
         what = f"{rotations} rotations about its centroid"
         turn, wrong = cells.images(2 * np.pi / rotations)
         permutations = [np.arange(len(turn))]
-        for _ in range(int(rotations) - 1):
+        for _ in range(rotations - 1):
             permutations.append(turn[permutations[-1]])
         if mirror is not None and not len(wrong):
-            mirror, what = float(mirror), f"a mirror line at {mirror:.6g} through its centroid"
+            what = f"a mirror line at {mirror:.6g} through its centroid"
             reflected, wrong = cells.images(2 * mirror, mirrored=True)
             permutations += [rotated[reflected] for rotated in permutations]
         if len(wrong):
@@ -123,7 +128,7 @@ class Symmetry:
                 "collocation point and edge included. Remedy: rotations=None, mirror=None to find "
                 "what symmetry there is"
             )
-        return cls(np.array(permutations), int(rotations), mirror)
+        return cls(np.array(permutations), rotations, mirror)
 
     def __len__(self) -> int:
         return self.permutations.shape[1]
@@ -187,7 +192,7 @@ class Symmetry:
 
     def apply(self, functions: Sequence[Callable[[ndarray], ndarray]], q: ndarray) -> ndarray:
         """Sum of what a function for each component makes of its part in real vectors."""
-        q = np.asarray(q, dtype=float)
+        q = checked_array("q", q, None, each="cell")
         if q.shape[:1] != (len(self),):
             raise ValueError(f"expected values of {len(self)} cells, got shape {q.shape}")
         out = np.zeros((len(self), q.size // len(self)))
@@ -241,8 +246,7 @@ class _Cells:
         values = [np.log(areas), np.log(length), (xx - yy + 2j * xy) / (xx + yy)]
         spin = [0, 0, 2]
         if x is not None:
-            if np.shape(x) != partition.centroids.shape:
-                raise ValueError(f"expected points of {len(p)} cells, got shape {np.shape(x)}")
+            x = checked_array("x", x, partition.centroids.shape, each="cell")
             values, spin = [*values, (_complex(x) - p) / length], [*spin, 1]
         if weights is not None:
             values += [

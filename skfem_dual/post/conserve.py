@@ -1,13 +1,13 @@
-"""Force and moments as constraints of the minimum."""
+"""Force and moments of the three fields of a couple."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
 
+from ..elements.balance import can_balance
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
-from .functional import CoupleFunctional
 from .regular import RegularCouple
 
 
@@ -52,40 +52,12 @@ class Balance:
         p, t = couple.general.p, couple.general.t
         return [loads[:, :n], loads[:, n:], _hat_integrals(p, t, self._planes(p))]
 
-    def minimum(self, functional: CoupleFunctional, values: ndarray, held: ndarray) -> ndarray:
-        """The minimum of the functional among the regular parts that are balanced.
-
-        Parameters
-        ----------
-        functional : CoupleFunctional
-            Whose minimum ``values`` are.
-        values : (n + m,) array of float
-            Regular parts without the constraints.
-        held : (n + m,) array of bool
-            Values that stay.
-
-        Returns
-        -------
-        (n + m,) array of float
-            Those for which the pressures on both grids, and without a singular edge also the
-            field, have the wanted resultants: three constraints for each, whose multipliers
-            follow from a Schur complement. On a singular edge the field is finite where the
-            pressure is not, and would draw the pressures after it.
-        """
-        couple, n = self.couple, len(self.couple.dual)
-        fields = [couple.to_pressures[:n], couple.to_pressures[n:], couple.to_field]
-        several = 2 if couple.edge_nodes.any() else 3
-        matrix = np.vstack([i @ f for i, f in zip(self._integrals[:several], fields)])
-        free = np.where(held, 0.0, 1.0)
-        responses = functional.solve(free[:, None] * matrix.T) * free[:, None]
-        missing = self.wanted[:several].ravel() - matrix @ values
-        return values + responses @ np.linalg.solve(matrix @ responses, missing)
-
     def completed(self, which: int, values: ndarray) -> ndarray:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
 
-        The rest that is left to balance is small: of values cut off at zero and, on a singular
-        edge, of the field's finite values there, which alone are multiplied then.
+        That is the least change, in the sum of squares over the values; zero stays zero. On a
+        singular edge the field is finite where the pressure is not, and its values there alone
+        are multiplied, so that those inside remain the pressure in the points.
 
         Raises
         ------
@@ -95,12 +67,14 @@ class Balance:
         couple, n = self.couple, len(self.couple.dual)
         points = [couple.acting[:, :n], couple.acting[:, n:], couple.general.p][which]
         part = np.ones(len(values), dtype=bool)
-        if which == 2 and np.count_nonzero(values[couple.edge_nodes]) >= 3:
+        if which == 2 and can_balance(points, couple.edge_nodes & (values != 0)):
             part = couple.edge_nodes
         integrals = self._integrals[which]
         shares = self._planes(points[:, part]) * values[part]
         missing = self.wanted[which] - integrals @ values
         out = values.copy()
+        if not missing.any():
+            return out
         try:
             out[part] += shares.T @ np.linalg.solve(integrals[:, part] @ shares.T, missing)
         except np.linalg.LinAlgError:

@@ -1,11 +1,13 @@
 """The functional H(U, V) of Section 5 and its minimum."""
 
 from dataclasses import astuple, dataclass, fields
+from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.sparse import block_array, csr_array, diags_array
-from scipy.sparse.linalg import LinearOperator, cg, splu
+from scipy.sparse.linalg import LinearOperator, SuperLU, cg, splu
 
 from ..arguments import LARGEST, checked_array, checked_number, shown
 from ..errors import ConvergenceError, MeshError
@@ -20,6 +22,8 @@ DIRECT = 20_000
 TOLERANCE = 1e-11
 #: and the largest number of their steps
 STEPS = 5000
+#: factor on W2 by the reading of the last term: (sum - 4 U)^2 is 16 (mean - U)^2
+LAST = {"sums": 16.0, "means": 1.0}
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Weights:
     D1: float = 0.0
     D2: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in zip((f.name for f in fields(self)), astuple(self)):
             value = checked_number(name, value, at_least=0, at_most=LARGEST)
             object.__setattr__(self, name, value)
@@ -56,7 +60,13 @@ class Weights:
             checked_number(name, getattr(self, name), above=0)
 
     @classmethod
-    def init_paper(cls, old: float, new: float, middle: float = 16.0) -> "Weights":
+    def init_paper(
+        cls,
+        old: float,
+        new: float,
+        middle: float = 16.0,
+        last: Literal["sums", "means"] = "sums",
+    ) -> "Weights":
         """The three weights A : B : C of Section 5.1.
 
         Parameters
@@ -64,11 +74,30 @@ class Weights:
         old : float
             W1, weight of the old values, A1 = A2.
         new : float
-            W2, weight of the new values, D1 = D2.
+            W2, weight of the new values.
         middle : float
             The paper's fixed B = 16, B1 = B2.
+        last : {"sums", "means"}
+            How the last term of the functional is read. ``"means"``: as it is printed, means of
+            four new values minus the new value, D1 = D2 = W2. ``"sums"``: sums of four minus
+            four times the value, D1 = D2 = 16 W2. The paper's results are those of sums: only
+            they give the errors of Table 2, the smoothing of Fig. 16 and the best ratios
+            W2 / W1 that Section 5.1 tells (``examples/ex18_table2.py``).
+
+        Raises
+        ------
+        ValueError
+            If a weight is negative or not finite, W1 is zero or ``last`` is something else.
+
+        Examples
+        --------
+        >>> Weights.init_paper(64, 16).D1, Weights.init_paper(64, 16, last="means").D1
+        (256.0, 16.0)
         """
-        return cls(old, old, middle, middle, 0.0, 0.0, new, new)
+        if last not in LAST:
+            raise ValueError(f'expected last="sums" or "means", got {last!r}')
+        weight = LAST[last] * new
+        return cls(old, old, middle, middle, 0.0, 0.0, weight, weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +126,7 @@ class Neighbours:
         """Whether each node of the first and of the second grid has neighbours around it."""
         return np.diff(self.alpha.indptr) > 0, np.diff(self.beta.indptr) > 0
 
-    def checked(self, F, G) -> tuple[ndarray, ndarray]:
+    def checked(self, F: ArrayLike, G: ArrayLike) -> tuple[ndarray, ndarray]:
         """Values at the nodes of both grids as arrays of float.
 
         Raises
@@ -234,7 +263,7 @@ class CoupleFunctional:
     neighbours: Neighbours
     weights: Weights
 
-    def value(self, F, G, U, V) -> float:
+    def value(self, F: ArrayLike, G: ArrayLike, U: ArrayLike, V: ArrayLike) -> float:
         """The functional H for old values F, G and new values U, V."""
         F, G = self.neighbours.checked(F, G)
         U, V = self.neighbours.checked(U, V)
@@ -263,7 +292,7 @@ class CoupleFunctional:
         second = own[1] + (w.B1 + w.D1) * (alpha.T @ alpha)
         return block_array([[first, -coupling], [-coupling.T, second]], format="csr")
 
-    def right_side(self, F, G) -> ndarray:
+    def right_side(self, F: ArrayLike, G: ArrayLike) -> ndarray:
         """Right-hand side of the normal equations for old values F and G."""
         F, G = self.neighbours.checked(F, G)
         w, (alpha, beta) = self.weights, (self.neighbours.alpha, self.neighbours.beta)
@@ -274,7 +303,7 @@ class CoupleFunctional:
             ]
         )
 
-    def minimise(self, F, G) -> tuple[ndarray, ndarray]:
+    def minimise(self, F: ndarray, G: ndarray) -> tuple[ndarray, ndarray]:
         """The new values for which H is least.
 
         Parameters
@@ -305,7 +334,7 @@ class CoupleFunctional:
         return np.stack([self._iterate(b) for b in columns], axis=-1).reshape(right_side.shape)
 
     @computed_once
-    def _factors(self):
+    def _factors(self) -> SuperLU:
         options = {"SymmetricMode": True}
         return splu(self.matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 

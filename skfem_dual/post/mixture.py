@@ -1,5 +1,6 @@
 """How much of each of two BEM solutions goes into the new field, and how much it is smoothed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -178,7 +179,13 @@ def _smoothing(couple: RegularCouple, values: ndarray, known: ndarray) -> Weight
     return Weights(trust, 1 / trust, D1=D, D2=D)
 
 
-def _balanced(couple, solutions, at_loads, values, known) -> float:
+def _balanced(
+    couple: RegularCouple,
+    solutions: Sequence[PunchSolution],
+    at_loads: ndarray,
+    values: ndarray,
+    known: ndarray,
+) -> float:
     """Share of the first solution for which continued fields carry the load."""
     n = len(couple.dual)
     area = couple.areas

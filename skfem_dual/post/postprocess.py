@@ -82,7 +82,7 @@ def postprocess(
     weights: Choice = "auto",
     *,
     edge: Literal["singular", "constant"] | None = None,
-    conserve: bool = False,
+    conserve: bool = True,
 ) -> PostprocessedPressure:
     """One field of pressure from two solutions of one problem on dual grids.
 
@@ -96,16 +96,16 @@ def postprocess(
     weights : {"auto", "gcv"}, pair of float or Weights
         ``"auto"``: what the couple deserves by what is known of the errors of its solutions,
         from nothing up to the removal of their opposite biases, see `mixture`. ``"gcv"``:
-        generalised cross-validation, for random errors. A pair: the paper's W1 and W2 with
-        B = 16. `Weights`: all eight.
+        generalised cross-validation, for random errors. A pair: the paper's W1 and W2 as
+        `Weights.init_paper` reads them. `Weights`: all eight.
     edge : {"singular", "constant"}, optional
         Whether to divide the singularity out before the smoothing and to multiply it back, or to
         smooth the pressures themselves. By default ``"singular"``, the case of flat punches;
         ``"constant"`` if the punch has no sharp edge.
     conserve : bool
         Whether the field and the pressures on both grids carry force and moments of the
-        solutions exactly, as constraints of the minimum. They then differ a little more from
-        the pressure in the points.
+        solutions exactly, by the least change of their values; on a singular edge the field
+        changes there only.
 
     Returns
     -------
@@ -166,13 +166,11 @@ def postprocess(
         return np.where(lifted, 0.0, x.clip(min=0.0) if not_pulled else x)
 
     new = kept(new)
-    if conserve:
-        resultants = np.array([s.resultant for s in solutions])
-        balance = Balance(couple, resultants, on_cells.punch.origin)
-        new = kept(balance.minimum(functional, new, new == 0))
     field, pressures = couple.to_field @ new, kept(couple.to_pressures @ new)
     grids = [pressures[:n], pressures[n:], field]
     if conserve:
+        resultants = np.array([_resultant(s) for s in solutions])
+        balance = Balance(couple, resultants, on_cells.punch.origin)
         grids = [balance.completed(which, values) for which, values in enumerate(grids)]
     return PostprocessedPressure(
         dual=dual,
@@ -187,6 +185,15 @@ def postprocess(
 
 
 _NONE = np.empty(0, np.int32)
+
+
+def _resultant(solution: PunchSolution) -> ndarray:
+    """Force and first moments of the pressures on the cells."""
+    punch = solution.punch
+    acting = (punch.weights or punch.partition).centroids - np.array(punch.origin)[:, None]
+    return np.vstack([np.ones(acting.shape[1]), acting]) @ (
+        punch.partition.areas * solution.pressure
+    )
 
 
 def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:

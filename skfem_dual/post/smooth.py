@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from ..grids.couples import GridCouple
@@ -64,7 +65,9 @@ class SmoothedCouple:
         return joined_field(self.grids, self.first, self.second)
 
 
-def smooth_couple(F, G, grids: DualMesh | GridCouple, weights: Choice = "gcv") -> SmoothedCouple:
+def smooth_couple(
+    F: ArrayLike, G: ArrayLike, grids: DualMesh | GridCouple, weights: Choice = "gcv"
+) -> SmoothedCouple:
     """Smooth values with random errors, given at the nodes of two dual grids (Section 5.1).
 
     Parameters
@@ -78,7 +81,8 @@ def smooth_couple(F, G, grids: DualMesh | GridCouple, weights: Choice = "gcv") -
     grids : DualMesh or GridCouple
         The grids.
     weights : {"gcv"}, pair of float or Weights
-        Generalised cross-validation; the paper's W1 and W2 with B = 16; or all eight weights.
+        Generalised cross-validation; the paper's W1 and W2 as `Weights.init_paper` reads them;
+        or all eight weights.
 
     Returns
     -------
@@ -108,12 +112,14 @@ def smooth_couple(F, G, grids: DualMesh | GridCouple, weights: Choice = "gcv") -
     """
     neighbours = Neighbours.of(grids)
     F, G = neighbours.checked(F, G)
-    found, reason = chosen(weights, neighbours, F, G)
-    first, second = CoupleFunctional(neighbours, found).minimise(F, G)
-    return SmoothedCouple(grids, readonly(first), readonly(second), found, reason)
+    choice, reason = chosen(weights, neighbours, F, G)
+    first, second = CoupleFunctional(neighbours, choice).minimise(F, G)
+    return SmoothedCouple(grids, readonly(first), readonly(second), choice, reason)
 
 
-def joined_field(grids: DualMesh | GridCouple, F, G) -> tuple[CellBasis, ndarray]:
+def joined_field(
+    grids: DualMesh | GridCouple, F: ArrayLike, G: ArrayLike
+) -> tuple[CellBasis, ndarray]:
     """Values at the nodes of two grids as a field, see `SmoothedCouple.field`."""
     F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
     if isinstance(grids, DualMesh):

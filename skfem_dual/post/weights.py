@@ -19,7 +19,7 @@ def smoothing_weights(ratio: float) -> Weights:
     return Weights(1.0, 1.0, D1=ratio, D2=ratio)
 
 
-def gcv_weights(neighbours: Neighbours, F, G, seed: int = 0) -> Weights:
+def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -> Weights:
     """The weights that generalised cross-validation chooses for values with random errors.
 
     In the family A1 = A2 = 1, D1 = D2 = t the score ``|y - S y|^2 / (1 - tr(S)/n)^2`` is
@@ -69,7 +69,7 @@ def _smoothed(functional: CoupleFunctional, y: ndarray) -> ndarray:
     return np.concatenate(functional.minimise(y[:first], y[first:]))
 
 
-def chosen(weights: Choice, neighbours: Neighbours, F, G) -> tuple[Weights, str]:
+def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> tuple[Weights, str]:
     """Weights given or found, and how, for old values F and G.
 
     Raises
@@ -91,4 +91,4 @@ def chosen(weights: Choice, neighbours: Neighbours, F, G) -> tuple[Weights, str]
         raise TypeError(
             f"expected weights as a pair W1, W2 or Weights, got {shown(weights)}"
         ) from None
-    return Weights.init_paper(old, new), "W1, W2 given, B = 16"
+    return Weights.init_paper(old, new), "W1, W2 given, B = 16, D = 16 W2"

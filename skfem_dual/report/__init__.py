@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from ..arguments import checked_flag, checked_instance, checked_sequence, checke
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
-from ..io import PathLike, write_whole
+from ..io import write_whole
+from ..io.writing import PathLike
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .input import input_section
 from .numbers import Standing
@@ -23,7 +25,7 @@ from .results import in_short, position_section, pressure_section, standing_sect
 TITLE = "Rigid punch on elastic ground"
 
 
-def write_report(path: PathLike, solution: PunchSolution, **options) -> None:
+def write_report(path: PathLike, solution: PunchSolution, **options: Any) -> None:
     """Write `report_html` to a file ending in ``.html``, whole or not at all.
 
     Parameters

@@ -41,9 +41,9 @@ def warnings_of(
     remarks: Sequence[str],
 ) -> Html:
     """What a reader must know before the results."""
-    found = []
+    notices = []
     if not solution.success:
-        found.append(
+        notices.append(
             notice(
                 "fault",
                 "NOT CONVERGED: do not use these results",
@@ -52,7 +52,7 @@ def warnings_of(
         )
 
     def caution(*parts: Any) -> None:
-        found.append(notice("caution", "Caution", *parts))
+        notices.append(notice("caution", "Caution", *parts))
 
     if couple is not None and not couple.success:
         caution(f"The solution on the other grid did not converge: {couple.message}.")
@@ -83,7 +83,7 @@ def warnings_of(
     for remark in dict.fromkeys(remarks):
         if remark not in told:
             caution(remark)
-    return joined(found)
+    return joined(notices)
 
 
 def resultant_section(solution: PunchSolution, standing: Standing) -> Html:
@@ -170,7 +170,7 @@ def _meaning(solution: PunchSolution, cells: PunchSolution, estimate: CoupleEsti
     load = solution.load
     given_load = load.settlement is None and load.tilt is None
     flat = solution.punch.gap is None
-    if estimate.bracketed and given_load and flat:
+    if estimate.bracketed[0] and given_load and flat:
         return joined(
             [
                 "With constant pressures, dual cells collocated in their nodes and triangles in "

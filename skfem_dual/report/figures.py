@@ -17,8 +17,10 @@ from ..grids.cellwise import nodal_mesh
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
 from ..visuals.matplotlib import draw, isobars, plot_kern
+from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
-from .numbers import Standing, relative_pressure
+from ..visuals.subject import pressure_scale
+from .numbers import Standing
 from .page import Picture
 
 if TYPE_CHECKING:
@@ -53,17 +55,17 @@ def isobar_picture(solution: PunchSolution, standing: Standing) -> tuple[Picture
     ValueError
         If the pressure has no isobars, for it is constant or zero.
     """
-    basis, values, title = relative_pressure(solution)
-    region = solution.contact_region
+    _, quantity = pressure_scale(solution)
+    region, mesh = solution.contact_region, nodal_mesh(solution.punch.basis)
 
     def drawn(ax: Axes) -> None:
-        isobars(basis, values, title=title, contact=region, ax=ax)
+        isobars(solution, ax=ax)
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
         _mark_force(ax, standing)
 
-    vector = basis.mesh.nelements <= LINES
-    return _embedded(drawn, basis.mesh.p, bar=1.1, vector=vector), title
+    vector = mesh.nelements <= LINES
+    return _embedded(drawn, mesh.p, bar=1.1, vector=vector), quantity
 
 
 def plan_picture(standing: Standing, names: list[str]) -> Picture:
@@ -135,6 +137,7 @@ def _one_path_each(ax: Axes) -> None:
         lines.remove()
 
 
+@one_at_a_time
 def _embedded(
     drawn: Callable[[Axes], None], p: ndarray, bar: float = 0.0, vector: bool = True
 ) -> Picture:

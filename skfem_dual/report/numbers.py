@@ -248,32 +248,3 @@ class Standing:
     def is_level(self, slope: float) -> bool:
         """Whether a slope makes no difference to speak of between the settlements."""
         return abs(slope) * self.size <= LEVEL * np.abs(self.settlement_of_hull).max()
-
-
-def relative_pressure(solution: PunchSolution):
-    """Nodal pressures over a scale, to draw isobars of.
-
-    The scale is the mean pressure, or the largest where moments alone leave no mean.
-
-    Returns
-    -------
-    basis : CellBasis
-        As `PunchSolution.nodal_pressure`.
-    values : (N,) array of float
-        Its vector.
-    title : str
-        Name of the quantity.
-
-    Raises
-    ------
-    ValueError
-        If there is no pressure at all.
-    """
-    basis, pressure = solution.nodal_pressure()
-    largest = abs(pressure).max()
-    if largest == 0:
-        raise ValueError("expected a load to draw isobars of, got no pressure at all")
-    scale, title = solution.mean_pressure, "p / mean p"
-    if abs(scale) < 1e-3 * largest:
-        scale, title = largest, "p / max |p|"
-    return basis, pressure / scale, title

@@ -1,5 +1,6 @@
 """Many problems through any executor: results as they come, kept in a file, ordered at the end."""
 
+import os
 import uuid
 import warnings
 from collections import deque
@@ -7,13 +8,19 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
-from operator import index
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from tqdm import tqdm
 
+from ..arguments import (
+    checked_flag,
+    checked_instance,
+    checked_integer,
+    checked_sequence,
+    shown,
+)
 from ..errors import ConvergenceWarning
 from .records import (
     PathLike,
@@ -25,6 +32,9 @@ from .records import (
     restored_record,
 )
 from .workers import Job, all_answers, cores, error_text, ours
+
+#: workers and threads beyond this are a mistake
+MOST = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,9 +206,14 @@ def sweep(
     ['0.07', '0.14', '0.21']
     """
     if not callable(problem):
-        raise TypeError(f"expected a callable problem such as punch.solve, got {problem!r}")
+        raise TypeError(f"expected a callable problem such as punch.solve, got {shown(problem)}")
+    progress = checked_flag("progress", progress)
+    if file is not None:
+        checked_instance("file", file, (str, os.PathLike))
+    if on_result is not None and not callable(on_result):
+        raise TypeError(f"expected a function for on_result, got {shown(on_result)}")
     threads = _threads(executor, threads)
-    cases = list(cases)
+    cases = checked_sequence("cases", cases)
     start = perf_counter()
     token = _token(problem, needed=file is not None)
     job = Job(token, problem, cases, threads)
@@ -272,14 +287,12 @@ def _threads(executor: Executor | int | None, threads: int | None) -> int | None
     if isinstance(executor, bool) or not isinstance(executor, (int, Executor, type(None))):
         raise TypeError(
             f"expected a concurrent.futures.Executor, a number of workers or None, got "
-            f"{executor!r}. Remedy for a client of dask: client.get_executor()"
+            f"{shown(executor)}. Remedy for a client of dask: client.get_executor()"
         )
-    if isinstance(executor, int) and executor < 1:
-        raise ValueError(f"expected at least one worker, got {executor}")
+    if isinstance(executor, int):
+        checked_integer("executor", executor, at_least=1, at_most=MOST)
     if threads is not None:
-        if index(threads) < 1:
-            raise ValueError(f"expected at least one thread, got {threads}")
-        return index(threads)
+        return checked_integer("threads", threads, at_least=1, at_most=MOST)
     if isinstance(executor, int):
         return max(1, cores() // executor)
     return None if executor is None else 1

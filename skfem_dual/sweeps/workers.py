@@ -21,6 +21,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from ..kernels.limits import limited_threads
+from .orphans import end_with_parent
 from .records import Problem, pickled
 
 Answers = Generator[tuple[int, "_Answer"], None, None]
@@ -86,7 +87,7 @@ def _started(workers: int, job: Job) -> ProcessPoolExecutor:
     """Worker processes that have the problem."""
     # a forked process would have locks, but not the threads, of BLAS and numba
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, context, _receive, (job.token, job.problem))
+    pool = ProcessPoolExecutor(workers, context, _begin, (job.token, job.problem))
     try:
         for ready in [pool.submit(os.getpid) for _ in range(workers)]:
             ready.result()
@@ -183,12 +184,18 @@ ours: dict[bytes, Problem] = {}
 received: dict[bytes, Problem] = {}
 
 
+def _begin(token: bytes, problem: Problem) -> None:
+    end_with_parent()
+    _receive(token, problem)
+
+
 def _receive(token: bytes, problem: Problem) -> None:
     received.clear()  # what was there may hold a large matrix
     received[token] = problem
 
 
 def _work(task: _Task) -> _Answer:
+    end_with_parent()
     worker = f"{platform.node()} {os.getpid()} {threading.get_ident()}"
     problem = ours.get(task.token)
     if problem is None:

@@ -14,6 +14,9 @@ from .style import MISSING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colorbar import Colorbar
+    from matplotlib.tri import Triangulation
 
 
 def pyplot() -> Any:
@@ -25,13 +28,19 @@ def pyplot() -> Any:
     return plt
 
 
+def checked_axes(ax: Axes | None) -> Axes | None:
+    """``ax`` itself, if it is one of matplotlib or None; otherwise a TypeError."""
+    if ax is not None and not isinstance(ax, pyplot().Axes):
+        raise TypeError(f"expected matplotlib's Axes for ax, got {shown(ax)}")
+    return ax
+
+
 def prepared(ax: Axes | None, p: ndarray) -> Axes:
     """The axes to draw the points ``p`` in, with a method show as skfem's have."""
     plt = pyplot()
+    ax = checked_axes(ax)
     from matplotlib.ticker import MaxNLocator
 
-    if ax is not None and not isinstance(ax, plt.Axes):
-        raise TypeError(f"expected matplotlib's Axes for ax, got {shown(ax)}")
     if ax is None:
         width, height = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
         size = (max(5.5 * width, 3.4) + 1.6, max(5.5 * height, 1.5) + 0.9)
@@ -46,7 +55,7 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     return ax
 
 
-def triangulation(field: Field | ContactRegion):
+def triangulation(field: Field | ContactRegion) -> Triangulation:
     """The triangles for matplotlib."""
     from matplotlib.tri import Triangulation
 
@@ -73,7 +82,14 @@ def draw_segments(
     ax.autoscale_view()
 
 
-def scalar_bar(ax: Axes, colored, title: str, **options):
+def data_per_point(ax: Axes) -> float:
+    """How much of the coordinates a point of type is, in the axes as they are laid out now."""
+    ax.figure.draw_without_rendering()  # type: ignore[union-attr]
+    pixels = ax.transData.transform([[0.0, 0.0], [1.0, 0.0]])
+    return float(ax.figure.dpi / 72 / np.ptp(pixels[:, 0]))
+
+
+def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)
     place: dict[str, Any] = (

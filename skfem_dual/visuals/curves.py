@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked_text
 from ..contact.paths import MomentRotation
 from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
-from .axes import draw_segments, prepared, pyplot
+from .axes import checked_axes, draw_segments, prepared, pyplot
 from .field import Field
+from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"
 SHOWN = 0.85
 
 
+@one_at_a_time
 def plot_edge(
     coefficient: EdgeCoefficient, *, title: str | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -53,7 +56,9 @@ def plot_edge(
     if not isinstance(coefficient, EdgeCoefficient):
         raise TypeError(f"expected an EdgeCoefficient, got {type(coefficient).__name__}")
     plt = pyplot()
-    ax = ax or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
+    if title is not None:
+        checked_text("title", title)
+    ax = checked_axes(ax) or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
     contours = np.unique(coefficient.contour)
     for contour, (color, style) in zip(contours, cycle(LINES)):
         own = coefficient.contour == contour
@@ -77,6 +82,7 @@ def plot_edge(
     return ax
 
 
+@one_at_a_time
 def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     """Draw the kern of a plan: under a force inside it the punch does not lift off.
 
@@ -115,6 +121,7 @@ def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@one_at_a_time
 def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Axes:
     """Plot the moment on a footing over its rotation, up to overturning.
 
@@ -142,7 +149,7 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     if not isinstance(curve, MomentRotation):
         raise TypeError(f"expected a MomentRotation, got {type(curve).__name__}")
     plt = pyplot()
-    ax = ax or plt.figure(figsize=(6.2, 4.2), layout="compressed").add_subplot()
+    ax = checked_axes(ax) or plt.figure(figsize=(6.2, 4.2), layout="compressed").add_subplot()
     note: dict[str, Any] = {"fontsize": 9, "color": OUTLINE}
     rotation, share = curve.rotation, curve.eccentricity / curve.overturning
     right = np.interp(SHOWN, share, rotation)

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.sparse import eye
 from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
@@ -16,6 +17,8 @@ from ..grids.fan import Fan
 
 FLAT = (ElementTriP0, ElementQuad0)
 CONTINUOUS = (ElementTriP1, ElementQuad1)
+#: how often elements of higher order are cut in four
+HIGHER = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,9 @@ class Field:
     flat: bool
 
     @classmethod
-    def from_basis(cls, basis: CellBasis, values, elements=FLAT + CONTINUOUS) -> "Field":
+    def from_basis(
+        cls, basis: CellBasis, values: ArrayLike, elements: tuple[type, ...] = FLAT + CONTINUOUS
+    ) -> "Field":
         """The field of ``basis`` with ``values`` of its DOFs.
 
         Cells of a dual grid come as their triangles in the common refinement, because
@@ -63,19 +68,14 @@ class Field:
         if not isinstance(basis.elem, elements):
             names = ", ".join(e.__name__ for e in elements)
             remedy = (
-                "solution.nodal_pressure() gives nodal values"
+                "solution.pressure_field() gives a continuous one"
                 if isinstance(basis.elem, FLAT)
                 else "project onto one of these first"
             )
             raise ValueError(
                 f"expected a basis of {names}, got {type(basis.elem).__name__}. Remedy: {remedy}"
             )
-        values = checked_array("values", values, None, each="DOF")
-        if values.shape != (basis.N,):
-            raise ValueError(
-                f"expected values, one for each of the {basis.N} DOFs, got shape {values.shape}"
-            )
-
+        values = _checked(basis, values)
         mesh, flat = basis.mesh, isinstance(basis.elem, FLAT)
         p, t = mesh.p, mesh.t if basis.tind is None else mesh.t[:, basis.tind]
         cells = basis.element_dofs[0] if flat else np.arange(t.shape[1])
@@ -168,6 +168,53 @@ class Field:
         parted[side[cells != cells[start[side]]]] = True
         ends = first[sides[:, start]]
         return ends[:, count == 1], ends[:, parted]
+
+
+def continuous(basis: CellBasis, values: ArrayLike) -> Field:
+    """The continuous field of any scalar basis, for lines of equal values.
+
+    Elements of higher order are cut in triangles, on which they are taken as linear.
+
+    Raises
+    ------
+    TypeError
+        If ``basis`` is not a CellBasis.
+    ValueError
+        If the field is not a scalar or jumps between the elements, or the values are not finite
+        or too many or too few.
+    """
+    if not isinstance(basis, CellBasis) or isinstance(basis.elem, FLAT + CONTINUOUS):
+        return Field.from_basis(basis, values, CONTINUOUS)
+    name = type(basis.elem).__name__
+    if basis.elem.refdom.dim() != 2 or np.ndim(basis.basis[0][0]) != 2:
+        raise ValueError(f"expected a plane basis of scalars, got one of {name}")
+    values = _checked(basis, values)
+    mesh, y = basis.refinterp(values, nrefs=HIGHER)
+    y = np.ravel(y)
+    # each element has points of its own: those in one place become one
+    scale = np.ptp(mesh.p, axis=1).max()
+    place = np.round((mesh.p - mesh.p.min(axis=1, keepdims=True)) / scale, 9)
+    _, first, number = np.unique(place[0] + 1j * place[1], return_index=True, return_inverse=True)
+    if np.any(jump := abs(y - y[first][number]) > 1e-6 * np.ptp(y)):
+        x = mesh.p[:, np.argmax(jump)]
+        raise ValueError(
+            f"expected a continuous field, got one of {name} that jumps at ({x[0]:.6g}, "
+            f"{x[1]:.6g}). Remedy: project it onto ElementTriP1 first"
+        )
+    element = ElementTriP1() if len(mesh.t) == 3 else ElementQuad1()
+    t = np.ascontiguousarray(number[mesh.t], dtype=np.int32)
+    welded = type(mesh)(np.ascontiguousarray(mesh.p[:, first]), t)
+    return Field.from_basis(CellBasis(welded, element), y[first], CONTINUOUS)
+
+
+def _checked(basis: CellBasis, given: ArrayLike) -> ndarray:
+    """One finite value for each DOF."""
+    values = checked_array("values", given, None, each="DOF")
+    if values.shape != (basis.N,):
+        raise ValueError(
+            f"expected values, one for each of the {basis.N} DOFs, got shape {values.shape}"
+        )
+    return values
 
 
 def _levels(region: ContactRegion, x: ndarray) -> ndarray:

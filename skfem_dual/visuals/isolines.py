@@ -2,14 +2,20 @@
 
 import numpy as np
 from numpy import ndarray
+from scipy.interpolate import splev, splprep
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from .field import Field
 
-#: width and height of a label, in parts of the greater extent of the plan
-LABEL_SIZE = (0.065, 0.032)
+#: width of a letter, margins beside a label and its height with those above and below it, in
+#: heights of a letter
+WIDTH, PAD, HEIGHT = 0.66, 0.5, 1.3
+#: a line with a label is so many times as long as half the label
+LONG = 7.0
+#: mean distance of a smooth edge of contact from the points found, in segments between them
+KINK = 0.1
 
 
 def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
@@ -33,11 +39,13 @@ def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
     return segments, connected_components(joined, directed=False)[1][number[::2]]
 
 
-def label_points(field: Field, levels: ndarray) -> dict[int, ndarray]:
-    """One point for the label of each level, on its longest line.
+def label_boxes(
+    field: Field, levels: ndarray, texts: list[str], letter: float
+) -> dict[int, ndarray]:
+    """Room for the label of each level, upright and on one of its lines.
 
-    Labels keep away from each other and from other lines. A level has no label if its lines
-    are too short for one, or it would collide with another.
+    A box is inside the field, and neither other labels nor lines of other levels nor the edge
+    run through it. A level has no label if there is no such place.
 
     Parameters
     ----------
@@ -45,37 +53,81 @@ def label_points(field: Field, levels: ndarray) -> dict[int, ndarray]:
         A continuous field.
     levels : (n,) array of float
         The levels.
+    texts : list of str
+        The labels.
+    letter : float
+        Height of a letter, in units of the coordinates.
 
     Returns
     -------
     dict
-        From the number of the level to the coordinates, shape (2,).
+        From the number of the level to the lower left and the upper right corner, shape (2, 2).
     """
-    # distances in label sizes from here on
-    scale = np.ptp(field.p, axis=1).max() * np.array(LABEL_SIZE)[:, None]
-    middles, longest, lengths = [], [], []
-    for level in levels:
-        segments, lines = isoline(field, level)
-        middle = segments.mean(axis=2) / scale
-        dx, dy = (segments[..., 1] - segments[..., 0]) / scale
-        length = np.bincount(lines, weights=np.hypot(dx, dy), minlength=1)
-        middles.append(middle)
-        longest.append(middle[:, lines == length.argmax()])
-        lengths.append(length.max())
-    outline = field.p[:, field.outline].mean(axis=1) / scale
-
+    lines = [isoline(field, level) for level in levels]
+    edge = _samples(field.p[:, field.outline].transpose(0, 2, 1), letter / 4)
+    drawn = [_samples(segments, letter / 4) for segments, _ in lines]
+    longest, lengths = zip(*(_longest(*line) for line in lines), strict=True)
+    half = letter / 2 * np.array([[WIDTH * len(text) + PAD, HEIGHT] for text in texts])
     found: dict[int, ndarray] = {}
     for i in np.argsort(lengths).tolist():  # short lines choose first
-        if lengths[i] < 4:
+        if lengths[i] < LONG * half[i, 0]:
             continue
-        candidates = longest[i]
+        scale = half[i, :, None]
+        candidates = _samples(longest[i], letter / 4)
         candidates = candidates[:, :: max(1, candidates.shape[1] // 500)]
-        others = np.hstack([outline, *middles[:i], *middles[i + 1 :]])
-        clear = cKDTree(others.T).query(candidates.T, p=np.inf)[0]
+        others = np.hstack([edge, *drawn[:i], *drawn[i + 1 :]]) / scale
+        clear = cKDTree(others.T).query((candidates / scale).T, p=np.inf)[0]
         apart = np.full(candidates.shape[1], np.inf)
-        for point in found.values():
-            apart = np.minimum(apart, abs(candidates - point[:, None]).max(axis=0))
-        best = np.argmax(np.minimum(clear, 1) + np.minimum(apart / 6, 1))
-        if apart[best] > 1.2:
-            found[i] = candidates[:, best]
-    return {i: point * scale[:, 0] for i, point in found.items()}
+        for box in found.values():
+            centre, size = box.mean(axis=1), np.ptp(box, axis=1) / 2
+            reach = abs(candidates - centre[:, None]) / (half[i] + size)[:, None]
+            apart = np.minimum(apart, reach.max(axis=0))
+        room = (clear > 1.1) & (apart > 1.2)
+        if room.any():
+            liking = np.minimum(clear, 2) + np.minimum(apart / 4, 1)
+            best = candidates[:, np.argmax(np.where(room, liking, -np.inf))]
+            found[i] = best[:, None] + half[i][:, None] * [-1, 1]
+    return found
+
+
+def _longest(segments: ndarray, lines: ndarray) -> tuple[ndarray, float]:
+    """The segments of the longest line, and its length."""
+    length = np.bincount(lines, np.hypot(*(segments[..., 1] - segments[..., 0])), minlength=1)
+    return segments[:, lines == length.argmax()], float(length.max())
+
+
+def _samples(segments: ndarray, step: float) -> ndarray:
+    """Points along segments, shape (2, n, 2), not farther apart than a step."""
+    a, b = segments[..., 0], segments[..., 1]
+    pieces = np.maximum(1, np.ceil(np.hypot(*(b - a)) / step).astype(int))
+    segment = np.repeat(np.arange(len(pieces)), pieces)
+    k = np.arange(len(segment)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return a[:, segment] + (k + 0.5) / pieces[segment] * (b - a)[:, segment]
+
+
+def smooth_line(line: ndarray) -> ndarray:
+    """An edge of contact without the kinks it has from triangle to triangle.
+
+    Parameters
+    ----------
+    line : (2, k) array of float
+        Points in order; a closed line ends where it begins.
+
+    Returns
+    -------
+    (2, n) array of float
+        A smoothing spline, about a tenth of a segment from the points, with the same ends.
+    """
+    step = np.hypot(*np.diff(line, axis=1))
+    closed = bool(np.all(line[:, 0] == line[:, -1]))
+    kept = np.append(True, step > 0.2 * np.median(step))
+    kept[-1] = True
+    x = line[:, kept]
+    if x.shape[1] < 6:
+        return line
+    weight = np.ones(x.shape[1])
+    if not closed:
+        weight[[0, -1]] = 100.0  # on the edge of the plan
+    allowed = x.shape[1] * (KINK * np.median(step)) ** 2
+    spline, _ = splprep(list(x), w=weight, s=allowed, per=closed, quiet=True)
+    return np.array(splev(np.linspace(0, 1, 12 * x.shape[1]), spline))

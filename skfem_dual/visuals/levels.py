@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_integer, checked_pair
 from .field import Field
@@ -12,7 +13,7 @@ from .field import Field
 MOST = 1000
 
 
-def quantiles(field: Field, fractions) -> ndarray:
+def quantiles(field: Field, fractions: Sequence[float] | ndarray) -> ndarray:
     """Values below which the field stays on the given fractions of the area.
 
     Triangles on which a field is constant do not count, nor does a minimum of piecewise
@@ -53,7 +54,11 @@ def roundest(low: float, high: float) -> float:
         exponent -= 1
 
 
-def choose_levels(field: Field, levels: int | Sequence[float] | ndarray | None = None) -> ndarray:
+def choose_levels(
+    field: Field,
+    levels: int | Sequence[float] | ndarray | None = None,
+    singular: bool = False,
+) -> ndarray:
     """Levels of isobars.
 
     Parameters
@@ -61,9 +66,12 @@ def choose_levels(field: Field, levels: int | Sequence[float] | ndarray | None =
     field : Field
         A field that is not constant.
     levels : int or sequence of float, optional
-        The levels, or their number, 8 by default. Chosen levels are round numbers at quantiles
-        of the area: a contact pressure grows like the inverse square root of the distance to
-        the edge, and equally spaced levels would crowd there.
+        The levels, or about how many, 8 by default. Chosen levels are round numbers in equal
+        steps, in the range of `color_range`.
+    singular : bool
+        Whether the field grows beyond all bounds to the edge, where levels in equal steps would
+        crowd: chosen ones then are round numbers at quantiles of the area, and zero where the
+        sign changes.
 
     Returns
     -------
@@ -81,9 +89,14 @@ def choose_levels(field: Field, levels: int | Sequence[float] | ndarray | None =
         raise ValueError(f"expected a field with isobars, got the constant {low:.6g}")
     if levels is None or isinstance(levels, (int, np.integer)):
         n = 8 if levels is None else checked_integer("levels", levels, at_least=1, at_most=MOST)
-        between = (np.arange(1, n + 1) + np.array([[-0.3], [0.3]])) / (n + 1)
+        if not singular:
+            return _equidistant(*color_range(field)[:2], n)
+        between = (np.arange(1, n + 1) + np.array([[-0.4], [0.4]])) / (n + 1)
         ranges = quantiles(field, between).T
-        return np.unique([roundest(a, b) for a, b in ranges if a < b])
+        chosen = np.unique([roundest(a, b) for a, b in ranges if a < b])
+        if low < 0 < high:
+            chosen[np.argmin(abs(chosen))] = 0.0
+        return chosen
     chosen = checked_array("levels", levels, ("n",), least=1)
     if not np.all(np.diff(chosen) > 0):
         raise ValueError(f"expected increasing levels, got {chosen.tolist()}")
@@ -92,6 +105,18 @@ def choose_levels(field: Field, levels: int | Sequence[float] | ndarray | None =
             f"expected a level between {low:.6g} and {high:.6g}, got {chosen.tolist()}"
         )
     return chosen
+
+
+def _equidistant(low: float, high: float, n: int) -> ndarray:
+    """Multiples of 1, 2, 2.5 or 5 times a power of ten between two numbers, about n of them."""
+    unit = 10.0 ** np.floor(np.log10((high - low) / n))
+    found = []
+    for step in unit * np.array([0.5, 1, 2, 2.5, 5, 10, 20]):
+        margin = 0.02 * step  # at the very ends there is no line
+        first, last = np.ceil((low + margin) / step), np.floor((high - margin) / step)
+        # the shortest decimal, no -0
+        found.append([float(f"{k * step:.12g}") + 0.0 for k in np.arange(first, last + 1)])
+    return np.array(min((f for f in found if f), key=lambda f: abs(len(f) - n)))
 
 
 def color_range(
@@ -121,7 +146,7 @@ def color_range(
     return low, high, smallest < low, greatest > high
 
 
-def common_exponent(values) -> int:
+def common_exponent(values: ArrayLike) -> int:
     """The power of ten, a multiple of three, to take out of numbers too long to read.
 
     >>> common_exponent([1.05, 3]), common_exponent([2.4e5, 7e5]), common_exponent([2e-6, 3e-6])
@@ -132,7 +157,7 @@ def common_exponent(values) -> int:
     return 0 if 1e-2 <= typical < 1e4 else 3 * int(np.floor(np.log10(typical) / 3))
 
 
-def short_numbers(values, exponent: int) -> list[str]:
+def short_numbers(values: ArrayLike, exponent: int) -> list[str]:
     """``values / 10**exponent`` with as few digits as tell them apart.
 
     >>> short_numbers([1.05, 1.5, 3.0], 0), short_numbers([2.4e5, 1.2e6], 3)

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
 from ..contact.region import ContactRegion
+from ..contact.solution import PunchSolution
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
-from .axes import draw_segments, prepared, scalar_bar, triangulation
+from .axes import data_per_point, draw_segments, prepared, scalar_bar, triangulation
 from .curves import plot_edge, plot_kern, plot_moment_rotation
-from .field import CONTINUOUS, Field
-from .isolines import label_points
+from .field import Field
+from .isolines import label_boxes, smooth_line
 from .levels import (
     choose_levels,
     color_range,
@@ -25,6 +27,7 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
+from .offscreen import one_at_a_time
 from .style import (
     COLORMAP,
     CONTACT,
@@ -35,13 +38,18 @@ from .style import (
     fineness,
     layers,
 )
+from .subject import Subject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: size of labels on isobars, in points
+LETTER = 8
+
 __all__ = ["draw", "isobars", "plot", "plot_edge", "plot_kern", "plot_moment_rotation"]
 
 
+@one_at_a_time
 def draw(
     grid: Mesh2D | DualMesh | GridCouple,
     *,
@@ -100,9 +108,10 @@ def draw(
     return ax
 
 
+@one_at_a_time
 def plot(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     *,
     title: str | None = None,
     clim: Sequence[float] | None = None,
@@ -169,19 +178,20 @@ def plot(
         width = 0.7 * fineness(len(np.unique(field.cells)))
         draw_segments(ax, field.p, field.ribs, OUTLINE, width)
     draw_segments(ax, field.p, field.outline, OUTLINE, 1.2)
-    _separation(ax, contact)
+    _separation(ax, contact, field)
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, beyond]
     exponent = common_exponent([low, high])
     bar = scalar_bar(ax, colored, title_with_factor(title, exponent), extend=extend)
     ticks = bar.get_ticks()
     ticks = ticks[(ticks >= low) & (ticks <= high)]
-    bar.set_ticks(ticks, labels=short_numbers(ticks, exponent))
+    bar.set_ticks(ticks.tolist(), labels=short_numbers(ticks, exponent))
     return ax
 
 
+@one_at_a_time
 def isobars(
-    basis: CellBasis,
-    values,
+    pressure: PunchSolution | CellBasis,
+    values: ArrayLike | None = None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
     title: str | None = None,
@@ -194,22 +204,25 @@ def isobars(
 
     Parameters
     ----------
-    basis : CellBasis
-        A continuous basis of first order (ElementTriP1 or ElementQuad1).
-    values : (N,) array of float
-        One value per DOF.
+    pressure : PunchSolution or CellBasis
+        A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
+        it, with the edge of contact; or any continuous scalar basis, also of higher order.
+    values : (N,) array of float, optional
+        One value per DOF of the basis.
     levels : int or sequence of float, optional
-        The values of the isobars, or how many. By default eight round numbers that part the
-        area about equally.
+        The values of the isobars, or about how many. By default about eight round numbers in
+        equal steps, zero among them where the sign changes; of a solution with a singular edge
+        such as part the area about equally.
     title : str, optional
         Quantity and unit, beside the scalar bar; big numbers get a common factor there.
     labels : bool
-        Whether to write the values on the isobars, once each where there is room.
+        Whether to write the values on the isobars, once each where there is room: inside the
+        plan and off other lines and labels.
     cmap : str
         Name of a matplotlib colour map.
     contact : ContactRegion, optional
-        ``solution.contact_region``: its edge is drawn, where the field falls to zero, and nothing
-        but a neutral colour where the punch has lifted off.
+        Of a basis, ``solution.contact_region``: its edge is drawn, where the field falls to
+        zero, and nothing but a neutral colour where the punch has lifted off.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
@@ -223,14 +236,14 @@ def isobars(
     ImportError
         If matplotlib is missing.
     TypeError, ValueError
-        If ``basis`` is of another kind, the values are constant, not finite or not one per DOF,
+        If ``pressure`` is of another kind, the values are constant, not finite or not one per DOF,
         the levels do not increase or none is between the values, or ``contact`` is none or that
         of another plan.
     """
     checked_style(title, cmap, labels=labels)
-    field = Field.from_basis(basis, values, CONTINUOUS)
-    pressed = field if contact is None else field.in_contact(contact)
-    chosen = choose_levels(pressed, levels)
+    subject = Subject.of(pressure, values, title, contact)
+    field, pressed = subject.field, subject.pressed
+    chosen = choose_levels(pressed, levels, subject.singular)
     exponent = common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
     ax = prepared(ax, field.p)
@@ -247,7 +260,7 @@ def isobars(
         colors=colors,
         extend="neither" if single else "both",
     )
-    lines = ax.tricontour(
+    ax.tricontour(
         triangles,
         pressed.values,
         levels=chosen,
@@ -256,35 +269,29 @@ def isobars(
         linestyles="solid",
     )
     draw_segments(ax, field.p, field.outline, OUTLINE, 1.4)
-    _separation(ax, contact)
+    _separation(ax, subject.contact, field)
+    bar = scalar_bar(ax, bands, title_with_factor(subject.title, exponent), spacing="uniform")
+    bar.set_ticks(chosen.tolist(), labels=texts)
     if labels:
-        from matplotlib.patheffects import withStroke
-
-        points = label_points(pressed, chosen)
-        written = ax.clabel(
-            lines,
-            fmt=dict(zip(chosen, texts)),
-            manual=list(points.values()),
-            fontsize=8,
-            colors=OUTLINE,
-            inline_spacing=3,
-        )
-        for text in written:
-            text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffff99")])
-    bar = scalar_bar(ax, bands, title_with_factor(title, exponent), spacing="uniform")
-    bar.set_ticks(chosen, labels=texts)
+        _labels(ax, label_boxes(pressed, chosen, texts, LETTER * data_per_point(ax)), texts)
     return ax
 
 
-def _separation(ax: Axes, contact: ContactRegion | None) -> None:
+def _labels(ax: Axes, boxes: dict[int, ndarray], texts: list[str]) -> None:
+    """The values of isobars in the middles of their boxes."""
+    box = {"boxstyle": "square,pad=0.1", "facecolor": "#ffffff99", "edgecolor": "none"}
+    style: dict[str, Any] = {"fontsize": LETTER, "color": OUTLINE, "ha": "center", "va": "center"}
+    for i, corners in boxes.items():
+        x, y = corners.mean(axis=1)
+        ax.text(x, y, texts[i], bbox=box, zorder=4, **style)
+
+
+def _separation(ax: Axes, contact: ContactRegion | None, field: Field) -> None:
     """The area out of contact, and the edge between."""
     if contact is None or not contact.edge:
         return
-    ax.tricontourf(
-        triangulation(contact),
-        contact.level,
-        levels=[contact.level.min() - 1, 0],
-        colors=[SEPARATED],
-    )
+    whole = np.zeros(field.p.shape[1])
+    options: dict[str, Any] = {"levels": [-1, 1], "colors": [SEPARATED], "zorder": 0.5}
+    ax.tricontourf(triangulation(field), whole, **options)
     for line in contact.edge:
-        ax.plot(*line, color=CONTACT, linewidth=2.2, zorder=3)
+        ax.plot(*smooth_line(line), color=CONTACT, linewidth=2.2, zorder=3)

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
 from ..contact.region import ContactRegion
+from ..contact.solution import PunchSolution
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
-from .field import CONTINUOUS, Field
-from .isolines import isoline, label_points
+from .field import Field
+from .isolines import isoline, label_boxes, smooth_line
 from .levels import (
     choose_levels,
     color_range,
@@ -25,7 +27,9 @@ from .levels import (
     short_numbers,
     title_with_factor,
 )
+from .offscreen import one_at_a_time
 from .scene import (
+    LETTER,
     PLAN,
     add_lines,
     add_points,
@@ -46,6 +50,7 @@ from .style import (
     fineness,
     layers,
 )
+from .subject import Subject
 
 if TYPE_CHECKING:
     import pyvista
@@ -53,6 +58,7 @@ if TYPE_CHECKING:
 UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
 
+@one_at_a_time
 def draw(
     grid: Mesh2D | DualMesh | GridCouple,
     *,
@@ -110,9 +116,10 @@ def draw(
     )
 
 
+@one_at_a_time
 def plot(
     basis: CellBasis,
-    values,
+    values: ArrayLike,
     *,
     title: str | None = None,
     clim: Sequence[float] | None = None,
@@ -186,9 +193,10 @@ def plot(
     return with_bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
 
 
+@one_at_a_time
 def isobars(
-    basis: CellBasis,
-    values,
+    pressure: PunchSolution | CellBasis,
+    values: ArrayLike | None = None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
     title: str | None = None,
@@ -201,22 +209,25 @@ def isobars(
 
     Parameters
     ----------
-    basis : CellBasis
-        A continuous basis of first order (ElementTriP1 or ElementQuad1).
-    values : (N,) array of float
-        One value per DOF.
+    pressure : PunchSolution or CellBasis
+        A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
+        it, with the edge of contact; or any continuous scalar basis, also of higher order.
+    values : (N,) array of float, optional
+        One value per DOF of the basis.
     levels : int or sequence of float, optional
-        The values of the isobars, or how many. By default eight round numbers that part the
-        area about equally.
+        The values of the isobars, or about how many. By default about eight round numbers in
+        equal steps, zero among them where the sign changes; of a solution with a singular edge
+        such as part the area about equally.
     title : str, optional
         Quantity and unit, above the scalar bar; big numbers get a common factor there.
     labels : bool
-        Whether to write the values on the isobars, once each where there is room.
+        Whether to write the values on the isobars, once each where there is room: inside the
+        plan and off other lines and labels.
     cmap : str
         Name of a matplotlib colour map.
     contact : ContactRegion, optional
-        ``solution.contact_region``: its edge is drawn, where the field falls to zero, and nothing
-        but a neutral colour where the punch has lifted off.
+        Of a basis, ``solution.contact_region``: its edge is drawn, where the field falls to
+        zero, and nothing but a neutral colour where the punch has lifted off.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("isobars.png")``; otherwise ``show()``
         opens a window.
@@ -232,16 +243,16 @@ def isobars(
     RuntimeError
         If there is no working OpenGL.
     TypeError, ValueError
-        If ``basis`` is of another kind, the values are constant, not finite or not one per DOF,
+        If ``pressure`` is of another kind, the values are constant, not finite or not one per DOF,
         the levels do not increase or none is between the values, or ``contact`` is none or that
         of another plan.
     """
     checked_style(title, cmap, labels=labels, off_screen=off_screen)
-    field = Field.from_basis(basis, values, CONTINUOUS)
-    pressed = field if contact is None else field.in_contact(contact)
+    subject = Subject.of(pressure, values, title, contact)
+    field, pressed, contact = subject.field, subject.pressed, subject.contact
     origin = field.p.mean(axis=1, keepdims=True)
     field, pressed = _moved(field, -origin), _moved(pressed, -origin)
-    chosen = choose_levels(pressed, levels)
+    chosen = choose_levels(pressed, levels, subject.singular)
     n, exponent = len(chosen), common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
     plotter = new_plotter(off_screen)
@@ -259,15 +270,17 @@ def isobars(
     add_lines(plotter, lines, OUTLINE, 1.5, 1)
     add_lines(plotter, field.p[:, field.outline.T], OUTLINE, 3, 2)
     _separation(plotter, contact, field, origin)
-    if labels and (points := label_points(pressed, chosen)):
+    letter = LETTER * np.ptp(field.p, axis=1).max() / PLAN
+    if labels and (boxes := label_boxes(pressed, chosen, texts, letter)):
         add_texts(
             plotter,
-            np.array(list(points.values())).T,
-            [texts[i] for i in points],
+            np.array([box.mean(axis=1) for box in boxes.values()]).T,
+            [texts[i] for i in boxes],
             background_color="white",
             background_opacity=0.6,
         )
-    return with_bar(plotter, colored, title_with_factor(title, exponent), field.p, origin)
+    title = title_with_factor(subject.title, exponent)
+    return with_bar(plotter, colored, title, field.p, origin)
 
 
 def _separation(
@@ -277,7 +290,8 @@ def _separation(
     if contact is None or not contact.edge:
         return
     plotter.add_mesh(surface(field, -1), color=SEPARATED, lighting=False)
-    ends = [np.stack([line[:, :-1], line[:, 1:]], axis=2) for line in contact.edge]
+    lines = map(smooth_line, contact.edge)
+    ends = [np.stack([line[:, :-1], line[:, 1:]], axis=2) for line in lines]
     add_lines(plotter, np.concatenate(ends, axis=1) - origin[:, :, None], CONTACT, 5, 3)
 
 

@@ -9,24 +9,22 @@ from numpy import ndarray
 
 from .field import Field
 from .levels import round_ticks, short_numbers
-from .offscreen import require_opengl
-from .style import MISSING, OUTLINE
+from .offscreen import one_at_a_time, require_pyvista
+from .style import OUTLINE
 
 if TYPE_CHECKING:
     import pyvista
 
 #: pixels of the greater extent of the plan, and of the margins left, below and above it
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
+#: size of texts in pixels
+LETTER = 16
 
 
 def new_plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
     """A plotter with a white background, or an error that names the remedy."""
-    try:
-        import pyvista
-    except ImportError as error:
-        raise ImportError(MISSING.format("pyvista")) from error
-    require_opengl()
-    plotter: Any = pyvista.Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter: Any = require_pyvista().Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter.screenshot = one_at_a_time(plotter.screenshot)
     plotter.set_background("white")
     return plotter
 
@@ -65,13 +63,13 @@ def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) ->
     )
 
 
-def add_texts(plotter: Any, p: ndarray, texts: list[str], **options) -> None:
+def add_texts(plotter: Any, p: ndarray, texts: list[str], **options: Any) -> None:
     """Texts about points, above all else."""
     plotter.add_point_labels(
         raised(p, 3),
         texts,
         **{"justification_horizontal": "center", "justification_vertical": "center"} | options,
-        font_size=16,
+        font_size=LETTER,
         bold=False,
         text_color="black",
         shape=None,
@@ -113,7 +111,7 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     return plotter
 
 
-def with_bar(plotter: Any, colored, title: str, p: ndarray, origin: ndarray) -> Any:
+def with_bar(plotter: Any, colored: Any, title: str, p: ndarray, origin: ndarray) -> Any:
     """The view of the plan ``p`` with a scalar bar of the actor ``colored`` on its right."""
     right = max(190, 40 + 10 * len(title))
     view(plotter, p, origin, right)

@@ -81,15 +81,15 @@ def layers(
 
 def _fault_layers(mesh: Mesh2D, condition: Condition) -> Iterator[Layer]:
     """Where a condition is violated."""
-    label, found = f"{condition.entity}s at fault", condition.offending
+    label, offenders = f"{condition.entity}s at fault", condition.offending
     if condition.entity == "node":
-        yield Layer(label, mesh.p[:, found], None, FAULT, 10)
+        yield Layer(label, mesh.p[:, offenders], None, FAULT, 10)
     elif condition.entity == "facet":
-        yield Layer(label, mesh.p, mesh.facets[:, found], FAULT, 5)
-        middles = mesh.p[:, mesh.facets[:, found]].mean(axis=1)
+        yield Layer(label, mesh.p, mesh.facets[:, offenders], FAULT, 5)
+        middles = mesh.p[:, mesh.facets[:, offenders]].mean(axis=1)
         yield Layer("their middles", middles, None, FAULT, 10)
     else:
-        yield Layer(label, mesh.p[:, mesh.t[:, found]].mean(axis=1), None, FAULT, 10)
+        yield Layer(label, mesh.p[:, mesh.t[:, offenders]].mean(axis=1), None, FAULT, 10)
 
 
 def _couple_layers(couple: GridCouple, nodes: bool) -> Iterator[Layer]:

@@ -1,0 +1,84 @@
+"""Force and moments of scikit-fem fields, put right by the least change."""
+
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+from skfem import CellBasis, LinearForm
+
+from ..errors import ConvergenceError
+
+
+def field_resultant(basis: CellBasis, values: ndarray, origin: ArrayLike = (0.0, 0.0)) -> ndarray:
+    """Integrals of a field, and of it times x and y from an origin, shape (3,)."""
+    return _integrals(basis, np.asarray(origin, dtype=float)) @ values
+
+
+def _integrals(basis: CellBasis, origin: ndarray) -> ndarray:
+    def arm(w: Any) -> list:
+        return [1.0, w.x[0] - origin[0], w.x[1] - origin[1]]
+
+    return np.stack(
+        [LinearForm(lambda v, w, k=k: v * arm(w)[k]).assemble(basis) for k in range(3)]
+    )
+
+
+def balanced(
+    basis: CellBasis,
+    values: ndarray,
+    resultant: ndarray,
+    origin: ArrayLike,
+    part: ndarray | None = None,
+) -> ndarray:
+    """The field nearest to one given that has a force and first moments.
+
+    The change is least in the sum of squares of the changes over the values they change, and so
+    a linear function times the field: what is zero stays so.
+
+    Parameters
+    ----------
+    basis : CellBasis
+        Of a scalar field.
+    values : (N,) array of float
+        Its vector.
+    resultant : (3,) array of float
+        Integrals of the field and of it times x and y, from ``origin``.
+    origin : pair of float
+        The point the moments refer to.
+    part : (N,) array of bool, optional
+        Which values may change, unless too few of them are not zero, or those in a line.
+
+    Raises
+    ------
+    ConvergenceError
+        If the field vanishes where it would have to change.
+    """
+    centre = np.asarray(origin, dtype=float)
+    integrals = _integrals(basis, centre)
+    missing = resultant - integrals @ values
+    if not missing.any():
+        return values.copy()
+    size = np.ptp(basis.mesh.p, axis=1).max()
+    scale = np.array([1.0, size, size])
+    x = basis.doflocs - centre[:, None]
+    free = np.abs(values)
+    if part is not None and can_balance(basis.doflocs, part & (values != 0)):
+        free = np.where(part, free, 0.0)
+    shares = np.vstack([np.ones(x.shape[1]), x / size]) * free
+    try:
+        factor = np.linalg.solve(integrals @ shares.T / scale[:, None], missing / scale)
+    except np.linalg.LinAlgError:
+        raise ConvergenceError(
+            "no pressures are left to carry force and moments. Remedy: conserve=False"
+        ) from None
+    return values + factor @ shares
+
+
+def can_balance(x: ndarray, part: ndarray) -> bool:
+    """Whether some of the points ``x`` are at least three and far from lying in a line."""
+    if np.count_nonzero(part) < 3:
+        return False
+    arm = x[:, part] - x[:, part].mean(axis=1, keepdims=True)
+    widths = np.linalg.svd(arm, compute_uv=False)
+    return bool(widths[1] > 0.05 * widths[0])

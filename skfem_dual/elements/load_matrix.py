@@ -1,0 +1,247 @@
+"""Pressures of cells as loads on finite elements.
+
+The integrals of ``p v`` with the pressure ``p = q w / mean(w)`` inside the cells, ``w`` the weight
+of `EdgeWeights`. The triangles of the cells are cut along the sides of the finite elements; on
+every piece ``w^(-2)`` is linear and the test functions are smooth. In the direction in which w
+varies the Gauss points are those of its inverse, in which the load has no singularity: the rule
+is exact for polynomials up to its order, on the edge of the plan too.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import coo_matrix, csr_matrix
+from skfem.assembly.basis import AbstractBasis
+from skfem.mapping import MappingAffine
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from ..grids.fan import Fan
+from ..grids.partition import Partition
+from ..grids.polygons import some
+from .edge_weights import EdgeWeights
+from .overlaps import overlaps
+from .shape_functions import ShapeFunctions
+
+#: part of the area of a cell that may be missing by rounding
+MISSING = 1e-9
+TINY = float(np.finfo(float).tiny)
+#: values of test functions computed at a time
+CHUNK = 2**18
+
+
+def load_matrix(
+    partition: Partition,
+    weights: EdgeWeights | None,
+    fan: Fan,
+    basis: AbstractBasis,
+    *,
+    order: int | None = None,
+    component: int | None = None,
+    partial: bool = False,
+) -> csr_matrix:
+    """Loads on finite elements by unit mean pressure on each cell.
+
+    Parameters
+    ----------
+    partition : Partition
+        The n cells.
+    weights : EdgeWeights, optional
+        How the pressure varies inside them; uniform without.
+    fan : Fan
+        Triangles that fill all the cells.
+    basis : CellBasis or FacetBasis
+        Any scikit-fem basis on a mesh of triangles or convex quadrilaterals that covers the
+        cells, or on facets of a 3-D mesh in a plane z = const that do. Its mesh and that of the
+        cells need not have anything in common. Elements with curved sides are taken as their
+        mappings have them, but the plan is shared out between them along straight sides.
+    order : int, optional
+        Degree up to which products with the test functions are integrated exactly; by default
+        the degree of the basis, and two more where its mapping is not affine.
+    component : int, optional
+        The scalar component of the test functions that the pressure works on, counted through
+        all fields of the element. By default, on facets of a 3-D mesh, the traction
+        ``-p n`` works on the first vector-valued field, n the outward normal; else the pressure
+        works on the first scalar field, or on the last component of a vector of three.
+    partial : bool
+        Whether the basis may cover only a part of the cells; the rest of the load is left out.
+
+    Returns
+    -------
+    (basis.N, n) csr_matrix
+        Times the mean pressures of the cells, a vector to stand on the right-hand side. Where
+        the basis contains linear functions it has the force and the moments of the pressures to
+        rounding.
+
+    Raises
+    ------
+    TypeError
+        If ``basis`` is something else, or its test functions have no such component.
+    ValueError
+        If the basis does not cover the cells, covers them twice or is not in a horizontal plane.
+    """
+    target = ShapeFunctions.of(basis, component)
+    if order is None:
+        order = basis.elem.maxdeg + (0 if isinstance(target.mapping, MappingAffine) else 2)
+    pieces = overlaps(fan.p[:, fan.t], target.cells)
+    cell = fan.cell[pieces.first]
+    covered = np.bincount(cell, pieces.share * fan.areas[pieces.first], len(partition))
+    _require_covered(partition, covered, partial)
+    points = points_in_pieces(partition, weights, fan, (pieces.first, pieces.vertices), order)
+    whole = covered > (1 - MISSING) * partition.areas
+    points = _balanced(partition, weights, points, whole)
+    out = csr_matrix((basis.N, len(partition)))
+    for some_points in points.chunks(max(1, CHUNK // basis.Nbfun)):
+        element = pieces.second[some_points.piece]
+        values = target.values(element, some_points.x) * some_points.weight
+        rows = basis.element_dofs[:, element]
+        columns = np.broadcast_to(some_points.cell, rows.shape)
+        entries = values.ravel(), (rows.ravel(), columns.ravel())
+        out = out + coo_matrix(entries, shape=out.shape).tocsr()
+    return out
+
+
+def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> None:
+    areas = partition.areas
+    twice = np.nonzero(covered > (1 + 1e-6) * areas)[0]
+    if len(twice):
+        raise ValueError(
+            f"expected a basis that covers each cell once, got cells {some(twice)} covered more "
+            "than once. Remedy: a mesh, or facets, that do not overlap"
+        )
+    bare = np.nonzero(covered < (1 - MISSING) * areas)[0]
+    outside = (areas - covered)[bare].sum()
+    if outside > MISSING * areas.sum() and not partial:
+        raise ValueError(
+            f"expected a basis that covers all cells, but {outside:.4g} of their area "
+            f"{areas.sum():.6g} lies outside ({outside / areas.sum():.2%}), the first in cell "
+            f"{bare[0]}. Remedy: a mesh of the whole plan with the same boundary; or partial=True "
+            "to leave out the load outside"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points with the loads of cells under unit mean pressure, and where they are."""
+
+    x: ndarray
+    weight: ndarray
+    piece: ndarray
+    cell: ndarray
+
+    def chunks(self, size: int) -> Iterator["Points"]:
+        for start in range(0, len(self.weight), size):
+            part = slice(start, start + size)
+            yield Points(self.x[:, part], self.weight[part], self.piece[part], self.cell[part])
+
+
+def points_in_pieces(
+    partition: Partition,
+    weights: EdgeWeights | None,
+    fan: Fan,
+    pieces: tuple[ndarray, ndarray],
+    order: int,
+) -> Points:
+    """Points in pieces of triangles of the fan, for polynomials times the weight."""
+    triangle, vertices = pieces
+    weighted = np.zeros(len(triangle), dtype=bool)
+    if weights is not None:
+        weighted = weights.weighted[fan.cell[triangle]]
+    uniform, varying = np.nonzero(~weighted)[0], np.nonzero(weighted)[0]
+    X, W = get_quadrature(RefTri, max(order, 1))
+    rule = np.vstack([1 - X.sum(axis=0), X])  # barycentric coordinates of the points
+    at = np.einsum("ijk,jq->ikq", vertices[..., uniform], rule)
+    load = np.broadcast_to(2 * W, at.shape[1:])
+    parts = [(uniform, at, load * _area(vertices[..., uniform])[:, None])]
+    if weights is not None and len(varying):
+        square = weights.root[fan.t[:, triangle[varying]]] ** 2
+        mean = weights.mean[fan.cell[triangle[varying]]]
+        for at, load in graded(vertices[..., varying], square, order):
+            parts.append((varying, at, load / mean[:, None]))
+    piece = np.concatenate([np.repeat(own, at.shape[2]) for own, at, _ in parts])
+    at = np.hstack([at.reshape(3, -1) for _, at, _ in parts])
+    load = np.concatenate([load.ravel() for _, _, load in parts])
+    keep = load != 0  # some rules have negative weights
+    piece, at, load = piece[keep], at[:, keep], load[keep]
+    own = triangle[piece]
+    x = np.einsum("dvk,vk->dk", fan.p[:, fan.t[:, own]], at)
+    return Points(x, load * fan.areas[own], piece, fan.cell[own])
+
+
+def _area(vertices: ndarray) -> ndarray:
+    """Areas of triangles in barycentric coordinates of another, over its area."""
+    a, b, c = vertices.swapaxes(0, 1)
+    return np.abs(np.sum(a * np.cross(b, c, axis=0), axis=0))
+
+
+def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[ndarray, ndarray]]:
+    """Points and weights for polynomials times ``phi^(-1/2)`` on pieces of triangles.
+
+    A line of constant phi through the vertex in between cuts a piece in two, each a triangle
+    with a side along which phi is constant. Between that side and the vertex opposite, in parts
+    t of the way, ``t`` and ``phi^(-1/2) dt`` are polynomials of sqrt(phi).
+
+    Parameters
+    ----------
+    vertices : (3, 3, k) array of float
+        Barycentric coordinates of the vertices of each piece.
+    square : (3, k) array of float
+        phi at the vertices of the triangles.
+
+    Yields
+    ------
+    (3, k, q) and (k, q) array of float
+        Barycentric coordinates and weights, for triangles of unit area.
+    """
+    phi = np.einsum("ijk,ik->jk", vertices, square)
+    rank = np.argsort(phi, axis=0)
+    phi = np.take_along_axis(phi, rank, axis=0)
+    low, between, high = np.take_along_axis(vertices, rank[None], axis=1).swapaxes(0, 1)
+    rise = phi[2] - phi[0]
+    share = np.divide(phi[1] - phi[0], rise, out=np.zeros_like(rise), where=rise > 0)
+    opposite = low + share * (high - low)
+    tau, along_tau = (a[:, None] for a in _gauss(order + 2))
+    u, along_u = (a[None] for a in _gauss(order // 2 + 1))
+    root = np.sqrt(phi)
+    for apex, at_apex in ((low, root[0]), (high, root[2])):
+        # without area where both are zero
+        total = (at_apex + root[1]).clip(TINY)[:, None, None]
+        r = at_apex[:, None, None] * (1 - tau) + root[1][:, None, None] * tau
+        t = tau * (at_apex[:, None, None] + r) / total
+        side = between[..., None, None] * (1 - u) + opposite[..., None, None] * u
+        at = apex[..., None, None] * (1 - t) + side * t
+        area = _area(np.stack([apex, between, opposite], axis=1))[:, None, None]
+        load = 4 * area * t / total * along_tau * along_u
+        yield at.reshape(3, len(r), -1), load.reshape(len(r), -1)
+
+
+def _gauss(n: int) -> tuple[ndarray, ndarray]:
+    """Gauss points and weights on the unit interval."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return (1 + x) / 2, w / 2
+
+
+def _balanced(
+    partition: Partition, weights: EdgeWeights | None, points: Points, whole: ndarray
+) -> Points:
+    """Rounding and slivers made good: loads of whole cells have their areas as total and act
+    where the solver has them act, by a factor that is linear in each cell."""
+    n = len(partition)
+    acting = partition.centroids if weights is None else weights.centroids
+    size = np.sqrt(partition.areas)
+    arm = (points.x - acting[:, points.cell]) / size[points.cell]
+    planes = np.vstack([np.ones(arm.shape[1]), arm])
+
+    def total(values: ndarray) -> ndarray:
+        return np.bincount(points.cell, points.weight * values, minlength=n)
+
+    matrix = np.array([[total(a * b) for a in planes] for b in planes])
+    missing = -matrix[0].T
+    missing[:, 0] += partition.areas
+    matrix, missing = matrix.transpose(2, 0, 1), missing.T.copy()
+    matrix[~whole], missing[:, ~whole] = np.eye(3), 0.0
+    factor = np.linalg.solve(matrix, missing.T[..., None])[..., 0].T
+    weight = points.weight * (1 + np.sum(planes * factor[:, points.cell], axis=0))
+    return Points(points.x, weight, points.piece, points.cell)

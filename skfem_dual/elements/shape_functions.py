@@ -1,0 +1,151 @@
+"""Values of the test functions of any scikit-fem basis at points in the plane of a plan."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, FacetBasis
+from skfem.assembly.basis import AbstractBasis
+from skfem.mapping import Mapping, MappingAffine
+
+from ..grids.polygons import some
+from ..kernels.once import computed_once
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeFunctions:
+    """Test functions on straight cells in the plane of the plan."""
+
+    basis: AbstractBasis
+    cells: ndarray
+    elements: ndarray
+    height: float | None
+    up: ndarray | None
+    component: int | None
+
+    @property
+    def mapping(self) -> Mapping:
+        return self.basis.mapping
+
+    @classmethod
+    def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
+        if type(basis) is FacetBasis and basis.mesh.dim() == 3:
+            return cls._of_facets(basis, component)
+        if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
+            raise TypeError(
+                "expected a CellBasis on a 2-D mesh or a FacetBasis on facets of a 3-D mesh, got "
+                f"{type(basis).__name__}"
+            )
+        mesh = basis.mesh
+        elements = np.arange(mesh.nelements) if basis.tind is None else np.asarray(basis.tind)
+        return cls(basis, mesh.p[:, mesh.t[:, elements]], elements, None, None, component)
+
+    @classmethod
+    def _of_facets(cls, basis: FacetBasis, component: int | None) -> "ShapeFunctions":
+        mesh = basis.mesh
+        v = mesh.p[:, mesh.facets[:, basis.find]]
+        if v.shape[2] == 0:
+            raise ValueError("expected facets under the plan, got a FacetBasis without facets")
+        height = float(v[2].mean())
+        off = np.abs(v[2] - height).max(axis=0)
+        bad = np.nonzero(off > 1e-9 * np.ptp(v, axis=(1, 2)).max())[0]
+        if len(bad):
+            raise ValueError(
+                f"expected facets in one plane z = const, as the plan is, got facets "
+                f"{some(basis.find[bad])} off z = {height:g} by up to {off.max():.3g}. Remedy: "
+                "name the facets on the plan when making the FacetBasis"
+            )
+        inside = mesh.p[2, mesh.t[:, basis.tind]].mean(axis=0)
+        up = np.where(inside > height, 1.0, -1.0)  # against the outward normal
+        return cls(basis, v[:2], np.asarray(basis.tind), height, up, component)
+
+    def values(self, cell: ndarray, x: ndarray) -> ndarray:
+        """What unit pressure works on, shape (Nbfun, m), at a point of each cell."""
+        element = self.elements[cell]
+        if self.height is not None:
+            x = np.vstack([x, np.full(x.shape[1], self.height)])
+        local = _inverse(self.mapping, x[:, :, None], element)
+        if isinstance(self.mapping, MappingAffine):
+            shares = self._lattice[1] @ _monomials(local[..., 0], self.basis.elem.maxdeg)
+            return np.einsum("iml,lm->im", self._table[:, cell], shares)
+        return self._evaluated(local, cell)[..., 0]
+
+    def _evaluated(self, local: ndarray, cell: ndarray) -> ndarray:
+        """At points of the reference element, of shape (dim, q) or (dim, m, q)."""
+        basis, element = self.basis, self.elements[cell]
+        found = [
+            basis.elem.gbasis(self.mapping, local, i, tind=element) for i in range(basis.Nbfun)
+        ]
+        pick, factor = self._worked_on(found[0])
+        values = np.stack([pick(fields) for fields in found])
+        return values if factor is None else values * factor[cell, None]
+
+    @computed_once
+    def _lattice(self) -> tuple[ndarray, ndarray]:
+        """Points of the reference simplex that determine polynomials, and how."""
+        k, dim = self.basis.elem.maxdeg, self.mapping.mesh.dim()
+        steps = np.indices((k + 1,) * dim).reshape(dim, -1)
+        points = steps[:, steps.sum(axis=0) <= k] / max(k, 1)
+        return points, np.linalg.inv(_monomials(points, k))
+
+    @computed_once
+    def _table(self) -> ndarray:
+        """The test functions at the points of the lattice, shape (Nbfun, ncells, q).
+
+        With an affine mapping they are polynomials, and this is all there is to know of them.
+        """
+        return self._evaluated(self._lattice[0], np.arange(len(self.elements)))
+
+    def _worked_on(self, fields: tuple) -> tuple[Callable[[tuple], ndarray], ndarray | None]:
+        """The component of the values that the pressure works on, and with which factor."""
+        shapes = [np.shape(field)[:-2] for field in fields]
+        places = [(k, at) for k, shape in enumerate(shapes) for at in np.ndindex(*shape)]
+        if self.component is not None:
+            if not 0 <= self.component < len(places):
+                raise TypeError(
+                    f"expected a component from 0 to {len(places) - 1}, got {self.component!r}"
+                )
+            k, at = places[self.component]
+            return (lambda fields: np.asarray(fields[k])[at]), None
+        scalars = [(k, ()) for k, shape in enumerate(shapes) if shape == ()]
+        vectors = [(k, (2,)) for k, shape in enumerate(shapes) if shape == (3,)]
+        wanted = vectors + scalars if self.up is not None else scalars + vectors
+        if not wanted:
+            raise TypeError(
+                "expected a scalar field or a vector of three components for the pressure to "
+                f"work on, got {type(self.basis.elem).__name__}. Remedy: say which, component="
+            )
+        k, at = wanted[0]
+        return (lambda fields: np.asarray(fields[k])[at]), self.up if at else None
+
+
+def _monomials(x: ndarray, degree: int) -> ndarray:
+    """Products of powers of coordinates up to a degree, shape (k, m)."""
+    powers = np.indices((degree + 1,) * len(x)).reshape(len(x), -1).T
+    return np.stack([np.prod(x.T**p, axis=1) for p in powers if p.sum() <= degree])
+
+
+def _inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
+    """Coordinates in the reference element of points of shape (dim, m, 1) in elements.
+
+    By Newton's method where the mapping is not affine; scikit-fem's own stays inside the
+    reference element and would not find points beside it by rounding.
+    """
+    if isinstance(mapping, MappingAffine):
+        return mapping.invF(x, tind=element)
+    found = np.full(x.shape, 1 / 3)
+    for _ in range(20):
+        step = np.einsum(
+            "ijkl,jkl->ikl", mapping.invDF(found, element), x - mapping.F(found, element)
+        )
+        found = found + step
+        if np.abs(step).max(initial=0.0) < 1e-13:
+            return found
+    if np.abs(step).max() < 1e-10:
+        return found
+    bad = element[np.argmax(np.abs(step).max(axis=(0, 2)))]
+    raise ValueError(
+        f"expected elements whose mapping can be inverted, element {bad} cannot. Remedy: "
+        "convex elements, not degenerate"
+    )

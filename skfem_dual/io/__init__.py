@@ -1,0 +1,20 @@
+"""Meshes and results through meshio: any triangle mesh in, polygons and solutions out as VTU."""
+
+from .fields import write_field
+from .grounds import read_substrate
+from .meshes import read_mesh
+from .polygons import read_dual, read_polygons, write_dual, write_polygons, write_solution
+from .writing import require_outputs, write_whole
+
+__all__ = [
+    "read_dual",
+    "read_mesh",
+    "read_polygons",
+    "read_substrate",
+    "require_outputs",
+    "write_dual",
+    "write_field",
+    "write_polygons",
+    "write_solution",
+    "write_whole",
+]

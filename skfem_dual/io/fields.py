@@ -1,0 +1,76 @@
+"""Fields of scikit-fem as VTU files."""
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy import ndarray
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementQuad1,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+)
+
+from ..grids.cellwise import CellwiseBasis
+from .polygons import write_polygons
+from .writing import write_whole
+
+
+def write_field(
+    path: str | PathLike, basis: CellBasis, values: ndarray, name: str = "pressure"
+) -> None:
+    """Write a field to a VTU file, for ParaView and others.
+
+    Parameters
+    ----------
+    path : str or path
+        Name of the file, ending in ``.vtu``.
+    basis : CellBasis
+        Constants on cells of any kind, dual cells too; ElementTriP1, ElementTriP2 or
+        ElementQuad1.
+    values : (N,) array of float
+        Its vector.
+    name : str
+        What the data are called in the file.
+
+    Raises
+    ------
+    TypeError
+        If the elements are others.
+    ValueError
+        If the suffix or the number of values does not fit.
+    """
+    import meshio
+
+    if Path(path).suffix != ".vtu":
+        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    values = np.asarray(values, dtype=float)
+    if values.shape != (basis.N,):
+        raise ValueError(f"expected a vector of shape ({basis.N},), got {values.shape}")
+    if isinstance(basis, CellwiseBasis):
+        write_polygons(path, basis.partition.polygons, {name: values})
+        return
+    kind = {3: "triangle", 4: "quad"}[len(basis.mesh.t)]
+    p, cells, at_points = basis.mesh.p, basis.mesh.t, True
+    if isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
+        at_points = False
+        values = values[basis.element_dofs[0]]
+    elif isinstance(basis.elem, (ElementTriP1, ElementTriP2, ElementQuad1)):
+        # scikit-fem and VTK number vertices and middles of sides alike
+        p, cells = basis.doflocs, basis.element_dofs
+        kind += "6" if isinstance(basis.elem, ElementTriP2) else ""
+    else:
+        raise TypeError(
+            "expected constants, ElementTriP1, ElementTriP2 or ElementQuad1, got "
+            f"{type(basis.elem).__name__}. Remedy: transfer the field to one of them"
+        )
+    mesh = meshio.Mesh(
+        np.vstack([p, np.zeros(p.shape[1])]).T,
+        [(kind, cells.T)],
+        point_data={name: values} if at_points else {},
+        cell_data={} if at_points else {name: [values]},
+    )
+    write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))

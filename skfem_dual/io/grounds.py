@@ -1,0 +1,116 @@
+"""The ground from a TOML file."""
+
+import tomllib
+from typing import Any
+
+from ..ground.graded import GradedHalfSpace
+from ..ground.layered import Layer, LayeredHalfSpace
+from ..ground.substrates import HalfSpace
+from .guarded import require_file, shortened
+from .writing import PathLike
+
+#: numbers in the file are zero or between these in size, in any sensible units
+LEAST, MOST = 1e-30, 1e30
+
+
+def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
+    """Read the ground from a TOML file.
+
+    Layers from the surface down, if any, and what lies below them; ``gradient`` may be left out::
+
+        [[layers]]
+        thickness = 2.0
+        young = 20e6
+        poisson = 0.3
+        gradient = 0.1  # E = young (1 + gradient z) from the top of the layer
+
+        [base]
+        young = 60e6
+        poisson = 0.25
+        gradient = 0.05
+
+    or, for a rigid base, ``base = "bonded"`` or ``base = "smooth"`` before the layers.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    TypeError
+        If ``path`` is none.
+    ValueError
+        If it is no regular file or no TOML, has other or too few entries, entries that are no
+        numbers, or values out of range.
+    """
+    path = require_file(path, "a TOML file")
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"expected TOML in {path}: {shortened(str(error), 160)}") from error
+    _require_keys(f"the file {path}", found, {"base"}, {"layers"})
+    base, layers = found["base"], found.get("layers", [])
+    if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
+        raise ValueError(f"expected tables [[layers]] in {path}, got layers = {_shown(layers)}")
+    rigid = base in ("bonded", "smooth")
+    if not rigid and not isinstance(base, dict):
+        raise ValueError(
+            f'expected a table [base], "bonded" or "smooth" as base in {path}, got {_shown(base)}'
+        )
+    if rigid and not layers:
+        raise ValueError(f"expected layers on the base {base!r} in {path}, got none")
+    made = [_layer(layer, f"layer {i + 1} of {path}") for i, layer in enumerate(layers)]
+    below = base if rigid else _half_space(base, f"base of {path}")
+    if not made:
+        return below
+    try:
+        return LayeredHalfSpace(made, below)
+    except (ValueError, ArithmeticError) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _layer(table: dict[str, Any], where: str) -> Layer:
+    numbers = _numbers(table, {"thickness", "young", "poisson"}, where)
+    try:
+        return Layer(**numbers)
+    except (ValueError, ArithmeticError) as error:
+        raise ValueError(f"{where}: {error}") from error
+
+
+def _half_space(table: dict[str, Any], where: str) -> HalfSpace | GradedHalfSpace:
+    numbers = _numbers(table, {"young", "poisson"}, where)
+    gradient = numbers.pop("gradient", 0.0)
+    try:
+        if gradient:
+            return GradedHalfSpace.init_linear(**numbers, gradient=gradient)
+        return HalfSpace(**numbers)
+    except (ValueError, ArithmeticError) as error:
+        raise ValueError(f"{where}: {error}") from error
+
+
+def _numbers(table: dict[str, Any], needed: set[str], where: str) -> dict[str, float]:
+    """The entries of a table, all of them numbers of a sensible size."""
+    _require_keys(where, table, needed, {"gradient"})
+    for key, value in table.items():
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not (value == 0 or LEAST <= abs(value) <= MOST):
+            raise ValueError(
+                f"expected a number for {key} in {where}, 0 or from {LEAST:g} to {MOST:g} in "
+                f"size, got {_shown(value)}"
+            )
+    return {key: float(value) for key, value in table.items()}
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, int) and abs(value) > MOST:  # Python refuses to print thousands of digits
+        return f"a whole number of {value.bit_length()} bits"
+    return shortened(repr(value), 60)
+
+
+def _require_keys(where: str, found: dict, needed: set[str], optional: set[str]) -> None:
+    if missing := needed - set(found):
+        had = shortened(str(sorted(found)), 60)
+        raise ValueError(f"expected {sorted(missing)} in {where}, got {had}")
+    if unknown := set(found) - needed - optional:
+        raise ValueError(
+            f"expected no other entries than {sorted(needed | optional)} in {where}, got "
+            f"{shortened(str(sorted(unknown)), 60)}"
+        )

@@ -1,0 +1,221 @@
+"""Files through meshio, whose readers may wait for ever or take all memory on damaged ones."""
+
+import math
+import os
+import pickle
+import re
+import signal
+import stat
+import struct
+import subprocess
+import sys
+from mmap import ACCESS_READ, mmap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import MeshError
+from . import reader
+from .writing import PathLike
+
+if TYPE_CHECKING:
+    import meshio
+
+#: seconds that a reader of its own process may take, or per megabyte if that is more
+SECONDS, SECONDS_PER_MB = 6.0, 1.6
+#: of these the processor may work so long on the file
+CPU_SECONDS, CPU_SECONDS_PER_MB = 2.0, 1.2
+#: bytes of memory that it may take, and per byte of the file
+MEMORY, MEMORY_PER_BYTE = 500_000_000, 100
+#: readers that end on any file, and but for Gmsh take memory in proportion to it
+STEADY = {"gmsh", "vtk", "vtu", "xdmf", "off", "medit", "abaqus", "ply", "stl", "obj"}
+#: formats of names that say nothing to meshio, or something else
+FORMATS = {".msh": "gmsh"}  # meshio would try Ansys first
+#: what a header must hold, or a reader goes on looking for it
+HEADERS = {
+    "off": re.compile(rb"\A\s*OFF[^\n]*\n(\s*#[^\n]*\n|\s*\n)*\s*[^#\s]"),
+    "ply": re.compile(rb"^end_header\s*$", re.MULTILINE),
+}
+#: the other data sets of VTK hold no triangles, but take memory for what they promise
+UNSTRUCTURED = re.compile(rb"^\s*DATASET\s+UNSTRUCTURED_GRID\b", re.MULTILINE | re.IGNORECASE)
+ENDLESS = "its reader does not come to an end; the file is damaged or cut off"
+#: reasons longer than this are cut
+REASON = 160
+
+
+def require_file(path: PathLike, what: str = "a file") -> Path:
+    """The path of a regular file that exists.
+
+    Raises
+    ------
+    TypeError
+        If it is no path.
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it is a folder, a pipe, a device, or has no name.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"expected the path of {what}, got {type(path).__name__}")
+    text = str(path)
+    if not text or "\0" in text:
+        raise ValueError(f"expected the path of {what}, got {text!r}")
+    try:
+        mode = Path(path).stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        raise FileNotFoundError(f"no such file: {path}") from None
+    if not stat.S_ISREG(mode):
+        kind = "folder" if stat.S_ISDIR(mode) else "pipe, socket or device"
+        raise ValueError(f"expected {what}, got the {kind} {path}. Remedy: name a regular file")
+    return Path(path)
+
+
+def read_through_meshio(path: PathLike, file_format: str | None = None) -> "meshio.Mesh":
+    """The meshio mesh of a file; every failure as an error that names the file.
+
+    Readers that may not end, or take memory for what a damaged header promises, run in a
+    process of their own with limits of time and memory.
+
+    Raises
+    ------
+    FileNotFoundError, TypeError
+        If there is no such file, or the path is none.
+    MeshError
+        If the file cannot be read.
+    """
+    import meshio
+
+    path = require_file(path, "a mesh file")
+    file_format = file_format or FORMATS.get(path.suffix.lower())
+    formats = {file_format} if file_format else _formats_of(path)
+    if not formats:
+        raise MeshError(
+            f"meshio cannot read {path}: no format has such a name. Remedy: name it by its "
+            "format, for instance .msh (Gmsh), .vtu, .vtk, .xdmf"
+        )
+    if "xdmf" in formats:
+        _require_files_named_in(path)
+    if _is_steady(path, formats):
+        outcome, found = reader.read(str(path), file_format)
+    else:
+        outcome, found = _read_apart(path, file_format)
+    if outcome == "missing":
+        raise MeshError(f"meshio cannot read {path} without {found}. Remedy: pip install {found}")
+    if outcome == "error":
+        raise MeshError(f"meshio cannot read {path}: {shortened(found, REASON)}")
+    try:
+        return meshio.Mesh(**found)
+    except (ValueError, TypeError, LookupError) as error:
+        raise MeshError(f"meshio cannot read {path}: {shortened(str(error), REASON)}") from error
+
+
+def shortened(text: str, length: int) -> str:
+    """``text`` in one line; where it is longer than ``length``, its middle is left out.
+
+    The remedy at its end stays, or two thirds of the length of it.
+
+    >>> shortened("expected this, got that and that. Remedy: mend it", 40)
+    'expected this, got ... Remedy: mend it'
+    """
+    text = " ".join(text.split())
+    if len(text) <= length:
+        return text
+    remedy = text.rfind("Remed")
+    tail = text[remedy:] if remedy >= 0 else text[-(length // 3) :]
+    if len(tail) > 2 * length // 3:
+        tail = f"{tail[: 2 * length // 3 - 4]} ..."
+    return f"{text[: length - len(tail) - 5].rstrip()} ... {tail.lstrip()}"
+
+
+def _formats_of(path: Path) -> set[str]:
+    import meshio
+
+    suffixes = [s.lower() for s in path.suffixes]
+    names = ["".join(suffixes[i:]) for i in range(len(suffixes))]
+    return {f for name in names for f in meshio.extension_to_filetypes.get(name, [])}
+
+
+def _is_steady(path: Path, formats: set[str]) -> bool:
+    """Whether the reader is sure to end, with memory in proportion to the file."""
+    size = path.stat().st_size
+    if not formats <= STEADY or not size:
+        return False
+    with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        for name in formats & set(HEADERS):
+            if not HEADERS[name].search(content):
+                raise MeshError(f"meshio cannot read {path}: its header of {name} is not complete")
+        if "vtk" in formats and not UNSTRUCTURED.search(content):
+            return False
+        return "gmsh" not in formats or _promises_little(content, size)
+
+
+def _promises_little(content: mmap, size: int) -> bool:
+    """Whether no count and no node number of a Gmsh file exceeds its size.
+
+    The reader takes memory for as many nodes as the largest number. One that is sparse is no
+    fault: the file is then only read apart.
+    """
+    begin, end = content.find(b"$Nodes"), content.find(b"$EndNodes")
+    if begin < 0 or end < 0:
+        return False
+    version = content[: content.find(b"$EndMeshFormat")].split()[1:3]
+    if version == [b"4.1", b"1"]:
+        return _largest_binary_number(content[begin:end].partition(b"\n")[2]) <= size
+    if version[1:] != [b"0"]:  # other binary ones are rare
+        return False
+    large = re.compile(rb"^[ \t]*(?:\d+[ \t]+)*\d{%d,}\b(?!\.)" % len(str(size)), re.MULTILINE)
+    return not large.search(content, begin, end)
+
+
+def _largest_binary_number(nodes: bytes) -> float:
+    """The largest count and number in the nodes of a binary Gmsh file 4.1."""
+    try:
+        blocks, *counts = struct.unpack_from("=4Q", nodes)
+        at = 32
+        for _ in range(blocks):
+            n = struct.unpack_from("=3iQ", nodes, at)[-1]
+            numbers = np.frombuffer(nodes, np.uint64, n, at + 20)
+            counts += [n, int(numbers.max(initial=0))]
+            at += 20 + 32 * n
+    except (struct.error, ValueError, OverflowError):  # cut off
+        return math.inf
+    return max(counts)
+
+
+def _require_files_named_in(path: Path) -> None:
+    """Refuse an XDMF file that keeps its data in a pipe or device, on which a reader waits."""
+    named = re.compile(rb"<DataItem\b[^>]*?(?:HDF|Binary)[^>]*>([^<]*)<", re.IGNORECASE)
+    with open(path, "rb") as file:
+        names = {found.group(1).strip() for found in named.finditer(file.read())}
+    for name in {n.decode("utf-8", "replace").split(":")[0] for n in names}:
+        target = path.resolve().parent / name
+        if "\0" in name or (target.exists() and not target.is_file()):
+            raise MeshError(
+                f"expected data of {path} in a regular file, got {name!r}. Remedy: name the file "
+                "that holds them"
+            )
+
+
+def _read_apart(path: Path, file_format: str | None) -> Any:
+    """As `reader.read` in a process of its own, with limits of time and memory."""
+    size = path.stat().st_size
+    seconds = max(SECONDS, SECONDS_PER_MB * size / 1e6)
+    cpu = CPU_SECONDS + CPU_SECONDS_PER_MB * size / 1e6
+    limits = [str(MEMORY + MEMORY_PER_BYTE * size), str(cpu)]
+    command = [sys.executable, "-P", reader.__file__, str(path), file_format or "", *limits]
+    try:
+        found = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=seconds,
+            check=True,
+        )
+    except subprocess.TimeoutExpired:
+        return "error", ENDLESS
+    except subprocess.CalledProcessError as error:
+        ended = hasattr(signal, "SIGXCPU") and error.returncode == -signal.SIGXCPU
+        return "error", ENDLESS if ended else "its reader broke down; the file is damaged"
+    return pickle.loads(found.stdout)

@@ -1,0 +1,150 @@
+"""Dual grids and solutions as polygons in VTU files."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy import ndarray
+from skfem import MeshTri
+
+from ..contact.solution import PunchSolution
+from ..errors import MeshError
+from ..grids.dual_mesh import DualMesh
+from ..grids.polygons import Polygons
+from .guarded import read_through_meshio
+from .writing import PathLike, write_whole
+
+
+def write_dual(path: PathLike, dual: DualMesh) -> None:
+    """Write a dual grid as polygons to a VTU file, from which `read_dual` restores it.
+
+    Cell data: ``cell``, the number of the cell, and ``node``, the node of the triangulation that
+    belongs to it. Tags are not kept.
+    """
+    write_polygons(path, dual.polygons, {"node": dual.mesh.p.T})
+
+
+def read_dual(path: PathLike) -> DualMesh:
+    """Read the dual grid written by `write_dual`.
+
+    Three cells meet in the barycentre of every triangle and name its nodes.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    MeshError
+        If the file was not written by `write_dual`.
+    """
+    polygons, cell_data, _ = read_polygons(path)
+    if "node" not in cell_data:
+        raise MeshError(f"expected cell data 'node' in {path}, got {sorted(cell_data)}")
+    node = np.asarray(cell_data["node"])
+    if node.ndim != 2 or node.shape[1] != 2 or not np.isfinite(node.astype(float)).all():
+        raise MeshError(f"expected two coordinates of the node of each cell in {path}")
+    cells = np.repeat(np.arange(len(polygons)), polygons.sizes)
+    order = np.argsort(polygons.indices, kind="stable")
+    three = np.nonzero(np.bincount(polygons.indices) == 3)[0]
+    triples = cells[order][np.isin(polygons.indices[order], three)].reshape(-1, 3)
+    dual = DualMesh.from_mesh(
+        MeshTri(np.ascontiguousarray(node.T), np.ascontiguousarray(triples.T))
+    )
+    if not np.array_equal(dual.polygons.indices, polygons.indices):
+        raise MeshError(f"the cells in {path} are not the 1-type dual of a triangulation")
+    return dual
+
+
+def write_solution(path: PathLike, solution: PunchSolution) -> None:
+    """Write a solution to a VTU file: polygons with pressures and displacements.
+
+    Cell data: ``cell``, ``pressure``, ``displacement`` (of the punch in the centroid); point
+    data: ``displacement`` of the ground. `read_polygons` reads the file again.
+    """
+    partition = solution.punch.partition
+    write_polygons(
+        path,
+        partition.polygons,
+        {
+            "pressure": solution.pressure,
+            "displacement": solution.punch_displacement(partition.centroids),
+        },
+        {"displacement": solution.displacement(partition.polygons.p)},
+    )
+
+
+def write_polygons(
+    path: PathLike,
+    polygons: Polygons,
+    cell_data: Mapping[str, ndarray] | None = None,
+    point_data: Mapping[str, ndarray] | None = None,
+) -> None:
+    """Write polygons with data to a VTU file, whole or not at all.
+
+    A file holds one block for each number of vertices; the cell data ``cell`` keeps the order.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not ``.vtu`` or the length of the data does not fit.
+    """
+    import meshio
+
+    if Path(path).suffix != ".vtu":
+        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    cell_data = {"cell": np.arange(len(polygons)), **(cell_data or {})}
+    for kind, data, n in (
+        ("cell", cell_data, len(polygons)),
+        ("point", point_data or {}, polygons.p.shape[1]),
+    ):
+        for name, values in data.items():
+            if len(values) != n:
+                raise ValueError(f"expected {n} values of {kind} data {name!r}, got {len(values)}")
+    groups = [np.nonzero(polygons.sizes == k)[0] for k in np.unique(polygons.sizes)]
+    blocks = []
+    for group in groups:
+        places = polygons.offsets[group][:, None] + np.arange(polygons.sizes[group[0]])
+        blocks.append(("polygon", polygons.indices[places]))
+    mesh = meshio.Mesh(
+        np.vstack([polygons.p, np.zeros(polygons.p.shape[1])]).T,
+        blocks,
+        point_data={k: np.asarray(v) for k, v in (point_data or {}).items()},
+        cell_data={k: [np.asarray(v)[g] for g in groups] for k, v in cell_data.items()},
+    )
+    write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))
+
+
+def read_polygons(path: PathLike) -> tuple[Polygons, dict[str, ndarray], dict[str, ndarray]]:
+    """Read what `write_polygons` wrote.
+
+    Returns
+    -------
+    polygons : Polygons
+        In their original order.
+    cell_data, point_data : dict of str to array
+        Data of the cells, in their original order, and of the points.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    MeshError
+        If the file has no numbered polygons.
+    """
+    mesh = read_through_meshio(path, "vtu")
+    if "cell" not in mesh.cell_data:
+        raise MeshError(f"expected polygons with cell data 'cell' in {path}")
+    loops = [np.asarray(loop) for block in mesh.cells for loop in block.data]
+    numbers = np.concatenate(mesh.cell_data["cell"])
+    order = np.argsort(numbers, axis=0, kind="stable")
+    if not np.array_equal(numbers[order], np.arange(len(loops))):
+        raise MeshError(f"expected cells numbered from 0 to {len(loops) - 1} in {path}")
+    if not loops or any(loop.ndim != 1 or loop.dtype.kind not in "iu" for loop in loops):
+        raise MeshError(f"expected polygons of whole node numbers in {path}")
+    loops = [loops[i] for i in order]
+    polygons = Polygons(
+        mesh.points[:, :2].T,
+        np.concatenate(loops),
+        np.concatenate([[0], np.cumsum([len(loop) for loop in loops])]),
+    )
+    cell_data = {k: np.concatenate(v)[order] for k, v in mesh.cell_data.items() if k != "cell"}
+    return polygons, cell_data, dict(mesh.point_data)

@@ -1,0 +1,97 @@
+"""Files that are written whole or not at all, and never onto one another."""
+
+import os
+import secrets
+import stat
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+PathLike = str | os.PathLike[str]
+
+
+def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
+    """Let ``write`` produce a file that replaces ``path`` only when complete.
+
+    ``write`` gets the name of a temporary file in the same folder, with the same suffix. A
+    symbolic link at ``path`` remains one, and a file keeps its mode.
+
+    Raises
+    ------
+    OSError
+        If ``path`` is a folder, a pipe or a device, or its folder cannot be written to.
+    """
+    target = Path(os.path.realpath(path))
+    mode = _mode_of(target)
+    part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}"
+    try:
+        os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        write(str(part))
+        if mode is not None:
+            os.chmod(part, mode)
+        os.replace(part, target)
+    except OSError as error:
+        if error.filename == str(part):  # a name the caller has never seen
+            error.filename, error.filename2 = str(path), None
+        raise
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def require_outputs(
+    outputs: Mapping[str, PathLike], inputs: Mapping[str, PathLike] | None = None
+) -> None:
+    """Refuse files that cannot be written, or that are an input or another output.
+
+    Parameters
+    ----------
+    outputs, inputs : mapping of str to path
+        Paths by what messages call them.
+
+    Raises
+    ------
+    OSError
+        If a folder is missing or cannot be written to, or a file is a folder, a pipe, a device
+        or not writable.
+    ValueError
+        If an output is an input or another output, also through links.
+    """
+    taken = dict(inputs or {})
+    for name, path in outputs.items():
+        target = Path(os.path.realpath(path))
+        if not target.parent.is_dir():
+            raise FileNotFoundError(f"no such folder for {name}: {Path(path).parent}")
+        if _mode_of(target) is not None and not os.access(target, os.W_OK):
+            raise PermissionError(f"expected a file that may be written for {name}, got {path}")
+        try:
+            tempfile.TemporaryFile(dir=target.parent).close()
+        except OSError as error:
+            raise PermissionError(
+                f"cannot write to the folder of {name}, {Path(path).parent}: {error.strerror}"
+            ) from error
+        for other, used in taken.items():
+            if _is_same(path, used):
+                raise ValueError(
+                    f"expected another file for {name} than for {other}, got {path} for both"
+                )
+        taken[name] = path
+
+
+def _mode_of(target: Path) -> int | None:
+    """The mode of an existing file that may be replaced, or None."""
+    try:
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if not stat.S_ISREG(mode):
+        kind = "folder" if stat.S_ISDIR(mode) else "pipe, socket or device"
+        raise FileExistsError(f"expected a file to write to, got the {kind} {target}")
+    return stat.S_IMODE(mode)
+
+
+def _is_same(path: PathLike, other: PathLike) -> bool:
+    try:
+        return os.path.samefile(path, other)  # also through hard links
+    except OSError:
+        paths = [os.path.normcase(os.path.realpath(p)) for p in (path, other)]
+        return paths[0] == paths[1]

@@ -1,0 +1,76 @@
+"""What must be looked after before the other modules are imported, which takes a second.
+
+On the command line that happens before `cli.main` can catch anything: Ctrl-C and errors take one
+line there too.
+"""
+
+import os
+import signal
+import sys
+import threading
+from itertools import pairwise
+from pathlib import Path
+
+
+def is_command() -> bool:
+    """Whether this process is ``python -m skfem_dual`` or ``skfem-dual``."""
+    arguments = sys.orig_argv
+    as_module = any(pair == ("-m", __package__) for pair in pairwise(arguments))
+    return as_module or Path(sys.argv[0] if sys.argv else "").stem == "skfem-dual"
+
+
+def guard_imports() -> None:
+    """Let Ctrl-C and errors of imports end the process with one line on stderr.
+
+    Until `end_of_imports`; other programs that import the package are left alone.
+    """
+    if threading.current_thread() is not threading.main_thread() or not is_command():
+        return
+    sys.excepthook = _told
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupted)
+
+
+def require_threads() -> None:
+    """Refuse numbers of threads that numba would refuse without naming them.
+
+    Raises
+    ------
+    ValueError
+        If ``NUMBA_NUM_THREADS`` is set to something else than a positive whole number.
+    """
+    threads = os.environ.get("NUMBA_NUM_THREADS")
+    if threads is None or "numba" in sys.modules:
+        return
+    if not threads.strip().isdecimal() or int(threads) == 0:
+        raise ValueError(
+            f"expected a positive whole number in NUMBA_NUM_THREADS, got {threads!r}. Remedy: "
+            "unset it, or set it to the number of cores"
+        )
+
+
+def end_of_imports() -> None:
+    """Give errors and Ctrl-C back to Python."""
+    if sys.excepthook is _told:
+        sys.excepthook = sys.__excepthook__
+    if signal.getsignal(signal.SIGINT) is _interrupted:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _interrupted(number: int, frame: object) -> None:
+    _leave("interrupted", 130)
+
+
+def _told(kind: type[BaseException], error: BaseException, trace: object) -> None:
+    reason = " ".join(str(error).split()) or kind.__name__
+    _leave(f"error: cannot start: {reason[:250]}", 2)
+
+
+def _leave(text: str, code: int) -> None:
+    # at once: the modules are half imported
+    os.write(2, f"skfem-dual: {text}\n".encode(errors="backslashreplace"))
+    os._exit(code)
+
+
+guard_imports()
+require_threads()

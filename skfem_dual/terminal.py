@@ -1,0 +1,71 @@
+"""What the command line takes from a terminal and gives to it."""
+
+import argparse
+import contextlib
+import os
+import re
+import sys
+from typing import Any, NoReturn
+
+from .io.guarded import shortened
+
+#: an error or a warning takes one line of so many characters
+LINE = 300
+#: numbers other than zero lie between these in size, in any sensible units
+LEAST, MOST = 1e-100, 1e100
+
+
+def number(text: str) -> float:
+    """A number of the command line."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"expected a number, got {shortened(repr(text), 40)}"
+        ) from None
+    shown = shortened(repr(text), 40)
+    if not (value == 0 or LEAST <= abs(value) <= MOST):
+        raise argparse.ArgumentTypeError(
+            f"expected a finite number, 0 or from {LEAST:g} to {MOST:g} in size, got {shown}"
+        )
+    return value
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors take one line and whose numbers may read ``-1e6``."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        # before Python 3.14 argparse takes -1e6 for an option
+        self._negative_number_matcher = re.compile(r"^-(\.?\d|inf|nan)", re.IGNORECASE)
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, shortened(f"{self.prog}: error: {message} (see --help)", LINE) + "\n")
+
+
+def print_table(table: str) -> None:
+    """To stdout, unless it is closed or its reader has left."""
+    if sys.stdout is None:
+        return
+    try:
+        try:
+            print(table, flush=True)
+        except UnicodeEncodeError:  # the name of a file in a terminal that lacks its letters
+            encoding = sys.stdout.encoding
+            print(table.encode(encoding, "backslashreplace").decode(encoding), flush=True)
+    except OSError as error:
+        # what is left in the buffer would fail again at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not isinstance(error, BrokenPipeError):  # such as a full disk
+            raise
+
+
+def tell(text: str) -> None:
+    """One line to stderr, unless it is closed."""
+    if sys.stderr is not None:
+        with contextlib.suppress(OSError):
+            print(shortened(f"skfem-dual: {text}", LINE), file=sys.stderr)
+
+
+def is_watched() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()

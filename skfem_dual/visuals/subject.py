@@ -1,0 +1,102 @@
+"""What isobars are drawn of: the pressure of a solution, or any field, where it is in contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from skfem import CellBasis
+
+from ..contact.region import ContactRegion
+from ..contact.solution import PunchSolution
+from ..grids.cellwise import nodal_mesh
+from .field import Field, continuous
+
+if TYPE_CHECKING:
+    from numpy import ndarray
+from numpy.typing import ArrayLike
+
+#: most triangles of a pressure that is drawn, and how often they are cut in four at most
+TRIANGLES, REFINE = 50_000, 3
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A continuous field and the part of it that is drawn.
+
+    Attributes
+    ----------
+    field : Field
+        On the whole plan.
+    pressed : Field
+        Where there is contact.
+    contact : ContactRegion or None
+        Where that is.
+    title : str or None
+        The quantity.
+    singular : bool
+        Whether it grows beyond all bounds to the edge.
+    """
+
+    field: Field
+    pressed: Field
+    contact: ContactRegion | None
+    title: str | None
+    singular: bool
+
+    @classmethod
+    def of(
+        cls,
+        pressure: PunchSolution | CellBasis,
+        values: ArrayLike | None,
+        title: str | None,
+        contact: ContactRegion | None,
+    ) -> Subject:
+        """Of a solution without values, or of a basis with the values of its DOFs."""
+        singular = False
+        if isinstance(pressure, PunchSolution):
+            if values is not None or contact is not None:
+                raise TypeError(
+                    "expected a solution alone, got values or a contact region beside it. "
+                    "Remedy: isobars(basis, values, contact=...)"
+                )
+            singular = pressure.punch.gap is None or pressure.punch.edge == "singular"
+            contact = pressure.contact_region
+            scale, quantity = pressure_scale(pressure)
+            title = quantity if title is None else title
+            pressure, values = drawn_pressure(pressure)
+            values = values / scale
+        elif values is None and isinstance(pressure, CellBasis):
+            raise TypeError(f"expected one value for each of the {pressure.N} DOFs, got none")
+        field = continuous(pressure, () if values is None else values)
+        pressed = field if contact is None else field.in_contact(contact)
+        return cls(field, pressed, contact, title, singular)
+
+
+def pressure_scale(solution: PunchSolution) -> tuple[float, str]:
+    """What pressures are drawn over, and the name of their ratio.
+
+    The mean pressure, or the largest of a cell where moments alone leave no mean.
+
+    Raises
+    ------
+    ValueError
+        If there is no pressure at all.
+    """
+    largest = float(np.abs(solution.pressure).max())
+    if largest == 0:
+        raise ValueError("expected a load to draw isobars of, got no pressure at all")
+    mean = solution.mean_pressure
+    return (mean, "p / mean p") if abs(mean) >= 1e-3 * largest else (largest, "p / max |p|")
+
+
+def drawn_pressure(solution: PunchSolution) -> tuple[CellBasis, ndarray]:
+    """`PunchSolution.pressure_field` on a mesh refined as often as a picture can show."""
+    mesh = nodal_mesh(solution.punch.basis)
+    triangles = mesh.nelements * (1 if len(mesh.t) == 3 else 4)
+    refine = int(np.clip(np.log(TRIANGLES / triangles) / np.log(4), 0, REFINE))
+    basis, pressure = solution.pressure_field(refine=refine)
+    if solution.pressure.min() >= 0:  # what lies between cells that do not pull does not either
+        pressure = pressure.clip(min=0.0)
+    return basis, pressure

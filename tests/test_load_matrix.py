@@ -1,0 +1,252 @@
+"""Pressures of cells as loads on finite elements."""
+
+from math import gamma
+
+import numpy as np
+import pytest
+from plans import annulus, perturbed, rectangle
+from skfem import (
+    Basis,
+    BilinearForm,
+    CellBasis,
+    ElementHex1,
+    ElementQuad0,
+    ElementQuad1,
+    ElementQuad2,
+    ElementTetP1,
+    ElementTetP2,
+    ElementTriArgyris,
+    ElementTriMorley,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    ElementVector,
+    FacetBasis,
+    MeshHex,
+    MeshQuad,
+    MeshTet,
+    MeshTri,
+    MeshTri2,
+    condense,
+    solve,
+)
+from skfem.models.elasticity import linear_elasticity
+from skfem.models.poisson import unit_load
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, load_matrix
+from skfem_dual.elements.load_matrix import graded
+
+SOIL = HalfSpace(1.0, 0.25)
+
+
+def solved(basis, **options):
+    return RigidPunch(SOIL, basis, **options).solve(force=1.0, at=(0.1, 0.05))
+
+
+@pytest.fixture(scope="module")
+def ring():
+    return annulus(5, 40)
+
+
+@pytest.fixture(scope="module", params=["dual", "triangles"])
+def solution(request, ring):
+    dual = DualMesh.from_mesh(ring)
+    return solved(dual.basis() if request.param == "dual" else dual.primal_basis())
+
+
+def matrix_of(solution, basis, **options):
+    punch = solution.punch
+    return load_matrix(punch.partition, punch.weights, punch.fan, basis, **options)
+
+
+def elsewhere(n):
+    return MeshTri().refined(n).scaled(2.4).translated((-1.2, -1.1))
+
+
+def bent_quadrilaterals(n):
+    mesh = MeshQuad.init_tensor(np.linspace(-1.1, 1.1, n), np.linspace(-1.1, 1.2, n + 3))
+    return MeshQuad(mesh.p + 0.02 * np.sin(7 * mesh.p[::-1]), mesh.t)
+
+
+@pytest.mark.parametrize("order", [1, 2, 5])
+def test_the_rule_is_exact_for_polynomials_times_the_weight(order):
+    """Over the triangle (0, 0), (1, 0), (0, 1): Dirichlet's integral of x^i y^(j - 1/2)."""
+    whole = np.eye(3)[..., None]
+    v = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    for i in range(order + 1):
+        for j in range(order + 1 - i):
+            found = 0.0
+            for at, load in graded(whole, v[1][:, None], order):
+                x, y = np.einsum("dv,vkq->dkq", v, at)
+                found += np.sum(load * x**i * y**j) / 2
+            exact = gamma(i + 1) * gamma(j + 0.5) / gamma(i + j + 2.5)
+            assert found == pytest.approx(exact, rel=1e-13)
+
+
+BASES = {
+    "P1": lambda m: CellBasis(m, ElementTriP1()),
+    "P1 refined": lambda m: CellBasis(m.refined(), ElementTriP1()),
+    "P2": lambda m: CellBasis(m, ElementTriP2()),
+    "Morley": lambda m: CellBasis(m, ElementTriMorley()),
+    "P2 elsewhere": lambda m: CellBasis(elsewhere(4), ElementTriP2()),
+    "Q1": lambda m: CellBasis(bent_quadrilaterals(13), ElementQuad1()),
+    "Q2": lambda m: CellBasis(bent_quadrilaterals(8), ElementQuad2()),
+    "curved P2": lambda m: CellBasis(MeshTri2.init_circle(3).scaled(1.2), ElementTriP2()),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_force_and_moments_are_carried_to_rounding(solution, ring, name):
+    basis = BASES[name](ring)
+    f = solution.load_vector(basis)
+    planes = [basis.project(g) for g in (lambda x: 1 + 0 * x[0], lambda x: x[0], lambda x: x[1])]
+    np.testing.assert_allclose(planes @ f, [1.0, 0.1, 0.05], atol=1e-12)
+
+
+def test_argyris():
+    """Its own coefficients of a plane carry more rounding."""
+    mesh = rectangle(2)
+    basis = CellBasis(mesh, ElementTriArgyris(), intorder=6)
+    f = solved(DualMesh.from_mesh(rectangle(5)).basis()).load_vector(basis)
+    planes = [basis.project(g) for g in (lambda x: 1 + 0 * x[0], lambda x: x[0], lambda x: x[1])]
+    np.testing.assert_allclose(planes @ f, [1.0, 0.1, 0.05], atol=1e-10)
+
+
+@pytest.mark.parametrize("edge", ["singular", "constant"])
+def test_own_constants_take_the_areas(ring, edge):
+    dual = DualMesh.from_mesh(ring)
+    for basis in (dual.basis(), dual.primal_basis()):
+        found = matrix_of(solved(basis, edge=edge), basis)
+        areas = solved(basis, edge=edge).punch.partition.areas
+        np.testing.assert_allclose(found.toarray(), np.diag(areas), atol=1e-14)
+
+
+def test_nested_bases_agree(solution, ring):
+    """Hat functions are sums of those of a refinement: no error of quadrature is left."""
+    coarse, fine = (CellBasis(m, ElementTriP1()) for m in (ring, ring.refined()))
+    f, g = solution.load_vector(coarse), solution.load_vector(fine)
+    halves = fine.mesh.p.shape[1] - ring.p.shape[1]
+    carried = g[:-halves].copy()
+    for nodes in ring.facets:
+        np.add.at(carried, nodes, g[-halves:] / 2)
+    np.testing.assert_allclose(f, carried, atol=1e-15)
+
+
+def test_polynomials_meet_integrals_of_the_punch_in_its_own_grid(solution, ring):
+    """x^2 on a mesh that has nothing in common with the cells."""
+    there = CellBasis(elsewhere(3), ElementTriP2())
+    here = CellBasis(ring, ElementTriP2())
+    values = [
+        solution.load_vector(basis, order=3) @ basis.project(lambda x: x[0] ** 2 - x[0] * x[1])
+        for basis in (here, there)
+    ]
+    assert values[0] == pytest.approx(values[1], abs=1e-13)
+
+
+def test_uniform_pressure_is_scikit_fems_own_load():
+    mesh = perturbed(rectangle(6), 0.05)
+    basis = CellBasis(mesh.refined(), ElementTriP2())
+    punch = RigidPunch(SOIL, CellBasis(mesh, ElementTriP0()), edge="constant")
+    found = load_matrix(punch.partition, None, punch.fan, basis) @ np.ones(mesh.nelements)
+    np.testing.assert_allclose(found, unit_load.assemble(basis), atol=1e-14)
+
+
+def wall(mesh, z):
+    return mesh.facets_satisfying(lambda x: np.abs(x[2] - z) < 1e-9)
+
+
+SOLIDS = [
+    (MeshTet, ElementTetP1()),
+    (MeshTet, ElementTetP2()),
+    (MeshHex, ElementHex1()),
+]
+
+
+@pytest.mark.parametrize(("kind", "elem"), SOLIDS)
+@pytest.mark.parametrize("z", [2.0, 3.0])
+def test_traction_on_a_solid(kind, elem, z):
+    """Force and moments through the bottom push up, through the top down."""
+    x = np.linspace(-1, 1, 6)
+    mesh = kind.init_tensor(x, x, np.linspace(2, 3, 3))
+    inner = rectangle(5, 0.9, 0.8)
+    s = solved(DualMesh.from_mesh(inner).basis())
+    basis = FacetBasis(mesh, ElementVector(elem), facets=wall(mesh, z))
+    f = s.load_vector(basis)
+    up = 1.0 if z == 2.0 else -1.0
+    x = basis.doflocs
+    vertical = np.arange(basis.N) % 3 == 2
+    assert not f[~vertical].any()
+    found = [f.sum(), *(x[:2, vertical] @ f[vertical])]
+    np.testing.assert_allclose(found, up * np.array([1.0, 0.1, 0.05]), atol=1e-12)
+
+
+def test_a_block_of_tetrahedra_in_equilibrium():
+    """Nodal forces of a linear elastic block balance the pressure on its base."""
+    mesh = MeshTet.init_tensor(*[np.linspace(-1, 1, 5)] * 2, np.linspace(0, 1, 3))
+    elem = ElementVector(ElementTetP1())
+    solid = Basis(mesh, elem)
+    base = FacetBasis(mesh, elem, facets=wall(mesh, 0.0))
+    f = solved(DualMesh.from_mesh(rectangle(7)).basis()).load_vector(base)
+    stiffness = BilinearForm(linear_elasticity(1.0, 1.0)).assemble(solid)
+    top = solid.get_dofs(wall(mesh, 1.0))
+    u = solve(*condense(stiffness, f, D=top))
+    reactions = (stiffness @ u - f)[top.all("u^3")]
+    x = solid.doflocs[:, top.all("u^3")]
+    other = [(stiffness @ u - f)[top.all(c)].sum() for c in ("u^1", "u^2")]
+    np.testing.assert_allclose(other, 0.0, atol=1e-12)
+    assert reactions.sum() == pytest.approx(-1.0, abs=1e-12)
+    # horizontal reactions at the top, at z = 1, take part in the moments
+    r1, r2 = ((stiffness @ u - f)[top.all(c)] for c in ("u^1", "u^2"))
+    assert reactions @ x[0] - r1.sum() == pytest.approx(-0.1, abs=1e-12)
+    assert reactions @ x[1] - r2.sum() == pytest.approx(-0.05, abs=1e-12)
+
+
+def test_components():
+    mesh = rectangle(4)
+    s = solved(DualMesh.from_mesh(mesh).basis())
+    f = s.load_vector(CellBasis(mesh, ElementTriP1()))
+    plate = CellBasis(mesh, ElementTriP1() * ElementVector(ElementTriP1()))
+    deflection = plate.split_indices()[0]
+    g = s.load_vector(plate)
+    np.testing.assert_allclose(g[deflection], f, rtol=1e-13)
+    assert np.count_nonzero(g) == np.count_nonzero(f)
+    flat = CellBasis(mesh, ElementVector(ElementTriP1()))
+    np.testing.assert_allclose(s.load_vector(flat, component=1)[1::2], f, rtol=1e-13)
+    with pytest.raises(TypeError, match="component="):
+        s.load_vector(flat)
+    with pytest.raises(TypeError, match="from 0 to 1, got 2"):
+        s.load_vector(flat, component=2)
+
+
+def test_quadrilateral_cells():
+    mesh = MeshQuad().refined(3).translated((-0.4, -0.45))
+    s = solved(CellBasis(mesh, ElementQuad0()))
+    basis = CellBasis(MeshTri().refined(2).translated((-0.4, -0.45)), ElementTriP1())
+    f = s.load_vector(basis)
+    found = [f.sum(), *(basis.doflocs @ f)]
+    np.testing.assert_allclose(found, [1.0, 0.1, 0.05], atol=1e-13)
+
+
+def test_what_does_not_cover_the_plan_is_told():
+    mesh = rectangle(4)
+    s = solved(DualMesh.from_mesh(mesh).basis())
+    half = CellBasis(mesh.restrict(mesh.p[0, mesh.t].mean(axis=0) > 0), ElementTriP1())
+    with pytest.raises(ValueError, match=r"2 of their area 4 lies outside \(50.00%\)"):
+        s.load_vector(half)
+    assert 0.4 < s.load_vector(half, partial=True).sum() < 0.8
+    twice = MeshTri(np.hstack([mesh.p, mesh.p]), np.hstack([mesh.t, mesh.t + mesh.p.shape[1]]))
+    with pytest.raises(ValueError, match="more than once"):
+        s.load_vector(CellBasis(twice, ElementTriP1()))
+    with pytest.raises(ValueError, match="one plane z = const"):
+        s.load_vector(FacetBasis(MeshTet(), ElementTetP1()))
+    with pytest.raises(TypeError, match="got FacetBasis"):
+        s.load_vector(FacetBasis(mesh, ElementTriP1()))
+
+
+def test_far_from_the_origin(ring):
+    """At site coordinates as at the origin."""
+    far = ring.translated((4.5e5, 5.4e6))
+    s = RigidPunch(SOIL, DualMesh.from_mesh(far).basis(), origin=(4.5e5, 5.4e6)).solve(1.0)
+    f = s.load_vector(CellBasis(far.refined(), ElementTriP1()))
+    x = far.refined().p - np.array([[4.5e5], [5.4e6]])
+    np.testing.assert_allclose([f.sum(), *(x @ f)], [1.0, 0.0, 0.0], atol=1e-9)

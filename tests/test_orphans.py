@@ -1,0 +1,87 @@
+"""Workers of sweeps end with the program that started them, even if it is killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from skfem_dual.sweeps.orphans import end_with_parent
+
+SCRIPT = """
+import multiprocessing, os, sys, time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from skfem_dual import sweep
+
+def told(x):
+    Path(sys.argv[1], str(os.getpid())).touch()
+    time.sleep(0.2)
+    return x
+
+if __name__ == "__main__":
+    kind = sys.argv[2]
+    if kind == "own":
+        executor = 2
+    elif kind == "loky":
+        import loky
+        executor = loky.ProcessPoolExecutor(2)
+    else:
+        executor = ProcessPoolExecutor(2, multiprocessing.get_context(kind))
+    sweep(told, range(100_000), executor)
+"""
+
+
+def is_alive(pid):
+    """Whether a process runs; one that has ended may still wait to be fetched."""
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "own",
+        pytest.param("spawn", marks=pytest.mark.slow),
+        pytest.param("forkserver", marks=pytest.mark.slow),
+        pytest.param("fork", marks=pytest.mark.slow),
+        pytest.param("loky", marks=pytest.mark.slow),
+    ],
+)
+def test_workers_end_when_their_parent_is_killed(kind, tmp_path):
+    script, seen = tmp_path / "script.py", tmp_path / "seen"
+    script.write_text(SCRIPT)
+    seen.mkdir()
+    program = subprocess.Popen(
+        [sys.executable, script, seen, kind], stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        deadline = time.monotonic() + 120
+        while len(list(seen.iterdir())) < 2 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        program.kill()
+        program.wait()
+        workers = [int(file.name) for file in seen.iterdir()]
+        assert len(workers) == 2
+        deadline = time.monotonic() + 20
+        while any(map(is_alive, workers)) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert not [pid for pid in workers if is_alive(pid)]
+    finally:
+        for file in seen.iterdir():
+            if is_alive(int(file.name)):
+                os.kill(int(file.name), signal.SIGKILL)
+
+
+def test_programs_of_their_own_are_left_alone():
+    """Whoever runs a sweep may go on when a shell that started it has ended."""
+    before = {thread.name for thread in threading.enumerate()}
+    end_with_parent()
+    assert {thread.name for thread in threading.enumerate()} == before

@@ -1,0 +1,190 @@
+"""Fields at points, and carried over to other bases."""
+
+import meshio
+import numpy as np
+import pytest
+from plans import annulus, disc, perturbed, rectangle
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementQuad1,
+    ElementQuad2,
+    ElementTriMorley,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    ElementVector,
+    Functional,
+    MeshQuad,
+    MeshTri,
+)
+
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    InfluenceOperator,
+    RigidPunch,
+    evaluate,
+    flexible_settlement,
+    transfer,
+)
+from skfem_dual.elements.balance import balanced, field_resultant
+from skfem_dual.io import write_field
+
+SQUARE = perturbed(rectangle(5), 0.1)
+QUADRILATERALS = MeshQuad().refined(3).scaled(2.0).translated((-1.0, -1.0))
+
+
+def plane(x):
+    return 1 + 2 * x[0] - 3 * x[1]
+
+
+@pytest.mark.parametrize(
+    "basis",
+    [
+        CellBasis(SQUARE, ElementTriP1()),
+        CellBasis(SQUARE, ElementTriP2()),
+        CellBasis(SQUARE, ElementTriMorley()),
+        CellBasis(QUADRILATERALS, ElementQuad1()),
+    ],
+)
+def test_values_of_a_plane(basis):
+    values = basis.project(plane)
+    x = np.random.default_rng(0).uniform(-1, 1, (2, 4, 50))
+    assert evaluate(basis, values, x) == pytest.approx(plane(x), abs=1e-12)
+
+
+def test_points_on_the_boundary_are_inside_and_others_are_told():
+    """On a circle turned by odd angles every point of the sides is met but for rounding."""
+    mesh = disc(3)
+    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
+    mesh = MeshTri(turn @ mesh.p + [[100.0], [7.0]], mesh.t)
+    basis = CellBasis(mesh, ElementTriP1())
+    a, b = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]].swapaxes(0, 1)
+    x = a[..., None] + np.linspace(0, 1, 11) * (b - a)[..., None]
+    assert evaluate(basis, basis.doflocs[0], x) == pytest.approx(x[0], abs=1e-9)
+    out = [[0.0], [0.0]]
+    assert np.isnan(evaluate(basis, basis.doflocs[0], out)).all()
+    assert evaluate(basis, basis.doflocs[0], out, outside="zero") == 0.0
+    with pytest.raises(ValueError, match='"nan" or "zero"'):
+        evaluate(basis, basis.doflocs[0], out, outside=0.0)
+    with pytest.raises(ValueError, match="vector of shape"):
+        evaluate(basis, basis.doflocs[0][1:], out)
+    with pytest.raises(TypeError, match="component="):
+        evaluate(CellBasis(mesh, ElementVector(ElementTriP1())), np.zeros(2 * basis.N), x)
+
+
+def test_values_of_cells():
+    dual = DualMesh.from_mesh(rectangle(4))
+    numbers = np.arange(float(len(dual)))
+    assert np.array_equal(evaluate(dual.basis(), numbers, dual.mesh.p), numbers)
+    part = CellBasis(SQUARE, ElementTriP0(), elements=np.array([7, 3]))
+    middle = SQUARE.p[:, SQUARE.t[:, [3, 7, 5]]].mean(axis=1)
+    found = evaluate(part, np.arange(float(part.N)), middle)
+    np.testing.assert_array_equal(found, [3.0, 7.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        CellBasis(MeshTri().refined(4).scaled(3.0).translated((-1.4, -1.6)), ElementTriP1()),
+        CellBasis(SQUARE, ElementTriP2()),
+        CellBasis(MeshQuad().refined(3).scaled(3.0).translated((-1.4, -1.6)), ElementQuad2()),
+    ],
+)
+def test_force_and_moments_go_along(target):
+    basis = CellBasis(rectangle(6), ElementTriP1())
+    values = np.random.default_rng(1).uniform(0, 1, basis.N)
+    found = transfer(basis, values, target)
+    expected = field_resultant(basis, values)
+    assert field_resultant(target, found) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_refinement_takes_the_field_as_it_is():
+    basis = CellBasis(SQUARE, ElementTriP1())
+    values = np.random.default_rng(1).uniform(0, 1, basis.N)
+    fine = CellBasis(SQUARE.refined(), ElementTriP2())
+    found = transfer(basis, values, fine)
+    assert found == pytest.approx(evaluate(basis, values, fine.doflocs), abs=1e-12)
+
+
+def test_cells_take_means():
+    """Of a plane the value in the centroid; the force is kept."""
+    basis = CellBasis(QUADRILATERALS, ElementQuad1())
+    dual = DualMesh.from_mesh(SQUARE)
+    for cells in (dual.basis(), dual.primal_basis(), CellBasis(SQUARE, ElementTriP0())):
+        found = transfer(basis, basis.project(plane), cells)
+        assert found == pytest.approx(plane(cells.doflocs), abs=1e-12)
+
+
+def test_a_target_that_is_too_small():
+    basis = CellBasis(SQUARE, ElementTriP1())
+    small = CellBasis(MeshTri().refined(2), ElementTriP1())
+    with pytest.raises(ValueError, match="3 of its area 4 lies outside"):
+        transfer(basis, basis.doflocs[0], small)
+
+
+def test_given_pressures_as_fields():
+    """Settlements of the ground under what a punch exports are those of the punch."""
+    dual, soil = DualMesh.from_mesh(disc(3)), HalfSpace(1.0, 0.25)
+    solution = RigidPunch(soil, dual.basis()).solve(force=1.0)
+    field, p = solution.pressure_field(refine=2)
+    x = np.array([[0.0, 0.4, 3.0], [0.0, 0.2, 0.0]])
+    expected = solution.displacement(x)
+    assert flexible_settlement(soil, dual.basis(), (field, p), x) == pytest.approx(
+        expected, rel=1.5e-2
+    )
+    assert flexible_settlement(soil, field, p, x) == pytest.approx(expected, rel=5e-3)
+    cells = transfer(field, p, dual.basis())
+    assert cells @ dual.areas == pytest.approx(1.0, abs=1e-12)
+    operator = InfluenceOperator(soil, dual.basis())
+    assert operator @ cells == pytest.approx(solution.settlement, rel=2e-2)
+
+
+def test_points_of_any_shape_stand_in_forms():
+    dual = DualMesh.from_mesh(annulus(3, 30))
+    solution = RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(1.0, at=(0.1, 0.0))
+    basis = CellBasis(dual.refinement, ElementTriP1(), intorder=12)
+    force = Functional(lambda w: solution.pressure_at(w.x)).assemble(basis)
+    assert force == pytest.approx(1.0, abs=0.03)  # Gauss points do not know the singularity
+    x = np.random.default_rng(2).uniform(-1, 1, (2, 3, 4))
+    for f in (solution.pressure_at, solution.displacement, solution.punch_displacement):
+        assert np.array_equal(f(x), f(x.reshape(2, -1)).reshape(3, 4))
+        assert f([0.7, 0.1]).shape == ()
+
+
+def test_balanced_changes_little_and_keeps_zeros():
+    basis = CellBasis(SQUARE, ElementTriP1())
+    values = basis.doflocs[0].clip(0.0)
+    wanted = field_resultant(basis, values, (0.2, 0.1)) * [1.1, 1.05, 1.0]
+    found = balanced(basis, values, wanted, (0.2, 0.1))
+    assert field_resultant(basis, found, (0.2, 0.1)) == pytest.approx(wanted, abs=1e-14)
+    assert not found[values == 0].any()
+
+
+def test_fields_in_files(tmp_path):
+    dual = DualMesh.from_mesh(SQUARE)
+    for basis, data, cells in (
+        (CellBasis(SQUARE, ElementTriP1()), "point", "triangle"),
+        (CellBasis(SQUARE, ElementTriP2()), "point", "triangle6"),
+        (CellBasis(QUADRILATERALS, ElementQuad1()), "point", "quad"),
+        (CellBasis(SQUARE, ElementTriP0()), "cell", "triangle"),
+        (CellBasis(QUADRILATERALS, ElementQuad0()), "cell", "quad"),
+        (dual.basis(), "cell", "polygon"),
+    ):
+        values = basis.project(plane)
+        write_field(tmp_path / "field.vtu", basis, values, "p")
+        found = meshio.read(tmp_path / "field.vtu")
+        assert found.cells[0].type == cells
+        if data == "point":
+            assert found.point_data["p"] == pytest.approx(plane(found.points.T))
+        elif cells != "polygon":
+            middle = found.points[found.cells[0].data].mean(axis=1).T
+            assert found.cell_data["p"][0] == pytest.approx(plane(middle))
+        else:
+            assert sorted(np.concatenate(found.cell_data["p"])) == pytest.approx(sorted(values))
+    morley = CellBasis(SQUARE, ElementTriMorley())
+    with pytest.raises(TypeError, match="ElementTriMorley"):
+        write_field(tmp_path / "field.vtu", morley, np.zeros(morley.N))
+    with pytest.raises(ValueError, match=r"\.vtu"):
+        write_field(tmp_path / "field.vtk", dual.basis(), np.zeros(len(dual)))

@@ -1,0 +1,103 @@
+import os
+import stat
+
+import pytest
+
+from skfem_dual.io import require_outputs, write_whole
+
+
+def write(part):
+    with open(part, "w") as file:
+        file.write("new")
+
+
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt(), SystemExit(1)])
+def test_nothing_is_left_of_a_failure(tmp_path, error):
+    path = tmp_path / "result.txt"
+    path.write_text("old")
+
+    def fail(part):
+        write(part)
+        raise error
+
+    with pytest.raises(type(error)):
+        write_whole(path, fail)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_mode_and_symbolic_links_are_kept(tmp_path):
+    path, link = tmp_path / "folder" / "result.txt", tmp_path / "link.txt"
+    path.parent.mkdir()
+    path.write_text("old")
+    path.chmod(0o600)
+    link.symlink_to(path)
+    write_whole(link, write)
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert sorted(tmp_path.iterdir()) == [path.parent, link]
+    assert list(path.parent.iterdir()) == [path]
+    umask = os.umask(0o027)
+    try:
+        write_whole(tmp_path / "fresh.txt", write)
+    finally:
+        os.umask(umask)
+    assert stat.S_IMODE((tmp_path / "fresh.txt").stat().st_mode) == 0o640
+
+
+def test_errors_name_the_file_and_not_its_part(tmp_path):
+    with pytest.raises(FileExistsError, match="got the folder"):
+        write_whole(tmp_path, write)
+    path = tmp_path / "none" / "result.txt"
+    with pytest.raises(FileNotFoundError) as error:
+        write_whole(path, write)
+    assert error.value.filename == str(path)
+    long = tmp_path / ("long name " * 20 + ".txt")  # the name of its part is not longer
+    write_whole(long, write)
+    assert long.read_text() == "new"
+
+
+def test_outputs_are_not_inputs_nor_each_other(tmp_path):
+    mesh = tmp_path / "plan.vtu"
+    mesh.write_text("mesh")
+    (tmp_path / "soft.vtu").symlink_to(mesh)
+    os.link(mesh, tmp_path / "hard.json")
+    (tmp_path / "dangling.png").symlink_to(tmp_path / "new.png")
+    require_outputs({"--vtu": tmp_path / "new.vtu"}, {"MESH": mesh})
+    for path in (
+        mesh,
+        os.path.relpath(mesh),
+        tmp_path / "soft.vtu",
+        tmp_path / "hard.json",
+        tmp_path / ".." / tmp_path.name / "plan.vtu",
+    ):
+        with pytest.raises(ValueError, match="another file for --vtu than for MESH"):
+            require_outputs({"--vtu": path}, {"MESH": mesh})
+    with pytest.raises(ValueError, match="another file for --report than for --png"):
+        require_outputs({"--png": tmp_path / "new.png", "--report": tmp_path / "dangling.png"})
+    assert mesh.read_text() == "mesh"
+
+
+def test_outputs_that_cannot_be_written(tmp_path):
+    (tmp_path / "a.json").mkdir()
+    with pytest.raises(FileExistsError, match=r"got the folder .*a\.json"):
+        require_outputs({"--json": tmp_path / "a.json"})
+    with pytest.raises(FileNotFoundError, match="no such folder for --json"):
+        require_outputs({"--json": tmp_path / "none" / "a.json"})
+    os.mkfifo(tmp_path / "pipe.json")
+    with pytest.raises(FileExistsError, match="got the pipe"):
+        require_outputs({"--json": tmp_path / "pipe.json"})
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write")
+def test_outputs_without_permission(tmp_path):
+    path = tmp_path / "a.json"
+    path.touch(0o444)
+    with pytest.raises(PermissionError, match="may be written for --json"):
+        require_outputs({"--json": path})
+    path.unlink()
+    tmp_path.chmod(0o555)
+    with pytest.raises(PermissionError, match="cannot write to the folder of --json"):
+        require_outputs({"--json": path})
+    tmp_path.chmod(0o755)
