@@ -18,14 +18,14 @@ RATIO, STEPS = 4.0, 16
 Solve = Callable[[Constraints], tuple[Contact, ndarray]]
 
 
-def apart(problem: ContactProblem) -> Contact | None:
-    """A position without contact, if the load allows for one, by the least motions."""
+def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
+    """A position without contact, if the load allows for one, by the least motions or by none."""
     if problem.given.any():
         return None
     k, n = problem.planes.shape
     motion = np.zeros(k)
     if problem.gap.min() < 0:
-        if not k:
+        if still or not k:
             return None
         scale = np.abs(problem.gap).max()
         # in terms of both signs of the motions, none negative

@@ -232,17 +232,17 @@ class ContactSystem:
             start = full.pressure.clip(0)
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
         if contact is None or not contact.success or _noise(constraints, problem, contact):
-            other = self._elsewhere(constraints, problem, method, gap_rtol) or apart(problem)
-            contact = other or self._from_all(problem, constraints, gap_rtol) or contact
+            other = apart(problem, still=True)
+            other = other or self._elsewhere(constraints, problem, method, gap_rtol)
+            other = other or apart(problem)
+            if other is None and constraints.conjugate and method != "active-set":
+                other = self._from_all(problem, gap_rtol)
+            contact = other or contact
             contact = contact or _nothing(problem)
         return contact, constraints.fixed + motions @ contact.motion
 
-    def _from_all(
-        self, problem: ContactProblem, constraints: Constraints, gap_rtol: float
-    ) -> Contact | None:
+    def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""
-        if not constraints.conjugate:
-            return None
         contact = conjugate_gradients(problem, np.ones(len(self.areas)), gap_rtol)
         if not contact.success:
             return None
@@ -314,7 +314,7 @@ class ContactSystem:
 
 def _noise(constraints: Constraints, problem: ContactProblem, contact: Contact) -> bool:
     """Whether the ground settles by rounding errors only, where a force might be found."""
-    if constraints.conjugate:
+    if constraints.conjugate and problem.given.any():
         return False
     settled = contact.gap - problem.gap + contact.motion @ problem.planes
     return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())
