@@ -16,7 +16,13 @@ from .elements.flexible import flexible_settlement
 from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses
 from .elements.transfer import evaluate, transfer
-from .errors import ConvergenceError, ConvergenceWarning, MeshError, MeshWarning
+from .errors import (
+    ConvergenceError,
+    ConvergenceWarning,
+    MeshError,
+    MeshWarning,
+    ResolutionWarning,
+)
 from .grids.cellwise import CellwiseBasis
 from .grids.checks import MeshReport, check_mesh
 from .grids.couples import GridCouple
@@ -70,6 +76,7 @@ __all__ = [
     "PreprocessReport",
     "PunchSolution",
     "PunchesSolution",
+    "ResolutionWarning",
     "RigidPunch",
     "RigidPunches",
     "RoundedCylinder",

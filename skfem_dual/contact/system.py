@@ -243,7 +243,9 @@ class ContactSystem:
 
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""
-        contact = conjugate_gradients(problem, np.ones(len(self.areas)), gap_rtol)
+        every = np.ones(len(self.areas))
+        start = np.abs(problem.gap.min()) / np.abs(self.matrix @ every).max() * every
+        contact = conjugate_gradients(problem, start, gap_rtol)
         if not contact.success:
             return None
         if not isinstance(self.matrix, InfluenceOperator):

@@ -95,7 +95,8 @@ class Verification:
         work = np.abs(acting)
         same = work @ work.T > 0
         imposed = np.where(same, np.abs(given / unit), 0.0).max(axis=1)
-        felt = np.where(same, work @ np.abs(pressure), 0.0).max(axis=1)
+        borne = (work > 0) @ (system.areas * np.abs(pressure))
+        felt = np.where(same, borne, 0.0).max(axis=1)
         error = error / np.maximum(np.where(imposed > 0, imposed, felt), np.finfo(float).tiny)
         if not (worst := float(error.max())) <= BALANCE:
             yield (
