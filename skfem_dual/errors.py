@@ -18,4 +18,4 @@ class ConvergenceWarning(UserWarning):
 
 
 class ResolutionWarning(UserWarning):
-    """Cells that are too coarse for what they stand on; tells how many it takes."""
+    """Cells too coarse for the ground or for the contact; the answer is returned all the same."""

@@ -1,6 +1,7 @@
 """Settings of all tests."""
 
 import matplotlib
+import scipy.linalg  # noqa: F401 - brings a BLAS of its own
 from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 

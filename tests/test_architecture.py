@@ -15,6 +15,13 @@ LAYERS = [
     ["startup"],
     ["errors", "arguments"],
     [
+        "kernels.disk",
+        "kernels.compiled",
+        "kernels.threads",
+        "kernels.limits",
+        "kernels.once",
+    ],
+    [
         "grids.polygons",
         "grids.planar",
         "grids.corners",
@@ -39,11 +46,6 @@ LAYERS = [
         "grids.voronoi",
         "grids.duality",
         "grids.trace",
-    ],
-    [
-        "kernels.disk",
-        "kernels.compiled",
-        "kernels.threads",
     ],
     [
         "ground.substrates",
@@ -98,9 +100,12 @@ LAYERS = [
         "contact.exact",
         "contact.load",
         "contact.shapes",
+        "contact.problem",
         "contact.unilateral",
+        "contact.positions",
         "contact.system",
         "contact.footprint",
+        "contact.verify",
         "contact.region",
         "contact.kern",
         "contact.pressures",
@@ -177,10 +182,10 @@ LATE = {
 }
 THIRD_PARTY = {
     "grids": {"numpy", "scipy", "skfem", "tqdm"},
-    "kernels": {"numpy", "numba"},
+    "kernels": {"numpy", "numba", "threadpoolctl"},
     "ground": {"numpy", "scipy"},
     "elements": {"numpy", "scipy", "skfem"},
-    "operators": {"numpy", "scipy", "skfem", "tqdm", "threadpoolctl"},
+    "operators": {"numpy", "scipy", "skfem", "tqdm"},
     "contact": {"numpy", "scipy", "skfem", "tqdm"},
     "post": {"numpy", "scipy", "skfem"},
     "visuals": {"numpy", "scipy", "skfem", "pyvista", "vtk", "vtkmodules", "matplotlib"},

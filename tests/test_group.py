@@ -16,7 +16,7 @@ from skfem_dual import (
     RigidPunch,
     RigidPunches,
 )
-from skfem_dual.contact import footprint, group
+from skfem_dual.contact import footprint, union
 from skfem_dual.grids import generate
 from skfem_dual.operators.influence_operator import InfluenceOperator
 from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
@@ -231,7 +231,7 @@ def test_accuracy_and_symmetry_of_the_punches():
 
 
 def test_too_little_memory(monkeypatch):
-    monkeypatch.setattr(group, "available_memory", lambda: 1e6)
+    monkeypatch.setattr(union, "available_memory", lambda: 1e6)
     with pytest.raises(MemoryError, match=r"0\.9537 MiB.*290 cells.*Remedy"):
         pair(3.0).solve(CENTRAL)
 

@@ -44,6 +44,7 @@ def test_which_load_is_impossible():
         load_path(punch(disc(2)), [{"force": 1.0}, {"force": 1.0, "at": (2.0, 0.0)}])
 
 
+@pytest.mark.filterwarnings("ignore:contact on")
 def test_moment_rotation():
     of = punch(disc(4))
     curve = moment_rotation(of, 2.0, direction=(3.0, 4.0), steps=8)
@@ -64,6 +65,7 @@ def test_moment_rotation():
     assert curve.eccentricity[-1] == pytest.approx(0.97, rel=2e-2)
 
 
+@pytest.mark.filterwarnings("ignore:contact on")
 def test_moment_rotation_of_a_shaped_punch_has_no_lift_off():
     curve = moment_rotation(punch(rectangle(10), gap=Paraboloid(30.0)), 1.0, steps=3)
     assert np.isnan(curve.lift_off)

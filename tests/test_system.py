@@ -142,5 +142,5 @@ def test_plans_without_symmetry():
     with pytest.raises(TypeError, match='symmetry "auto" or a Symmetry, got 4'):
         RigidPunch(GROUNDS["homogeneous"], basis, symmetry=4)
     other = DualMesh.from_mesh(disc(2)).basis().partition
-    with pytest.raises(ValueError, match="symmetry of the 145 cells of the punch, got one of 41"):
+    with pytest.raises(ValueError, match="symmetry of the 145 cells, got one of 41"):
         RigidPunch(GROUNDS["homogeneous"], basis, symmetry=Symmetry.detect(other)).solve(1.0)

@@ -13,7 +13,6 @@ structure too stiff to bend is the rigid punch of the same cells.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -28,15 +27,17 @@ from ..elements.load_matrix import load_matrix
 from ..elements.point_values import value_matrix
 from ..grids.polygons import readonly, some
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
 from .elastic_solution import ElasticSolution
 from .footprint import Body, Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
 from .pressures import CellPressures
+from .problem import ContactProblem
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
-from .unilateral import CellForces, ContactProblem
+from .unilateral import CellForces
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
@@ -150,7 +151,7 @@ class ElasticPunch(Body):
         """What makes the punch; matrices and factors are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    @cached_property
+    @computed_once
     def footprint(self) -> Footprint:
         """The cells under the structure, with all that pressures and gaps depend on."""
         return Footprint.from_basis(
@@ -163,14 +164,14 @@ class ElasticPunch(Body):
             self.rtol,
         )
 
-    @cached_property
+    @computed_once
     def contact_basis(self) -> CellBasis | FacetBasis:
         """The basis of the structure where it faces the ground: its own, or on the facets."""
         if self.boundary is None:
             return self.structure
         return self.structure.boundary(self.boundary)
 
-    @cached_property
+    @computed_once
     def compliance(self) -> Compliance:
         """What the structure yields, and its motions without resistance."""
         K, n = self.stiffness, self.structure.N
@@ -188,7 +189,7 @@ class ElasticPunch(Body):
         with timed(self.timings, "structure"):
             return Compliance(K, _dofs(self.D, n))
 
-    @cached_property
+    @computed_once
     def loads(self) -> csr_matrix:
         """L, work of unit mean pressure on each cell against deflections, shape (N, n)."""
         cells = self.footprint
@@ -197,7 +198,7 @@ class ElasticPunch(Body):
         )
         return -matrix if self._upward else matrix
 
-    @cached_property
+    @computed_once
     def trace(self) -> csr_matrix:
         """T, deflection of each collocation point, positive into the ground, shape (n, N)."""
         matrix = value_matrix(self.contact_basis, self.collocation_points, self.component)
@@ -208,13 +209,13 @@ class ElasticPunch(Body):
         """Whether pressures work on a displacement out of the ground."""
         return self.boundary is not None and self.component is None
 
-    @cached_property
+    @computed_once
     def motions(self) -> ndarray:
         """Displacements without resistance of the structure that move it against the ground,
         shape (N, m): settlement and tilts of a free one."""
         return self._motions[0]
 
-    @cached_property
+    @computed_once
     def _motions(self) -> tuple[ndarray, ndarray]:
         """Motions that the ground resists, and those that nothing resists."""
         all_motions = self.compliance.motions
@@ -223,13 +224,13 @@ class ElasticPunch(Body):
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
 
-    @cached_property
+    @computed_once
     def initial_gap(self) -> ndarray:
         """Gap between the unloaded structure and the ground in the collocation points."""
         x = self.collocation_points
         return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
-    @cached_property
+    @computed_once
     def operator(self) -> YieldingOperator:
         """What ground and structure yield together under unit pressure on each cell."""
         cells = self.footprint
@@ -242,7 +243,7 @@ class ElasticPunch(Body):
             )
         return YieldingOperator(ground, self.compliance, self.trace, self.loads)
 
-    @cached_property
+    @computed_once
     def matrix(self) -> ndarray:
         """The same as an array, by one solution with the structure's factors for each cell."""
         with timed(self.timings, "matrix"):

@@ -14,8 +14,8 @@ from ..elements.point_values import value_matrix
 from ..errors import ConvergenceWarning
 from ..grids.polygons import readonly
 from .pressures import CellPressures
+from .problem import Contact
 from .solution import TINY
-from .unilateral import Contact
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

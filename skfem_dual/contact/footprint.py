@@ -8,8 +8,7 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -26,14 +25,29 @@ from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
-from ..operators.influence_operator import RTOL, InfluenceOperator
+from ..kernels.once import computed_once
+from ..operators.entries import SAMPLES
+from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
+from .load import Hull
 from .system import DENSE
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
 EdgeBoundaries = str | Sequence[str] | ndarray
+
+
+class ExactRows(NamedTuple):
+    """Some rows of the exact matrix of settlements, (k, n), and their numbers."""
+
+    numbers: ndarray
+    rows: ndarray
+
+
+def sample(n: int) -> ndarray:
+    """Numbers of some of n cells, at random but the same every time."""
+    return np.random.default_rng(0).choice(n, min(SAMPLES, n), replace=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,6 +109,12 @@ class LoadedCells:
             symmetry, lambda i: self.influence(np.ascontiguousarray(x[:, i]))
         )
 
+    @computed_once
+    def exact_rows(self) -> "ExactRows":
+        """Some rows of the matrix."""
+        i = sample(len(self))
+        return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
+
     def usable_symmetry(self) -> Symmetry | None:
         """The symmetry of the cells; None if they have none, or too little for their number."""
         symmetry = Symmetry.detect(self.partition, self.collocation_points, self.weights)
@@ -154,7 +174,7 @@ class Footprint(LoadedCells):
             raise ValueError('expected edge "singular" where edge_boundaries are named')
         origin = checked_pair("origin", origin)
         if rtol is not None:
-            rtol = checked_number("rtol", rtol, at_least=0, at_most=1e-2)
+            rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition):
             warnings.warn(coarse, ResolutionWarning, stacklevel=2)
@@ -164,12 +184,12 @@ class Footprint(LoadedCells):
         points = partition.nodes if collocation == "node" else partition.centroids
         return cls(substrate, partition, weights, points, basis, edge, collocation, origin, rtol)
 
-    @cached_property
+    @computed_once
     def fan(self) -> Fan:
         """Triangles that fill the cells."""
         return Fan.from_basis(self.basis)
 
-    @cached_property
+    @computed_once
     def centre(self) -> ndarray:
         """Centroid of the plan, about which all is computed: no cancellation far from it."""
         areas = self.partition.areas
@@ -180,11 +200,16 @@ class Footprint(LoadedCells):
         """Point through which the pressure of each cell acts, shape (2, n)."""
         return self.partition.centroids if self.weights is None else self.weights.centroids
 
+    @computed_once
+    def hulls(self) -> tuple[Hull, Hull]:
+        """Convex hulls of where pressures act, and of the plan, from the centre."""
+        return hulls([self], self.centre)
+
     def planes(self, x: ndarray) -> ndarray:
         """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
         return np.vstack([np.ones(x.shape[1]), x - self.centre[:, None]])
 
-    @cached_property
+    @computed_once
     def resultants(self) -> ndarray:
         """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
         return self.planes(self.acting) * self.partition.areas
@@ -214,6 +239,13 @@ class Footprint(LoadedCells):
             corners = set(self.partition.polygons.sizes.tolist())
             kind = {3: "triangles", 4: "quadrilaterals"}[corners.pop()]
         return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
+
+
+def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:
+    """Convex hulls of where the pressures of a body act, and of its plan, from its centre."""
+    acting = np.hstack([part.acting for part in parts])
+    corners = np.hstack([part.partition.polygons.p for part in parts])
+    return Hull.of(acting - centre[:, None]), Hull.of(corners - centre[:, None])
 
 
 def _weights(

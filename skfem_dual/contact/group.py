@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, Literal
@@ -17,27 +16,30 @@ from ..arguments import (
     checked_flag,
     checked_instance,
     checked_integer,
+    checked_number,
     checked_sequence,
     checked_text,
     shown,
 )
-from ..errors import ConvergenceWarning
+from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
+from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
-from ..operators.resources import available_memory
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import LoadedCells
+from .footprint import ExactRows, LoadedCells, hulls
 from .group_solution import PunchesSolution
-from .load import Constraints, Load, checked_fraction, load_of, require_compression
+from .load import Constraints, Load, load_of, require_compression
 from .neighbours import free_of, require_apart
+from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import Contact
-from .union import union
+from .unilateral import COARSEST
+from .union import matrix_of, rows_of, union
+from .verify import Verification
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,20 +169,20 @@ class RigidPunches:
             punches.append(RigidPunch(substrate, basis, origin=tuple(centre.tolist())))
         return cls(punches, joined)
 
-    @cached_property
+    @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:
         """Numbers of the punches of each body, in the order of their first ones."""
         joined = [tuple(group) for group in self.joined]
         alone = set(range(len(self.punches))).difference(*joined)
         return tuple(sorted([*joined, *((i,) for i in alone)]))
 
-    @cached_property
+    @computed_once
     def _slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         ends = np.cumsum([0, *(len(p.partition) for p in self.punches)])
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
-    @cached_property
+    @computed_once
     def _centres(self) -> list[ndarray]:
         """Centroid of each body."""
         weighed = [(p.centre, p.partition.areas.sum()) for p in self.punches]
@@ -189,12 +191,12 @@ class RigidPunches:
             for body in self.bodies
         ]
 
-    @cached_property
+    @computed_once
     def cells(self) -> LoadedCells:
         """The cells of all punches, one punch after the other."""
         return union([punch.footprint for punch in self.punches])
 
-    @cached_property
+    @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """From all cells to all collocation points, as accurate as any of the punches asks for.
 
@@ -213,25 +215,19 @@ class RigidPunches:
                     return self.cells.symmetric_matrix(symmetry)
             exact = any(punch.rtol is None for punch in self.punches)
             if exact and self.cells.few:
-                return self._matrix()
+                return matrix_of([punch.footprint for punch in self.punches])
             return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
 
-    def _matrix(self) -> ndarray:
-        n = self._slices[-1].stop
-        needed, memory = 16.0 * n**2, available_memory()  # with its factors
-        if needed > memory:
-            raise MemoryError(
-                f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; the matrix of "
-                f"{n} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 for "
-                "all punches, or coarser meshes"
-            )
-        matrix = np.empty((n, n))
-        for rows, at in zip(self._slices, self.punches, strict=True):
-            for columns, under in zip(self._slices, self.punches, strict=True):
-                matrix[rows, columns] = under.influence(at.collocation_points)
-        return matrix
+    @computed_once
+    def _exact_rows(self) -> ExactRows:
+        return rows_of([punch.footprint for punch in self.punches])
 
-    @cached_property
+    @property
+    def _rtol(self) -> float:
+        """Accuracy of the operator's products."""
+        return getattr(self.operator, "rtol", min(p.rtol or 0.0 for p in self.punches))
+
+    @computed_once
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies' centroids."""
         n = self._slices[-1].stop
@@ -286,7 +282,7 @@ class RigidPunches:
         ------
         ValueError
             If there is not one load for each body, a load is impossible (says which), or
-            ``gap_rtol`` is not between 0 and 1.
+            ``gap_rtol`` is not positive and up to 0.01.
         MemoryError
             If the memory at hand will not do.
         ConvergenceError
@@ -298,22 +294,29 @@ class RigidPunches:
             raise ValueError(
                 f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
             )
-        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        unilateral = checked_flag("unilateral", unilateral)
         given = [load_of(f"loads[{number}]", load) for number, load in enumerate(loads)]
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
-            origin = np.array(self.punches[body[0]].origin)
+            origin = self.punches[body[0]].origin - self._centres[number]
             if unilateral:
                 self._require_compression(number, load, origin)
-            constraints.append(load.constraints(origin - self._centres[number]))
+            constraints.append(load.constraints(origin))
+        pressures = self._pressures_of(start)
         begin = perf_counter()
-        everything = Constraints.together(constraints)
-        with progress_bars(progress):
+        everything, system = Constraints.together(constraints), self.system
+        verify = Verification(
+            system, everything, unilateral, self._exact_rows, self._rtol, gap_rtol
+        )
+        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
             if unilateral:
-                pressures = self._pressures_of(start)
-                contact, position = self.system.unilateral(everything, method, pressures, gap_rtol)
+                contact, position = system.unilateral(everything, method, pressures, gap_rtol)
             else:
-                contact, position = self.system.bilateral(everything)
+                contact, position = system.bilateral(everything)
+            if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
+                raise ConvergenceError("the loads are too large for floating-point numbers")
+            contact = verify(contact, position)
         timings = self.timings | {"solution": perf_counter() - begin}
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
@@ -333,12 +336,9 @@ class RigidPunches:
                 raise ValueError(
                     "expected a positive force. Remedy: leave out bodies without a load"
                 )
-            require_compression(
-                load,
-                np.hstack([p.acting for p in members]) - origin[:, None],
-                np.hstack([p.partition.polygons.p for p in members]) - origin[:, None],
-                all(p.gap is None for p in members),
-            )
+            flat = all(p.gap is None for p in members)
+            around = hulls([p.footprint for p in members], self._centres[number])
+            require_compression(load, origin, around, flat)
         except ValueError as error:
             raise ValueError(f"body {number}: {error}") from None
 

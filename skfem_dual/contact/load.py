@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 from numpy import ndarray
 from scipy.linalg import block_diag
+from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair, shown
@@ -151,24 +151,67 @@ class Constraints:
         return bool(np.array_equal(self.motions, self.balance.T))
 
 
-def require_compression(load: Load, acting: ndarray, corners: ndarray, flat: bool) -> None:
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """Convex hull of some points, by its half-planes ``normals @ x + offsets <= 0``.
+
+    Points on one line have no half-planes: they resist no tilt, which is found later.
+    """
+
+    normals: ndarray
+    offsets: ndarray
+
+    @classmethod
+    def of(cls, points: ndarray) -> "Hull":
+        """Of points of shape (2, n)."""
+        try:
+            equations = ConvexHull(points.T).equations
+        except QhullError:
+            equations = np.empty((0, 3))
+        return cls(equations[:, :2], equations[:, 2])
+
+    def beyond(self, x: ndarray) -> float:
+        """How far ``x`` lies outside; negative inside."""
+        return float((self.normals @ x + self.offsets).max(initial=-np.inf))
+
+    def beyond_ray(self, x: ndarray, along: ndarray) -> float:
+        """The same for the point of the ray ``x + t along``, t >= 0, that is least far outside."""
+        if not along.any() or not len(self.offsets):
+            return self.beyond(x)
+        # least t, and least distance d, with normals @ (x + t along) + offsets <= d
+        rate = self.normals @ along
+        found = linprog(
+            [0.0, 1.0],
+            np.column_stack([rate / np.abs(rate).max(), -np.ones(len(rate))]),
+            -(self.normals @ x + self.offsets),
+            bounds=[(0, None), (None, None)],
+        )
+        return float(found.x[1])
+
+
+def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], flat: bool) -> None:
     """Refuse loads that no pressures can balance.
 
     Parameters
     ----------
     load : Load
         The load of one punch.
-    acting, corners : (2, ...) array of float
-        Where the pressures of its cells act, and the corners of these, from its origin.
+    origin : (2,) array of float
+        Its origin, in the coordinates of the hulls.
+    hulls : pair of Hull
+        Of where the pressures of its cells act, and of the plan.
     flat : bool
         Whether it is flat.
 
     Raises
     ------
     ValueError
-        If the load pulls or turns the punch over.
+        If the load pulls or turns the punch over, or the reaction to an imposed settlement would
+        have to act beside the plan.
     """
     if load.force is None:
+        if load.tilt is None:
+            _require_reaction(load, origin, hulls)
         return
     if load.force < 0:
         raise ValueError(
@@ -184,33 +227,33 @@ def require_compression(load: Load, acting: ndarray, corners: ndarray, flat: boo
         return
     if load.point is None:
         return
-    x, y = load.point
-    beyond = _outside(acting, np.array([x, y]))
+    beyond = hulls[0].beyond(origin + load.point)
     if beyond > 0:
-        where = (
-            "outside the convex hull of the plan"
-            if _outside(corners, np.array([x, y])) > 0
-            else "nearer to the edge of the plan's convex hull than its outermost cells"
-        )
+        x, y = load.point
         raise ValueError(
             f"expected a resultant within the plan, got one at ({x:.6g}, {y:.6g}) from the "
-            f"origin, {where}: the punch turns over. Remedy: move the load by more than "
-            f"{beyond:.3g} towards the middle, or unilateral=False for ground that pulls"
+            f"origin, {_where(hulls[1].beyond(origin + load.point))}: the punch turns over. "
+            f"Remedy: move the load by more than {beyond:.3g} towards the middle, or "
+            "unilateral=False for ground that pulls"
         )
 
 
-def _outside(points: ndarray, x: ndarray) -> float:
-    """How far ``x`` lies outside the convex hull of points; negative inside."""
-    try:
-        hull = ConvexHull(points.T)
-    except QhullError:  # points on one line resist no tilt, which is found later
-        return -1.0
-    return float((hull.equations @ np.append(x, 1.0)).max())
+def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> None:
+    """The reaction acts ``at`` its point or, with moments, on the side of it they turn to."""
+    x, y = load.at or (0.0, 0.0)
+    point, moved = origin + np.array([x, y]), load.first_moments
+    beyond = hulls[0].beyond_ray(point, moved)
+    if beyond > 1e-12 * np.ptp(hulls[0].offsets) if moved.any() else beyond > 0:
+        raise ValueError(
+            f"expected the reaction to a settlement within the plan, got one at ({x:.6g}, "
+            f"{y:.6g}) from the origin{' and moments' * bool(moved.any())}, "
+            f"{_where(hulls[1].beyond_ray(point, moved))}: no pressures can balance it. Remedy: "
+            f"move it by more than {beyond:.3g} towards the middle, at= or origin=, or impose "
+            "the tilt as well, tilt="
+        )
 
 
-def checked_fraction(name: str, value: Any) -> float:
-    """``value`` as a number between 0 and 1; errors as `checked_number`."""
-    number = checked_number(name, value)
-    if not 0 < number < 1:
-        raise ValueError(f"expected a number between 0 and 1 for {name}, got {number:g}")
-    return number
+def _where(beyond_plan: float) -> str:
+    if beyond_plan > 0:
+        return "outside the convex hull of the plan"
+    return "nearer to the edge of the plan's convex hull than its outermost cells"

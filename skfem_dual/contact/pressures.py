@@ -1,7 +1,6 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 from ..operators.entries import EXACT
 from .footprint import Footprint
 from .region import ContactRegion
@@ -71,7 +71,7 @@ class CellPressures:
         """Cells in contact, indices."""
         return np.nonzero((self.pressure != 0) | (self.gap == 0))[0]
 
-    @cached_property
+    @computed_once
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
         return ContactRegion.from_cells(

@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from time import perf_counter
 from typing import Literal
 
@@ -10,21 +9,24 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
-from ..arguments import checked_flag, shown
-from ..errors import ConvergenceError, ConvergenceWarning
+from ..arguments import Pair, checked_flag, checked_number, shown
+from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
-from .load import Load, Pair, checked_fraction, require_compression
+from .load import Load, require_compression
 from .pressures import CellPressures
+from .problem import Contact
 from .shapes import Gap, gap_values
 from .solution import TINY, PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import Contact
+from .unilateral import COARSEST
+from .verify import Verification
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,7 +114,7 @@ class RigidPunch(Body):
         """What makes the punch; matrix and factors, many times larger, are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    @cached_property
+    @computed_once
     def footprint(self) -> Footprint:
         """The cells under the punch, with all that pressures and gaps depend on."""
         return Footprint.from_basis(
@@ -125,13 +127,13 @@ class RigidPunch(Body):
             self.rtol,
         )
 
-    @cached_property
+    @computed_once
     def matrix(self) -> ndarray:
         """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
         with timed(self.timings, "assembly"):
             return self.influence(self.collocation_points)
 
-    @cached_property
+    @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
         symmetry, cells = self._symmetry, self.footprint
@@ -142,27 +144,28 @@ class RigidPunch(Body):
                 return cells.symmetric_matrix(symmetry)
             return cells.operator(cells.tolerance)
 
-    @cached_property
+    @property
+    def _rtol(self) -> float:
+        """Accuracy of the operator's products."""
+        return getattr(self.operator, "rtol", self.rtol or 0.0)
+
+    @computed_once
     def _symmetry(self) -> Symmetry | None:
         """The symmetry to be used; None if there is none, or too little for so many cells."""
         if self.symmetry is None:
             return None
         if isinstance(self.symmetry, str):
             return self.footprint.usable_symmetry()
-        if len(self.symmetry) != len(self.footprint):
-            raise ValueError(
-                f"expected a symmetry of the {len(self.footprint)} cells of the punch, got one of "
-                f"{len(self.symmetry)}"
-            )
+        self.symmetry.require(self.partition, self.collocation_points, self.weights)
         return self.symmetry
 
-    @cached_property
+    @computed_once
     def initial_gap(self) -> ndarray:
         """Gap between punch and ground in the collocation points before contact."""
         x = self.collocation_points
         return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
-    @cached_property
+    @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
         return ContactSystem(
@@ -284,29 +287,33 @@ class RigidPunch(Body):
         ValueError
             If the load is incomplete, contradictory or not finite, or if no pressures can
             balance it: tension, moments without a force, or a resultant beyond the plan; or if
-            ``gap_rtol`` is not between 0 and 1.
+            ``gap_rtol`` is not positive and up to 0.01.
         ConvergenceError
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt)
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
         progress = checked_flag("progress", progress)
-        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+        origin = self.origin - self.centre
         if unilateral:
-            corners, o = self.partition.polygons.p, np.array(self.origin)[:, None]
-            require_compression(load, self.acting - o, corners - o, self.gap is None)
-        system, centre = self.system, self.centre
-        constraints = load.constraints(self.origin - centre)
+            require_compression(load, origin, self.footprint.hulls, self.gap is None)
+        pressures = None if start is None else self.pressures_of(start)
+        constraints = load.constraints(origin)
         begin = perf_counter()
+        system = self.system
+        verify = Verification(
+            system, constraints, unilateral, self.footprint.exact_rows, self._rtol, gap_rtol
+        )
         # infinite loads are refused below
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
             if unilateral:
-                pressures = None if start is None else self.pressures_of(start)
                 contact, position = system.unilateral(constraints, method, pressures, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
                 raise ConvergenceError("the load is too large for floating-point numbers")
+            contact = verify(contact, position)
         return self.solution(load, contact, position, {"solution": perf_counter() - begin})
 
     def solution(
@@ -332,6 +339,8 @@ class RigidPunch(Body):
         settled = contact.gap - self.initial_gap + position @ self.planes(self.collocation_points)
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        elif message := contact.rough:
+            warnings.warn(message, ResolutionWarning, stacklevel=3)
         return PunchSolution(
             punch=self,
             load=load,

@@ -7,7 +7,6 @@ gaps on both sides of the edge become distances to it, whose zero is the edge.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -18,6 +17,7 @@ from ..grids.corners import signed_areas
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 
 #: neighbours over which planes are fitted and strengths averaged
 AROUND = 7
@@ -79,7 +79,7 @@ class ContactRegion:
             f"{signed_areas(self.p, self.t).sum():.6g}\n  Lines of its edge: {len(self.edge)}"
         )
 
-    @cached_property
+    @computed_once
     def _cut(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
         """Triangles the edge runs through, turned so that one vertex is alone on its side.
 
@@ -94,7 +94,7 @@ class ContactRegion:
         a, b, c = self.level[t]
         return t, a > 0, a / (a - b), a / (a - c)
 
-    @cached_property
+    @computed_once
     def area(self) -> float:
         """Area of the region."""
         t, inside, onward, back = self._cut
@@ -103,7 +103,7 @@ class ContactRegion:
         parts = np.where(inside, corner, signed_areas(self.p, t) - corner)
         return float(signed_areas(self.p, whole).sum() + parts.sum())
 
-    @cached_property
+    @computed_once
     def edge(self) -> list[ndarray]:
         """The edge of contact inside the plan: lines of shape (2, k), the region to their left.
 

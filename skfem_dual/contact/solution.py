@@ -46,7 +46,7 @@ class PunchSolution(CellPressures):
     iterations : int
         Iterations in which the contact region was found; none where that is the whole plan.
     success : bool
-        Whether the contact region was found.
+        Whether the contact region was found and the equations hold, see `verify`.
     message : str
         What was found, or why not.
     timings : dict of str to float

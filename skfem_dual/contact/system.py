@@ -9,24 +9,30 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
-import scipy.linalg
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..arguments import checked_choice
-from ..operators.factors import solve_factorised
+from ..arguments import checked_choice, checked_number
+from ..kernels.once import computed_once
+from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.yielding import YieldingOperator
-from .load import Constraints, checked_fraction
-from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
+from .load import Constraints
+from .positions import apart, by_force
+from .problem import Contact, ContactProblem
+from .unilateral import (
+    COARSEST,
+    active_set,
+    conjugate_gradients,
+    solve_scaled,
+)
 
 Method = Literal["auto", "active-set", "cg"]
 #: up to so many cells the answer of the conjugate gradients is polished by a direct solution
@@ -65,13 +71,13 @@ class ContactSystem:
     areas: ndarray
     timings: dict[str, float] = field(default_factory=dict)
 
-    @cached_property
-    def factors(self) -> tuple[ndarray, ndarray]:
+    @computed_once
+    def factors(self) -> Factors:
         """Factors of the matrix, if that is an array."""
         with timed(self.timings, "factorisation"):
-            return scipy.linalg.lu_factor(self.matrix)
+            return Factors.from_matrix(np.asarray(self.matrix))
 
-    @cached_property
+    @computed_once
     def preconditioner(self) -> Any:
         """Approximate inverse of the matrix, if that is an operator."""
         with timed(self.timings, "preconditioner"):
@@ -96,11 +102,11 @@ class ContactSystem:
         """Pressures that would close the gap, shape (n,)."""
         return self._by_shape[0][:, 0]
 
-    @cached_property
+    @computed_once
     def _by_position(self) -> tuple[ndarray, str]:
         return self._inverse(self.planes.T)
 
-    @cached_property
+    @computed_once
     def _by_shape(self) -> tuple[ndarray, str]:
         gap = self.gap[:, None]
         return self._inverse(gap) if gap.any() else (np.zeros_like(gap), "")
@@ -115,19 +121,19 @@ class ContactSystem:
                 factors = self.matrix.factors
             return factors.solve(rhs), ""
         if isinstance(self.matrix, np.ndarray):
-            return solve_factorised(self.factors, rhs), ""
+            return self.factors.solve(rhs), ""
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
         with timed(self.timings, "iterations"):
             answer = solve_many(self.matrix, rhs, rtol, _bars.get(), preconditioner=preconditioner)
         return answer.solution, "" if answer.success else answer.message
 
-    @cached_property
+    @computed_once
     def stiffness(self) -> ndarray:
         """Resultants by each unit component of the position, shape (m, m)."""
         return self.resultants @ self.unit_pressures
 
-    @cached_property
+    @computed_once
     def condition_number(self) -> float:
         """Condition number of the matrix in the 2-norm.
 
@@ -157,7 +163,7 @@ class ContactSystem:
         scaled = matrix / scale
 
         def inverse(v: ndarray, trans: int = 0) -> ndarray:
-            return scale * solve_factorised(factors, v, trans)
+            return scale * factors.solve(v, trans)
 
         top = largest(lambda v: scaled.T @ (scaled @ v))
         bottom = largest(lambda v: inverse(inverse(v, trans=1)))
@@ -206,17 +212,17 @@ class ContactSystem:
         Raises
         ------
         ValueError
-            If ``method`` is unknown or cannot take the constraints, or ``gap_rtol`` is not
-            between 0 and 1.
+            If ``method`` is unknown or needs a matrix that is too large, or ``gap_rtol`` is not
+            positive and up to 0.01.
         ConvergenceError
             If the bodies can move without resistance.
         """
-        gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         checked_choice("method", method, ("auto", "active-set", "cg"))
-        if method == "cg" and not constraints.conjugate:
+        if method == "active-set" and not self._dense:
             raise ValueError(
-                'expected a settlement imposed where the reaction acts with method "cg". '
-                'Remedy: method="active-set"'
+                f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
+                'Remedy: method="cg", or a coarser mesh'
             )
         motions, balance, unit = self._scaled(constraints)
         problem = ContactProblem(
@@ -232,14 +238,58 @@ class ContactSystem:
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
-        if not self._dense and (method == "active-set" or not constraints.conjugate):
-            raise ValueError(
-                f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
-                'Remedy: method="cg" with a settlement imposed where the reaction acts, or a '
-                "coarser mesh"
-            )
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
+        if contact is None or not contact.success or _noise(constraints, problem, contact):
+            other = apart(problem, still=True)
+            other = other or self._elsewhere(constraints, problem, method, gap_rtol)
+            other = other or apart(problem)
+            if other is None and constraints.conjugate and method != "active-set":
+                other = self._from_all(problem, gap_rtol)
+            contact = other or contact
+            contact = contact or _nothing(problem)
         return contact, constraints.fixed + motions @ contact.motion
+
+    def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
+        """Contact found from pressures on all cells: from too few no descent leads on."""
+        every = np.ones(len(self.areas))
+        start = np.abs(problem.gap.min()) / np.abs(self.matrix @ every).max() * every
+        contact = conjugate_gradients(problem, start, gap_rtol)
+        if not contact.success:
+            return None
+        if self._dense:
+            polished = active_set(problem, contact.pressure > 0)
+            return polished if polished.success else contact
+        return contact
+
+    def _elsewhere(
+        self, constraints: Constraints, problem: ContactProblem, method: Method, gap_rtol: float
+    ) -> Contact | None:
+        """Contact where the reaction does not act where the settlement is imposed."""
+        if constraints.conjugate:
+            return None
+        last: ndarray | None = None
+
+        def solve(given: Constraints) -> tuple[Contact, ndarray]:
+            nonlocal last
+            answer = self.unilateral(given, method, last, gap_rtol)
+            last = answer[0].pressure if answer[0].success else last
+            return answer
+
+        height = np.abs(self.gap - problem.gap).max() + np.ptp(self.gap)
+        exact = method != "cg" and self._dense
+        rtol = 0.0 if exact else gap_rtol
+        found = by_force(constraints, self.stiffness, height, solve, rtol)
+        if found is None:
+            return None
+        contact, position = found
+        if exact:
+            polished = active_set(problem, contact.pressure > 0)
+            if polished.success:
+                return polished
+        motions = self._scaled(constraints)[0]
+        motion = np.linalg.lstsq(motions, position - constraints.fixed)[0]
+        gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
+        return replace(contact, motion=motion, gap=gap)
 
     def _contact(
         self,
@@ -248,9 +298,14 @@ class ContactSystem:
         conjugate: bool,
         start: ndarray | None,
         gap_rtol: float,
-    ) -> Contact:
-        """Contact by one method, or by conjugate gradients polished by the active set."""
+    ) -> Contact | None:
+        """Contact by one method, or by conjugate gradients polished by the active set.
+
+        None if there is no method for what is imposed.
+        """
         n = len(self.areas)
+        if not conjugate and (method == "cg" or not self._dense):
+            return None
         if method == "active-set" or not conjugate:
             return active_set(problem, _beginning(start, n))
         if not (method == "auto" and self._dense and n <= POLISHED):
@@ -264,6 +319,22 @@ class ContactSystem:
         unit = np.abs(constraints.motions.T @ self.planes).max(axis=1, initial=0.0)
         unit[unit == 0] = 1.0
         return constraints.motions / unit, constraints.balance / unit[:, None], unit
+
+
+def _noise(constraints: Constraints, problem: ContactProblem, contact: Contact) -> bool:
+    """Whether the ground settles by rounding errors only, where a force might be found."""
+    if constraints.conjugate and problem.given.any():
+        return False
+    settled = contact.gap - problem.gap + contact.motion @ problem.planes
+    return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())
+
+
+def _nothing(problem: ContactProblem) -> Contact:
+    """No answer where no force leads to what is imposed."""
+    nothing = np.zeros(len(problem.areas))
+    message = "no force was found under which the settlement is the one imposed"
+    motion = np.zeros(len(problem.given))
+    return Contact(nothing, motion, problem.gap, nothing > 0, False, message)
 
 
 def _beginning(start: ndarray | None, n: int) -> ndarray:

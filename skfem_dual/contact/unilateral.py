@@ -11,107 +11,18 @@ which only multiply by D.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
 from tqdm import tqdm
 
+from ..arguments import checked_number
 from ..errors import ConvergenceError
-from ..grids.polygons import readonly
-from .load import checked_fraction
+from .problem import Contact, ContactProblem
 
-
-class Product(Protocol):
-    """A matrix or a LinearOperator."""
-
-    def __matmul__(self, q: ndarray, /) -> ndarray: ...
-
-
-@dataclass(frozen=True, eq=False)
-class ContactProblem:
-    """Complementarity of pressures and gaps in n cells with k unknown motions.
-
-    Attributes
-    ----------
-    matrix : (n, n) array or LinearOperator
-        Settlement of each collocation point under unit pressure on each cell.
-    areas : (n,) array of float
-        Areas of the cells.
-    gap : (n,) array of float
-        Gaps of the punch before it moves and presses.
-    planes : (k, n) array of float
-        Settlement of the collocation points by each unit motion, all of one size.
-    resultants : (k, n) array of float
-        Force or moment conjugate to each motion by unit pressure on each cell.
-    given : (k,) array of float
-        The forces and moments imposed.
-    """
-
-    matrix: ndarray | Product
-    areas: ndarray
-    gap: ndarray
-    planes: ndarray
-    resultants: ndarray
-    given: ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Contact:
-    """What a method found.
-
-    Attributes
-    ----------
-    pressure : (n,) array of float
-        Pressures, none negative.
-    motion : (k,) array of float
-        Motions y.
-    gap : (n,) array of float
-        Gaps under the load; in contact what remains of them.
-    touching : (n,) array of bool
-        The cells in contact.
-    success : bool
-        Whether the method converged.
-    message : str
-        If not, why.
-    history : tuple of float
-        In each iteration: cells that changed side (active set), or the largest violation of the
-        conditions on the gap over the largest settlement (conjugate gradients).
-    """
-
-    pressure: ndarray
-    motion: ndarray
-    gap: ndarray
-    touching: ndarray
-    success: bool = True
-    message: str = ""
-    history: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name in ("pressure", "motion", "gap", "touching"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-
-    @property
-    def pulling(self) -> float:
-        """Largest negative pressure over the largest of all; zero if none is negative."""
-        largest = np.abs(self.pressure).max()
-        return float(-self.pressure.min() / largest) if self.pressure.min() < 0 else 0.0
-
-    @property
-    def violation(self) -> float:
-        """Largest distance between ground and punch in contact, or overlap elsewhere."""
-        return float(np.where(self.touching, np.abs(self.gap), -self.gap).max().clip(0))
-
-    @property
-    def description(self) -> str:
-        """What the contact is, in words."""
-        touching, pulled = self.touching, int(np.sum(self.pressure < 0))
-        if not touching.any():
-            return "no contact"
-        if not touching.all():
-            return f"contact on {touching.sum()} of {len(touching)} cells"
-        also = f"; the ground would have to pull on {pulled} cells" if pulled else ""
-        return "full contact" + also
+#: the largest tolerance of gaps
+COARSEST = 1e-2
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
@@ -199,9 +110,9 @@ def conjugate_gradients(
     Raises
     ------
     ValueError
-        If ``gap_rtol`` is not between 0 and 1.
+        If ``gap_rtol`` is not positive and up to 0.01.
     """
-    gap_rtol = checked_fraction("gap_rtol", gap_rtol)
+    gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
     forces, areas = CellForces.from_problem(problem), problem.areas
     motion, gap = np.zeros(len(problem.given)), problem.gap
     force = forces.balanced(np.zeros(len(areas)) if start is None else areas * start)

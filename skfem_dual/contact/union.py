@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy import ndarray
@@ -12,7 +12,9 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons, readonly
-from .footprint import LoadedCells
+from ..kernels.once import computed_once
+from ..operators.resources import available_memory
+from .footprint import ExactRows, LoadedCells, sample
 
 
 def union(parts: Sequence[LoadedCells]) -> LoadedCells:
@@ -23,6 +25,38 @@ def union(parts: Sequence[LoadedCells]) -> LoadedCells:
     partition = _union_of_partitions([part.partition for part in parts])
     points = np.hstack([part.collocation_points for part in parts])
     return LoadedCells(parts[0].substrate, partition, _union_of_weights(parts, partition), points)
+
+
+def matrix_of(parts: Sequence[LoadedCells]) -> ndarray:
+    """From the cells of all parts to their collocation points, exact.
+
+    Raises
+    ------
+    MemoryError
+        Before the work, if the memory at hand will not do.
+    """
+    ends = np.cumsum([0, *map(len, parts)]).tolist()
+    needed, memory = 16.0 * ends[-1] ** 2, available_memory()  # with its factors
+    if needed > memory:
+        raise MemoryError(
+            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; the matrix of "
+            f"{ends[-1]} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 "
+            "for all punches, or coarser meshes"
+        )
+    matrix = np.empty((ends[-1], ends[-1]))
+    slices = [slice(a, b) for a, b in pairwise(ends)]
+    for rows, at in zip(slices, parts, strict=True):
+        for columns, under in zip(slices, parts, strict=True):
+            matrix[rows, columns] = under.influence(at.collocation_points)
+    return matrix
+
+
+def rows_of(parts: Sequence[LoadedCells]) -> ExactRows:
+    """Some rows of that matrix."""
+    x = np.hstack([part.collocation_points for part in parts])
+    i = sample(x.shape[1])
+    x = np.ascontiguousarray(x[:, i])
+    return ExactRows(i, np.hstack([part.influence(x) for part in parts]))
 
 
 def _union_of_partitions(parts: list[Partition]) -> Partition:
@@ -74,7 +108,7 @@ class _UnionWeights(EdgeWeights):
 
     parts: tuple[EdgeWeights, ...]
 
-    @cached_property
+    @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan."""
         return readonly(np.concatenate([part.root for part in self.parts]))

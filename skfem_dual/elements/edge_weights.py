@@ -10,7 +10,6 @@ Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -23,6 +22,7 @@ from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
@@ -71,7 +71,7 @@ class EdgeWeights:
             near = near[mesh.t].any(axis=0)
         return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs)
 
-    @cached_property
+    @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan.
 
@@ -99,7 +99,7 @@ class EdgeWeights:
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
-    @cached_property
+    @computed_once
     def weighted(self) -> ndarray:
         """Whether each cell is weighted; over the others w hardly varies."""
         root, cell = self.root[self.fan.t], self.fan.cell
@@ -110,7 +110,7 @@ class EdgeWeights:
         weighted[cell[starts]] = most > VARIATION * least
         return readonly(weighted)
 
-    @cached_property
+    @computed_once
     def of_triangles(self) -> tuple[ndarray, ndarray]:
         """Mean of w over each triangle of the fan, and where its load acts, from the centroid."""
         a, b, c = self.root[self.fan.t]
@@ -119,7 +119,7 @@ class EdgeWeights:
         v = self.fan.p[:, self.fan.t]
         return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
 
-    @cached_property
+    @computed_once
     def mean(self) -> ndarray:
         """Mean of w over each cell, NaN where the fan has no triangles."""
         total = self._sums(self.fan.areas * self.of_triangles[0])
@@ -129,7 +129,7 @@ class EdgeWeights:
         """Sums over the triangles of each cell."""
         return np.bincount(self.fan.cell, values, minlength=len(self.partition))
 
-    @cached_property
+    @computed_once
     def moment(self) -> ndarray:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
         fan = self.fan
@@ -138,7 +138,7 @@ class EdgeWeights:
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
         return readonly(np.where(self.weighted, first / self.mean, 0.0))
 
-    @cached_property
+    @computed_once
     def centroids(self) -> ndarray:
         """Centroids of the weighted cells, shape (2, n)."""
         return readonly(self.partition.centroids + self.moment / self.partition.areas)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -11,6 +10,7 @@ from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
 from ..grids.polygons import some
+from ..kernels.once import computed_once
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ class ShapeFunctions:
         values = np.stack([pick(fields) for fields in found])
         return values if factor is None else values * factor[cell, None]
 
-    @cached_property
+    @computed_once
     def _lattice(self) -> tuple[ndarray, ndarray]:
         """Points of the reference simplex that determine polynomials, and how."""
         k, dim = self.basis.elem.maxdeg, self.mapping.mesh.dim()
@@ -89,7 +89,7 @@ class ShapeFunctions:
         points = steps[:, steps.sum(axis=0) <= k] / max(k, 1)
         return points, np.linalg.inv(_monomials(points, k))
 
-    @cached_property
+    @computed_once
     def _table(self) -> ndarray:
         """The test functions at the points of the lattice, shape (Nbfun, ncells, q).
 

@@ -1,6 +1,5 @@
 """Piecewise constants on the cells of a couple of dual grids, as an skfem basis."""
 
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -27,6 +26,7 @@ from ..arguments import (
     checked_points,
     shown,
 )
+from ..kernels.once import computed_once
 from .dual_mesh import DualMesh
 from .partition import Partition
 
@@ -87,6 +87,12 @@ class CellwiseBasis(CellBasis):
         self._deferred = intorder, quadrature
         if elements is not None or quadrature is not None:
             self._set_up(elements)
+            self.__dict__["_ready"] = True
+
+    @computed_once
+    def _ready(self) -> bool:
+        self._set_up()
+        return True
 
     def _set_up(self, elements: Any = None) -> None:
         """What a `CellBasis` consists of."""
@@ -108,19 +114,20 @@ class CellwiseBasis(CellBasis):
             disable_doflocs=True,
         )
         self.doflocs = np.array(self.partition.centroids)
-        del self._deferred
 
     def __getattr__(self, name: str) -> Any:
         # only asked for what is not there yet
-        if name.startswith("_") or "_deferred" not in self.__dict__:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        self._set_up()
-        return getattr(self, name)
+        if not name.startswith("_") and "_deferred" in self.__dict__ and self._ready:
+            if name in self.__dict__:
+                return self.__dict__[name]
+            if isinstance(getattr(type(self), name, None), property):  # that raised this error
+                return object.__getattribute__(self, name)
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
-    @cached_property
+    @computed_once
     def basis(self) -> list:
         """Values of the basis functions at the quadrature points."""
-        self._set_up()
+        self._ready  # noqa: B018
         return self.__dict__["basis"]
 
     @property

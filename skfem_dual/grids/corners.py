@@ -1,11 +1,12 @@
 """The corners of a triangulation and their order around each node."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
+
+from ..kernels.once import computed_once
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,26 +27,26 @@ class Corners:
 
     mesh: MeshTri
 
-    @cached_property
+    @computed_once
     def _unit(self) -> float:
         return unit(self.mesh.p)
 
-    @cached_property
+    @computed_once
     def _ccw(self) -> ndarray:
         return signed_areas(self.mesh.p, self.mesh.t) > 0
 
-    @cached_property
+    @computed_once
     def node(self) -> ndarray:
         """Node at each corner."""
         return np.where(self._ccw, self.mesh.t, self.mesh.t[[0, 2, 1]]).ravel()
 
-    @cached_property
+    @computed_once
     def facet(self) -> ndarray:
         """Facet each corner starts."""
         t2f = self.mesh.t2f.astype(np.int32)
         return np.where(self._ccw, t2f, t2f[::-1]).ravel()
 
-    @cached_property
+    @computed_once
     def twin(self) -> ndarray:
         """The other corner that starts the same facet, -1 on the boundary."""
         # the two corners of a facet add up to a number from which each yields the other
@@ -54,12 +55,12 @@ class Corners:
         twin[self.mesh.f2t[1, self.facet] == -1] = -1
         return twin
 
-    @cached_property
+    @computed_once
     def barycentres(self) -> ndarray:
         """Barycentre of each triangle, shape (2, M)."""
         return barycentres(self.mesh)
 
-    @cached_property
+    @computed_once
     def crossing_parameters(self) -> ndarray:
         """Where the line through the barycentres of a facet's triangles meets it.
 
@@ -87,12 +88,12 @@ class Corners:
         """The clockwise neighbour of each corner in its own triangle."""
         return np.roll(np.arange(len(self.node), dtype=np.int32), len(self.node) // 3)
 
-    @cached_property
+    @computed_once
     def following(self) -> ndarray:
         """The next corner counter-clockwise around the same node, -1 where the fan ends."""
         return self.twin[self.before]
 
-    @cached_property
+    @computed_once
     def first(self) -> ndarray:
         """The corner with which the fan of each node begins; on the boundary no other can."""
         first = np.empty(self.node.max() + 1, dtype=np.int32)
@@ -102,7 +103,7 @@ class Corners:
         first[self.node[starts]] = starts
         return first
 
-    @cached_property
+    @computed_once
     def rank(self) -> ndarray:
         """Position of each corner in the fan of its node; -1 where the fan does not reach it."""
         rank = np.full(len(self.node), -1, dtype=np.int32)

@@ -1,7 +1,6 @@
 """Two grids and what corresponds to what in them: all couples of Definitions 2, 3 and 4."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -10,6 +9,7 @@ from scipy.sparse import csr_array
 
 from ..arguments import checked_choice, checked_indices, checked_instance
 from ..errors import MeshError
+from ..kernels.once import computed_once
 from .dual_mesh import DualMesh
 from .partition import Partition
 from .polygons import Polygons, readonly
@@ -126,7 +126,7 @@ class GridCouple:
             self.ribs[::-1],
         )
 
-    @cached_property
+    @computed_once
     def around_a(self) -> csr_array:
         """Nodes of B that surround each node of A (Section 5), ones in a sparse matrix.
 
@@ -137,7 +137,7 @@ class GridCouple:
         boundary = boundary_nodes(self.a) if self.kind == "1-type" else np.empty(0, int)
         return _surrounding(self.b.polygons, self.node_in_b, self.a.polygons.p.shape[1], boundary)
 
-    @cached_property
+    @computed_once
     def around_b(self) -> csr_array:
         """Nodes of A that surround each node of B, as `around_a`."""
         n = self.b.polygons.p.shape[1]

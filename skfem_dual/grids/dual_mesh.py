@@ -1,7 +1,6 @@
 """The 1-type dual grid of a triangulation (Definition 2)."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +11,7 @@ from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
 from ..arguments import checked_indices
+from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, dual_conditions, user_tags
 from .corners import Corners
 from .partition import Partition
@@ -149,7 +149,7 @@ class DualMesh:
         """Cells to the left and to the right of each rib, -1 outside; shape (2, nribs)."""
         return self.partition.f2c
 
-    @cached_property
+    @computed_once
     def corresponded(self) -> ndarray:
         """The primal facet each rib is corresponded to; -1 for ribs on the boundary."""
         facets = np.arange(self.facets.shape[1], dtype=np.int32)
@@ -175,7 +175,7 @@ class DualMesh:
         """Number of triangles over number of dual cells (Section 4.2 of the paper)."""
         return self.mesh.nelements / len(self)
 
-    @cached_property
+    @computed_once
     def topology(self) -> tuple[int, int]:
         """Number of parts and of holes of the domain."""
         n = len(self)
@@ -183,12 +183,12 @@ class DualMesh:
         parts = int(connected_components(joined, directed=False)[0])
         return parts, parts - (n - self.mesh.nfacets + self.mesh.nelements)
 
-    @cached_property
+    @computed_once
     def primal_partition(self) -> Partition:
         """The triangles as cells, their barycentres as nodes."""
         return Partition.from_mesh(self.mesh)
 
-    @cached_property
+    @computed_once
     def refinement(self) -> MeshTri:
         """The common refinement of both grids, six triangles in every triangle.
 
@@ -215,7 +215,7 @@ class DualMesh:
         t = np.stack([mesh.t[:, elements][_PAIRS], crossing, barycentre]).transpose(0, 2, 1)
         return np.ascontiguousarray(t.reshape(3, -1), dtype=np.int32)
 
-    @cached_property
+    @computed_once
     def refinement_cells(self) -> ndarray:
         """Dual cell of each triangle of the common refinement."""
         return readonly(self.mesh.t[_PAIRS].T.ravel(), np.int32)

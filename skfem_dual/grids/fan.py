@@ -1,7 +1,6 @@
 """Cells of a partition cut into triangles, on which fields inside the cells live."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -9,6 +8,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.spatial import cKDTree
 from skfem import CellBasis, Mesh
 
+from ..kernels.once import computed_once
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
 from .dual_mesh import DualMesh
@@ -99,12 +99,12 @@ class Fan:
             matrix.tocsr(),
         )
 
-    @cached_property
+    @computed_once
     def areas(self) -> ndarray:
         """Area of each triangle."""
         return readonly(signed_areas(self.p, self.t))
 
-    @cached_property
+    @computed_once
     def starts(self) -> ndarray:
         """Triangles of cell ``i``, up to the last that has some, are those from ``starts[i]`` to
         ``starts[i + 1]``."""

@@ -1,7 +1,6 @@
 """Ragged polygons as flat arrays; knows no mesh."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -9,6 +8,7 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..arguments import checked_indices, checked_points
 from ..errors import MeshError
+from ..kernels.once import computed_once
 
 
 def readonly(a: ArrayLike, dtype: DTypeLike | None = None) -> ndarray:
@@ -108,17 +108,17 @@ class Polygons:
         """Number of vertices of each polygon."""
         return np.diff(self.offsets)
 
-    @cached_property
+    @computed_once
     def areas(self) -> ndarray:
         """Area of each polygon."""
         return readonly(self._moments[0])
 
-    @cached_property
+    @computed_once
     def centroids(self) -> ndarray:
         """Area centroid of each polygon, shape (2, npolygons)."""
         return readonly(self._moments[1])
 
-    @cached_property
+    @computed_once
     def second_moments(self) -> ndarray:
         """Integrals of x^2, x y and y^2 about the centroid of each polygon, shape (3, n)."""
         v = self.p[:, self.indices] - np.repeat(self.centroids, self.sizes, axis=1)
@@ -129,7 +129,7 @@ class Polygons:
         sides = [x * x + x * u + u * u, x * y + u * w + (x * w + u * y) / 2, y * y + y * w + w * w]
         return readonly(np.add.reduceat(cross * sides / 12, self.offsets[:-1], axis=1))
 
-    @cached_property
+    @computed_once
     def _moments(self) -> tuple[ndarray, ndarray]:
         # about the first vertex of each polygon: no cancellation far from the origin
         starts = self.offsets[:-1]

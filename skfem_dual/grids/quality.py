@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
+from ..kernels.once import computed_once
 from .corners import unit
 from .planar import cross
 from .polygons import readonly
@@ -29,24 +29,24 @@ class MeshQuality:
 
     mesh: MeshTri
 
-    @cached_property
+    @computed_once
     def sides(self) -> ndarray:
         """Sides of each triangle in ascending order, shape (3, ntriangles)."""
         v = self.mesh.p[:, self.mesh.t]
         return readonly(np.sort(np.hypot(*(np.roll(v, -1, axis=1) - v)), axis=0))
 
-    @cached_property
+    @computed_once
     def smallest_angles(self) -> ndarray:
         """Smallest angle of each triangle in degrees."""
         return readonly(np.degrees(smallest_angles(self.mesh.p, self.mesh.t)))
 
-    @cached_property
+    @computed_once
     def aspects(self) -> ndarray:
         """Circumradius over twice the inradius of each triangle: 1 if equilateral."""
         sides = self.sides * unit(self.mesh.p)  # fourth powers follow
         return readonly(np.prod(sides, axis=0) * sides.sum(axis=0) / (4 * self._twice_areas**2))
 
-    @cached_property
+    @computed_once
     def from_means(self) -> ndarray:
         """Distance of each inner node from the mean of its neighbours, in its mean facet length.
 
@@ -61,7 +61,7 @@ class MeshQuality:
         offset[self.mesh.boundary_nodes()] = np.nan
         return readonly(offset)
 
-    @cached_property
+    @computed_once
     def starless(self) -> tuple[ndarray, ndarray]:
         """Nodes whose dual cells are not star-shaped: about the node, about the centroid.
 

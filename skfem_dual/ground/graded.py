@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Self
 
 import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_number, checked_size, checked_text, shown
+from ..kernels.once import computed_once
 from .compliance import FORGOTTEN, homogeneous, through_graded
 from .stratified import Stratified, checked_waves
 from .substrates import HalfSpace, checked_moduli
@@ -129,7 +130,7 @@ class GradedHalfSpace(Stratified):
             )
         return young / surface, nu
 
-    @cached_property
+    @computed_once
     def surface(self) -> HalfSpace:
         young = float(_values("young", self.young, np.zeros(1))[0])
         return HalfSpace(young, float(self._moduli(np.zeros(1))[1][0]))

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_number, checked_sequence, checked_size, shown
+from ..kernels.once import computed_once
 from .compliance import (
     FORGOTTEN,
     as_pair,
@@ -107,7 +107,7 @@ class LayeredHalfSpace(Stratified):
                 f"{layers[-1].gradient:g}. Remedy: a thin homogeneous layer at the bottom"
             )
 
-    @cached_property
+    @computed_once
     def surface(self) -> HalfSpace:
         return HalfSpace(self.layers[0].young, self.layers[0].poisson)
 

@@ -1,12 +1,11 @@
 """What substrates have in common whose moduli depend on depth."""
 
-from functools import cached_property
-
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..arguments import checked_array
+from ..kernels.once import computed_once
 from .hankel import RadialTable
 from .substrates import HalfSpace
 
@@ -51,7 +50,7 @@ class Stratified:
         """Whether the moduli vary at the surface, so that the symbol decays like powers."""
         return True
 
-    @cached_property
+    @computed_once
     def remainder(self) -> RadialTable:
         """The influence function less c / r, times the surface modulus E0, and its primitive."""
         surface = self.surface

@@ -12,7 +12,6 @@ structures are solved by generalised inverses in the same way.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -21,6 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 
 #: DOFs split off from each part of a structure: more than a part has motions
 SPLIT = 32
@@ -72,20 +72,20 @@ class Compliance:
             )
         self._inverse  # noqa: B018 - a stiffness that is not positive is refused now
 
-    @cached_property
+    @computed_once
     def _free(self) -> ndarray:
         free = np.ones(self.stiffness.shape[0], dtype=bool)
         free[self.fixed] = False
         return np.nonzero(free)[0]
 
-    @cached_property
+    @computed_once
     def _scaled(self) -> tuple[csc_matrix, ndarray]:
         """Stiffness of the free DOFs with a diagonal of ones, and their units."""
         K = self.stiffness[self._free][:, self._free]
         unit = 1 / np.sqrt(K.diagonal())
         return (diags(unit) @ (K + K.T) @ diags(unit) / 2).tocsc(), unit
 
-    @cached_property
+    @computed_once
     def _inverse(self) -> "_Split":
         return _Split.from_matrix(self._scaled[0])
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -13,6 +12,7 @@ from ..elements.influence import influence_matrix
 from ..elements.near import NearField
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 
 #: tolerances below it are for exact entries
 EXACT = 1e-8
@@ -42,7 +42,7 @@ class Entries:
     x: ndarray
     weights: EdgeWeights | None
 
-    @cached_property
+    @computed_once
     def correction(self) -> EdgeCorrection | None:
         """What edge-weighted cells add."""
         if self.weights is None:

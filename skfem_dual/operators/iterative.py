@@ -10,10 +10,10 @@ from typing import Protocol, cast
 import numpy as np
 from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, gmres
-from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from ..arguments import checked_array, checked_instance, checked_number
+from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
 from .preconditioner import Preconditioner
 
@@ -119,7 +119,7 @@ def solve_many(
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
-    with bar, threadpool_limits(1, user_api="blas"):
+    with bar, limited_threads(1, "blas"):
         for k, b in enumerate(rhs.T):
             solution[:, k], history = _gmres(operator, inverse, b, rtol, bar)
             residuals.append(history)

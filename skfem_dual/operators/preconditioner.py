@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from scipy.linalg import lu_factor
 from scipy.sparse import csr_matrix
 
 from ..elements.influence import influence_matrix
@@ -19,7 +18,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import Polygons
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
-from .factors import solve_factorised
+from .factors import Factors
 from .fmm.linear_maps import SparseBlocks
 from .fmm.lists import near_lists
 from .fmm.loops import Layout
@@ -108,13 +107,13 @@ class Coarse:
         Box of each cell.
     shares : (n,) array of float
         Area of each cell over that of its box.
-    factors : tuple of arrays
-        LU factors of the settlements of the squares' middles.
+    factors : Factors
+        Of the settlements of the squares' middles.
     """
 
     box: ndarray
     shares: ndarray
-    factors: tuple[ndarray, ndarray]
+    factors: Factors
 
     @classmethod
     def from_operator(cls, operator: InfluenceOperator) -> "Coarse":
@@ -131,12 +130,12 @@ class Coarse:
         middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
         squares = _squares(middles / areas, np.sqrt(areas))
         matrix = influence_matrix(operator.substrate, squares, squares.nodes)
-        return cls(box, partition.areas / areas[box], lu_factor(matrix))
+        return cls(box, partition.areas / areas[box], Factors.from_matrix(matrix))
 
     def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
         """Pressures under the means of settlements over the boxes; settlements less the means."""
         mean = np.bincount(self.box, self.shares * w)
-        return solve_factorised(self.factors, mean)[self.box], w - mean[self.box]
+        return self.factors.solve(mean)[self.box], w - mean[self.box]
 
 
 def _boxes(partition: Partition, size: int, most: float) -> Quadtree:

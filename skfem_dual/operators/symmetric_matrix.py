@@ -6,15 +6,16 @@ Numer. Anal. 29 (1992) 534; the vectors are those of `representations`.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import DTypeLike
-from scipy.linalg import lu_factor, svdvals
-from threadpoolctl import threadpool_limits
+from scipy.linalg import svdvals
 
-from .factors import solve_factorised
+from ..kernels.limits import limited_threads
+from ..kernels.once import computed_once
+from .factors import Factors
 from .symmetry import Symmetry
 
 #: rows of a full matrix that are in the memory at a time
@@ -79,28 +80,28 @@ class SymmetricMatrix:
             full[np.ix_(motion[cells], motion)] = rows
         return np.asarray(full, dtype=dtype)
 
-    @cached_property
+    @computed_once
     def condition_number(self) -> float:
         """Condition number in the 2-norm: the blocks have the singular values of the matrix."""
         values = np.concatenate([svdvals(block) for block in self.blocks])
         return float(values.max() / values.min())
 
-    @cached_property
+    @computed_once
     def factors(self) -> "SymmetricFactors":
         """Factors of the blocks."""
         # threads of BLAS stand in each other's way on small blocks
-        with threadpool_limits(1, "blas"):
-            return SymmetricFactors(self.symmetry, tuple(map(lu_factor, self.blocks)))
+        with limited_threads(1, "blas"):
+            return SymmetricFactors(self.symmetry, tuple(map(Factors.from_matrix, self.blocks)))
 
 
 @dataclass(frozen=True, eq=False)
 class SymmetricFactors:
-    """Factors of a matrix with the symmetry of a plan: ``(lu, piv)`` of each block."""
+    """Factors of a matrix with the symmetry of a plan, of each block."""
 
     symmetry: Symmetry
-    factors: tuple[tuple[ndarray, ndarray], ...]
+    factors: tuple[Factors, ...]
 
     def solve(self, rhs: ndarray, trans: int = 0) -> ndarray:
         """Solutions for any right-hand sides, (n,) or (n, k); of the transposed matrix with 1."""
-        solvers = [partial(solve_factorised, lu, trans=2 * trans) for lu in self.factors]
+        solvers = [partial(block.solve, trans=2 * trans) for block in self.factors]
         return self.symmetry.apply(solvers, rhs)

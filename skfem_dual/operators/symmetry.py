@@ -10,7 +10,6 @@ boundary elements Allgower, Boehmer, Georg and Miranda, SIAM J. Numer. Anal. 29 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import gcd
 from typing import NamedTuple
 
@@ -23,7 +22,11 @@ from ..elements.edge_weights import EdgeWeights
 from ..errors import MeshError
 from ..grids.partition import Partition
 from ..grids.polygons import readonly, some
+from ..kernels.once import computed_once
 from .representations import Component, representations
+
+#: tolerance of a symmetry that is given, as that of `Symmetry.detect`
+FOREIGN = 1e-4
 
 
 class Saving(NamedTuple):
@@ -130,13 +133,44 @@ class Symmetry:
     def __len__(self) -> int:
         return self.permutations.shape[1]
 
-    @cached_property
+    def require(
+        self, partition: Partition, x: ndarray | None = None, weights: EdgeWeights | None = None
+    ) -> None:
+        """Refuse cells that do not have this symmetry; arguments as of `detect`.
+
+        Distances of collocation points, and what cells load the ground by, must be the same
+        after every permutation, up to the largest tolerance of `detect`.
+
+        Raises
+        ------
+        MeshError
+            If some cells differ from their images.
+        """
+        if len(self) != len(partition):
+            raise MeshError(
+                f"expected a symmetry of the {len(partition)} cells, got one of {len(self)}"
+            )
+        cells = _Cells.from_partition(partition, x, weights, FOREIGN)
+        wrong = np.zeros(len(self), dtype=bool)
+        for number, images in enumerate(self.permutations):
+            turn = number % self.rotations
+            angle, mirrored = 2 * np.pi * turn / self.rotations, number >= self.rotations
+            if mirrored:
+                angle += 2 * (self.mirror or 0.0)
+            wrong |= cells.unlike(images, angle, mirrored)
+        if wrong.any():
+            raise MeshError(
+                f"expected the symmetry of these cells, got one in which cells "
+                f'{some(np.nonzero(wrong)[0])} differ from their images. Remedy: symmetry="auto"'
+            )
+
+    @computed_once
     def representatives(self) -> ndarray:
         """One cell of every orbit."""
         least = self.permutations.min(axis=0)
         return readonly(np.nonzero(least == np.arange(len(self)))[0], np.int32)
 
-    @cached_property
+    @computed_once
     def components(self) -> tuple[Component, ...]:
         """The kinds of vectors that do not mix, one for each irreducible representation."""
         kinds = representations(self.rotations, self.mirror is not None)
@@ -146,7 +180,7 @@ class Symmetry:
         )
         return tuple(part for part in components if len(part))
 
-    @cached_property
+    @computed_once
     def saving(self) -> Saving:
         """How many times less a matrix with this symmetry takes than a full one."""
         n, parts = len(self), self.components
@@ -240,6 +274,15 @@ class _Cells:
         apart = (angles - angles[:1]) % (2 * np.pi)
         lines = angles[:1] + apart[apart < 2 * np.pi / rotations] / 2
         return rotations, next((a for a in lines if not len(self.images(2 * a, True)[1])), None)
+
+    def unlike(self, images: ndarray, angle: float, mirrored: bool) -> ndarray:
+        """Whether each cell differs from the cell that is to be its image."""
+        points, values = self.points, self.values
+        if mirrored:
+            points, values = points.conj(), values.conj()
+        points, values = np.exp(1j * angle) * points, np.exp(1j * angle * self.spin) * values
+        off = np.abs(self.values[:, images] - values).max(axis=0)
+        return (np.abs(self.points[images] - points) > self.reach) | (off > self.slack)
 
     def images(self, angle: float, mirrored: bool = False) -> tuple[ndarray, ndarray]:
         """Nearest cell to each after a reflection and a rotation, and those where it differs."""

@@ -1,16 +1,15 @@
 """What a ground and the structure on it yield together under the pressures between them."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 from numpy import ndarray
 from scipy.sparse import csr_matrix
 
+from ..kernels.once import computed_once
 from .compliance import Compliance
-from .factors import solve_factorised
+from .factors import Factors
 from .influence_operator import InfluenceOperator
 from .preconditioner import Preconditioner
 
@@ -72,20 +71,10 @@ class YieldingOperator:
             out[:, columns] += self.trace @ self.structure.displacements(loads)
         return out
 
-    @cached_property
+    @computed_once
     def preconditioner(self) -> Any:
         """Approximate inverse: that of the ground alone, beside which a structure yields to few
         shapes of pressure only."""
         if isinstance(self.ground, InfluenceOperator):
             return Preconditioner.from_operator(self.ground)
-        return _Inverse(scipy.linalg.lu_factor(self.ground))
-
-
-@dataclass(frozen=True, eq=False)
-class _Inverse:
-    """Of a matrix, by its factors."""
-
-    factors: tuple[ndarray, ndarray]
-
-    def __matmul__(self, rhs: ndarray) -> ndarray:
-        return solve_factorised(self.factors, rhs)
+        return Factors.from_matrix(np.asarray(self.ground))

@@ -1,13 +1,13 @@
 """Force and moments of the three fields of a couple."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
 
 from ..elements.balance import can_balance
 from ..errors import ConvergenceError
+from ..kernels.once import computed_once
 from .regular import RegularCouple
 
 
@@ -30,13 +30,13 @@ class Balance:
     resultants: ndarray
     origin: tuple[float, float]
 
-    @cached_property
+    @computed_once
     def wanted(self) -> ndarray:
         """Resultants on dual cells, on triangles and of the field, moments over a length."""
         scaled = self.resultants / [1, self._size, self._size]
         return np.vstack([scaled, scaled.mean(axis=0)])
 
-    @cached_property
+    @computed_once
     def _size(self) -> float:
         return float(np.sqrt(self.couple.areas[: len(self.couple.dual)].sum()))
 
@@ -44,7 +44,7 @@ class Balance:
         """1, x and y of one unit at points."""
         return np.vstack([np.ones(x.shape[1]), (x - np.array(self.origin)[:, None]) / self._size])
 
-    @cached_property
+    @computed_once
     def _integrals(self) -> list[ndarray]:
         """Integrals of 1, x and y times the functions of each field, shape (3, ...)."""
         couple, n = self.couple, len(self.couple.dual)

@@ -7,7 +7,6 @@ where its load acts, and between the cells s is a polynomial fitted to those aro
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from ..grids.corners import signed_areas
 from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.planar import cross
+from ..kernels.once import computed_once
 from .postprocess import postprocess
 
 #: where the square root of the distance to the line of contact levels off, over the greatest
@@ -141,7 +141,7 @@ class EdgeLaws:
             depth = np.copysign(distance_to_segments(mesh.p, a, b), level)
         return cls(base, mesh, on_edge, depth)
 
-    @cached_property
+    @computed_once
     def _parents(self) -> tuple[ndarray, ndarray]:
         """A triangle of the base that has each node, and its barycentric coordinates there."""
         m, base = self.mesh, self.base
@@ -154,7 +154,7 @@ class EdgeLaws:
         second, third = cross(m.p - a, c - a) / twice, cross(b - a, m.p - a) / twice
         return parent, np.stack([1 - second - third, second, third])
 
-    @cached_property
+    @computed_once
     def phi(self) -> ndarray:
         """The torsion function at the nodes, zero on the singular edge; ones without one."""
         phi = np.ones(self.mesh.p.shape[1])
@@ -171,7 +171,7 @@ class EdgeLaws:
             phi[free] = phi[free].clip(1e-6 * phi.max())
         return phi
 
-    @cached_property
+    @computed_once
     def _reach(self) -> float:
         return 1.0 if self.depth is None else FAR * float(self.depth.max())
 
@@ -180,7 +180,7 @@ class EdgeLaws:
         it, where the distance has ridges."""
         return np.sqrt(np.tanh(depth.clip(0.0) / self._reach))
 
-    @cached_property
+    @computed_once
     def at_nodes(self) -> ndarray:
         """The laws at the nodes, on a singular edge finite: what the other nodes leave of the
         load of a triangle is shared by its nodes there."""

@@ -1,7 +1,6 @@
 """The functional H(U, V) of Section 5 and its minimum."""
 
 from dataclasses import astuple, dataclass, fields
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..errors import ConvergenceError, MeshError
 from ..grids.couples import GridCouple, boundary_nodes
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons, some
+from ..kernels.once import computed_once
 
 #: up to so many unknowns the matrix is factorised; more are found by conjugate gradients
 DIRECT = 20_000
@@ -281,7 +281,7 @@ class CoupleFunctional:
         )
         return float(sum(weight * np.sum(term**2) for weight, term in terms))
 
-    @cached_property
+    @computed_once
     def matrix(self) -> csr_array:
         """Matrix of the normal equations, half the second derivative of H; order (U, V)."""
         w, (alpha, beta) = self.weights, (self.neighbours.alpha, self.neighbours.beta)
@@ -333,7 +333,7 @@ class CoupleFunctional:
         columns = right_side.reshape(len(right_side), -1).T
         return np.stack([self._iterate(b) for b in columns], axis=-1).reshape(right_side.shape)
 
-    @cached_property
+    @computed_once
     def _factors(self) -> SuperLU:
         options = {"SymmetricMode": True}
         return splu(self.matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)

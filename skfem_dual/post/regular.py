@@ -9,7 +9,6 @@ of the pressure inside it.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -24,6 +23,7 @@ from ..grids.fan import Fan
 from ..grids.general import general_triangulation
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 from .functional import Neighbours
 
 
@@ -33,7 +33,7 @@ class TorsionWeights(EdgeWeights):
 
     phi: ndarray
 
-    @cached_property
+    @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan; never zero, so that means are finite."""
         return readonly(np.sqrt(self.phi.clip(1e-40 * self.phi.max())))
@@ -57,32 +57,32 @@ class RegularCouple:
     dual: DualMesh
     singular: ndarray
 
-    @cached_property
+    @computed_once
     def neighbours(self) -> Neighbours:
         """Coefficients of the functional."""
         return Neighbours.of(self.dual)
 
-    @cached_property
+    @computed_once
     def partitions(self) -> tuple[Partition, Partition]:
         """Dual cells and triangles."""
         return self.dual.partition, self.dual.primal_partition
 
-    @cached_property
+    @computed_once
     def areas(self) -> ndarray:
         """Areas of dual cells and triangles."""
         return np.concatenate([grid.areas for grid in self.partitions])
 
-    @cached_property
+    @computed_once
     def x(self) -> ndarray:
         """The nodes of the mesh and the barycentres, shape (2, n + m)."""
         return np.hstack([grid.nodes for grid in self.partitions])
 
-    @cached_property
+    @computed_once
     def general(self) -> MeshTri:
         """The general triangulation, on whose nodes the fields live."""
         return general_triangulation(self.dual)
 
-    @cached_property
+    @computed_once
     def edge_nodes(self) -> ndarray:
         """Whether each node of the general triangulation lies on the singular edge."""
         on_edge = np.zeros(self.general.p.shape[1], dtype=bool)
@@ -91,7 +91,7 @@ class RegularCouple:
         on_edge[self.x.shape[1] :] = np.isin(boundary, self.singular)
         return on_edge
 
-    @cached_property
+    @computed_once
     def phi(self) -> ndarray:
         """The torsion function at the nodes of the general triangulation."""
         # along the ribs no triangle has all its nodes on the edge
@@ -108,7 +108,7 @@ class RegularCouple:
         phi[free] = phi[free].clip(1e-6 * phi.max())
         return phi
 
-    @cached_property
+    @computed_once
     def weights(self) -> tuple[TorsionWeights, TorsionWeights] | None:
         """How the pressure varies inside dual cells and triangles; None without an edge."""
         if len(self.singular) == 0:
@@ -136,14 +136,14 @@ class RegularCouple:
         )
         return first, second
 
-    @cached_property
+    @computed_once
     def means(self) -> ndarray:
         """Means of w over dual cells and triangles."""
         if self.weights is None:
             return np.ones(self.x.shape[1])
         return np.concatenate([w.mean for w in self.weights])
 
-    @cached_property
+    @computed_once
     def acting(self) -> ndarray:
         """Where the loads of dual cells and triangles act, shape (2, n + m)."""
         grids = self.partitions if self.weights is None else self.weights
@@ -160,7 +160,7 @@ class RegularCouple:
         s[n:] = s[n:] + sum(d * (slope @ s[:n]) for d, slope in zip(offset[:, n:], slopes))
         return s
 
-    @cached_property
+    @computed_once
     def to_pressures(self) -> csr_array:
         """Takes regular parts at the nodes to mean pressures of cells, the inverse map."""
         n, m = len(self.dual), self.dual.mesh.nelements
@@ -175,7 +175,7 @@ class RegularCouple:
         carry = block_array([[eye_array(n) - at_nodes, None], [-in_triangles, eye_array(m)]])
         return csr_array(diags_array(self.means) @ carry)
 
-    @cached_property
+    @computed_once
     def to_field(self) -> csr_array:
         """Takes regular parts to the pressures at the nodes of the general triangulation.
 

@@ -4,27 +4,23 @@ import multiprocessing
 import os
 import pickle
 import platform
-import sys
 import threading
 import traceback
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import (
     BrokenExecutor,
     Executor,
     Future,
     ProcessPoolExecutor,
-    ThreadPoolExecutor,
 )
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from queue import SimpleQueue
 from time import perf_counter
 from typing import Any, NamedTuple
 
-import numba
-from threadpoolctl import ThreadpoolController
-
+from ..kernels.limits import limited_threads
 from .orphans import end_with_parent
 from .records import Problem, pickled
 
@@ -208,7 +204,7 @@ def _work(task: _Task) -> _Answer:
             return _Answer(worker)
         _receive(task.token, problem)
     try:
-        with _limited(task.threads):
+        with nullcontext() if task.threads is None else limited_threads(task.threads):
             start = perf_counter()
             case = task.case
             result = problem(**case) if isinstance(case, Mapping) else problem(case)
@@ -216,63 +212,6 @@ def _work(task: _Task) -> _Answer:
         return _Answer(worker, pickled((result, seconds), problem))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - told; the other cases go on
         return _Answer(worker, error=error_text(error))
-
-
-class _Limits:
-    """State of the limits of this process, which cases in several threads may share."""
-
-    lock = threading.Lock()
-    running = 0
-    modules = 0
-    libraries: ThreadpoolController
-    held: ExitStack
-    holder: ThreadPoolExecutor
-
-
-@contextmanager
-def _limited(threads: int | None) -> Iterator[None]:
-    """At most so many threads of BLAS, OpenMP and numba."""
-    if threads is None:
-        yield
-        return
-    with ExitStack() as stack:
-        # of this thread; the first call starts those of numba, in full number
-        mask = numba.get_num_threads()
-        stack.callback(numba.set_num_threads, mask)
-        numba.set_num_threads(min(threads, mask))
-        libraries = _limit_process(threads)
-        stack.callback(_lift_limits)
-        stack.enter_context(libraries.limit(limits=threads))  # those that have one per thread
-        yield
-
-
-def _limit_process(threads: int) -> ThreadpoolController:
-    """Limit what is one for all threads, from the first case to the end of the last."""
-    with _Limits.lock:
-        if not _Limits.running:
-            # threadpoolctl lets only the thread that limited OpenBLAS lift the limit
-            _Limits.holder = ThreadPoolExecutor(1)
-            _Limits.holder.submit(_hold_limits, threads).result()
-        _Limits.running += 1
-        return _Limits.libraries
-
-
-def _hold_limits(threads: int) -> None:
-    if _Limits.modules != len(sys.modules):  # an import may have brought a library
-        _Limits.modules, _Limits.libraries = len(sys.modules), ThreadpoolController()
-    _Limits.held = ExitStack()
-    _Limits.held.enter_context(_Limits.libraries.limit(limits=threads))
-    known = numba.config.NUMBA_NUM_THREADS
-    _Limits.held.callback(setattr, numba.config, "NUMBA_NUM_THREADS", known)
-    numba.config.NUMBA_NUM_THREADS = min(threads, known)
-
-
-def _lift_limits() -> None:
-    with _Limits.lock:
-        _Limits.running -= 1
-        if not _Limits.running:
-            _Limits.holder.submit(_Limits.held.close).result()
-            _Limits.holder.shutdown()
 
 
 def cores() -> int:

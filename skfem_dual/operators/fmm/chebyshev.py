@@ -12,12 +12,12 @@ what comes out.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
 from numpy.polynomial import chebyshev
 
+from ...kernels.once import computed_once
 from .quadtree import OFFSETS
 
 #: half-width to which coordinates of loads refer, over that of the box
@@ -34,7 +34,7 @@ class Chebyshev:
 
     order: int
 
-    @cached_property
+    @computed_once
     def degrees(self) -> ndarray:
         """Degrees in x and in y, shape (2, terms)."""
         return np.array([(a, b) for a in range(self.order) for b in range(self.order - a)]).T
@@ -44,13 +44,13 @@ class Chebyshev:
         """Number of terms."""
         return self.order * (self.order + 1) // 2
 
-    @cached_property
+    @computed_once
     def grid(self) -> ndarray:
         """Points of interpolation, shape (2, points)."""
         s = chebyshev.chebpts1(self.order + MORE)
         return np.stack(np.meshgrid(s, s, indexing="ij")).reshape(2, -1)
 
-    @cached_property
+    @computed_once
     def coefficients(self) -> ndarray:
         """Takes values in the points of interpolation to terms, shape (points, terms)."""
         points = self.order + MORE

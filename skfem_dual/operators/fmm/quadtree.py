@@ -6,13 +6,13 @@ the small ones around them from being divided further.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
 
 from ...kernels.compiled import compiled, inputs
+from ...kernels.once import computed_once
 
 #: no box is divided more often than this
 DEEPEST = 40
@@ -122,12 +122,12 @@ class Quadtree:
     def __len__(self) -> int:
         return len(self.level)
 
-    @cached_property
+    @computed_once
     def half(self) -> ndarray:
         """Half of the side of each box."""
         return self.size / 2.0 ** (self.level + 1)
 
-    @cached_property
+    @computed_once
     def middle(self) -> ndarray:
         """Centre of each box, shape (2, nboxes)."""
         return self.corner[:, None] + (2 * self.place + 1) * self.half
@@ -137,12 +137,12 @@ class Quadtree:
         """Which quarter of its parent each box is, to the right 1, above 2."""
         return self.place[0] % 2 + 2 * (self.place[1] % 2)
 
-    @cached_property
+    @computed_once
     def leaves(self) -> ndarray:
         """Boxes without children that hold field points."""
         return np.nonzero((self.nchildren == 0) & (self.targets[1] > self.targets[0]))[0]
 
-    @cached_property
+    @computed_once
     def boxes(self) -> Boxes:
         """The boxes as compiled loops take them."""
         return Boxes(*inputs(*(getattr(self, name) for name in Boxes._fields)))

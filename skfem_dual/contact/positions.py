@@ -1,0 +1,109 @@
+"""Positions that the usual roads miss: without contact, and imposed where no reaction acts."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy import ndarray
+from scipy.linalg import lstsq, null_space
+from scipy.optimize import brentq, linprog
+
+from .load import Constraints
+from .problem import Contact, ContactProblem
+
+#: without contact the gaps are larger than so many times the largest
+CLEAR = 1e-9
+#: forces between which a settlement is looked for, in steps of their ratio, up and down
+RATIO, STEPS = 4.0, 16
+
+Solve = Callable[[Constraints], tuple[Contact, ndarray]]
+
+
+def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
+    """A position without contact, if the load allows for one, by the least motions or by none."""
+    if problem.given.any():
+        return None
+    k, n = problem.planes.shape
+    motion = np.zeros(k)
+    if problem.gap.min() < 0:
+        if still or not k:
+            return None
+        scale = np.abs(problem.gap).max()
+        # in terms of both signs of the motions, none negative
+        planes = np.vstack([problem.planes, -problem.planes]).T
+        found = linprog(np.ones(2 * k), planes, problem.gap / scale - CLEAR)
+        if not found.success:
+            return None
+        motion = scale * (found.x[:k] - found.x[k:])
+    nothing = np.zeros(n)
+    return Contact(nothing, motion, problem.gap - motion @ problem.planes, nothing > 0)
+
+
+def by_force(
+    constraints: Constraints, stiffness: ndarray, height: float, solve: Solve, rtol: float
+) -> tuple[Contact, ndarray] | None:
+    """Contact and position where one component is imposed and the reaction acts on another.
+
+    The force is found under which the component comes out as imposed. With the force given the
+    problem is one of least energy, which the usual methods solve.
+
+    Parameters
+    ----------
+    constraints : Constraints
+        Of one body: m - 1 free motions.
+    stiffness : (m, m) array of float
+        Resultants by unit components of the position, all cells in contact.
+    height : float
+        About how far the body is pressed.
+    solve : callable
+        Contact and position for constraints that give all resultants.
+    rtol : float
+        Accuracy of the component.
+
+    Returns
+    -------
+    Contact, position
+        None if no force leads there, or there is more than one body.
+    """
+    along, across = null_space(constraints.balance), null_space(constraints.motions.T)
+    m = len(constraints.fixed)
+    if along.shape[1] != 1 or across.shape[1] != 1 or height == 0:
+        return None
+    along, across = along[:, 0], across[:, 0]
+    along = along * np.sign(along @ stiffness[:, 0])
+    first = lstsq(constraints.balance, constraints.given)[0]
+    answers: dict[float, tuple[Contact, ndarray, float]] = {}
+
+    def missed(force: float) -> float:
+        """How far the component is off; NaN if there is no answer."""
+        given = first + force * along
+        contact, position = solve(Constraints(np.eye(m), np.zeros(m), np.eye(m), given))
+        off = float(across @ (position - constraints.fixed))
+        answers[force] = contact, position, off
+        return off if contact.success else np.nan
+
+    bracket = _bracket(missed, height * abs(along @ stiffness @ along))
+    if bracket is None:
+        return None
+    force = brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 1e-15), disp=False)
+    contact, position, off = min(answers.values(), key=lambda answer: abs(answer[2]))
+    if not contact.success or not np.isfinite(force):
+        return None
+    position = position - off * across
+    return contact, position
+
+
+def _bracket(missed: Callable[[float], float], guess: float) -> tuple[float, float] | None:
+    """Two forces between which ``missed`` changes its sign."""
+    low = high = guess
+    below = above = missed(guess)
+    for _ in range(STEPS):
+        for force in (low / RATIO, high * RATIO):
+            value = missed(force)
+            beside, bound = (below, low) if force < low else (above, high)
+            if value * beside <= 0:
+                return min(force, bound), max(force, bound)
+            if force < low:
+                low, below = force, value
+            else:
+                high, above = force, value
+    return None

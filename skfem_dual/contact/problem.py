@@ -1,0 +1,120 @@
+"""Contact to be found, and contact that was found."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.polygons import readonly
+
+#: contact on fewer cells is rough
+DOZEN = 12
+
+
+class Product(Protocol):
+    """A matrix or a LinearOperator."""
+
+    def __matmul__(self, q: ndarray, /) -> ndarray: ...
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """Complementarity of pressures and gaps in n cells with k unknown motions.
+
+    Attributes
+    ----------
+    matrix : (n, n) array or LinearOperator
+        Settlement of each collocation point under unit pressure on each cell.
+    areas : (n,) array of float
+        Areas of the cells.
+    gap : (n,) array of float
+        Gaps of the punch before it moves and presses.
+    planes : (k, n) array of float
+        Settlement of the collocation points by each unit motion, all of one size.
+    resultants : (k, n) array of float
+        Force or moment conjugate to each motion by unit pressure on each cell.
+    given : (k,) array of float
+        The forces and moments imposed.
+    """
+
+    matrix: ndarray | Product
+    areas: ndarray
+    gap: ndarray
+    planes: ndarray
+    resultants: ndarray
+    given: ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """What a method found.
+
+    Attributes
+    ----------
+    pressure : (n,) array of float
+        Pressures, none negative.
+    motion : (k,) array of float
+        Motions y.
+    gap : (n,) array of float
+        Gaps under the load; in contact what remains of them.
+    touching : (n,) array of bool
+        The cells in contact.
+    success : bool
+        Whether the method converged.
+    message : str
+        If not, why.
+    history : tuple of float
+        In each iteration: cells that changed side (active set), or the largest violation of the
+        conditions on the gap over the largest settlement (conjugate gradients).
+    residual : float
+        Violation of the conditions on the gap that was found afterwards.
+    """
+
+    pressure: ndarray
+    motion: ndarray
+    gap: ndarray
+    touching: ndarray
+    success: bool = True
+    message: str = ""
+    history: tuple[float, ...] = ()
+    residual: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("pressure", "motion", "gap", "touching"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @property
+    def pulling(self) -> float:
+        """Largest negative pressure over the largest of all; zero if none is negative."""
+        largest = np.abs(self.pressure).max()
+        return float(-self.pressure.min() / largest) if self.pressure.min() < 0 else 0.0
+
+    @property
+    def violation(self) -> float:
+        """Largest distance between ground and punch in contact, or overlap elsewhere."""
+        own = np.where(self.touching, np.abs(self.gap), -self.gap).max()
+        return float(max(own, self.residual, 0.0))
+
+    @property
+    def description(self) -> str:
+        """What the contact is, in words."""
+        touching, pulled = self.touching, int(np.sum(self.pressure < 0))
+        if not touching.any():
+            return "no contact"
+        if not touching.all():
+            return f"contact on {touching.sum()} of {len(touching)} cells"
+        also = f"; the ground would have to pull on {pulled} cells" if pulled else ""
+        return "full contact" + also
+
+    @property
+    def rough(self) -> str:
+        """A warning if contact that was found ends on fewer than a dozen cells."""
+        count = int(np.sum(self.pressure > 0))
+        if not 0 < count < min(DOZEN, len(self.touching)):
+            return ""
+        return (
+            f"contact on {count} of {len(self.touching)} cells, fewer than {DOZEN}: pressures and "
+            "settlement are rough; likely cause: cells too large for the contact. Remedy: smaller "
+            "cells where it is, as by refine_to_contact"
+        )

@@ -1,0 +1,118 @@
+"""Whether an answer obeys the equations of contact, whatever has solved them.
+
+Balance, gaps and signs are taken from the final pressures and the position alone: by a product of
+the whole operator, and by some exact rows that neither its assembly nor its factors have seen.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy import ndarray
+
+from .footprint import ExactRows
+from .load import Constraints
+from .problem import Contact
+from .system import ContactSystem
+
+#: error of a load, over the largest one imposed on the body, or else over that of its pressures
+BALANCE = 1e-8
+#: distances in contact and overlaps beside it, over the largest settlement of the ground
+GAP = 1e-7
+#: settlements by the operator less those by exact rows, over these with pressures of one sign
+ROWS = 1e-5
+#: gaps and rows may be off by so many times the tolerances asked for
+SLACK = 30.0
+#: overlaps without contact, over the largest of what they are the difference of
+ROUNDING = 64 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """What is asked of an answer.
+
+    Attributes
+    ----------
+    system : ContactSystem
+        The equations; only its products are used.
+    constraints : Constraints
+        What was imposed.
+    unilateral : bool
+        Whether the ground must not pull.
+    exact : ExactRows or None
+        Settlements of some collocation points, known independently.
+    rtol, gap_rtol : float
+        Tolerances of the operator and of gaps.
+    """
+
+    system: ContactSystem
+    constraints: Constraints
+    unilateral: bool
+    exact: ExactRows | None = None
+    rtol: float = 0.0
+    gap_rtol: float = 0.0
+
+    def __call__(self, contact: Contact, position: ndarray) -> Contact:
+        """``contact`` with the largest violation found; without success where it is too large.
+
+        ``position`` is that of the bodies, as the system's.
+        """
+        pressure, system = contact.pressure, self.system
+        settled, moved = system.matrix @ pressure, position @ system.planes
+        gap = settled + system.gap - moved
+        touching = pressure > 0 if self.unilateral else np.ones(len(gap), dtype=bool)
+        violation = float(np.where(touching, np.abs(gap), -gap).max().clip(0))
+        largest = np.abs(settled).max()
+        allowed = largest * max(GAP, SLACK * self.rtol, SLACK * self.gap_rtol)
+        if not largest > 0:
+            allowed = ROUNDING * max(np.abs(moved).max(), np.abs(system.gap).max())
+        faults = [*self._load_faults(pressure), *self._row_faults(pressure, settled)]
+        if not violation <= allowed:
+            faults.append(f"ground and body are apart in contact, or overlap, by {violation:.1e}")
+        if self.unilateral and not pressure.min() >= 0:
+            faults.append(f"the ground pulls by {-pressure.min():.1e}")
+        # in any units
+        if largest > 0 and not (system.areas * (pressure / np.abs(pressure).max())) @ settled > 0:
+            faults.append(
+                "pressures do no work on the ground, their settlement has the wrong sign; likely "
+                "cause: layers thinner than the cells. Remedy: a finer mesh"
+            )
+        if faults and contact.success:
+            message = f"the equations do not hold: {'; '.join(faults)}"
+            contact = replace(contact, success=False, message=message)
+        return replace(contact, residual=violation)
+
+    def _load_faults(self, pressure: ndarray) -> Iterator[str]:
+        """Loads that pressures do not balance, in units of the forces that do their work."""
+        given, system = self.constraints.given, self.system
+        if not len(given):
+            return
+        unit = np.abs(self.constraints.motions.T @ system.planes).max(axis=1)
+        unit[unit == 0] = 1.0
+        acting = (self.constraints.balance / unit[:, None]) @ system.resultants
+        error = np.abs(acting @ pressure - given / unit)
+        # the loads of a body are measured by the largest of them
+        work = np.abs(acting)
+        same = work @ work.T > 0
+        imposed = np.where(same, np.abs(given / unit), 0.0).max(axis=1)
+        borne = (work > 0) @ (system.areas * np.abs(pressure))
+        felt = np.where(same, borne, 0.0).max(axis=1)
+        error = error / np.maximum(np.where(imposed > 0, imposed, felt), np.finfo(float).tiny)
+        if not (worst := float(error.max())) <= BALANCE:
+            yield (
+                f"the load is off by {worst:.1e} of itself, at most {BALANCE:g} is expected; "
+                "likely cause: loads or positions of very different sizes together"
+            )
+
+    def _row_faults(self, pressure: ndarray, settled: ndarray) -> Iterator[str]:
+        """Settlements that are not those by exact rows."""
+        if self.exact is None:
+            return
+        numbers, rows = self.exact
+        error = np.abs(rows @ pressure - settled[numbers])
+        allowed = max(ROWS, SLACK * self.rtol) * (np.abs(rows) @ np.abs(pressure))
+        if len(bad := np.nonzero(~(error <= allowed))[0]):
+            yield (
+                f"the ground under cell {numbers[bad[0]]} settles by {error[bad[0]]:.1e} more or "
+                "less than the operator says; likely cause: a symmetry the cells do not have"
+            )

@@ -1,0 +1,107 @@
+"""Limits of threads that belong to the whole process, asked for by any number of its threads.
+
+Those of OpenBLAS and of numba's set-up are one for all threads: where calls overlap, the first
+to end would lift the limits of the others, and the last would restore what it has found, the limit
+of another. Here the least limit asked for holds until nobody asks for one.
+"""
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from typing import Literal
+
+import numba
+import threadpoolctl
+from threadpoolctl import ThreadpoolController
+
+
+class SharedLimit:
+    """A limit that several threads ask for, in contexts; ``apply`` sets it, None lifts it."""
+
+    def __init__(self, apply: Callable[[int | None], None]) -> None:
+        self._apply = apply
+        self._wanted: list[int] = []
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def __call__(self, threads: int) -> Iterator[None]:
+        self._change(self._wanted.append, threads)
+        try:
+            yield
+        finally:
+            self._change(self._wanted.remove, threads)
+
+    def _change(self, change: Callable[[int], None], threads: int) -> None:
+        with self._lock:
+            before = min(self._wanted, default=None)
+            change(threads)
+            after = min(self._wanted, default=None)
+            if after != before:
+                self._apply(after)
+
+
+class _Blas:
+    """The libraries found, and the thread that holds their limit."""
+
+    modules = 0
+    libraries: ThreadpoolController
+    held: ExitStack | None = None
+    holder: ThreadPoolExecutor
+
+
+def _limit_blas(threads: int | None) -> None:
+    # threadpoolctl lets only the thread that has limited OpenBLAS change that, and with the
+    # others nothing happens: one of our own may end before the limit does
+    if _Blas.held is None:
+        _Blas.holder = ThreadPoolExecutor(1)
+    else:
+        _Blas.holder.submit(_Blas.held.close).result()
+    if threads is None:
+        _Blas.held = None
+        _Blas.holder.shutdown()
+    else:
+        _Blas.held = _Blas.holder.submit(_hold_blas, threads).result()
+
+
+def _hold_blas(threads: int) -> ExitStack:
+    openblas = getattr(threadpoolctl, "OpenBLASController", None)
+    if clear := getattr(openblas, "clear_controlling_thread", None):  # recent versions
+        clear(force=True)  # whoever has limited it for good
+    held = ExitStack()
+    held.enter_context(_libraries().limit(limits=threads, user_api="blas"))
+    return held
+
+
+def _libraries() -> ThreadpoolController:
+    if _Blas.modules != len(sys.modules):  # an import may have brought a library
+        _Blas.modules, _Blas.libraries = len(sys.modules), ThreadpoolController()
+    return _Blas.libraries
+
+
+def _limit_numba(threads: int | None, known: int = numba.config.NUMBA_NUM_THREADS) -> None:
+    numba.config.NUMBA_NUM_THREADS = known if threads is None else min(threads, known)
+
+
+_blas, _numba = SharedLimit(_limit_blas), SharedLimit(_limit_numba)
+
+
+@contextmanager
+def limited_threads(threads: int, what: Literal["blas", "all"] = "all") -> Iterator[None]:
+    """At most so many threads of BLAS, or of BLAS, OpenMP and numba, for what is called inside.
+
+    Other threads of the process may be limited as well while it lasts.
+    """
+    with ExitStack() as stack:
+        if what == "all":
+            # of this thread; the first call starts those of numba, in full number
+            mask = numba.get_num_threads()
+            stack.callback(numba.set_num_threads, mask)
+            numba.set_num_threads(min(threads, mask))
+            stack.enter_context(_numba(threads))
+        stack.enter_context(_blas(threads))
+        # of libraries that have a limit for each thread
+        api = "blas" if what == "blas" else None
+        stack.enter_context(_Blas.libraries.limit(limits=threads, user_api=api))
+        yield

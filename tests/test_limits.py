@@ -1,0 +1,65 @@
+"""Limits of threads of the whole process."""
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numba
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from skfem_dual.kernels.limits import SharedLimit, limited_threads
+
+
+def blas():
+    return sorted(lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas")
+
+
+def test_the_least_limit_holds_until_nobody_asks_for_one():
+    applied = []
+    limit = SharedLimit(applied.append)
+    first, second, third = limit(3), limit(1), limit(2)
+    first.__enter__()
+    second.__enter__()
+    third.__enter__()
+    second.__exit__(None, None, None)
+    first.__exit__(None, None, None)
+    third.__exit__(None, None, None)
+    assert applied == [3, 1, 2, None]
+
+
+@pytest.mark.parametrize("what", ["blas", "all"])
+def test_overlapping_calls_of_threads(what):
+    """The first to end does not lift the limit of the other, and the last lifts all."""
+    before = blas(), numba.config.NUMBA_NUM_THREADS
+    inside, first_has_ended = threading.Barrier(2, timeout=10), threading.Event()
+
+    def work(number):
+        with limited_threads(1, what):
+            inside.wait()
+            if number:
+                assert first_has_ended.wait(timeout=10)
+            seen = set(blas())
+        if not number:
+            first_has_ended.set()
+        return seen
+
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(work, range(2))) == [{1}, {1}]
+    assert (blas(), numba.config.NUMBA_NUM_THREADS) == before
+
+
+def test_limits_of_another_thread_that_never_lifts_them():
+    """OpenBLAS obeys the thread that has limited it, and nobody else."""
+    before = blas()
+    forever = threadpool_limits(2, "blas")
+    try:
+        with ThreadPoolExecutor(1) as pool:
+
+            def work():
+                with limited_threads(1, "blas"):
+                    return set(blas())
+
+            assert pool.submit(work).result() == {1}
+    finally:
+        forever.restore_original_limits()
+    assert blas() == before

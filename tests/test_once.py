@@ -1,0 +1,116 @@
+"""Attributes that are computed once, whatever threads ask for them."""
+
+import pickle
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from threading import Barrier
+
+import pytest
+
+from skfem_dual.kernels.once import _Held, computed_once
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Properties that count how often they are computed."""
+
+    size: float
+    counts: list
+
+    @computed_once
+    def area(self):
+        self.counts.append("area")
+        time.sleep(0.01)
+        return self.half + self.half
+
+    @computed_once
+    def half(self):
+        self.counts.append("half")
+        time.sleep(0.01)
+        return object() if self.size < 0 else self.size**2 / 2
+
+    @computed_once
+    def twice(self):
+        time.sleep(0.01)
+        return 2 * self.area
+
+
+class Special(Plan):
+    @computed_once
+    def half(self):
+        return 1.0
+
+
+def at_once(n, work):
+    """Answers of n threads that begin together."""
+    gate = Barrier(n)
+
+    def begin(i):
+        gate.wait(timeout=10)
+        return work(i)
+
+    with ThreadPoolExecutor(n) as pool:
+        return list(pool.map(begin, range(n)))
+
+
+def test_computed_once_by_many_threads():
+    plan = Plan(2.0, [])
+    found = at_once(8, lambda i: (plan.area, plan.half, plan.twice)[i % 3])
+    assert found == [(4.0, 2.0, 8.0)[i % 3] for i in range(8)]
+    assert sorted(plan.counts) == ["area", "half"]
+    assert not _Held.locks
+
+
+def test_threads_wait_for_the_same_property_of_the_same_object_only():
+    """While one thread computes, others take what they need from other objects."""
+    first, second = Plan(1.0, []), Plan(2.0, [])
+    gate = Barrier(2)
+
+    class Met(Plan):
+        @computed_once
+        def half(self):
+            gate.wait(timeout=10)  # both are inside, or this fails
+            return 0.5
+
+    first, second = Met(1.0, []), Met(2.0, [])
+    assert at_once(2, lambda i: (first, second)[i].area) == [1.0, 1.0]
+
+
+def test_pools_inside_a_property_may_use_others_of_the_object():
+    class Pooled(Plan):
+        @computed_once
+        def area(self):
+            with ThreadPoolExecutor(2) as pool:
+                return sum(pool.map(lambda _: self.half, range(2)))
+
+    assert Pooled(2.0, []).area == 4.0
+
+
+def test_frozen_pickled_and_inherited():
+    plan = Special(3.0, [])
+    assert plan.area == 2.0
+    again = pickle.loads(pickle.dumps(plan))
+    assert again.__dict__["area"] == 2.0
+    assert again == plan
+    assert isinstance(Plan.area, cached_property)
+
+
+def test_an_error_is_nothing_computed():
+    class Failing:
+        calls = 0
+
+        @computed_once
+        def value(self):
+            type(self).calls += 1
+            if self.calls < 3:
+                raise ValueError("not yet")
+            return self.calls
+
+    failing = Failing()
+    for _ in range(2):
+        with pytest.raises(ValueError, match="not yet"):
+            failing.value  # noqa: B018
+    assert failing.value == failing.value == 3
+    assert not _Held.locks

@@ -1,0 +1,91 @@
+"""Imposed settlements: without contact, with the reaction elsewhere, and impossible ones."""
+
+import numpy as np
+import pytest
+from plans import disc, rectangle
+
+from skfem_dual import Cone, DualMesh, HalfSpace, Paraboloid, RigidPunch
+
+SOIL = HalfSpace(1.0, 0.3)
+PLANS = {"disc": disc(2), "rectangle": rectangle(8, 1.0, 0.5)}
+BASES = {name: DualMesh.from_mesh(mesh).basis() for name, mesh in PLANS.items()}
+
+
+@pytest.mark.parametrize("method", ["auto", "active-set", "cg"])
+@pytest.mark.parametrize("gap", [None, Paraboloid(1.0), Cone(0.3)])
+@pytest.mark.parametrize("at", [(0.0, 0.0), (0.2, 0.1)])
+def test_no_contact_is_an_answer(method, gap, at):
+    solution = RigidPunch(SOIL, BASES["disc"], gap=gap).solve(
+        settlement=-1e-3, at=at, method=method
+    )
+    assert solution.success
+    assert solution.message == "no contact"
+    assert not solution.pressure.any()
+    assert solution.settlement == -1e-3
+    assert (solution.tilt == 0).all()
+    assert (solution.gap >= 1e-3 - 1e-15).all()
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("settlement", [1e-3, 3e-3, 0.01, 0.03])
+@pytest.mark.parametrize("at", [(0.03, -0.02), (0.02, 0.01)])
+def test_pressed_less_than_a_cell(settlement, at):
+    """The punch turns away from the ground, or a few cells bear it: gaps and loads tell."""
+    of = RigidPunch(SOIL, BASES["rectangle"], gap=Paraboloid(1.0))
+    solution = of.solve(settlement=settlement, at=at)
+    assert solution.success
+    assert solution.settlement == pytest.approx(settlement, rel=1e-12)
+    x = of.collocation_points
+    gap = of.initial_gap - solution.punch_displacement(x) + of.matrix @ solution.pressure
+    assert gap.min() > -1e-12
+    assert np.abs(gap[solution.pressure > 0]).max(initial=0.0) < 1e-12
+    if solution.force > 0:
+        assert solution.centre_of_pressure == pytest.approx(at, abs=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("method", ["auto", "cg"])
+@pytest.mark.parametrize("seed", range(6))
+def test_settlements_that_some_force_causes_are_found(seed, method):
+    """Take the settlement from a solution under a force: the force is found again."""
+    rng = np.random.default_rng(seed)
+    for gap in (None, Paraboloid(rng.uniform(0.5, 4)), Cone(rng.uniform(0.1, 0.5))):
+        for basis in BASES.values():
+            force, at = rng.uniform(0.1, 2.0), rng.uniform(-0.35, 0.35, 2)
+            origin = rng.uniform(-1, 1, 2)
+            given = RigidPunch(SOIL, basis, gap=gap).solve(force, tuple(at))
+            level = given.settlement + given.tilt @ origin
+            of = RigidPunch(SOIL, basis, gap=gap, origin=tuple(origin))
+            found = of.solve(settlement=level, at=tuple(at - origin), method=method)
+            assert found.success
+            assert found.settlement == pytest.approx(level, rel=1e-9, abs=1e-12)
+            if found.force == 0 and level < 0:
+                assert found.message == "no contact"  # the other answer there is
+                continue
+            assert found.centre_of_pressure == pytest.approx(at - origin, abs=1e-6)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6])
+def test_reactions_beside_the_plan_are_refused(unit):
+    mesh = rectangle(8).scaled(unit)
+    of = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), origin=(1.2 * unit, 0.0))
+    with pytest.raises(ValueError, match="outside the convex hull") as told:
+        of.solve(settlement=unit)
+    # the outermost pressures act a little inside the edge at 1
+    distance = float(str(told.value).split("more than ")[1].split()[0]) / unit
+    assert 0.2 < distance < 0.2 + 2 / 8
+    assert of.solve(settlement=unit, at=(-1.2 * unit, 0.0)).success
+    # with tension, and with the tilt given, there is an answer
+    assert of.solve(settlement=unit, unilateral=False).success
+    assert of.solve(settlement=unit, tilt=(0.0, 0.0)).success
+
+
+def test_reactions_with_moments():
+    """Moments move the reaction: towards the plan there is an answer, away from it none."""
+    of = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(8)).basis(), origin=(1.2, 0.0))
+    solution = of.solve(settlement=1.0, moments=(1.0, 0.0))
+    assert solution.success
+    assert solution.resultant[1] == pytest.approx(-1.0)
+    assert solution.resultant[2] == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(ValueError, match="from the origin and moments, outside"):
+        of.solve(settlement=1.0, moments=(-1.0, 0.0))

@@ -1,0 +1,143 @@
+"""One punch, many threads: the answers are those of one thread, bit by bit."""
+
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import numpy as np
+import pytest
+from plans import disc
+
+from skfem_dual import DualMesh, HalfSpace, LayeredHalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual.ground.layered import Layer
+from skfem_dual.sweeps.run import sweep
+
+SOIL = HalfSpace(1.0, 0.25)
+THREADS = 8
+
+
+def plain():
+    return RigidPunch(SOIL, DualMesh.from_mesh(disc(3)).basis())
+
+
+def symmetric():
+    return RigidPunch(SOIL, DualMesh.from_mesh(disc(3)).basis(), symmetry="auto")
+
+
+def layered():
+    ground = LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], "bonded")
+    return RigidPunch(ground, DualMesh.from_mesh(disc(2)).primal_basis())
+
+
+def shaped():
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    return RigidPunch(SOIL, basis, gap=Paraboloid(2.0))
+
+
+def to_a_tolerance():
+    return RigidPunch(SOIL, DualMesh.from_mesh(disc(3)).basis(), rtol=1e-5)
+
+
+def pair():
+    mesh = disc(2)
+    return RigidPunches(
+        [
+            RigidPunch(
+                SOIL, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0.0)
+            )
+            for x in (-1.3, 1.3)
+        ]
+    )
+
+
+LOADS = [
+    dict(force=1.0, at=(0.1, 0.0)),
+    dict(force=1.0, at=(0.3, 0.2), unilateral=False),
+    dict(force=1.0, at=(0.5, 0.1), method="active-set"),
+    dict(force=1.0, at=(0.5, 0.2), method="cg", gap_rtol=1e-6),
+    dict(force=2.0, at=(0.6, 0.0)),
+]
+PUNCHES = {
+    "plain": (plain, LOADS),
+    "symmetric": (symmetric, LOADS),
+    "layered": (layered, LOADS),
+    "shaped": (shaped, [dict(load, force=0.3) for load in LOADS if "unilateral" not in load]),
+    "to a tolerance": (to_a_tolerance, LOADS),
+    "pair": (pair, [dict(loads=[{"force": 1.0}, {"force": 2.0, "at": (e, 0)}]) for e in (0, 0.6)]),
+}
+
+
+def bits(solution):
+    parts = getattr(solution, "solutions", (solution,))
+    assert all(part.success for part in parts)
+    return [
+        (part.pressure.tobytes(), part.settlement, part.tilt.tobytes(), part.gap.tobytes())
+        for part in parts
+    ]
+
+
+def rounds_at_once(name, rounds):
+    make, loads = PUNCHES[name]
+    serial = [bits(make().solve(**load)) for load in loads]
+    punch = make()
+    for number in range(rounds):
+        if number % 25 == 24:  # what is computed once is asked for by all at a time
+            punch = make()
+        gate = Barrier(THREADS)
+
+        def work(i, punch=punch, gate=gate, number=number):
+            gate.wait(timeout=60)
+            which = (i + number) % len(loads)
+            return which, bits(punch.solve(**loads[which]))
+
+        with ThreadPoolExecutor(THREADS) as pool:
+            for which, found in pool.map(work, range(THREADS)):
+                assert found == serial[which]
+
+
+@pytest.mark.parametrize("name", PUNCHES)
+def test_answers_do_not_depend_on_threads(name):
+    rounds_at_once(name, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PUNCHES)
+def test_answers_do_not_depend_on_threads_in_500_rounds(name):
+    rounds_at_once(name, 500)
+
+
+def test_a_sweep_over_threads():
+    punch = plain()
+    loads = [dict(force=1.0, at=(e, 0.0)) for e in np.linspace(0, 0.6, 24)]
+    with ThreadPoolExecutor(THREADS) as pool:
+        found = sweep(plain().solve, loads, pool)
+    for load, solution in zip(loads, found.results, strict=True):
+        assert bits(solution) == bits(punch.solve(**load))
+
+
+def test_solutions_are_shared():
+    """What a solution computes when it is asked, and the grids below it."""
+    solution = plain().solve(1.0, at=(0.6, 0.0))
+    alone = plain().solve(1.0, at=(0.6, 0.0))
+    x = np.array([[0.0, 0.4, 1.5], [0.0, 0.3, 0.1]])
+
+    def ask(one):
+        region = one.contact_region
+        basis = one.punch.basis
+        return [
+            *map(np.ndarray.tobytes, (region.level, one.displacement(x), one.pressure_at(x))),
+            region.area,
+            one.nodal_pressure()[1].tobytes(),
+            basis.doflocs.tobytes(),
+            basis.dx.tobytes(),
+            np.asarray(basis.basis[0][0]).tobytes(),
+        ]
+
+    gate = Barrier(THREADS)
+
+    def work(_):
+        gate.wait(timeout=60)
+        return ask(solution)
+
+    expected = ask(alone)
+    with ThreadPoolExecutor(THREADS) as pool:
+        assert all(found == expected for found in pool.map(work, range(THREADS)))
