@@ -38,6 +38,7 @@ from .problem import ContactProblem
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
 from .unilateral import CellForces
+from .verify import Verification
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
@@ -311,6 +312,9 @@ class ElasticPunch(Body):
                 contact, position = system.unilateral(constraints, chosen, pressures, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
+            rtol = 0.0 if self.rtol is None else self.rtol
+            verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
+            contact = verify(contact, position)
         bent = lifted - self.compliance.displacements(self.loads @ contact.pressure)
         timings = self.timings | {"solution": perf_counter() - begin}
         return ElasticSolution.from_contact(self, f, bent, position, contact, timings)
