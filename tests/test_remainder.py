@@ -114,13 +114,13 @@ def test_rotated_plans_have_the_same_matrix(name, kind, angle):
     turns = np.eye(2), np.array([[c, -s], [s, c]])
     punches = [RigidPunch(GROUNDS[name], basis(turn)) for turn in turns]
     plain, turned = (punch.matrix for punch in punches)
-    assert np.abs(turned - plain).max() < 1e-10 * np.abs(plain).max()
+    assert np.abs(turned - plain).max() < 5e-10 * np.abs(plain).max()
     load = np.array([0.3, 0.1])
     first, second = (
         punch.solve(1.0, at=tuple(turn @ load)) for punch, turn in zip(punches, turns, strict=True)
     )
     assert second.settlement == pytest.approx(first.settlement, rel=1e-10)
-    assert second.pressure == pytest.approx(first.pressure, abs=3e-9 * first.pressure.max())
+    assert second.pressure == pytest.approx(first.pressure, abs=1e-8 * first.pressure.max())
 
 
 @pytest.mark.parametrize("name", GROUNDS)

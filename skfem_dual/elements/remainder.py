@@ -25,7 +25,7 @@ from .moments import load_moments, reach_of
 from .pieces import Pieces
 
 #: degrees of the clouds of exact entries, and the radii of their cells from which on they serve
-CLOUDS = {12: 4.0, 10: 5.0, 8: 7.0, 6: 11.0, 5: 17.0, 4: 32.0}
+CLOUDS = {10: 5.0, 8: 7.0, 6: 11.0, 5: 17.0, 4: 32.0}
 #: Gauss points on each side of the foot of the perpendicular on a rib
 POINTS = 8
 #: cells whose clouds are made at a time, and that are looked at together

@@ -30,7 +30,7 @@ CUTOFF = 150.0
 PANELS = 3
 #: a table over r^2 has 2 to the power of BITS panels in an octave, each of degree SQUARES; the
 #: bits of a double below its panel are SHIFT, those of an exponent of 1 are ONE
-BITS, SQUARES = 5, 4
+BITS, SQUARES = 6, 4
 SHIFT, ONE = 52 - BITS, 1023 << 52
 #: rule on [-1, 1]
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
