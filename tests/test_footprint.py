@@ -59,7 +59,7 @@ def test_answers_need_cells_only():
         cells = Footprint.from_basis(SOIL, basis, punch.edge, origin=punch.origin)
         other = pressures(cells, solution.pressure, solution.gap)
         x = np.random.default_rng(0).uniform(-1.5, 1.5, (2, 50))
-        assert np.array_equal(other.displacement(x), solution.displacement(x))
+        assert np.array_equal(other.ground_displacement(x), solution.displacement(x))
         assert np.array_equal(other.pressure_at(x), solution.pressure_at(x))
         assert np.array_equal(other.nodal_pressure()[1], solution.nodal_pressure()[1])
         assert other.contact_area == solution.contact_area
@@ -114,3 +114,17 @@ def test_bad_footprints(options, message):
         Footprint.from_basis(SOIL, basis, **options)
     with pytest.raises(TypeError, match="expected a substrate"):
         Footprint.from_basis(HalfSpace, basis)
+
+
+def test_points_in_any_byte_order_and_lists_of_them():
+    punch = RigidPunch(HalfSpace(1.0, 0.25), DualMesh.from_mesh(disc(3)).basis())
+    x = np.random.default_rng(0).uniform(-1, 1, (2, 5))
+    matrix = punch.influence(x)
+    for same in (x.astype(">f8"), x.tolist(), np.asfortranarray(x), [tuple(row) for row in x]):
+        np.testing.assert_array_equal(punch.influence(same), matrix)
+        q = np.ones(len(punch.partition))
+        np.testing.assert_array_equal(
+            punch.edge_correction(same).apply(q), punch.edge_correction(x).apply(q)
+        )
+    with pytest.raises(ValueError, match=r"shape \(2, m\), got \(3, 1\)"):
+        punch.influence([[0.0], [0.0], [0.0]])

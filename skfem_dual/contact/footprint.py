@@ -17,7 +17,7 @@ from skfem import CellBasis
 from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import influence_matrix
+from ..elements.influence import as_points, influence_matrix
 from ..elements.resolution import too_coarse
 from ..errors import ResolutionWarning
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
@@ -81,6 +81,7 @@ class LoadedCells:
 
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
+        x = as_points(x)
         matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
         if correction := self.edge_correction(x):
             correction.add_to(matrix)
@@ -90,7 +91,9 @@ class LoadedCells:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
         if self.weights is None:
             return None
-        return EdgeCorrection.from_weights(self.weights, self.substrate.singular_coefficient, x)
+        return EdgeCorrection.from_weights(
+            self.weights, self.substrate.singular_coefficient, as_points(x)
+        )
 
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
         """From the cells to points of shape (2, m), to a tolerance."""
