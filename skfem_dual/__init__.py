@@ -2,6 +2,8 @@
 
 from . import startup as startup  # first, it looks after the other imports
 from .contact.below import displacement_below, stress_below, vertical_section
+from .contact.elastic import ElasticPunch
+from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
 from .contact.group_solution import PunchesSolution
 from .contact.load import Load
@@ -26,6 +28,7 @@ from .grids.extremal import maximal_couple, minimal_couple
 from .grids.general import dual_nodes, general_triangulation
 from .grids.preprocess import PreprocessReport, improve, relocate, repair
 from .grids.rectangles import rectangular_couple
+from .grids.trace import trace
 from .grids.voronoi import delaunay_voronoi
 from .ground.graded import GradedHalfSpace
 from .ground.layered import Layer, LayeredHalfSpace
@@ -51,6 +54,8 @@ __all__ = [
     "DualMesh",
     "DualReport",
     "EdgeCoefficient",
+    "ElasticPunch",
+    "ElasticSolution",
     "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
@@ -104,6 +109,7 @@ __all__ = [
     "smooth_couple",
     "stress_below",
     "sweep",
+    "trace",
     "transfer",
     "vertical_section",
 ]

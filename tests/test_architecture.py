@@ -38,6 +38,7 @@ LAYERS = [
         "grids.extremal",
         "grids.voronoi",
         "grids.duality",
+        "grids.trace",
     ],
     [
         "kernels.disk",
@@ -64,6 +65,7 @@ LAYERS = [
         "elements.overlaps",
         "elements.shape_functions",
         "elements.load_matrix",
+        "elements.point_values",
         "elements.transfer",
         "elements.flexible",
         "elements.stresses",
@@ -83,6 +85,8 @@ LAYERS = [
         "operators.factors",
         "operators.preconditioner",
         "operators.iterative",
+        "operators.compliance",
+        "operators.yielding",
         "operators.representations",
         "operators.symmetry",
         "operators.symmetric_matrix",
@@ -106,6 +110,8 @@ LAYERS = [
         "contact.group_solution",
         "contact.group",
         "contact.refine",
+        "contact.elastic_solution",
+        "contact.elastic",
     ],
     [
         "post.functional",

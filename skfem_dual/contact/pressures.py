@@ -94,7 +94,7 @@ class CellPressures(ABC):
         area = self.contact_area
         return self.force / area if area > 0 else 0.0
 
-    def displacement(self, x: ArrayLike) -> ndarray:
+    def ground_displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at any points of its surface.
 
         Parameters

@@ -346,7 +346,7 @@ class RigidPunch(Body):
             ),
             iterations=len(contact.history),
             success=contact.success,
-            message=contact.message or _describe(contact),
+            message=contact.message or contact.description,
             timings=self.timings | timings,
             others=others,
         )
@@ -362,13 +362,3 @@ class RigidPunch(Body):
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
-
-
-def _describe(contact: Contact) -> str:
-    touching, pulled = contact.touching, int(np.sum(contact.pressure < 0))
-    if not touching.any():
-        return "no contact"
-    if not touching.all():
-        return f"contact on {touching.sum()} of {len(touching)} cells"
-    also = f"; the ground would have to pull on {pulled} cells" if pulled else ""
-    return "full contact" + also

@@ -65,6 +65,10 @@ class PunchSolution(CellPressures):
         """Condition number of the matrix in the 2-norm; computed when asked for."""
         return self.punch.condition_number
 
+    def displacement(self, x: ArrayLike) -> ndarray:
+        """Settlement of the ground at points of shape (2, ...), under the punch or beside it."""
+        return self.ground_displacement(x)
+
     def punch_displacement(self, x: ArrayLike) -> ndarray:
         """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...)."""
         x, shape = flat_points(x)

@@ -11,7 +11,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg
@@ -24,6 +24,7 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
 from ..operators.symmetric_matrix import SymmetricMatrix
+from ..operators.yielding import YieldingOperator
 from .load import Constraints, checked_fraction
 from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
 
@@ -42,9 +43,9 @@ class ContactSystem:
 
     Attributes
     ----------
-    matrix : (n, n) array of float, SymmetricMatrix or InfluenceOperator
+    matrix : (n, n) array of float, SymmetricMatrix, InfluenceOperator or YieldingOperator
         Settlement of each collocation point under unit pressure on each cell. The first two
-        are factorised, an operator only multiplied by.
+        are factorised, operators only multiplied by.
     planes : (m, n) array of float
         Settlement of the collocation points by each component of the position.
     resultants : (m, n) array of float
@@ -57,7 +58,7 @@ class ContactSystem:
         Takes the seconds of the factorisation.
     """
 
-    matrix: ndarray | SymmetricMatrix | InfluenceOperator
+    matrix: ndarray | SymmetricMatrix | InfluenceOperator | YieldingOperator
     planes: ndarray
     resultants: ndarray
     gap: ndarray
@@ -71,12 +72,19 @@ class ContactSystem:
             return scipy.linalg.lu_factor(self.matrix)
 
     @cached_property
-    def preconditioner(self) -> Preconditioner:
+    def preconditioner(self) -> Any:
         """Approximate inverse of the matrix, if that is an operator."""
-        if not isinstance(self.matrix, InfluenceOperator):
-            raise TypeError("expected an operator, got a matrix, which is factorised")
         with timed(self.timings, "preconditioner"):
-            return Preconditioner.from_operator(self.matrix)
+            if isinstance(self.matrix, YieldingOperator):
+                return self.matrix.preconditioner
+            if isinstance(self.matrix, InfluenceOperator):
+                return Preconditioner.from_operator(self.matrix)
+        raise TypeError("expected an operator, got a matrix, which is factorised")
+
+    @property
+    def _dense(self) -> bool:
+        """Whether the matrix can be factorised."""
+        return isinstance(self.matrix, (np.ndarray, SymmetricMatrix))
 
     @property
     def unit_pressures(self) -> ndarray:
@@ -224,8 +232,7 @@ class ContactSystem:
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
-        dense = not isinstance(self.matrix, InfluenceOperator)
-        if not dense and (method == "active-set" or not constraints.conjugate):
+        if not self._dense and (method == "active-set" or not constraints.conjugate):
             raise ValueError(
                 f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
                 'Remedy: method="cg" with a settlement imposed where the reaction acts, or a '
@@ -246,8 +253,7 @@ class ContactSystem:
         n = len(self.areas)
         if method == "active-set" or not conjugate:
             return active_set(problem, _beginning(start, n))
-        dense = not isinstance(self.matrix, InfluenceOperator)
-        if not (method == "auto" and dense and n <= POLISHED):
+        if not (method == "auto" and self._dense and n <= POLISHED):
             return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
         rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
         polished = active_set(problem, _beginning(rough.pressure if rough.success else start, n))

@@ -102,6 +102,17 @@ class Contact:
         """Largest distance between ground and punch in contact, or overlap elsewhere."""
         return float(np.where(self.touching, np.abs(self.gap), -self.gap).max().clip(0))
 
+    @property
+    def description(self) -> str:
+        """What the contact is, in words."""
+        touching, pulled = self.touching, int(np.sum(self.pressure < 0))
+        if not touching.any():
+            return "no contact"
+        if not touching.all():
+            return f"contact on {touching.sum()} of {len(touching)} cells"
+        also = f"; the ground would have to pull on {pulled} cells" if pulled else ""
+        return "full contact" + also
+
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
     """Primal-dual active set for a dense matrix.

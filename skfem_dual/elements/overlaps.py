@@ -15,6 +15,8 @@ from ..kernels.compiled import compiled, inputs
 
 #: distances that count as zero, over the size of a triangle
 ROUNDING = 1e-12
+#: circles that touch meet, whatever the rounding
+MORE = 1 + 1e-9
 #: pairs clipped at a time
 CHUNK = 2**18
 
@@ -56,8 +58,8 @@ def overlaps(triangles: ndarray, cells: ndarray) -> Overlaps:
         Vertices of convex triangles (k = 3) or quadrilaterals (k = 4) in either sense.
     """
     middle = triangles.mean(axis=(1, 2))[:, None, None]
-    triangles, cells = triangles - middle, _ordered(cells - middle)
-    at, beside = _neighbours(triangles, cells)
+    triangles, cells = triangles - middle, ordered(cells - middle)
+    at, beside = neighbours(triangles, cells)
     parts = []
     for start in range(0, len(at), CHUNK):
         i, j = at[start : start + CHUNK], beside[start : start + CHUNK]
@@ -75,14 +77,14 @@ def overlaps(triangles: ndarray, cells: ndarray) -> Overlaps:
     return Overlaps(first[order], second[order], vertices[..., order])
 
 
-def _ordered(cells: ndarray) -> ndarray:
-    """Vertices counter-clockwise."""
+def ordered(cells: ndarray) -> ndarray:
+    """Convex cells with their vertices counter-clockwise."""
     arm = cells - cells.mean(axis=1, keepdims=True)
     order = np.argsort(np.arctan2(arm[1], arm[0]), axis=0)
     return np.take_along_axis(cells, order[None], axis=1)
 
 
-def _neighbours(triangles: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
+def neighbours(triangles: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
     """Pairs of triangles and cells whose circles around their middles meet."""
     (x, r), (y, s) = _circles(triangles), _circles(cells)
     found = [np.empty((2, 0), dtype=np.int64)]
@@ -90,10 +92,10 @@ def _neighbours(triangles: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
     for each in np.unique(size):  # cells of about one size at a time
         members = np.nonzero(size == each)[0]
         tree = cKDTree(y[:, members].T)
-        near = tree.query_ball_point(x.T, r + s[members].max(), workers=-1)
+        near = tree.query_ball_point(x.T, MORE * (r + s[members].max()), workers=-1)
         at = np.repeat(np.arange(len(near)), [len(beside) for beside in near])
         beside = members[np.concatenate([*near, np.empty(0)]).astype(np.int64)]
-        meet = np.hypot(*(x[:, at] - y[:, beside])) < r[at] + s[beside]
+        meet = np.hypot(*(x[:, at] - y[:, beside])) <= MORE * (r[at] + s[beside])
         found.append(np.stack([at[meet], beside[meet]]))
     at, beside = np.hstack(found)
     return at, beside

@@ -5,6 +5,7 @@ its residuals are those of the equations.
 """
 
 from dataclasses import dataclass
+from typing import Protocol, cast
 
 import numpy as np
 from numpy import ndarray
@@ -20,6 +21,19 @@ from .preconditioner import Preconditioner
 RESTART = 60
 #: iterations in all
 MOST = 300
+
+
+class Product(Protocol):
+    """What multiplies vectors: an operator, or an approximate inverse of one."""
+
+    def __matmul__(self, q: ndarray, /) -> ndarray: ...
+
+
+class Operator(Product, Protocol):
+    """A square matrix that need not be formed."""
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,18 +62,18 @@ class IterativeSolution:
 
 
 def solve_many(
-    operator: InfluenceOperator,
+    operator: Operator,
     rhs: ndarray,
     rtol: float = RTOL,
     progress: bool = False,
     *,
-    preconditioner: Preconditioner | None = None,
+    preconditioner: Product | None = None,
 ) -> IterativeSolution:
     """Pressures under which the collocation points settle as given.
 
     Parameters
     ----------
-    operator : InfluenceOperator
+    operator : InfluenceOperator or YieldingOperator
         From cells to the collocation point of each.
     rhs : (n, k) array of float
         Settlements, positive into the ground; each column is one problem.
@@ -68,7 +82,8 @@ def solve_many(
     progress : bool
         Whether to show a progress bar.
     preconditioner : Preconditioner, optional
-        Of an earlier solution with the same cells.
+        Approximate inverse, as of an earlier solution with the same cells; by default that of
+        an `InfluenceOperator`.
 
     Returns
     -------
@@ -94,10 +109,13 @@ def solve_many(
     >>> print(f"{force:.2f}")  # exact for the circle: 2
     2.00
     """
-    checked_instance("operator", operator, InfluenceOperator)
     rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column")
     rtol = checked_number("rtol", rtol, above=0, below=1)
-    inverse = Preconditioner.from_operator(operator) if preconditioner is None else preconditioner
+    inverse = preconditioner
+    if inverse is None:
+        remedy = "give a preconditioner of it"
+        checked_instance("operator", operator, InfluenceOperator, remedy)
+        inverse = Preconditioner.from_operator(cast(InfluenceOperator, operator))
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
@@ -119,7 +137,7 @@ def solve_many(
 
 
 def _gmres(
-    operator: InfluenceOperator, inverse: Preconditioner, b: ndarray, rtol: float, bar: tqdm
+    operator: Operator, inverse: Product, b: ndarray, rtol: float, bar: tqdm
 ) -> tuple[ndarray, tuple[float, ...]]:
     """The solution for one right-hand side, and its relative residuals."""
     scale = float(np.linalg.norm(b))

@@ -1,0 +1,417 @@
+"""Structures that bend on the ground: any stiffness assembled with scikit-fem.
+
+A structure under the loads f and the pressures p of the ground deflects by
+``w = C (f - L p) + Z y``: C is a generalised inverse of its stiffness, L the work of the pressures
+by the law inside the cells, Z its motions without resistance. With its deflections T w in the
+collocation points the gap to the ground and the balance of the motions,
+
+    g = A p + g0 - T w = (A + T C L) p + (g0 - T C f) - T Z y,        Z' L p = Z' f,
+
+are the equations of a rigid punch with another matrix: `ContactSystem` serves both, and a
+structure too stiff to bend is the rigid punch of the same cells.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+from scipy.sparse import csc_matrix, csr_matrix, issparse
+from skfem import CellBasis, FacetBasis
+from skfem.assembly.basis import AbstractBasis
+
+from ..elements.load_matrix import load_matrix
+from ..elements.point_values import value_matrix
+from ..grids.polygons import readonly, some
+from ..ground.substrates import Substrate
+from ..operators.compliance import Compliance
+from ..operators.yielding import YieldingOperator
+from .elastic_solution import ElasticSolution
+from .footprint import Body, Edge, EdgeBoundaries, Footprint
+from .load import Constraints, Pair
+from .pressures import CellPressures
+from .shapes import Gap, gap_values
+from .system import DENSE, ContactSystem, Method, progress_bars, timed
+from .unilateral import CellForces, ContactProblem
+
+#: deflections of the ground's surface below so many times the largest are none
+AT_REST = 1e-8
+#: work of the loads on a motion that nothing resists, over that of their parts
+BALANCED = 1e-9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ElasticPunch(Body):
+    """A structure that bends, on an elastic substrate, in smooth contact.
+
+    The structure is what scikit-fem has assembled: a stiffness on any basis of deflections, as of
+    plates, or on a vector-valued basis of a solid. Its mesh may be that of the cells or any other
+    that covers them. Its factors and the ground's matrix are computed once and serve any number
+    of loads.
+
+    Parameters
+    ----------
+    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+        The ground.
+    basis : CellwiseBasis or CellBasis
+        Piecewise constants on the plan, the pressures; see `RigidPunch`.
+    structure : CellBasis
+        Of a plate: on a 2-D mesh, deflections positive into the ground. Of a solid: vector-valued
+        on a 3-D mesh whose ``boundary`` is horizontal and has the shape of the plan.
+    stiffness : (N, N) sparse matrix
+        Symmetric, positive semidefinite. Motions without resistance are found; those that the
+        ground does not resist either, as sliding of a solid, must be free of loads or held.
+    boundary : str or array of int, optional
+        Of a solid: the facets that face the ground, by name or number, as scikit-fem takes them.
+    component : int, optional
+        Of a basis of several fields the scalar component that is the deflection; see
+        `load_matrix`. By default the first scalar field of a plate, the outward normal
+        displacement of a solid.
+    D : array of int, DofsView or dict of them, optional
+        DOFs that are held, as in scikit-fem's `condense`; their values are given to `solve`.
+    edge : {"singular", "constant"}, optional
+        How the pressure varies inside the cells at the edge of the plan, see `RigidPunch`.
+        ``"singular"``, the default unless there is a ``gap``, is closer for plates of every
+        stiffness: the pressure under a soft one grows at the edge, too, in a strip as wide as
+        the stiffness carries.
+    edge_boundaries, origin, rtol
+        As of `RigidPunch`.
+    gap : callable, array or (CellBasis, vector), optional
+        Distance of the unloaded structure from the ground (camber), see `RigidPunch`.
+
+    Raises
+    ------
+    TypeError
+        If an argument is of another kind.
+    ValueError
+        If sizes do not agree, the structure does not cover the plan, or the stiffness is not
+        symmetric or not positive semidefinite.
+
+    Examples
+    --------
+    A circular plate on the ground, free to lift off:
+
+    >>> from skfem import BilinearForm, CellBasis, ElementTriMorley, LinearForm, MeshTri
+    >>> from skfem.helpers import dd, ddot, eye, trace
+    >>> from skfem_dual import DualMesh, ElasticPunch, HalfSpace
+    >>> mesh = MeshTri.init_circle(4)
+    >>> plate = CellBasis(mesh, ElementTriMorley())
+    >>> @BilinearForm
+    ... def bending(w, v, _):
+    ...     return 0.01 * ddot(0.8 * dd(w) + 0.2 * eye(trace(dd(w)), 2), dd(v))
+    >>> soil, cells = HalfSpace(young=1.0, poisson=0.0), DualMesh.from_mesh(mesh).basis()
+    >>> raft = ElasticPunch(soil, cells, plate, bending.assemble(plate))
+    >>> f = LinearForm(lambda v, w: (w.x[0] ** 2 + w.x[1] ** 2 < 0.1) * v).assemble(plate)
+    >>> s = raft.solve(f)
+    >>> bool(s.contact_area < 0.9 * 3.14), f"{s.force / f[plate.nodal_dofs[0]].sum():.9f}"
+    (True, '1.000000000')
+    """
+
+    substrate: Substrate
+    basis: CellBasis
+    structure: AbstractBasis
+    stiffness: Any
+    boundary: Any = None
+    component: int | None = None
+    D: Any = None
+    edge: Edge | None = None
+    edge_boundaries: EdgeBoundaries | None = None
+    origin: Pair = (0.0, 0.0)
+    gap: Gap | None = None
+    rtol: float | None = None
+    timings: dict[str, float] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        if self.edge is None:
+            object.__setattr__(self, "edge", "singular" if self.gap is None else "constant")
+        if not isinstance(self.structure, CellBasis):
+            raise TypeError(
+                "expected a CellBasis of deflections or of a solid, got "
+                f"{type(self.structure).__name__}. Remedy: name the facets of a solid by boundary="
+            )
+        solid = self.structure.mesh.dim() == 3
+        if solid == (self.boundary is None):
+            raise ValueError(
+                "expected the boundary of a 3-D solid that faces the ground, boundary=, got none"
+                if solid
+                else "expected a boundary of a 3-D solid only, got one of a plate"
+            )
+        object.__setattr__(self, "origin", self.footprint.origin)
+        # what does not fit is refused now
+        self.compliance  # noqa: B018
+        self.trace  # noqa: B018
+        self.initial_gap  # noqa: B018
+
+    def __getstate__(self) -> dict:
+        """What makes the punch; matrices and factors are computed again."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @cached_property
+    def footprint(self) -> Footprint:
+        """The cells under the structure, with all that pressures and gaps depend on."""
+        return Footprint.from_basis(
+            self.substrate,
+            self.basis,
+            self.edge or "singular",
+            self.edge_boundaries,
+            "centroid",
+            self.origin,
+            self.rtol,
+        )
+
+    @cached_property
+    def contact_basis(self) -> CellBasis | FacetBasis:
+        """The basis of the structure where it faces the ground: its own, or on the facets."""
+        if self.boundary is None:
+            return self.structure
+        return self.structure.boundary(self.boundary)
+
+    @cached_property
+    def compliance(self) -> Compliance:
+        """What the structure yields, and its motions without resistance."""
+        K, n = self.stiffness, self.structure.N
+        if not (issparse(K) or isinstance(K, np.ndarray)):
+            raise TypeError(f"expected a sparse matrix for the stiffness, got {type(K).__name__}")
+        if K.shape != (n, n):
+            raise ValueError(
+                f"expected a stiffness of shape ({n}, {n}) for the {n} DOFs of the structure, "
+                f"got {K.shape}. Remedy: assemble it on the basis given, and name DOFs that are "
+                "held by D= instead of condensing them"
+            )
+        K = csc_matrix(K, dtype=float)
+        if not np.isfinite(K.data).all():
+            raise ValueError("expected a finite stiffness, got entries that are not")
+        with timed(self.timings, "structure"):
+            return Compliance(K, _dofs(self.D, n))
+
+    @cached_property
+    def loads(self) -> csr_matrix:
+        """L, work of unit mean pressure on each cell against deflections, shape (N, n)."""
+        cells = self.footprint
+        matrix = load_matrix(
+            cells.partition, cells.weights, cells.fan, self.contact_basis, component=self.component
+        )
+        return -matrix if self._upward else matrix
+
+    @cached_property
+    def trace(self) -> csr_matrix:
+        """T, deflection of each collocation point, positive into the ground, shape (n, N)."""
+        matrix = value_matrix(self.contact_basis, self.collocation_points, self.component)
+        return -matrix if self._upward else matrix
+
+    @property
+    def _upward(self) -> bool:
+        """Whether pressures work on a displacement out of the ground."""
+        return self.boundary is not None and self.component is None
+
+    @cached_property
+    def motions(self) -> ndarray:
+        """Displacements without resistance of the structure that move it against the ground,
+        shape (N, m): settlement and tilts of a free one."""
+        return self._motions[0]
+
+    @cached_property
+    def _motions(self) -> tuple[ndarray, ndarray]:
+        """Motions that the ground resists, and those that nothing resists."""
+        all_motions = self.compliance.motions
+        _, size, rows = np.linalg.svd(self.trace @ all_motions)
+        count = int(np.sum(size > AT_REST * size.max(initial=0.0)))
+        split = all_motions @ rows.T
+        return readonly(split[:, :count]), readonly(split[:, count:])
+
+    @cached_property
+    def initial_gap(self) -> ndarray:
+        """Gap between the unloaded structure and the ground in the collocation points."""
+        x = self.collocation_points
+        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
+
+    @cached_property
+    def operator(self) -> YieldingOperator:
+        """What ground and structure yield together under unit pressure on each cell."""
+        cells = self.footprint
+        with timed(self.timings, "assembly"):
+            small = cells.rtol is None and len(cells) <= DENSE
+            ground = (
+                self.influence(self.collocation_points)
+                if small
+                else cells.operator(cells.tolerance)
+            )
+        return YieldingOperator(ground, self.compliance, self.trace, self.loads)
+
+    @cached_property
+    def matrix(self) -> ndarray:
+        """The same as an array, by one solution with the structure's factors for each cell."""
+        with timed(self.timings, "matrix"):
+            return self.operator.to_dense()
+
+    def solve(
+        self,
+        f: ArrayLike,
+        *,
+        x: ArrayLike | None = None,
+        unilateral: bool = True,
+        method: Method = "auto",
+        start: CellPressures | None = None,
+        gap_rtol: float = 1e-10,
+        progress: bool = False,
+    ) -> ElasticSolution:
+        """Deflections and pressures under loads.
+
+        Parameters
+        ----------
+        f : (N,) array of float
+            Load vector of the structure, as scikit-fem assembles it: of a plate positive into
+            the ground.
+        x : (N,) array of float, optional
+            Values of the DOFs that are held, as in scikit-fem's `condense`: only those of ``D``
+            count. Zero by default.
+        unilateral : bool
+            Whether the contact region is found: the ground does not pull. If not, all cells stay
+            in contact.
+        method : {"auto", "active-set", "cg"}
+            How it is found: by projected conjugate gradients, which only multiply; or by an
+            active set, for which the structure's part of the matrix is computed, once.
+            ``"auto"`` is ``"cg"``.
+        start : ElasticSolution or PunchSolution, optional
+            A solution nearby to begin with.
+        gap_rtol : float
+            Accuracy of the gaps in contact, over the largest displacement.
+        progress : bool
+            Whether iterations show progress bars.
+
+        Returns
+        -------
+        ElasticSolution
+            With ``success=False`` and a `ConvergenceWarning` if the contact was not found.
+
+        Raises
+        ------
+        ValueError
+            If sizes are wrong, loads are not finite, nothing resists them, or they cannot be
+            balanced without tension.
+        """
+        f, held = self._checked_loads(f, x)
+        begin = perf_counter()
+        lifted = self._lifted(f, held)
+        system = self._system(lifted, dense=method == "active-set")
+        count = self.motions.shape[1]
+        given = self.motions.T @ self._effective(f, held)
+        constraints = Constraints(np.eye(count), np.zeros(count), np.eye(count), given)
+        if unilateral:
+            self._require_compression(system, given)
+        pressures = None if start is None else start.pressures_on(self.footprint)
+        with progress_bars(progress):
+            if unilateral:
+                chosen: Method = "cg" if method == "auto" else method
+                contact, position = system.unilateral(constraints, chosen, pressures, gap_rtol)
+            else:
+                contact, position = system.bilateral(constraints)
+        bent = lifted - self.compliance.displacements(self.loads @ contact.pressure)
+        timings = self.timings | {"solution": perf_counter() - begin}
+        return ElasticSolution.from_contact(self, f, bent, position, contact, timings)
+
+    def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
+        """Solutions under several loads, with the same factors.
+
+        Parameters
+        ----------
+        F : (N, k) array or sequence of (N,) arrays of float
+            Load vectors, the columns of an array.
+        options
+            As of `solve`.
+        """
+        columns = F.T if isinstance(F, np.ndarray) and F.ndim == 2 else F
+        return tuple(self.solve(f, **options) for f in columns)
+
+    def _checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
+        n, vectors = self.structure.N, []
+        for name, value in (("f", f), ("x", np.zeros(n) if x is None else x)):
+            vector = np.asarray(value, dtype=float)
+            if vector.shape != (n,):
+                raise ValueError(
+                    f"expected {name} of shape ({n},), a vector of the structure's basis, got "
+                    f"{vector.shape}"
+                )
+            if not np.isfinite(vector).all():
+                raise ValueError(
+                    f"expected finite {name}; the first that is not: DOF "
+                    f"{np.nonzero(~np.isfinite(vector))[0][0]}"
+                )
+            vectors.append(vector)
+        f, x = vectors
+        held = np.zeros(n)
+        held[self.compliance.fixed] = x[self.compliance.fixed]
+        effective, free = self._effective(f, held), self._motions[1]
+        work = free.T @ effective
+        parts = np.abs(free).T @ np.abs(effective)
+        if len(bad := np.nonzero(np.abs(work) > BALANCED * parts)[0]):
+            dof = int(np.abs(free[:, bad[0]]).argmax())
+            place = ", ".join(f"{c:.4g}" for c in self.structure.doflocs[:, dof])
+            raise ValueError(
+                "expected loads that structure and ground can balance, got loads that do work on "
+                f"{len(bad)} motions that neither resists, the first with its largest "
+                f"displacement in DOF {dof} at ({place}). Remedy: loads without a resultant "
+                "along it, or hold a DOF there, D=; smooth ground resists no sliding"
+            )
+        return f, held
+
+    def _effective(self, f: ndarray, held: ndarray) -> ndarray:
+        """Loads of the free DOFs, of the values of held ones too."""
+        return f - self.compliance.stiffness @ held if held.any() else f
+
+    def _lifted(self, f: ndarray, held: ndarray) -> ndarray:
+        """Displacements under the loads alone, up to the motions."""
+        return self.compliance.displacements(self._effective(f, held)) + held
+
+    def _system(self, lifted: ndarray, dense: bool) -> ContactSystem:
+        return ContactSystem(
+            self.matrix if dense else self.operator,
+            (self.trace @ self.motions).T,
+            self.motions.T @ self.loads,
+            self.initial_gap - self.trace @ lifted,
+            self.partition.areas,
+            self.timings,
+        )
+
+    def _require_compression(self, system: ContactSystem, given: ndarray) -> None:
+        """Refuse loads that would have to be balanced by tension."""
+        n = len(self.partition)
+        problem = ContactProblem(
+            system.matrix, system.areas, system.gap, system.planes, system.resultants, given
+        )
+        if CellForces.from_problem(problem).balanced(np.zeros(n)) is None:
+            raise ValueError(
+                "expected loads that pressures under the plan can balance, got some that would "
+                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
+                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
+            )
+
+    def __repr__(self) -> str:
+        element = type(self.structure.elem).__name__
+        return (
+            f"<skfem_dual ElasticPunch object>\n  Substrate: {self.substrate}\n"
+            f"  Grid: {self.grid_description}\n"
+            f"  Structure: {self.structure.N} DOFs of {element}, {self.motions.shape[1]} motions "
+            "that only the ground resists"
+        )
+
+
+def _dofs(D: Any, n: int) -> ndarray:
+    """DOFs in any form that scikit-fem's `condense` takes."""
+    if D is None:
+        return np.empty(0, dtype=int)
+    if isinstance(D, dict):
+        return np.unique(np.concatenate([_dofs(part, n) for part in D.values()]))
+    if not isinstance(D, np.ndarray) and hasattr(D, "flatten"):
+        D = D.flatten()
+    dofs = np.asarray(D)
+    if dofs.ndim != 1 or not (np.issubdtype(dofs.dtype, np.integer) or dofs.size == 0):
+        raise TypeError(f"expected DOFs as a vector of integers for D, got {D!r}")
+    bad = np.nonzero((dofs < 0) | (dofs >= n))[0]
+    if len(bad):
+        raise ValueError(f"expected DOFs from 0 to {n - 1} for D, got {some(dofs[bad])}")
+    return np.unique(dofs.astype(int))

@@ -1,0 +1,160 @@
+"""Deflections of a structure and the pressures under it: what a solver answers."""
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+from skfem.assembly.basis import AbstractBasis
+
+from ..elements.influence import flat_points
+from ..elements.point_values import value_matrix
+from ..errors import ConvergenceWarning
+from ..grids.polygons import readonly
+from .pressures import CellPressures
+from .solution import TINY
+from .unilateral import Contact
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ElasticSolution(CellPressures):
+    """Pressures under a structure that bends, and its displacements.
+
+    Attributes
+    ----------
+    punch : ElasticPunch
+        The problem solved.
+    f : (N,) array of float
+        The load vector.
+    displacement : (N,) array of float
+        A vector of ``punch.structure``.
+    reactions : (N,) array of float
+        Forces by which DOFs are held, zero elsewhere.
+    pressure : (n,) array of float
+        Mean pressure on each cell, compression positive.
+    gap : (n,) array of float
+        Distance of structure and ground in the collocation points, zero in contact.
+    resultant : (3,) array of float
+        Integrals of ``p``, ``p x`` and ``p y``, from ``punch.origin``.
+    equilibrium_residual : float
+        Largest force on a free DOF that is not balanced, over the largest load, forces in units
+        of the root of the DOF's stiffness.
+    displacement_residual, complementarity_residual, iterations, success, message, timings
+        As of `PunchSolution`.
+    """
+
+    f: ndarray
+    displacement: ndarray
+    reactions: ndarray
+    equilibrium_residual: float
+
+    @classmethod
+    def from_contact(
+        cls,
+        punch: Any,
+        f: ndarray,
+        bent: ndarray,
+        position: ndarray,
+        contact: Contact,
+        timings: dict[str, float],
+    ) -> "ElasticSolution":
+        """The answer, from what the structure has bent, its motions and the contact."""
+        if not contact.success:
+            warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        K, fixed = punch.compliance.stiffness, punch.compliance.fixed
+        pressed = punch.loads @ contact.pressure
+        displacement = bent + punch.motions @ position
+        forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
+        reactions = np.zeros(len(f))
+        reactions[fixed] = forces[fixed]
+        with np.errstate(divide="ignore"):
+            unit = np.where(K.diagonal() > 0, 1 / np.sqrt(np.abs(K.diagonal())), 0.0)
+        free = np.delete(np.arange(len(f)), fixed)
+        largest = max(np.abs(unit * f).max(), np.abs(unit * pressed).max(), TINY)
+        # of the ground: what remains of the gap, less the structure's shape and deflection
+        settled = contact.gap - punch.initial_gap + punch.trace @ displacement
+        scale = max(np.abs(settled).max(), TINY)
+        return cls(
+            punch=punch,
+            f=readonly(f),
+            displacement=readonly(displacement),
+            reactions=readonly(reactions),
+            pressure=readonly(contact.pressure),
+            gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
+            resultant=readonly(punch.footprint.resultant(contact.pressure)),
+            equilibrium_residual=float(np.abs((unit * forces)[free]).max(initial=0.0) / largest),
+            displacement_residual=contact.violation,
+            complementarity_residual=max(contact.pulling, contact.violation / scale),
+            iterations=len(contact.history),
+            success=contact.success,
+            message=contact.message or contact.description,
+            timings=timings,
+        )
+
+    def deflection(self, x: ArrayLike) -> ndarray:
+        """Deflection of the structure at points of the plan, positive into the ground.
+
+        Parameters
+        ----------
+        x : (2, ...) array of float
+            Points in any shape; of a solid those of its boundary above the ground.
+
+        Returns
+        -------
+        (...) array of float
+
+        Raises
+        ------
+        ValueError
+            If a point lies beside the structure.
+        """
+        punch = self.punch
+        points, shape = flat_points(x)
+        values = value_matrix(punch.contact_basis, points, punch.component) @ self.displacement
+        return (-values if punch._upward else values).reshape(shape)
+
+    def load_vector(self, basis: AbstractBasis | None = None, **options: Any) -> ndarray:
+        """The pressure as a load on finite elements, those of the structure by default.
+
+        Parameters
+        ----------
+        basis, options
+            As of `PunchSolution.load_vector`.
+
+        Returns
+        -------
+        (N,) array of float
+            Integrals of ``p v``; of a solid those of the traction ``-p n . v``. A plate is in
+            equilibrium with ``f`` minus this load, a solid with ``f`` plus this load.
+        """
+        if basis is not None:
+            return super().load_vector(basis, **options)
+        pressed = self.punch.loads @ self.pressure
+        return -pressed if self.punch._upward else pressed
+
+    def table(self) -> dict[str, str]:
+        """Rows of ``repr`` by their names."""
+        p, e = self.pressure, self.centre_of_pressure
+        deflections = self.punch.trace @ self.displacement
+        return {
+            "Grid": self.footprint.description,
+            "Structure": f"{len(self.f)} DOFs of {type(self.punch.structure.elem).__name__}",
+            "Substrate": str(self.footprint.substrate),
+            "Deflection": f"{deflections.min():.6g} to {deflections.max():.6g}",
+            "Force, acting at": f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})",
+            "Contact area": f"{self.contact_area:.6g}",
+            "Pressure mean": f"{self.mean_pressure:.6g}",
+            "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",
+            "Residuals": (
+                f"equilibrium {self.equilibrium_residual:.0e}, contact "
+                f"{self.complementarity_residual:.0e}"
+            ),
+            "Result": self.message,
+            "Time [s]": ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items()),
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"  {name:<18}{value}" for name, value in self.table().items()]
+        return "\n".join(["<skfem_dual ElasticSolution object>", *lines])

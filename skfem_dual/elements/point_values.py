@@ -1,0 +1,75 @@
+"""Values of finite elements at points of a plan."""
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import coo_matrix, csr_matrix
+from skfem.assembly.basis import AbstractBasis
+
+from ..grids.polygons import some
+from .overlaps import neighbours, ordered
+from .shape_functions import ShapeFunctions
+
+#: points so far outside of every cell, over its size, are inside but for rounding
+ROUNDING = 1e-9
+
+
+def locate(cells: ndarray, x: ndarray) -> ndarray:
+    """Convex cell that contains each point, -1 outside all of them.
+
+    Parameters
+    ----------
+    cells : (2, k, n) array of float
+        Vertices of convex cells in either sense.
+    x : (2, m) array of float
+        Points; one on a side belongs to one of the cells there.
+    """
+    middle = cells.mean(axis=(1, 2))[:, None]
+    cells, x = ordered(cells - middle[..., None]), x - middle
+    point, cell = neighbours(x[:, None], cells)
+    a = cells[:, :, cell]
+    along, arm = np.roll(a, -1, axis=1) - a, x[:, None, point] - a
+    length = np.hypot(*along)
+    with np.errstate(invalid="ignore", divide="ignore"):  # sides without length
+        inside = (along[0] * arm[1] - along[1] * arm[0]) / length
+    depth = np.where(length > 0, inside, np.inf).min(axis=0) / length.max(axis=0)
+    keep = depth > -ROUNDING
+    point, cell, depth = point[keep], cell[keep], depth[keep]
+    order = np.argsort(depth, kind="stable")  # the cell deepest around a point wins
+    out = np.full(x.shape[1], -1)
+    out[point[order]] = cell[order]
+    return out
+
+
+def value_matrix(basis: AbstractBasis, x: ndarray, component: int | None = None) -> csr_matrix:
+    """Takes DOFs to values at points of a plan.
+
+    Parameters
+    ----------
+    basis : CellBasis or FacetBasis
+        As of `load_matrix`.
+    x : (2, m) array of float
+        The points.
+    component : int, optional
+        As of `load_matrix`: by default that on which pressure works, with its sign.
+
+    Returns
+    -------
+    (m, basis.N) csr_matrix
+
+    Raises
+    ------
+    ValueError
+        If a point lies outside of the mesh or the facets.
+    """
+    functions = ShapeFunctions.of(basis, component)
+    cell = locate(functions.cells, x)
+    if len(bad := np.nonzero(cell < 0)[0]):
+        raise ValueError(
+            f"expected a basis that covers all points, but points {some(bad)} lie outside, the "
+            f"first at ({x[0, bad[0]]:.6g}, {x[1, bad[0]]:.6g})"
+        )
+    values = functions.values(cell, x)
+    columns = basis.element_dofs[:, cell]
+    rows = np.broadcast_to(np.arange(len(cell)), columns.shape)
+    shape = x.shape[1], basis.N
+    return coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape).tocsr()

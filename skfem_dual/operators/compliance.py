@@ -1,0 +1,199 @@
+"""What a structure yields under loads: a generalised inverse of its stiffness, and its motions.
+
+A free structure moves without resistance: its stiffness K is singular. A few DOFs, spread over
+every part of it, are split off; held by them the rest is positive definite and factorised once.
+The Schur complement, the stiffness against displacements of the few, is a small matrix whose null
+space is that of K, told apart by its eigenvalues however fine the mesh is. With its
+pseudo-inverse the factors give a symmetric generalised inverse of K.
+
+Source: C. Farhat and F.-X. Roux, A method of finite element tearing and interconnecting and its
+parallel solution algorithm, Int. J. Numer. Meth. Engng 32 (1991), where floating parts of
+structures are solved by generalised inverses in the same way.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import csc_matrix, diags
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import SuperLU, splu
+
+from ..grids.polygons import readonly
+
+#: DOFs split off from each part of a structure: more than a part has motions
+SPLIT = 32
+#: eigenvalues of the small matrix below so many times the largest are zero
+NULL = 1e-9
+#: pivots, of a matrix with a diagonal of ones, below which it is singular
+SINGULAR = 1e-13
+#: entries may differ from those of the transpose by so many times the diagonal
+ASYMMETRY = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Compliance:
+    """Displacements of a structure under loads.
+
+    Parameters
+    ----------
+    stiffness : (N, N) csc_matrix
+        Symmetric and positive semidefinite, whatever the units of its DOFs.
+    fixed : (k,) array of int
+        DOFs that are held.
+
+    Raises
+    ------
+    ValueError
+        If the stiffness is not symmetric, is negative, or a DOF that is not held has none.
+    """
+
+    stiffness: csc_matrix
+    fixed: ndarray
+
+    def __post_init__(self) -> None:
+        K, d = self.stiffness, self.stiffness.diagonal()
+        free = self._free
+        bad = free[~(d[free] > 0)]
+        if len(bad):
+            raise ValueError(
+                f"expected a positive stiffness of every DOF, got {d[bad[0]]:g} of DOF "
+                f"{bad[0]}, {len(bad)} in all. Remedy: hold DOFs without stiffness, D="
+            )
+        scale = np.zeros(len(d))
+        scale[free] = 1 / np.sqrt(d[free])
+        off = diags(scale) @ (K - K.T) @ diags(scale)
+        if off.nnz and np.abs(off.data).max() > ASYMMETRY:
+            i, j = (int(k[np.abs(off.data).argmax()]) for k in off.nonzero())
+            raise ValueError(
+                f"expected a symmetric stiffness, got K[{i}, {j}] = {K[i, j]:g} and "
+                f"K[{j}, {i}] = {K[j, i]:g}"
+            )
+        self._inverse  # noqa: B018 - a stiffness that is not positive is refused now
+
+    @cached_property
+    def _free(self) -> ndarray:
+        free = np.ones(self.stiffness.shape[0], dtype=bool)
+        free[self.fixed] = False
+        return np.nonzero(free)[0]
+
+    @cached_property
+    def _scaled(self) -> tuple[csc_matrix, ndarray]:
+        """Stiffness of the free DOFs with a diagonal of ones, and their units."""
+        K = self.stiffness[self._free][:, self._free]
+        unit = 1 / np.sqrt(K.diagonal())
+        return (diags(unit) @ (K + K.T) @ diags(unit) / 2).tocsc(), unit
+
+    @cached_property
+    def _inverse(self) -> "_Split":
+        return _Split.from_matrix(self._scaled[0])
+
+    @property
+    def motions(self) -> ndarray:
+        """Displacements without resistance, a basis of them, shape (N, m)."""
+        unit = self._scaled[1]
+        out = np.zeros((self.stiffness.shape[0], self._inverse.null.shape[1]))
+        out[self._free] = unit[:, None] * self._inverse.null
+        size = np.abs(out).max(axis=0, initial=0.0)
+        return readonly(out / np.where(size > 0, size, 1.0))
+
+    def displacements(self, loads: ndarray) -> ndarray:
+        """Displacements under loads of shape (N,) or (N, k), zero where the structure is held.
+
+        Of a free structure up to its motions, and under loads that are balanced; what is not
+        is balanced by forces on some of its DOFs.
+        """
+        unit = self._scaled[1].reshape(-1, *(1,) * (loads.ndim - 1))
+        out = np.zeros(loads.shape)
+        out[self._free] = unit * self._inverse.solve(unit * loads[self._free])
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Split:
+    """A symmetric semidefinite matrix by factors of a part and the Schur complement of the rest.
+
+    Attributes
+    ----------
+    few, rest : (k,) and (n - k,) array of int
+        The DOFs split off, and the others.
+    factors : SuperLU or None
+        Of the rest; None if there is nothing.
+    coupling : (n - k, k) array of float
+        Displacements of the rest, less the sign, by unit ones of the few.
+    small : (k, k) array of float
+        Pseudo-inverse of the Schur complement.
+    null : (n, m) array of float
+        Null space of the matrix.
+    """
+
+    few: ndarray
+    rest: ndarray
+    factors: SuperLU | None
+    coupling: ndarray
+    small: ndarray
+    null: ndarray
+
+    @classmethod
+    def from_matrix(cls, matrix: csc_matrix) -> "_Split":
+        n = matrix.shape[0]
+        few, rest = _spread(matrix)
+        between = matrix[rest][:, few].toarray()
+        factors, coupling = None, np.zeros((0, len(few)))
+        if len(rest):
+            factors = _factorised(matrix[rest][:, rest].tocsc(), rest)
+            coupling = factors.solve(between)
+        schur = matrix[few][:, few].toarray() - between.T @ coupling
+        values, vectors = np.linalg.eigh((schur + schur.T) / 2)
+        top = np.abs(values).max(initial=0.0)
+        if len(values) and values[0] < -NULL * max(top, 1.0):
+            raise ValueError(
+                "expected a positive semidefinite stiffness, got one with negative energy: "
+                f"{values[0]:.2e} of the largest, near DOF {few[np.abs(vectors[:, 0]).argmax()]}. "
+                "Remedy: check the signs of its forms"
+            )
+        zero = values <= NULL * top
+        null = np.empty((n, np.count_nonzero(zero)))
+        null[few] = vectors[:, zero]
+        null[rest] = -coupling @ vectors[:, zero]
+        small = vectors[:, ~zero] / values[~zero] @ vectors[:, ~zero].T
+        return cls(few, rest, factors, coupling, small, null)
+
+    def solve(self, rhs: ndarray) -> ndarray:
+        out = np.empty(rhs.shape)
+        inner = rhs[self.rest]
+        out[self.few] = self.small @ (rhs[self.few] - self.coupling.T @ inner)
+        if self.factors is not None:
+            out[self.rest] = self.factors.solve(np.asfortranarray(inner))
+            out[self.rest] -= self.coupling @ out[self.few]
+        return out
+
+
+def _spread(matrix: csc_matrix) -> tuple[ndarray, ndarray]:
+    """Some DOFs of every part that hangs together, and all the others."""
+    _, part = connected_components(matrix, directed=False)
+    order = np.lexsort((np.random.default_rng(0).random(len(part)), part))
+    rank = np.arange(len(part)) - np.searchsorted(part[order], part[order])
+    return np.sort(order[rank < SPLIT]), np.sort(order[rank >= SPLIT])
+
+
+def _factorised(matrix: csc_matrix, dofs: ndarray) -> SuperLU:
+    """Factors of a positive definite matrix, without pivoting: the pivots tell its signs."""
+    try:
+        factors = splu(matrix, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+        pivots = factors.U.diagonal()
+    except RuntimeError:  # exactly singular
+        pivots = np.zeros(1)
+    if (pivots < -SINGULAR).any():
+        raise ValueError(
+            f"expected a positive semidefinite stiffness, got {np.sum(pivots < 0)} directions of "
+            "negative energy. Remedy: check the signs of its forms"
+        )
+    if (pivots < SINGULAR).any():
+        raise ValueError(
+            "expected a structure that moves without resistance only as rigid parts, got one "
+            f"with a mechanism beyond them among its {len(dofs)} DOFs. Remedy: elements that are "
+            "stable, full quadrature, or hold the DOFs in question, D="
+        )
+    return factors

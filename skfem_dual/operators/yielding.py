@@ -1,0 +1,91 @@
+"""What a ground and the structure on it yield together under the pressures between them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy import ndarray
+from scipy.sparse import csr_matrix
+
+from .compliance import Compliance
+from .factors import solve_factorised
+from .influence_operator import InfluenceOperator
+from .preconditioner import Preconditioner
+
+#: columns of the structure's part of a dense matrix that are solved for together
+TOGETHER = 64
+#: iterations need not be more accurate than this
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class YieldingOperator:
+    """Settlement of the ground less deflection of the structure, by pressures on the cells.
+
+    Of a structure with the compliance C it is ``A + T C L``: the pressures of the cells lift the
+    structure from below as much as they press the ground down. Only products are made, each that
+    of the ground and one solution with the factors of the stiffness.
+
+    Attributes
+    ----------
+    ground : (n, n) array of float or InfluenceOperator
+        A, settlement of each collocation point under unit pressure on each cell.
+    structure : Compliance
+        C, displacements under loads, N DOFs.
+    trace : (n, N) csr_matrix
+        T, deflection of each collocation point, positive into the ground.
+    loads : (N, n) csr_matrix
+        L, work of unit pressure on each cell against deflections.
+    """
+
+    ground: ndarray | InfluenceOperator
+    structure: Compliance
+    trace: csr_matrix
+    loads: csr_matrix
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape of the matrix."""
+        n = self.trace.shape[0]
+        return n, n
+
+    @property
+    def rtol(self) -> float:
+        """Accuracy of the products."""
+        return self.ground.rtol if isinstance(self.ground, InfluenceOperator) else ROUNDING
+
+    def __matmul__(self, pressure: ndarray) -> ndarray:
+        """Product with pressures of shape (n,) or (n, k)."""
+        lifted = self.structure.displacements(self.loads @ pressure)
+        return self.ground @ pressure + self.trace @ lifted
+
+    def to_dense(self) -> ndarray:
+        """The matrix."""
+        ground = self.ground
+        out = ground.to_dense() if isinstance(ground, InfluenceOperator) else ground
+        out = np.array(out)
+        for start in range(0, len(out), TOGETHER):
+            columns = slice(start, min(start + TOGETHER, len(out)))
+            loads = self.loads[:, columns].toarray()
+            out[:, columns] += self.trace @ self.structure.displacements(loads)
+        return out
+
+    @cached_property
+    def preconditioner(self) -> Any:
+        """Approximate inverse: that of the ground alone, beside which a structure yields to few
+        shapes of pressure only."""
+        if isinstance(self.ground, InfluenceOperator):
+            return Preconditioner.from_operator(self.ground)
+        return _Inverse(scipy.linalg.lu_factor(self.ground))
+
+
+@dataclass(frozen=True, eq=False)
+class _Inverse:
+    """Of a matrix, by its factors."""
+
+    factors: tuple[ndarray, ndarray]
+
+    def __matmul__(self, rhs: ndarray) -> ndarray:
+        return solve_factorised(self.factors, rhs)

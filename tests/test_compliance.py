@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+from scipy.sparse import block_diag, csc_matrix, diags
+from skfem import (
+    Basis,
+    BilinearForm,
+    CellBasis,
+    ElementTetP1,
+    ElementTriArgyris,
+    ElementTriMorley,
+    ElementVector,
+    MeshTet,
+    MeshTri,
+)
+from skfem.helpers import dd, ddot, eye, trace
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from skfem_dual.operators.compliance import Compliance
+
+NOTHING = np.empty(0, dtype=int)
+
+
+@BilinearForm
+def bending(u, v, _):
+    return ddot(0.8 * dd(u) + 0.2 * eye(trace(dd(u)), 2), dd(v))
+
+
+def plate(element=None, mesh=None):
+    basis = CellBasis(mesh or MeshTri.init_circle(3), element or ElementTriMorley())
+    return bending.assemble(basis).tocsc()
+
+
+def block():
+    basis = Basis(MeshTet().refined(2), ElementVector(ElementTetP1()))
+    return linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis).tocsc()
+
+
+STRIP = MeshTri.init_tensor(np.linspace(0, 30, 121), np.linspace(0, 1, 5))
+
+
+@pytest.mark.parametrize(
+    ("K", "motions"),
+    [
+        (plate(), 3),
+        (plate(ElementTriArgyris()), 3),
+        (plate(mesh=STRIP), 3),
+        (block(), 6),
+        (block_diag([plate(), block(), 4.0 * plate()], "csc"), 12),
+        (csc_matrix([[2.0, -1, -1], [-1, 2, -1], [-1, -1, 2]]), 1),
+    ],
+)
+def test_motions_are_those_without_resistance(K, motions):
+    found = Compliance(K, NOTHING).motions
+    assert found.shape == (K.shape[0], motions)
+    assert np.linalg.matrix_rank(found) == motions
+    forces = np.abs(K) @ np.abs(found)
+    assert (np.abs(K @ found) <= 1e-9 * forces.max()).all()
+
+
+@pytest.mark.parametrize("K", [plate(), block(), block_diag([plate(), block()], "csc")])
+def test_displacements_balance_the_loads(K):
+    rng = np.random.default_rng(0)
+    structure = Compliance(K, NOTHING)
+    loads = K @ rng.standard_normal((K.shape[0], 3))  # without resultants
+    found = structure.displacements(loads)
+    assert np.abs(K @ found - loads).max() < 1e-9 * np.abs(loads).max()
+    assert structure.displacements(loads[:, 0]) == pytest.approx(found[:, 0], abs=1e-12)
+
+
+def test_generalised_inverse_is_symmetric():
+    K = plate()
+    a, b = np.random.default_rng(1).standard_normal((2, K.shape[0]))
+    solve = Compliance(K, NOTHING).displacements
+    assert a @ solve(b) == pytest.approx(b @ solve(a), rel=1e-10)
+
+
+def test_fixed_dofs_stay_and_motions_that_they_allow_remain():
+    K = plate()
+    held = np.array([0])  # a vertex: two tilts are left
+    structure = Compliance(K, held)
+    assert structure.motions.shape[1] == 2
+    assert (structure.motions[held] == 0).all()
+    whole = Compliance(K, np.arange(K.shape[0]))
+    assert whole.motions.shape[1] == 0
+    assert (whole.displacements(np.ones(K.shape[0])) == 0).all()
+
+
+def test_units_of_dofs_do_not_matter():
+    K, unit = plate(), 10.0 ** np.random.default_rng(2).uniform(-8, 8, plate().shape[0])
+    scaled = (diags(unit) @ K @ diags(unit)).tocsc()
+    assert Compliance(scaled, NOTHING).motions.shape[1] == 3
+
+
+def test_refused():
+    K = plate()
+    with pytest.raises(ValueError, match=r"negative energy.*signs"):
+        Compliance((K - 1e-3 * diags(K.diagonal())).tocsc(), NOTHING)
+    with pytest.raises(ValueError, match="positive stiffness of every DOF, got -"):
+        Compliance(-K, NOTHING)
+    skew = K.tolil()
+    skew[3, 5] += 1.0
+    with pytest.raises(ValueError, match=r"symmetric stiffness, got K\["):
+        Compliance(skew.tocsc(), NOTHING)
+    loose = K.tolil()
+    loose[7, :] = 0
+    loose[:, 7] = 0
+    with pytest.raises(ValueError, match=r"got 0 of DOF 7, 1 in all"):
+        Compliance(loose.tocsc(), NOTHING)
