@@ -26,6 +26,7 @@ LAYERS = [
         "grids.cellwise",
         "grids.fan",
         "grids.outline",
+        "grids.refinement",
         "grids.general",
         "grids.flips",
         "grids.relocation",
