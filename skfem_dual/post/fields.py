@@ -172,8 +172,8 @@ class EdgeLaws:
         at_edge = edge[mesh.t]
         beside = at_edge.any(axis=0)
         for part, nodes in ((~beside, ~at_edge), (beside, at_edge)):
-            left = (load - w[mesh.t].mean(axis=0)) * area * part
-            share = area * part * np.maximum(nodes.sum(axis=0), 1) / 3
+            left = (load - w[mesh.t].mean(axis=0)) * area * part / nodes.sum(axis=0).clip(1)
+            share = area * part / 3
             total, areas = (
                 np.bincount(mesh.t.ravel(), (x * nodes).ravel(), len(w)) for x in (left, share)
             )
