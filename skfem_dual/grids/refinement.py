@@ -8,9 +8,6 @@ from skfem import MeshTri
 
 from .polygons import readonly
 
-#: of the narrow triangles: widths grow like the exponential of so many times the way from the edge
-STEEP = 3.0
-
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
@@ -38,8 +35,9 @@ class Refinement:
     def towards(cls, base: MeshTri, edge: ndarray, times: int) -> "Refinement":
         """With the sides of the triangles cut in two some times.
 
-        In triangles that touch the edge the nodes are drawn to it, so that a first-order field
-        follows the inverse square root of the distance from about a thirtieth of their width on.
+        In triangles that touch the edge the nodes are drawn to it, from equal parts to widths
+        that grow like ``exp(times way)`` on the way from the edge: a first-order field follows
+        the inverse square root of the distance where equal parts leave it but one element.
         Triangles with a side across the plan, from edge to edge, are cut around their middles
         before.
 
@@ -65,7 +63,8 @@ class Refinement:
         own[number] = np.arange(t.shape[1])
         shares[:, number] = (lattice / 2**times)[..., None]
         way = np.sum(shares * ~at_edge[t[:, own]], axis=0)
-        drawn = np.expm1(STEEP * way) / np.expm1(STEEP)
+        steep = max(times, 1)
+        drawn = np.expm1(steep * way) / np.expm1(steep)
         with np.errstate(invalid="ignore", divide="ignore"):
             inner, outer = drawn / way, (1 - drawn) / (1 - way)
         shares = shares * np.where(at_edge[t[:, own]], outer, inner)
