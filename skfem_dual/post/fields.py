@@ -35,7 +35,7 @@ FAR = 0.4
 #: square of the width of the fit, over the area of a cell
 WIDTH = 1.5
 #: degree of products with the laws that are integrated over cells
-ORDER = 2
+ORDER = 4
 #: root of phi on the edge, over its greatest
 TINY = 1e-20
 #: barycentric coordinates that are zero
