@@ -33,6 +33,7 @@ LAYERS = [
         "grids.cellwise",
         "grids.fan",
         "grids.outline",
+        "grids.refinement",
         "grids.general",
         "grids.flips",
         "grids.relocation",

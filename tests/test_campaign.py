@@ -12,6 +12,8 @@ import pytest
 from skfem_dual import HalfSpace, MeshError
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
+#: few cells are quick, and their contact is rough
+pytestmark = pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
 
 
 @pytest.fixture

@@ -93,6 +93,7 @@ def test_a_wrong_operator_is_noticed_by_exact_rows(answer):
     assert replace(verify, rtol=1e-3)(contact, position).success
 
 
+@pytest.mark.filterwarnings("ignore:150 cells of a size")
 def test_settlements_of_the_wrong_sign_are_no_success():
     """A layer far thinner than the cells: the discrete ground is not stable any more."""
     ground = LayeredHalfSpace([Layer(0.01, 1.0, 0.49)], "bonded")

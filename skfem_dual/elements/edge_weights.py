@@ -114,7 +114,7 @@ class EdgeWeights:
     def of_triangles(self) -> tuple[ndarray, ndarray]:
         """Mean of w over each triangle of the fan, and where its load acts, from the centroid."""
         a, b, c = self.root[self.fan.t]
-        mean = _mean(a, b, c)
+        mean = mean_weight(a, b, c)
         shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
         v = self.fan.p[:, self.fan.t]
         return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
@@ -155,7 +155,7 @@ def _rolled(v: ndarray) -> list[ndarray]:
     return [np.roll(v, -i, axis=1) for i in range(1, v.shape[1] // 2 + 1)]
 
 
-def _mean(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
+def mean_weight(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
     """Mean of phi^(-1/2) over a triangle with sqrt(phi) = a, b, c at its vertices."""
     return 8 / 3 * (a * b + b * c + c * a) / ((a + b) * (b + c) * (c + a))
 

@@ -13,6 +13,8 @@ from .postprocess import check_couple
 #: how many times the relative distance of both settlements that of bracketing tilts may be: they
 #: are two to four times as far apart where the load tilts the punch; others differ by anything
 APART = 1.0, 5.0
+#: inclinations of the length of the plan, over the settlement, that are zero but for rounding
+ROUNDING = 1e-9
 #: share of node-collocated dual cells in a settlement whose errors cancel to first order
 SHARE = 0.4
 
@@ -123,6 +125,7 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
     share = SHARE if opposite else 0.5
 
     dual, punch = on_cells.punch.basis.dual, on_cells.punch
+    length = np.sqrt(punch.partition.areas.sum())
     triangle = np.arange(dual.refinement.nelements) // 6
     difference = on_cells.pressure[dual.refinement_cells] - on_triangles.pressure[triangle]
     area = np.abs(dual.refinement.mapping().detA) / 2
@@ -131,7 +134,7 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
     return CoupleEstimate(
         settlement=readonly(np.sort(settlement)),
         tilt=readonly(np.sort(tilt, axis=1)),
-        bracketed=readonly(opposite & np.append(True, _tilts_apart(settlement, tilt))),
+        bracketed=readonly(opposite & np.append(True, _tilts_apart(settlement, length * tilt))),
         mixed_settlement=float(share * settlement[0] + (1 - share) * settlement[1]),
         on_triangles=readonly(np.sqrt(np.bincount(triangle, squares))),
         on_cells=readonly(np.sqrt(np.bincount(dual.refinement_cells, squares))),
@@ -139,16 +142,20 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
 
 
 def _tilts_apart(settlement: ndarray, tilt: ndarray) -> ndarray:
-    """Whether inclinations, shape (2, 2), differ as those of dual cells and triangles do."""
+    """Whether inclinations, shape (2, 2), differ as those of dual cells and triangles do.
+
+    They are settlements over the length of the plan.
+    """
     (low, high), (on_cells, on_triangles) = settlement, tilt.T
     step = on_triangles - on_cells
+    tilted = np.minimum(abs(on_cells), abs(on_triangles)) > ROUNDING * abs(settlement).max()
     least, most = (
         factor * abs((high - low) / (high + low)) * abs(on_cells + on_triangles)
         for factor in APART
     )
     # with the sign of the inclination: triangles tilt more
     step = step * np.sign(on_cells + on_triangles)
-    return (on_cells * on_triangles > 0) & (least <= step) & (step <= most)
+    return tilted & (on_cells * on_triangles > 0) & (least <= step) & (step <= most)
 
 
 def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:

@@ -7,32 +7,39 @@ where its load acts, and between the cells s is a polynomial fitted to those aro
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
-from skfem import CellBasis, ElementTriP1, MeshTri
+from skfem import CellBasis, ElementTriP1, ElementTriP2, Mesh, MeshTri
 from skfem.models.poisson import laplace, unit_load
 
 from ..arguments import checked_instance, checked_integer
 from ..contact.pressures import CellPressures
 from ..elements.balance import balanced
+from ..elements.edge_weights import mean_weight
 from ..elements.load_matrix import graded
-from ..elements.overlaps import overlaps
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.planar import cross
-from ..kernels.once import computed_once
+from ..grids.refinement import Refinement
 from .postprocess import postprocess
 
 #: where the square root of the distance to the line of contact levels off, over the greatest
 FAR = 0.4
 #: square of the width of the fit, over the area of a cell
 WIDTH = 1.5
+#: degree of products with the laws that are integrated over cells
+ORDER = 4
+#: root of phi on the edge, over its greatest
+TINY = 1e-20
+#: barycentric coordinates that are zero
+ROUNDING = 1e-8
 #: of the slopes in the fit
 RIDGE = 1e-5
 
@@ -83,7 +90,7 @@ def pressure_field(
     values = laws.at_nodes * laws.between(s)
     if (solution.pressure >= 0).all():
         values = values.clip(0.0)
-    basis = CellBasis(laws.mesh, ElementTriP1())
+    basis = CellBasis(laws.refined.mesh, ElementTriP1())
     return basis, balanced(basis, values, solution.resultant, solution.footprint.origin)
 
 
@@ -102,18 +109,21 @@ class EdgeLaws:
 
     Attributes
     ----------
-    base, mesh : MeshTri
-        The mesh, its quadrilaterals cut around their middles, and its refinement.
-    singular : (N,) array of bool
-        Whether each node of the refinement is on the singular edge.
-    depth : (N,) array of float or None
-        Distance to the line where contact ends smoothly, negative without contact; None if
-        there is no such line.
+    refined : Refinement
+        Of the mesh, quadrilaterals cut around their middles.
+    kept : (m,) array of int
+        Triangles of the contact region that the base of the refinement has.
+    phi : (n,) array of float
+        Coefficients, of Bernstein, of the torsion function: one at each node and one at each
+        facet of the base. Zero on the singular edge; ones without one.
+    depth : (n,) array of float or None
+        The same for the distance to the line where contact ends smoothly, negative without
+        contact; None if there is no such line.
     """
 
-    base: MeshTri
-    mesh: MeshTri
-    singular: ndarray
+    refined: Refinement
+    kept: ndarray
+    phi: ndarray
     depth: ndarray | None
 
     @classmethod
@@ -121,109 +131,88 @@ class EdgeLaws:
         region, cells = solution.contact_region, solution.footprint
         areas = signed_areas(region.p, region.t)
         # quadrilaterals in the middle of a polar grid have sides without length
-        base = MeshTri(region.p, region.t[:, areas > 1e-14 * areas.max()])
+        kept = np.nonzero(areas > 1e-14 * areas.max())[0]
+        base = MeshTri(region.p, np.ascontiguousarray(region.t[:, kept]))
         singular = np.zeros(base.nfacets, dtype=bool)
         if cells.weights is not None:
             facets = np.unique(cells.partition.boundary[cells.weights.ribs])
             ends = np.sort(nodal_mesh(cells.basis).facets[:, facets], axis=0)
             n = base.p.shape[1]
             singular = np.isin(np.array([n, 1]) @ base.facets, np.array([n, 1]) @ ends)
-        mesh = base.with_boundaries({"singular": np.nonzero(singular)[0]}).refined(refine)
-        on_edge = np.zeros(mesh.p.shape[1], dtype=bool)
-        on_edge[mesh.facets[:, mesh.boundaries["singular"]]] = True
         depth = None
         if region.edge:
             a = np.hstack([line[:, :-1] for line in region.edge])
             b = np.hstack([line[:, 1:] for line in region.edge])
-            laws = cls(base, mesh, on_edge, None)
-            parent, shares = laws._parents
-            level = np.sum(region.level[base.t[:, parent]] * shares, axis=0)
-            depth = np.copysign(distance_to_segments(mesh.p, a, b), level)
-        return cls(base, mesh, on_edge, depth)
+            x = np.hstack([base.p, base.p[:, base.facets].mean(axis=1)])
+            level = np.append(region.level, region.level[base.facets].mean(axis=0))
+            depth = _bernstein(base, np.copysign(distance_to_segments(x, a, b), level))
+        refined = Refinement.towards(base, singular, refine)
+        return cls(refined, kept, _torsion(base, singular), depth)
 
-    @computed_once
-    def _parents(self) -> tuple[ndarray, ndarray]:
-        """A triangle of the base that has each node, and its barycentric coordinates there."""
-        m, base = self.mesh, self.base
-        # uniform refinement keeps the order of the triangles in each of its four parts
-        of_triangle = np.tile(np.arange(base.nelements), m.nelements // base.nelements)
-        parent = np.empty(m.p.shape[1], dtype=np.int64)
-        parent[m.t] = of_triangle
-        a, b, c = base.p[:, base.t[:, parent]].swapaxes(0, 1)
-        twice = cross(b - a, c - a)
-        second, third = cross(m.p - a, c - a) / twice, cross(b - a, m.p - a) / twice
-        return parent, np.stack([1 - second - third, second, third])
-
-    @computed_once
-    def phi(self) -> ndarray:
-        """The torsion function at the nodes, zero on the singular edge; ones without one."""
-        phi = np.ones(self.mesh.p.shape[1])
-        if self.singular.any():
-            hats = CellBasis(self.mesh, ElementTriP1())
-            free = np.nonzero(~self.singular)[0]
-            stiffness, load = laplace.assemble(hats), unit_load.assemble(hats)
-            matrix = stiffness[free][:, free].tocsc()
-            options = {"SymmetricMode": True}
-            factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-            phi[:] = 0.0
-            phi[free] = factors.solve(load[free])
-            # flat triangles may break the maximum principle
-            phi[free] = phi[free].clip(1e-6 * phi.max())
-        return phi
-
-    @computed_once
-    def _reach(self) -> float:
-        return 1.0 if self.depth is None else FAR * float(self.depth.max())
-
-    def _closing(self, depth: ndarray) -> ndarray:
+    def _closing(self, parent: ndarray, shares: ndarray) -> ndarray | float:
         """Square root of the distance to the line where contact ends, levelling off far from
         it, where the distance has ridges."""
-        return np.sqrt(np.tanh(depth.clip(0.0) / self._reach))
+        if self.depth is None:
+            return 1.0
+        depth = _quadratic(self.refined.base, self.depth, parent, shares)
+        return np.sqrt(np.tanh(depth.clip(0.0) / (FAR * self.depth.max())))
 
-    @computed_once
+    @cached_property
     def at_nodes(self) -> ndarray:
-        """The laws at the nodes, on a singular edge finite: what the other nodes leave of the
-        load of a triangle is shared by its nodes there."""
-        mesh, edge = self.mesh, self.singular
-        w = np.zeros(len(edge))
-        w[~edge] = self.phi[~edge] ** -0.5
-        near = np.nonzero(edge[mesh.t].any(axis=0))[0]
-        t = mesh.t[:, near]
-        if len(near):
-            area = np.abs(signed_areas(mesh.p, t))
-            whole = np.repeat(np.eye(3)[..., None], len(near), axis=2)
-            load = sum(load.sum(axis=1) for _, load in graded(whole, self.phi[t], 0))
-            at_edge = edge[t]
-            # triangles with all their vertices on the edge have no law of their own
-            full = at_edge.all(axis=0)
-            left = np.where(full, 0.0, (load - w[t].sum(axis=0) / 3) * area / at_edge.sum(axis=0))
-            share = np.where(full, 0.0, area / 3)
+        """The laws at the nodes, such that between them triangles have their load in the mean:
+        a little less than the values of the laws, and finite on a singular edge."""
+        parent, shares, edge = self.refined.parent, self.refined.shares, self.refined.edge
+        mesh = self.refined.mesh
+        root = np.sqrt(_quadratic(self.refined.base, self.phi, parent, shares))
+        w = np.divide(1.0, root, out=np.zeros_like(root), where=~edge)
+        root = root.clip(TINY * root.max())
+        load = mean_weight(*root[mesh.t])
+        area = np.abs(signed_areas(mesh.p, mesh.t))
+        # what is left is made good by the nodes inside first, then by those on the edge
+        at_edge = edge[mesh.t]
+        beside = at_edge.any(axis=0)
+        for part, nodes in ((~beside, ~at_edge), (beside, at_edge)):
+            left = (load - w[mesh.t].mean(axis=0)) * area * part / nodes.sum(axis=0).clip(1)
+            share = area * part / 3
             total, areas = (
-                np.bincount(t[at_edge], np.tile(x, (3, 1))[at_edge], len(edge))
-                for x in (left, share)
+                np.bincount(mesh.t.ravel(), (x * nodes).ravel(), len(w)) for x in (left, share)
             )
-            w[edge] = (total / np.where(areas > 0, areas, 1.0))[edge]
-        return w if self.depth is None else w * self._closing(self.depth)
+            w += np.divide(total, areas, out=np.zeros_like(w), where=areas > 0)
+        return w * self._closing(parent, shares)
 
-    def of_cells(self, fan: Fan, n: int) -> tuple[ndarray, ndarray, ndarray]:
+    def of_cells(self, cells: Any) -> tuple[ndarray, ndarray, ndarray]:
         """Integral of the laws over each cell, where it acts, and the part of w left there by
         the end of contact."""
-        t = self.mesh.t
-        t = np.where(signed_areas(self.mesh.p, t) < 0, t[[0, 2, 1]], t)
-        pieces = overlaps(self.mesh.p[:, t], fan.p[:, fan.t])
-        own, cell = t[:, pieces.first], fan.cell[pieces.second]
-        area = signed_areas(self.mesh.p, t)[pieces.first, None]
-        sums = np.zeros((4, n))
-        for at, load in graded(pieces.vertices, self.phi[own], 1):
-            load = load * area
-            sums[3] += np.bincount(cell, load.sum(axis=1), n)
-            if self.depth is not None:
-                load = load * self._closing(np.einsum("vk,vkq->kq", self.depth[own], at))
-            x = np.einsum("dvk,vkq->dkq", self.mesh.p[:, own], at)
+        fan, base = cells.fan, self.refined.base
+        parent = self._parents(fan, nodal_mesh(cells.basis))
+        corners = _coordinates(base.p[:, base.t[:, parent]], fan.p[:, fan.t])
+        phi = _quadratic(base, self.phi, parent, corners)
+        whole = np.repeat(np.eye(3)[..., None], len(parent), axis=2)
+        sums = np.zeros((4, len(cells.partition)))
+        for at, load in graded(whole, phi, ORDER):
+            shares = np.einsum("ivk,vkq->ikq", corners, at)
+            linear = np.einsum("vk,vkq->kq", phi, at)
+            exact = _quadratic(base, self.phi, parent[:, None], shares)
+            ratio = np.divide(linear, exact, out=np.zeros_like(exact), where=exact > 0)
+            load = load * np.sqrt(ratio) * fan.areas[:, None]
+            sums[3] += np.bincount(fan.cell, load.sum(axis=1), sums.shape[1])
+            load = load * self._closing(parent[:, None], shares)
+            x = np.einsum("dvk,vkq->dkq", fan.p[:, fan.t], at)
             for row, values in zip(sums, (load, load * x[0], load * x[1]), strict=False):
-                row += np.bincount(cell, values.sum(axis=1), n)
+                row += np.bincount(fan.cell, values.sum(axis=1), sums.shape[1])
         total = np.where(sums[0] > 0, sums[0], 1.0)
         return sums[0], sums[1:3] / total, sums[0] / sums[3]
+
+    def _parents(self, fan: Fan, mesh: Mesh) -> ndarray:
+        """Triangle of the base that has each of the fan."""
+        # the last point of a triangle of the fan is the middle of its element of the mesh
+        m = mesh.nelements
+        element = fan.t.max(axis=0) - (fan.p.shape[1] - m)
+        if len(mesh.t) == 4:  # the one of the four triangles that has the other two points too
+            ends = np.sort(fan.t, axis=0)[:2]
+            sides = np.sort([mesh.t, np.roll(mesh.t, -1, axis=0)], axis=0)[:, :, element]
+            element = element + m * np.argmax((sides == ends[:, None]).all(axis=0), axis=0)
+        return np.searchsorted(self.kept, element)
 
     def between(self, planes: ndarray) -> ndarray:
         """Values at the nodes from values and slopes at those of the base, shape (3, n).
@@ -231,9 +220,9 @@ class EdgeLaws:
         The cubic of Bazeley, Cheung, Irons and Zienkiewicz (1965) in each triangle, exact for
         polynomials of the second degree.
         """
-        parent, shares = self._parents
-        t = self.base.t[:, parent]
-        p, (s, sx, sy) = self.base.p[:, t], planes[:, t]
+        shares, base = self.refined.shares, self.refined.base
+        t = base.t[:, self.refined.parent]
+        p, (s, sx, sy) = base.p[:, t], planes[:, t]
         out = np.sum(s * shares**2 * (3 - 2 * shares), axis=0)
         bubble = np.prod(shares, axis=0)
         out += 2 * bubble * s.sum(axis=0)
@@ -246,15 +235,67 @@ class EdgeLaws:
         return out
 
 
+def _coordinates(triangles: ndarray, x: ndarray) -> ndarray:
+    """Barycentric coordinates, first axis, of points (2, k, m) in m triangles that have them."""
+    a, b, c = triangles.swapaxes(0, 1)
+    twice = cross(b - a, c - a)
+    second = cross(x - a[:, None], (c - a)[:, None]) / twice
+    third = cross((b - a)[:, None], x - a[:, None]) / twice
+    shares = np.stack([1 - second - third, second, third])
+    return np.where(shares > ROUNDING, shares, 0.0)
+
+
+def _torsion(base: MeshTri, singular: ndarray) -> ndarray:
+    """Coefficients of the torsion function of the plan, positive inside."""
+    basis = CellBasis(base, ElementTriP2())
+    n = base.p.shape[1]
+    values = np.ones(basis.N)
+    if not singular.any():
+        return values
+    fixed = np.zeros(basis.N, dtype=bool)
+    fixed[base.facets[:, singular]] = True
+    fixed[n:] = singular
+    values[fixed] = 0.0
+    free = np.nonzero(~fixed)[0]
+    matrix = laplace.assemble(basis)[free][:, free].tocsc()
+    options = {"SymmetricMode": True}
+    factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    values[free] = factors.solve(unit_load.assemble(basis)[free])
+    # flat triangles and corners may break the maximum principle
+    values[free] = values[free].clip(1e-6 * values.max())
+    out = _bernstein(base, values)
+    least = np.maximum(out[base.facets].mean(axis=0) / 2, values[n:] / 2)
+    out[n:] = np.where(singular, 0.0, np.maximum(out[n:], least))
+    return out
+
+
+def _bernstein(base: MeshTri, values: ndarray) -> ndarray:
+    """Coefficients of second degree from values at nodes and middles of facets."""
+    n = base.p.shape[1]
+    ends = values[base.facets].mean(axis=0)
+    return np.append(values[:n], 2 * values[n:] - ends)
+
+
+def _quadratic(base: MeshTri, c: ndarray, parent: ndarray, shares: ndarray) -> ndarray:
+    """Values of a function of second degree at points in triangles of the base.
+
+    Sums of products of what is not negative: zero or positive if the coefficients are.
+    """
+    n, (a, b, d) = base.p.shape[1], shares
+    at, beside = c[base.t[:, parent]], 2 * c[n + base.t2f[:, parent]]
+    out = at[0] * a**2 + at[1] * b**2 + at[2] * d**2
+    return out + beside[0] * a * b + beside[1] * b * d + beside[2] * a * d
+
+
 def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarray:
     """The factor s and its slopes at the nodes of the base, shape (3, n).
 
     Polynomials of the second degree are fitted to the cells around, in the least squares; those
     beyond a hole or a gap do not count.
     """
-    cells, base = solution.footprint, laws.base
+    cells, base = solution.footprint, laws.refined.base
     areas, n = cells.partition.areas, base.p.shape[1]
-    total, acting, left = laws.of_cells(cells.fan, len(areas))
+    total, acting, left = laws.of_cells(cells)
     s = pressure * areas / np.where(total > 0, total, 1.0)
     trust = np.where(pressure != 0, left, 0.0) ** 2
     around = _around(solution, base)
