@@ -186,7 +186,7 @@ class ElasticPunch(Body):
         if not np.isfinite(K.data).all():
             raise ValueError("expected a finite stiffness, got entries that are not")
         with timed(self.timings, "structure"):
-            return Compliance(K, _dofs(self.D, n))
+            return Compliance(K, _dofs(self.D, n), self.structure.doflocs)
 
     @cached_property
     def loads(self) -> csr_matrix:
@@ -347,7 +347,9 @@ class ElasticPunch(Body):
         held[self.compliance.fixed] = x[self.compliance.fixed]
         effective, free = self._effective(f, held), self._motions[1]
         work = free.T @ effective
-        parts = np.abs(free).T @ np.abs(effective)
+        unit = self.compliance.units
+        moved = np.divide(np.abs(free).T, unit, where=unit > 0, out=np.zeros_like(free.T))
+        parts = moved.max(axis=1, initial=0.0) * (unit @ np.abs(effective))
         if len(bad := np.nonzero(np.abs(work) > BALANCED * parts)[0]):
             dof = int(np.abs(free[:, bad[0]]).argmax())
             place = ", ".join(f"{c:.4g}" for c in self.structure.doflocs[:, dof])

@@ -42,6 +42,8 @@ class Compliance:
         Symmetric and positive semidefinite, whatever the units of its DOFs.
     fixed : (k,) array of int
         DOFs that are held.
+    places : (dim, N) array of float, optional
+        Where the DOFs are: those of one node, in the same place, are eliminated together.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class Compliance:
 
     stiffness: csc_matrix
     fixed: ndarray
+    places: ndarray | None = None
 
     def __post_init__(self) -> None:
         K, d = self.stiffness, self.stiffness.diagonal()
@@ -87,7 +90,18 @@ class Compliance:
 
     @cached_property
     def _inverse(self) -> "_Split":
-        return _Split.from_matrix(self._scaled[0])
+        n = len(self._free)
+        node = np.arange(n)
+        if self.places is not None:
+            node = np.unique(self.places[:, self._free], axis=1, return_inverse=True)[1].reshape(n)
+        return _Split.from_matrix(self._scaled[0], node)
+
+    @cached_property
+    def units(self) -> ndarray:
+        """Displacement of each DOF by which it has an energy of 1/2; zero of those held."""
+        out = np.zeros(self.stiffness.shape[0])
+        out[self._free] = self._scaled[1]
+        return readonly(out)
 
     @property
     def motions(self) -> ndarray:
@@ -136,13 +150,14 @@ class _Split:
     null: ndarray
 
     @classmethod
-    def from_matrix(cls, matrix: csc_matrix) -> "_Split":
+    def from_matrix(cls, matrix: csc_matrix, node: ndarray) -> "_Split":
         n = matrix.shape[0]
         few, rest = _spread(matrix)
+        rest = rest[_order(matrix[rest][:, rest], node[rest])]
         between = matrix[rest][:, few].toarray()
         factors, coupling = None, np.zeros((0, len(few)))
         if len(rest):
-            factors = _factorised(matrix[rest][:, rest].tocsc(), rest)
+            factors = _factorised(matrix[rest][:, rest].tocsc())
             coupling = factors.solve(between)
         schur = matrix[few][:, few].toarray() - between.T @ coupling
         values, vectors = np.linalg.eigh((schur + schur.T) / 2)
@@ -178,10 +193,27 @@ def _spread(matrix: csc_matrix) -> tuple[ndarray, ndarray]:
     return np.sort(order[rank < SPLIT]), np.sort(order[rank >= SPLIT])
 
 
-def _factorised(matrix: csc_matrix, dofs: ndarray) -> SuperLU:
+def _order(matrix: csc_matrix, node: ndarray) -> ndarray:
+    """Order of elimination with little fill: minimum degree on the graph of the nodes.
+
+    Source: C. Ashcraft, Compressed graphs and the minimum degree algorithm, SIAM J. Sci. Comput.
+    16 (1995): on groups of DOFs it is sooner done and leaves less fill than on single ones.
+    """
+    if len(node) == 0:
+        return node
+    _, node = np.unique(node, return_inverse=True)
+    to_nodes = csc_matrix((np.ones(len(node)), (node, np.arange(len(node)))))
+    graph = (to_nodes @ abs(matrix) @ to_nodes.T).tocsc()
+    graph.data[:] = -1.0
+    graph.setdiag(len(node))  # any positive definite matrix will do
+    factors = splu(graph, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+    return np.argsort(factors.perm_c[node], kind="stable")
+
+
+def _factorised(matrix: csc_matrix) -> SuperLU:
     """Factors of a positive definite matrix, without pivoting: the pivots tell its signs."""
     try:
-        factors = splu(matrix, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+        factors = splu(matrix, "NATURAL", 0.0, options={"SymmetricMode": True})
         pivots = factors.U.diagonal()
     except RuntimeError:  # exactly singular
         pivots = np.zeros(1)
@@ -193,7 +225,7 @@ def _factorised(matrix: csc_matrix, dofs: ndarray) -> SuperLU:
     if (pivots < SINGULAR).any():
         raise ValueError(
             "expected a structure that moves without resistance only as rigid parts, got one "
-            f"with a mechanism beyond them among its {len(dofs)} DOFs. Remedy: elements that are "
+            f"with a mechanism beyond them among its {matrix.shape[0]} DOFs. Remedy: elements that are "
             "stable, full quadrature, or hold the DOFs in question, D="
         )
     return factors
