@@ -108,6 +108,7 @@ LAYERS = [
         "contact.neighbours",
         "contact.union",
         "contact.group_solution",
+        "contact.frame",
         "contact.group",
         "contact.refine",
         "contact.elastic_solution",

@@ -9,6 +9,7 @@ from skfem import (
     ElementHex1,
     ElementQuad0,
     ElementTetP1,
+    ElementTriArgyris,
     ElementTriMorley,
     ElementTriP0,
     ElementTriP2,
@@ -16,6 +17,7 @@ from skfem import (
     LinearForm,
     MeshHex,
     MeshTet,
+    MeshTri,
 )
 from skfem.helpers import dd, ddot, eye, grad, sym_grad
 from skfem.helpers import trace as tr
@@ -28,8 +30,10 @@ from skfem_dual import (
     RigidPunch,
     trace,
 )
+from skfem_dual.elements.load_matrix import load_matrix
 from skfem_dual.elements.point_values import value_matrix
 from skfem_dual.grids import generate
+from skfem_dual.grids.fan import Fan
 
 SOIL = HalfSpace(1.0, 0.0)
 POISSON = 0.2  # of the plates
@@ -231,3 +235,55 @@ def test_brown():
 def punch_motion(punch):
     """DOFs of a plate that settles by one."""
     return punch.structure.project(lambda x: 1.0 + 0.0 * x[0])
+
+
+#: lift-off under a uniform patch of radius 0.2: deflections at centre and edge, contact radius
+LIFTED = {0.01: (2.36406, -0.65500, 0.3984), 0.1: (1.381462, 0.193612, 0.7114)}
+
+
+def patch(basis, radius=0.2):
+    """Uniform, of the force one, whatever the mesh of the plate."""
+    dual = DualMesh.from_mesh(generate.disc(radius=radius, n=200, true_area=True))
+    cells = dual.partition
+    loads = load_matrix(cells, None, Fan.from_dual(dual), basis)
+    return loads @ np.ones(len(cells)) / cells.areas.sum()
+
+
+def lifted(K, n):
+    """Errors of centre, edge and radius of contact with Argyris on the triangles."""
+    mesh = generate.disc(n=n, true_area=True)
+    plate, stiffness = kirchhoff(mesh, ElementTriArgyris())
+    cells = DualMesh.from_mesh(mesh).basis()
+    s = ElasticPunch(SOIL, cells, plate, rigidity(K) * stiffness).solve(patch(plate))
+    found = [s.deflection([0.0, 0.0]), s.deflection(ring(0.998)).mean()]
+    assert s.success
+    assert s.force == pytest.approx(1.0, rel=1e-10)
+    return np.abs(np.append(found, np.sqrt(s.contact_area / np.pi)) - LIFTED[K])
+
+
+def test_lifts_off():
+    assert (lifted(0.1, 150) < (3e-3, 6e-3, 5e-3)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("K", LIFTED)
+def test_lift_off_converges(K):
+    """At least of the first order in h, the centre of nearly the second for stiffer plates."""
+    coarse, fine = lifted(K, 150), lifted(K, 600)
+    assert (fine < 0.65 * coarse).all()
+    assert fine[0] < (5e-4 if K == 0.1 else 3e-3)
+    assert fine[0] < coarse[0] / 4
+    assert fine[2] < 7e-3
+
+
+def test_infinite_plate_under_a_point_force():
+    """w0 = P l^2 / (3 sqrt(3) D), l^3 = 2 D / E*, on a disc of radius 12 l."""
+    D, size = 0.5, 12.0
+    errors = []
+    for mesh in (disc(3), disc(4)):
+        drawn = MeshTri(size * mesh.p * np.hypot(*mesh.p) ** 0.7, mesh.t)
+        punch = raft(12 * (1 - POISSON**2) * D, drawn)
+        s = punch.solve(point_load(punch, (0.0, 0.0)), unilateral=False)
+        errors.append(abs(s.deflection([0.0, 0.0]) * 3 * np.sqrt(3) * D - 1))
+    assert errors[1] < errors[0] < 2e-2
+    assert errors[1] < 1e-2

@@ -26,9 +26,9 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import value_matrix
-from ..grids.polygons import readonly, some
+from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
-from ..operators.compliance import Compliance
+from ..operators.compliance import Compliance, checked_dofs
 from ..operators.yielding import YieldingOperator
 from .elastic_solution import ElasticSolution
 from .footprint import Body, Edge, EdgeBoundaries, Footprint
@@ -36,7 +36,6 @@ from .load import Constraints, Pair
 from .pressures import CellPressures
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
-from .unilateral import CellForces, ContactProblem
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
@@ -186,7 +185,7 @@ class ElasticPunch(Body):
         if not np.isfinite(K.data).all():
             raise ValueError("expected a finite stiffness, got entries that are not")
         with timed(self.timings, "structure"):
-            return Compliance(K, _dofs(self.D, n), self.structure.doflocs)
+            return Compliance(K, checked_dofs(self.D, n), self.structure.doflocs)
 
     @cached_property
     def loads(self) -> csr_matrix:
@@ -301,8 +300,12 @@ class ElasticPunch(Body):
         count = self.motions.shape[1]
         given = self.motions.T @ self._effective(f, held)
         constraints = Constraints(np.eye(count), np.zeros(count), np.eye(count), given)
-        if unilateral:
-            self._require_compression(system, given)
+        if unilateral and not system.can_balance(constraints):
+            raise ValueError(
+                "expected loads that pressures under the plan can balance, got some that would "
+                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
+                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
+            )
         pressures = None if start is None else start.pressures_on(self.footprint)
         with progress_bars(progress):
             if unilateral:
@@ -379,19 +382,6 @@ class ElasticPunch(Body):
             self.timings,
         )
 
-    def _require_compression(self, system: ContactSystem, given: ndarray) -> None:
-        """Refuse loads that would have to be balanced by tension."""
-        n = len(self.partition)
-        problem = ContactProblem(
-            system.matrix, system.areas, system.gap, system.planes, system.resultants, given
-        )
-        if CellForces.from_problem(problem).balanced(np.zeros(n)) is None:
-            raise ValueError(
-                "expected loads that pressures under the plan can balance, got some that would "
-                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
-                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
-            )
-
     def __repr__(self) -> str:
         element = type(self.structure.elem).__name__
         return (
@@ -400,20 +390,3 @@ class ElasticPunch(Body):
             f"  Structure: {self.structure.N} DOFs of {element}, {self.motions.shape[1]} motions "
             "that only the ground resists"
         )
-
-
-def _dofs(D: Any, n: int) -> ndarray:
-    """DOFs in any form that scikit-fem's `condense` takes."""
-    if D is None:
-        return np.empty(0, dtype=int)
-    if isinstance(D, dict):
-        return np.unique(np.concatenate([_dofs(part, n) for part in D.values()]))
-    if not isinstance(D, np.ndarray) and hasattr(D, "flatten"):
-        D = D.flatten()
-    dofs = np.asarray(D)
-    if dofs.ndim != 1 or not (np.issubdtype(dofs.dtype, np.integer) or dofs.size == 0):
-        raise TypeError(f"expected DOFs as a vector of integers for D, got {D!r}")
-    bad = np.nonzero((dofs < 0) | (dofs >= n))[0]
-    if len(bad):
-        raise ValueError(f"expected DOFs from 0 to {n - 1} for D, got {some(dofs[bad])}")
-    return np.unique(dofs.astype(int))

@@ -25,7 +25,14 @@ from ..operators.preconditioner import Preconditioner
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.yielding import YieldingOperator
 from .load import Constraints, checked_fraction
-from .unilateral import Contact, ContactProblem, active_set, conjugate_gradients, solve_scaled
+from .unilateral import (
+    CellForces,
+    Contact,
+    ContactProblem,
+    active_set,
+    conjugate_gradients,
+    solve_scaled,
+)
 
 Method = Literal["auto", "active-set", "cg"]
 #: up to so many cells the answer of the conjugate gradients is polished by a direct solution
@@ -182,6 +189,11 @@ class ContactSystem:
         failure = "; ".join(filter(None, (self._by_position[1], self._by_shape[1])))
         return Contact(pressure, motion, gap, full, not failure, failure), position
 
+    def can_balance(self, constraints: Constraints) -> bool:
+        """Whether pressures without tension balance the forces given."""
+        forces = CellForces.from_problem(self._problem(constraints))
+        return forces.balanced(np.zeros(len(self.areas))) is not None
+
     def unilateral(
         self,
         constraints: Constraints,
@@ -218,15 +230,6 @@ class ContactSystem:
                 'expected a settlement imposed where the reaction acts with method "cg". '
                 'Remedy: method="active-set"'
             )
-        motions, balance, unit = self._scaled(constraints)
-        problem = ContactProblem(
-            matrix=self.matrix,
-            areas=self.areas,
-            gap=self.gap - constraints.fixed @ self.planes,
-            planes=motions.T @ self.planes,
-            resultants=balance @ self.resultants,
-            given=constraints.given / unit,
-        )
         if start is None and not self.gap.any():
             full, position = self.bilateral(constraints)
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
@@ -238,8 +241,20 @@ class ContactSystem:
                 'Remedy: method="cg" with a settlement imposed where the reaction acts, or a '
                 "coarser mesh"
             )
+        problem = self._problem(constraints)
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
-        return contact, constraints.fixed + motions @ contact.motion
+        return contact, constraints.fixed + self._scaled(constraints)[0] @ contact.motion
+
+    def _problem(self, constraints: Constraints) -> ContactProblem:
+        motions, balance, unit = self._scaled(constraints)
+        return ContactProblem(
+            matrix=self.matrix,
+            areas=self.areas,
+            gap=self.gap - constraints.fixed @ self.planes,
+            planes=motions.T @ self.planes,
+            resultants=balance @ self.resultants,
+            given=constraints.given / unit,
+        )
 
     def _contact(
         self,

@@ -13,6 +13,7 @@ structures are solved by generalised inverses in the same way.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -20,6 +21,7 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
+from ..arguments import checked_indices
 from ..grids.polygons import readonly
 
 #: DOFs split off from each part of a structure: more than a part has motions
@@ -27,7 +29,7 @@ SPLIT = 32
 #: eigenvalues of the small matrix below so many times the largest are zero
 NULL = 1e-9
 #: pivots, of a matrix with a diagonal of ones, below which it is singular
-SINGULAR = 1e-13
+SINGULAR = 1e-10
 #: entries may differ from those of the transpose by so many times the diagonal
 ASYMMETRY = 1e-9
 
@@ -124,6 +126,23 @@ class Compliance:
         return out
 
 
+def checked_dofs(D: Any, n: int) -> ndarray:
+    """DOFs out of n, in any form that scikit-fem's `condense` takes.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no integers, or out of range.
+    """
+    if D is None:
+        return np.empty(0, dtype=int)
+    if isinstance(D, dict):
+        return np.unique(np.concatenate([checked_dofs(part, n) for part in D.values()]))
+    if not isinstance(D, np.ndarray) and hasattr(D, "flatten"):
+        D = D.flatten()
+    return np.unique(checked_indices("D", D, n, each="place"))
+
+
 @dataclass(frozen=True, eq=False)
 class _Split:
     """A symmetric semidefinite matrix by factors of a part and the Schur complement of the rest.
@@ -152,13 +171,9 @@ class _Split:
     @classmethod
     def from_matrix(cls, matrix: csc_matrix, node: ndarray) -> "_Split":
         n = matrix.shape[0]
-        few, rest = _spread(matrix)
-        rest = rest[_order(matrix[rest][:, rest], node[rest])]
+        few, rest, factors = _parted(matrix, node)
         between = matrix[rest][:, few].toarray()
-        factors, coupling = None, np.zeros((0, len(few)))
-        if len(rest):
-            factors = _factorised(matrix[rest][:, rest].tocsc())
-            coupling = factors.solve(between)
+        coupling = between if factors is None else factors.solve(between)
         schur = matrix[few][:, few].toarray() - between.T @ coupling
         values, vectors = np.linalg.eigh((schur + schur.T) / 2)
         top = np.abs(values).max(initial=0.0)
@@ -185,12 +200,26 @@ class _Split:
         return out
 
 
-def _spread(matrix: csc_matrix) -> tuple[ndarray, ndarray]:
-    """Some DOFs of every part that hangs together, and all the others."""
+def _parted(matrix: csc_matrix, node: ndarray) -> tuple[ndarray, ndarray, SuperLU | None]:
+    """A few DOFs of every part that hangs together, all the others, and factors of these.
+
+    The few are taken by chance. Once in a while they do not hold the structure, as slopes of a
+    plate alone, and more of them are taken.
+    """
     _, part = connected_components(matrix, directed=False)
     order = np.lexsort((np.random.default_rng(0).random(len(part)), part))
     rank = np.arange(len(part)) - np.searchsorted(part[order], part[order])
-    return np.sort(order[rank < SPLIT]), np.sort(order[rank >= SPLIT])
+    for count in (SPLIT, 8 * SPLIT):
+        few, rest = np.sort(order[rank < count]), np.sort(order[rank >= count])
+        rest = rest[_order(matrix[rest][:, rest], node[rest])]
+        factors = _factorised(matrix[rest][:, rest].tocsc()) if len(rest) else None
+        if factors is not None or len(rest) == 0:
+            return few, rest, factors
+    raise ValueError(
+        "expected a structure that moves without resistance only as rigid parts, got one with a "
+        f"mechanism beyond them among its {len(node)} DOFs. Remedy: elements that are stable, "
+        "full quadrature, or hold the DOFs in question, D="
+    )
 
 
 def _order(matrix: csc_matrix, node: ndarray) -> ndarray:
@@ -210,22 +239,17 @@ def _order(matrix: csc_matrix, node: ndarray) -> ndarray:
     return np.argsort(factors.perm_c[node], kind="stable")
 
 
-def _factorised(matrix: csc_matrix) -> SuperLU:
-    """Factors of a positive definite matrix, without pivoting: the pivots tell its signs."""
+def _factorised(matrix: csc_matrix) -> SuperLU | None:
+    """Factors without pivoting, so that the pivots tell the signs; None of a singular matrix."""
     try:
         factors = splu(matrix, "NATURAL", 0.0, options={"SymmetricMode": True})
-        pivots = factors.U.diagonal()
     except RuntimeError:  # exactly singular
-        pivots = np.zeros(1)
-    if (pivots < -SINGULAR).any():
+        return None
+    pivots = factors.U.diagonal()
+    wrong = pivots[pivots < SINGULAR]
+    if len(wrong) and wrong[0] < -SINGULAR:  # those after a zero say nothing
         raise ValueError(
-            f"expected a positive semidefinite stiffness, got {np.sum(pivots < 0)} directions of "
-            "negative energy. Remedy: check the signs of its forms"
+            "expected a positive semidefinite stiffness, got one with negative energy: pivot "
+            f"{wrong[0]:.2e} of a diagonal of ones. Remedy: check the signs of its forms"
         )
-    if (pivots < SINGULAR).any():
-        raise ValueError(
-            "expected a structure that moves without resistance only as rigid parts, got one "
-            f"with a mechanism beyond them among its {matrix.shape[0]} DOFs. Remedy: elements that are "
-            "stable, full quadrature, or hold the DOFs in question, D="
-        )
-    return factors
+    return None if len(wrong) else factors
