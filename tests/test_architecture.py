@@ -112,6 +112,7 @@ LAYERS = [
         "contact.group",
         "contact.refine",
         "contact.elastic_solution",
+        "contact.resisted",
         "contact.elastic",
     ],
     [

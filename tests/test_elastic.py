@@ -216,23 +216,28 @@ def ring(r, n=48):
     return r * np.array([np.cos(angle), np.sin(angle)])
 
 
-def test_brown():
-    """Circle under a uniform load; the edge by default is the better one at every stiffness."""
+@pytest.mark.parametrize(
+    ("K", "cells"), [(0.001, 600), (0.01, 150), (0.1, 150), (1, 150), (10, 150), (1000, 150)]
+)
+def test_brown(K, cells):
+    """Circle under a uniform load; the edge by default is the better one at every stiffness.
+
+    As soon as cells see the strip in which the pressure under a soft plate grows.
+    """
     radii = np.array([0.0, 0.5, 0.99])
-    for K in (0.001, 0.01, 0.1, 1.0, 10.0, 1000.0):
-        exact = Legendre(rigidity(K)).deflection(radii)
-        errors = {}
-        for edge in (None, "constant"):
-            punch = raft(K, generate.disc(n=150, true_area=True), edge=edge)
-            s = punch.solve(uniform(punch), unilateral=False)
-            found = [s.deflection(ring(r)).mean() for r in radii]
-            errors[edge] = np.abs(found - exact).max()
-            assert s.force == pytest.approx(uniform(punch) @ punch_motion(punch), rel=1e-10)
-        assert errors[None] < 4e-3
-        assert errors[None] < errors["constant"]
+    exact = Legendre(rigidity(K)).deflection(radii)
+    errors = {}
+    for edge in (None, "constant"):
+        punch = raft(K, generate.disc(n=cells, true_area=True), edge=edge)
+        s = punch.solve(uniform(punch), unilateral=False)
+        found = [s.deflection(ring(r)).mean() for r in radii]
+        errors[edge] = np.abs(found - exact).max()
+        assert s.force == pytest.approx(uniform(punch) @ settled(punch), rel=1e-10)
+    assert errors[None] < (1.2e-2 if K < 0.1 else 5e-3)
+    assert errors[None] < 0.7 * errors["constant"]
 
 
-def punch_motion(punch):
+def settled(punch):
     """DOFs of a plate that settles by one."""
     return punch.structure.project(lambda x: 1.0 + 0.0 * x[0])
 
@@ -278,12 +283,9 @@ def test_lift_off_converges(K):
 
 def test_infinite_plate_under_a_point_force():
     """w0 = P l^2 / (3 sqrt(3) D), l^3 = 2 D / E*, on a disc of radius 12 l."""
-    D, size = 0.5, 12.0
-    errors = []
-    for mesh in (disc(3), disc(4)):
-        drawn = MeshTri(size * mesh.p * np.hypot(*mesh.p) ** 0.7, mesh.t)
-        punch = raft(12 * (1 - POISSON**2) * D, drawn)
-        s = punch.solve(point_load(punch, (0.0, 0.0)), unilateral=False)
-        errors.append(abs(s.deflection([0.0, 0.0]) * 3 * np.sqrt(3) * D - 1))
-    assert errors[1] < errors[0] < 2e-2
-    assert errors[1] < 1e-2
+    D, mesh = 0.5, disc(3)
+    mesh = MeshTri(12.0 * mesh.p * np.hypot(*mesh.p) ** 0.7, mesh.t)  # drawn to the middle
+    plate, stiffness = kirchhoff(mesh, ElementTriArgyris())
+    punch = ElasticPunch(SOIL, DualMesh.from_mesh(mesh).basis(), plate, D * stiffness)
+    s = punch.solve(point_load(punch, (0.0, 0.0)), unilateral=False)
+    assert s.deflection([0.0, 0.0]) == pytest.approx(1 / (3 * np.sqrt(3) * D), rel=5e-3)
