@@ -1,12 +1,6 @@
 import numpy as np
 import pytest
-from plans import disc
-from scipy.special import eval_jacobi, gammaln
-from skfem import (
-    ElementTriArgyris,
-    MeshTri,
-)
-from structures import (
+from elastic_bodies import (
     POISSON,
     SOIL,
     block_on,
@@ -20,12 +14,20 @@ from structures import (
     settled,
     uniform,
 )
-
-from skfem_dual import (
-    DualMesh,
-    ElasticPunch,
-    RigidPunch,
+from plans import disc
+from scipy.special import eval_jacobi, gammaln
+from skfem import (
+    Basis,
+    ElementTetP1,
+    ElementTriArgyris,
+    ElementVector,
+    LinearForm,
+    MeshTet,
+    MeshTri,
 )
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
 from skfem_dual.elements.load_matrix import load_matrix
 from skfem_dual.grids import generate
 from skfem_dual.grids.fan import Fan
@@ -169,3 +171,51 @@ def test_infinite_plate_under_a_point_force():
     punch = ElasticPunch(SOIL, DualMesh.from_mesh(mesh).basis(), plate, D * stiffness)
     s = punch.solve(point_load(punch, (0.0, 0.0)), unilateral=False)
     assert s.deflection([0.0, 0.0]) == pytest.approx(1 / (3 * np.sqrt(3) * D), rel=5e-3)
+
+
+def soft_cylinder(n):
+    """Mean settlement of the top of a soft tall block under a uniform load, without bulging."""
+    sides = [np.linspace(-0.5, 0.5, n + 1)] * 2 + [np.linspace(0, 3, 2 * n + 1)]
+    mesh = MeshTet.init_tensor(*sides).with_boundaries({"base": lambda x: x[2] == 0})
+    basis = Basis(mesh, ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(0.5, 0.0)).assemble(basis)
+    top = basis.boundary(mesh.facets_satisfying(lambda x: x[2] == 3))
+    f = LinearForm(lambda v, w: -v[2]).assemble(top)
+    cells = DualMesh.from_mesh(trace(mesh, "base")).basis()
+    s = ElasticPunch(SOIL, cells, basis, K, boundary="base").solve(f)
+    assert s.force == pytest.approx(1.0, rel=1e-10)
+    assert s.equilibrium_residual < 1e-10
+    return f @ s.displacement
+
+
+def test_soft_tall_block_converges():
+    """To its shortening, 3 / E, and the settlement of the ground between loose and stiff."""
+    found = np.array([soft_cylinder(n) for n in (2, 4, 8)])
+    first, second = np.abs(np.diff(found))
+    assert second < 0.6 * first
+    # mean settlement under a uniform load on a square, and that of a rigid one: 0.947, 0.868
+    ground = found[-1] - 3 / 0.5
+    assert 0.86 < ground < 1.0
+
+
+@pytest.mark.slow
+def test_ball_on_a_ground_as_soft_is_hertz():
+    """1/E* = 1/E1* + 1/E2*; the ball's shape is the gap, its stiffness that of a large block."""
+    young, poisson, force = 1.0, 0.3, 2e-4
+    s = np.linspace(-1, 1, 25)
+    side, height = s * np.abs(s), np.linspace(0, 1, 17) ** 2  # drawn to the contact
+    mesh = MeshTet.init_tensor(side, side, height).with_boundaries({"base": lambda x: x[2] == 0})
+    basis = Basis(mesh, ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
+    top = mesh.p[2] == 1
+    f = np.zeros(basis.N)
+    f[basis.nodal_dofs[2, top]] = -force / top.sum()
+    guided = basis.nodal_dofs[:2][:, top].ravel()
+    cells = DualMesh.from_mesh(trace(mesh, "base")).basis()
+    ground, gap = HalfSpace(young, poisson), Paraboloid(1.0)
+    punch = ElasticPunch(ground, cells, basis, K, boundary="base", D=guided, gap=gap)
+    found = punch.solve(f)
+    modulus = young / (1 - poisson**2) / 2
+    radius = (3 * force / (4 * modulus)) ** (1 / 3)
+    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(radius, rel=0.06)
+    assert found.pressure.max() == pytest.approx(1.5 * force / (np.pi * radius**2), rel=0.1)

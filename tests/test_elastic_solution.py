@@ -5,6 +5,16 @@ from dataclasses import replace
 import matplotlib as mpl
 import numpy as np
 import pytest
+from elastic_bodies import (
+    SOIL,
+    block_on,
+    kirchhoff,
+    load,
+    point_load,
+    position,
+    raft,
+    uniform,
+)
 from plans import disc, rectangle
 from skfem import (
     Basis,
@@ -15,16 +25,6 @@ from skfem import (
     ElementVector,
     LinearForm,
     MeshTri,
-)
-from structures import (
-    SOIL,
-    block_on,
-    kirchhoff,
-    load,
-    point_load,
-    position,
-    raft,
-    uniform,
 )
 
 from skfem_dual import (
@@ -270,8 +270,8 @@ def test_units_do_not_matter():
     rigid = 0.1 / 12 / 0.96 * 1e9 * 7e4
     punch = ElasticPunch(HalfSpace(7e4, 0.0), dual.basis(), plate, rigid * K)
     t = punch.solve(point_load(punch, (550.0, 100.0)))
-    assert t.deflection([100.0, 0.0]) * 7e7 == pytest.approx(s.deflection([0.1, 0.0]), rel=1e-6)
-    assert t.contact_area / 1e6 == pytest.approx(s.contact_area, rel=1e-6)
+    assert t.deflection([100.0, 0.0]) * 7e7 == pytest.approx(s.deflection([0.1, 0.0]), rel=1e-9)
+    assert t.contact_area / 1e6 == pytest.approx(s.contact_area, rel=1e-3)
 
 
 def test_refused(punch, block):
