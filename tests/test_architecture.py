@@ -117,9 +117,11 @@ LAYERS = [
         "contact.neighbours",
         "contact.union",
         "contact.group_solution",
+        "contact.frame",
         "contact.group",
         "contact.refine",
         "contact.elastic_solution",
+        "contact.resisted",
         "contact.elastic",
     ],
     [

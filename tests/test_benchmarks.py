@@ -76,6 +76,19 @@ def test_unilateral(load, capsys):
     assert "conj. gradients" in capsys.readouterr().out
 
 
+def test_structures(load, capsys):
+    structures = load("structures")
+    rows = structures.main((150,), (6,), 0)
+    assert set(rows) == {("raft", 150), ("block", 6)}
+    for row in rows.values():
+        assert row.solution.success
+        assert row.difference < 1e-7
+        assert row.solution.equilibrium_residual < 1e-10
+        assert 0 < len(row.solution.contact) < len(row.solution.pressure)
+        assert min(row.cpu, row.wall, row.dense) > 0
+    assert "balance" in capsys.readouterr().out
+
+
 def test_mutation(load):
     """Faults stand where they change what is done, and each alone."""
     mutation = load("mutation")

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scipy.sparse import block_diag, csc_matrix, diags
+from scipy.sparse import block_diag, csc_matrix, diags, random_array
 from skfem import (
     Basis,
     BilinearForm,
@@ -38,12 +38,27 @@ def block():
 STRIP = MeshTri.init_tensor(np.linspace(0, 30, 121), np.linspace(0, 1, 5))
 
 
+def slopes_first():
+    """A plate of which DOFs taken by chance are slopes and curvatures only."""
+    K = plate(ElementTriArgyris(), MeshTri.init_circle(4))
+    basis = CellBasis(MeshTri.init_circle(4), ElementTriArgyris())
+    chance = np.argsort(np.random.default_rng(0).random(K.shape[0]))
+    others = np.setdiff1d(np.arange(K.shape[0]), slopes := basis.nodal_dofs[1:4].ravel()[:40])
+    order = np.empty(K.shape[0], dtype=int)
+    order[chance] = np.append(slopes, others)
+    return K[order][:, order]
+
+
+SLOPES = slopes_first()
+
+
 @pytest.mark.parametrize(
     ("K", "motions"),
     [
         (plate(), 3),
         (plate(ElementTriArgyris()), 3),
         (plate(mesh=STRIP), 3),
+        (SLOPES, 3),
         (block(), 6),
         (block_diag([plate(), block(), 4.0 * plate()], "csc"), 12),
         (csc_matrix([[2.0, -1, -1], [-1, 2, -1], [-1, -1, 2]]), 1),
@@ -89,6 +104,25 @@ def test_units_of_dofs_do_not_matter():
     K, unit = plate(), 10.0 ** np.random.default_rng(2).uniform(-8, 8, plate().shape[0])
     scaled = (diags(unit) @ K @ diags(unit)).tocsc()
     assert Compliance(scaled, NOTHING).motions.shape[1] == 3
+
+
+def test_mechanisms_are_refused():
+    """200 bars at random hold 600 DOFs."""
+    bars = random_array((200, 600), density=0.05, rng=np.random.default_rng(0), format="csc")
+    with pytest.raises(ValueError, match="mechanism beyond them among its 600 DOFs"):
+        Compliance(csc_matrix(bars.T @ bars), NOTHING)
+
+
+def test_order_of_elimination_does_not_matter():
+    """DOFs of a node together, with less fill."""
+    basis = Basis(MeshTet().refined(3), ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis).tocsc()
+    alone, together = Compliance(K, NOTHING), Compliance(K, NOTHING, basis.doflocs)
+    loads = K @ np.random.default_rng(0).standard_normal(basis.N)
+    for structure in (alone, together):
+        assert K @ structure.displacements(loads) == pytest.approx(loads, abs=1e-10)
+    fill = [s._inverse.factors.L.nnz for s in (together, alone)]
+    assert fill[0] < 0.95 * fill[1]
 
 
 def test_refused():

@@ -1,1 +1,221 @@
+import numpy as np
+import pytest
+from elastic_bodies import (
+    POISSON,
+    SOIL,
+    block_on,
+    kirchhoff,
+    mindlin,
+    plate_on,
+    point_load,
+    position,
+    raft,
+    rigidity,
+    settled,
+    uniform,
+)
+from plans import disc
+from scipy.special import eval_jacobi, gammaln
+from skfem import (
+    Basis,
+    ElementTetP1,
+    ElementTriArgyris,
+    ElementVector,
+    LinearForm,
+    MeshTet,
+    MeshTri,
+)
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
+from skfem_dual.elements.load_matrix import load_matrix
+from skfem_dual.grids import generate
+from skfem_dual.grids.fan import Fan
+
+STRUCTURES = {
+    "Morley on dual cells": lambda: plate_on("dual", kirchhoff),
+    "Morley on quadrilaterals": lambda: plate_on("quadrilaterals", kirchhoff),
+    "Mindlin on triangles": lambda: plate_on("triangles", mindlin),
+    "tetrahedra on dual cells": lambda: block_on("dual"),
+    "tetrahedra on triangles": lambda: block_on("triangles"),
+    "hexahedra on quadrilaterals": lambda: block_on("quadrilaterals"),
+}
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_too_stiff_to_bend_is_the_rigid_punch(name):
+    cells, structure, K, options = STRUCTURES[name]()
+    punch = ElasticPunch(SOIL, cells, structure, 1e9 * K, **options)
+    rigid = RigidPunch(SOIL, cells)
+    for at in ((0.1, 0.05), (0.6, 0.2)):  # full contact, and lifted off
+        s, r = punch.solve(point_load(punch, at)), rigid.solve(1.0, at)
+        assert s.success
+        assert position(s) == pytest.approx([r.settlement, *r.tilt], rel=1e-6)
+        assert s.pressure == pytest.approx(r.pressure, abs=1e-6 * r.pressure.max())
+        assert s.gap == pytest.approx(r.gap, abs=1e-6 * r.settlement)
+        assert s.resultant == pytest.approx([1.0, *at], abs=1e-10)
+        assert s.equilibrium_residual < 1e-10
+    assert (s.gap > 0).any()
+
+
+@pytest.mark.parametrize("edge", ["singular", "constant"])
+def test_stiff_under_either_edge(edge):
+    punch = raft(1e9, edge=edge)
+    s = punch.solve(point_load(punch, (0.5, 0.0)))
+    rigid = RigidPunch(SOIL, punch.basis, edge=edge).solve(1.0, (0.5, 0.0))
+    assert position(s) == pytest.approx([rigid.settlement, *rigid.tilt], rel=1e-6, abs=1e-7)
+
+
+class Legendre:
+    """Circular raft under a uniform load, q = a = E* = 1, by Ritz: no cells, no elements.
+
+    The pressure ``c_k P_2k(t) / t``, t = sqrt(1 - r^2), settles the circle by ``l_k c_k P_2k(t)``
+    with ``l_k = (Gamma(k + 1/2) / k!)^2``, a polynomial in r^2.
+    """
+
+    def __init__(self, D, terms=40):
+        self.terms = terms
+        z, weights = np.polynomial.legendre.leggauss(4 * terms)  # 2 pi r dr = pi dz / 2
+        weights = np.pi / 2 * weights
+        once = 2 * self.modes(z, 1)  # w' / r
+        twice = once + 2 * (1 + z) * self.modes(z, 2)  # w''
+        whole, mixed = ((once + twice) * weights) @ (once + twice).T, (once * weights) @ twice.T
+        k = np.arange(terms)
+        eigenvalues = np.exp(2 * (gammaln(k + 0.5) - gammaln(k + 1)))
+        matrix = D * (whole - (1 - POISSON) * (mixed + mixed.T))
+        matrix += np.diag(2 * np.pi / (4 * k + 1) / eigenvalues)
+        self.coefficients = np.linalg.solve(matrix, self.modes(z) @ weights)
+
+    def modes(self, z, m=0):
+        """m-th derivatives by r^2 of all P_2k(t)."""
+        rows = [np.zeros_like(z)] * m
+        for k in range(m, self.terms):
+            factor = np.prod(-(k + 0.5 + np.arange(m)))
+            rows.append(factor * eval_jacobi(k - m, m, m - 0.5, -z))
+        return np.array(rows)
+
+    def deflection(self, r):
+        return self.coefficients @ self.modes(2 * np.asarray(r) ** 2 - 1)
+
+
+def ring(r, n=48):
+    angle = 2 * np.pi * np.arange(n) / n
+    return r * np.array([np.cos(angle), np.sin(angle)])
+
+
+@pytest.mark.parametrize(
+    ("K", "cells"), [(0.001, 600), (0.01, 150), (0.1, 150), (1, 150), (10, 150), (1000, 150)]
+)
+def test_brown(K, cells):
+    """Circle under a uniform load; the edge by default is the better one at every stiffness.
+
+    As soon as cells see the strip in which the pressure under a soft plate grows.
+    """
+    radii = np.array([0.0, 0.5, 0.99])
+    exact = Legendre(rigidity(K)).deflection(radii)
+    errors = {}
+    for edge in (None, "constant"):
+        punch = raft(K, generate.disc(n=cells, true_area=True), edge=edge)
+        s = punch.solve(uniform(punch), unilateral=False)
+        found = [s.deflection(ring(r)).mean() for r in radii]
+        errors[edge] = np.abs(found - exact).max()
+        assert s.force == pytest.approx(uniform(punch) @ settled(punch), rel=1e-10)
+    assert errors[None] < (1.2e-2 if K < 0.1 else 5e-3)
+    assert errors[None] < 0.7 * errors["constant"]
+
+
+#: lift-off under a uniform patch of radius 0.2: deflections at centre and edge, contact radius
+LIFTED = {0.01: (2.36406, -0.65500, 0.3984), 0.1: (1.381462, 0.193612, 0.7114)}
+
+
+def patch(basis, radius=0.2):
+    """Uniform, of the force one, whatever the mesh of the plate."""
+    dual = DualMesh.from_mesh(generate.disc(radius=radius, n=200, true_area=True))
+    cells = dual.partition
+    loads = load_matrix(cells, None, Fan.from_dual(dual), basis)
+    return loads @ np.ones(len(cells)) / cells.areas.sum()
+
+
+def lifted(K, n):
+    """Errors of centre, edge and radius of contact with Argyris on the triangles."""
+    mesh = generate.disc(n=n, true_area=True)
+    plate, stiffness = kirchhoff(mesh, ElementTriArgyris())
+    cells = DualMesh.from_mesh(mesh).basis()
+    s = ElasticPunch(SOIL, cells, plate, rigidity(K) * stiffness).solve(patch(plate))
+    found = [s.deflection([0.0, 0.0]), s.deflection(ring(0.998)).mean()]
+    assert s.success
+    assert s.force == pytest.approx(1.0, rel=1e-10)
+    return np.abs(np.append(found, np.sqrt(s.contact_area / np.pi)) - LIFTED[K])
+
+
+def test_lifts_off():
+    assert (lifted(0.1, 150) < (3e-3, 6e-3, 5e-3)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("K", LIFTED)
+def test_lift_off_converges(K):
+    """At least of the first order in h, the centre of nearly the second for stiffer plates."""
+    coarse, fine = lifted(K, 150), lifted(K, 600)
+    assert (fine < 0.65 * coarse).all()
+    assert fine[0] < (5e-4 if K == 0.1 else 3e-3)
+    assert fine[0] < coarse[0] / 4
+    assert fine[2] < 7e-3
+
+
+def test_infinite_plate_under_a_point_force():
+    """w0 = P l^2 / (3 sqrt(3) D), l^3 = 2 D / E*, on a disc of radius 12 l."""
+    D, mesh = 0.5, disc(3)
+    mesh = MeshTri(12.0 * mesh.p * np.hypot(*mesh.p) ** 0.7, mesh.t)  # drawn to the middle
+    plate, stiffness = kirchhoff(mesh, ElementTriArgyris())
+    punch = ElasticPunch(SOIL, DualMesh.from_mesh(mesh).basis(), plate, D * stiffness)
+    s = punch.solve(point_load(punch, (0.0, 0.0)), unilateral=False)
+    assert s.deflection([0.0, 0.0]) == pytest.approx(1 / (3 * np.sqrt(3) * D), rel=5e-3)
+
+
+def soft_cylinder(n):
+    """Mean settlement of the top of a soft tall block under a uniform load, without bulging."""
+    sides = [np.linspace(-0.5, 0.5, n + 1)] * 2 + [np.linspace(0, 3, 2 * n + 1)]
+    mesh = MeshTet.init_tensor(*sides).with_boundaries({"base": lambda x: x[2] == 0})
+    basis = Basis(mesh, ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(0.5, 0.0)).assemble(basis)
+    top = basis.boundary(mesh.facets_satisfying(lambda x: x[2] == 3))
+    f = LinearForm(lambda v, w: -v[2]).assemble(top)
+    cells = DualMesh.from_mesh(trace(mesh, "base")).basis()
+    s = ElasticPunch(SOIL, cells, basis, K, boundary="base").solve(f)
+    assert s.force == pytest.approx(1.0, rel=1e-10)
+    assert s.equilibrium_residual < 1e-10
+    return f @ s.displacement
+
+
+def test_soft_tall_block_converges():
+    """To its shortening, 3 / E, and the settlement of the ground between loose and stiff."""
+    found = np.array([soft_cylinder(n) for n in (2, 4, 8)])
+    first, second = np.abs(np.diff(found))
+    assert second < 0.6 * first
+    # mean settlement under a uniform load on a square, and that of a rigid one: 0.947, 0.868
+    ground = found[-1] - 3 / 0.5
+    assert 0.86 < ground < 1.0
+
+
+@pytest.mark.slow
+def test_ball_on_a_ground_as_soft_is_hertz():
+    """1/E* = 1/E1* + 1/E2*; the ball's shape is the gap, its stiffness that of a large block."""
+    young, poisson, force = 1.0, 0.3, 2e-4
+    s = np.linspace(-1, 1, 25)
+    side, height = s * np.abs(s), np.linspace(0, 1, 17) ** 2  # drawn to the contact
+    mesh = MeshTet.init_tensor(side, side, height).with_boundaries({"base": lambda x: x[2] == 0})
+    basis = Basis(mesh, ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
+    top = mesh.p[2] == 1
+    f = np.zeros(basis.N)
+    f[basis.nodal_dofs[2, top]] = -force / top.sum()
+    guided = basis.nodal_dofs[:2][:, top].ravel()
+    cells = DualMesh.from_mesh(trace(mesh, "base")).basis()
+    ground, gap = HalfSpace(young, poisson), Paraboloid(1.0)
+    punch = ElasticPunch(ground, cells, basis, K, boundary="base", D=guided, gap=gap)
+    found = punch.solve(f)
+    modulus = young / (1 - poisson**2) / 2
+    radius = (3 * force / (4 * modulus)) ** (1 / 3)
+    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(radius, rel=0.06)
+    assert found.pressure.max() == pytest.approx(1.5 * force / (np.pi * radius**2), rel=0.1)

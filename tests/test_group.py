@@ -274,3 +274,123 @@ def test_bad_groups():
 def test_bad_loads(loads, message):
     with pytest.raises(ValueError, match=message):
         pair(3.0).solve(loads)
+
+
+def column(p, q, stiffness, m):
+    """Frame on m footings: a spring that resists their difference in settlement."""
+    ends = np.zeros(3 * m)
+    ends[3 * p], ends[3 * q] = 1.0, -1.0
+    return stiffness * np.outer(ends, ends)
+
+
+def framed(stiffness, m=2, **options):
+    places = 2.5 * (np.arange(m) - (m - 1) / 2)
+    return RigidPunches(
+        [punch(disc(2).translated((x, 0.0)), origin=(x, 0.3), **options) for x in places],
+        stiffness=stiffness,
+    )
+
+
+FRAMED = [{"force": 2.0, "at": (0.0, -0.3)}, {"force": 1.0, "at": (0.0, -0.3)}]
+
+
+def test_frame_without_stiffness_is_none():
+    alone, frame = framed(None).solve(FRAMED), framed(np.zeros((6, 6))).solve(FRAMED)
+    for s, t in zip(alone.solutions, frame.solutions, strict=True):
+        assert t.pressure == pytest.approx(s.pressure, rel=1e-9)
+        assert [t.settlement, *t.tilt] == pytest.approx([s.settlement, *s.tilt], abs=1e-9)
+    assert (alone.frame_forces == 0).all()
+    assert (frame.frame_forces == 0).all()
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_frame_and_ground_together_balance_the_loads(unilateral):
+    """Any positive stiffness, loads that lift a footing in part."""
+    root = np.random.default_rng(0).standard_normal((6, 6))
+    K = root @ root.T / 50
+    for loads in (FRAMED, [{"force": 2.0, "at": (0.6, 0.1)}, {"force": 0.2}]):
+        found = framed(K).solve(loads, unilateral=unilateral)
+        assert found.success
+        y = np.concatenate([[s.settlement, *s.tilt] for s in found.solutions])
+        given = [
+            [load["force"], *(load["force"] * np.array(load.get("at", (0, 0))))] for load in loads
+        ]
+        resultants = np.array([s.resultant for s in found.solutions])
+        assert resultants + (K @ y).reshape(2, 3) == pytest.approx(np.array(given), abs=1e-10)
+        assert found.frame_forces == pytest.approx(np.array(given) - resultants, abs=1e-10)
+        for s in found.solutions:
+            x = s.punch.collocation_points[:, s.pressure > 0]
+            assert s.displacement(x) == pytest.approx(s.punch_displacement(x), abs=1e-8)
+            assert s.complementarity_residual < 1e-9 or not unilateral
+
+
+def test_stiff_frame_joins():
+    """A frame too stiff to bend is the joined body."""
+    # of the plane through all: from positions to what is left of them
+    levers = np.array([[1, -1.25, 0], [0, 1, 0], [0, 0, 1], [1, 1.25, 0], [0, 1, 0], [0, 0, 1]])
+    rigid, _ = np.linalg.qr(levers)
+    K = 1e8 * (np.eye(6) - rigid @ rigid.T)
+    bodies = framed(None).punches
+    joined = RigidPunches(bodies, joined=[(0, 1)])
+    force, x = 3.0, 0.2  # of the middle
+    frame = framed(K).solve([{"force": force, "at": (x + 1.25, -0.3)}, {"force": 0.0}])
+    one = joined.solve([{"force": force, "at": (x + 1.25, -0.3)}])
+    for s, t in zip(frame.solutions, one.solutions, strict=True):
+        assert s.pressure == pytest.approx(t.pressure, rel=1e-6)
+        assert s.tilt == pytest.approx(t.tilt, rel=1e-6, abs=1e-7)
+        assert s.settlement == pytest.approx(t.settlement, rel=1e-6)
+
+
+def test_frame_takes_from_the_loaded_one():
+    """By hand: two equal footings far apart, a spring k between their settlements."""
+    far = 1e3
+    bodies = [punch(disc(2).translated((x, 0.0)), origin=(x, 0.0)) for x in (0.0, far)]
+    c = 1 / (bodies[0].solve(1.0).settlement - 1 / (np.pi * far))
+    k = 0.7
+    found = RigidPunches(bodies, stiffness=column(0, 1, k, 2)).solve(
+        [{"force": 1.0}, {"force": 0.0}]
+    )
+    difference = 1 / (c + 2 * k)
+    assert found.force == pytest.approx([1 - k * difference, k * difference], rel=1e-6)
+    assert found.frame_forces[:, 0] == pytest.approx([k * difference, -k * difference], rel=1e-6)
+
+
+def test_imposed_settlement_under_a_frame():
+    found = framed(column(0, 1, 0.5, 2)).solve(
+        [{"settlement": 1.0, "tilt": (0, 0)}, {"force": 0.5}]
+    )
+    left, right = found.solutions
+    assert left.settlement == pytest.approx(1.0)
+    assert left.tilt == pytest.approx([0, 0])
+    taken = 0.5 * (right.settlement - left.settlement)
+    assert right.force + taken == pytest.approx(0.5, abs=1e-10)
+
+
+def test_frame_without_a_matrix(monkeypatch):
+    K = column(0, 1, 0.5, 2)
+    dense = framed(K).solve(FRAMED)
+    fast = framed(K, rtol=1e-8).solve(FRAMED)
+    monkeypatch.setattr(footprint, "DENSE", 10)
+    free = framed(K, rtol=1e-8)
+    assert isinstance(free.operator, InfluenceOperator)
+    for found in (fast, free.solve(FRAMED), pickle.loads(pickle.dumps(free)).solve(FRAMED)):
+        for s, t in zip(found.solutions, dense.solutions, strict=True):
+            assert s.settlement == pytest.approx(t.settlement, rel=1e-6)
+
+
+def test_frames_that_are_refused():
+    with pytest.raises(ValueError, match=r"stiffness of shape \(6, 6\), got \(3, 3\)"):
+        framed(np.eye(3))
+    with pytest.raises(ValueError, match=r"symmetric stiffness, got K\["):
+        framed(np.eye(6) + np.eye(6, k=1))
+    with pytest.raises(ValueError, match="positive"):
+        framed(-np.eye(6))
+    with pytest.raises(ValueError, match="negative energy"):
+        framed(np.eye(6) + 2 * (np.eye(6, k=1) + np.eye(6, k=-1)))
+    with pytest.raises(TypeError, match="stiffness as an array of numbers"):
+        framed("stiff")
+    frame = framed(column(0, 1, 1.0, 2))
+    with pytest.raises(ValueError, match="balance without tension"):
+        frame.solve([{"force": -2.0}, {"force": 1.0}])
+    with pytest.raises(ValueError, match="imposed where their reactions act"):
+        frame.solve([{"settlement": 1.0, "at": (0.2, 0.0)}, {"force": 1.0}])

@@ -23,27 +23,26 @@ from scipy.sparse import csc_matrix, csr_matrix, issparse
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
+from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence, shown
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import value_matrix
-from ..grids.polygons import readonly, some
+from ..grids.polygons import readonly
+from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.compliance import Compliance
+from ..operators.compliance import Compliance, checked_dofs
 from ..operators.yielding import YieldingOperator
 from .elastic_solution import ElasticSolution
 from .footprint import Body, Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
 from .pressures import CellPressures
-from .problem import ContactProblem
+from .resisted import require_resisted
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
-from .unilateral import CellForces
 from .verify import Verification
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
-#: work of the loads on a motion that nothing resists, over that of their parts
-BALANCED = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,11 +129,8 @@ class ElasticPunch(Body):
     def __post_init__(self) -> None:
         if self.edge is None:
             object.__setattr__(self, "edge", "singular" if self.gap is None else "constant")
-        if not isinstance(self.structure, CellBasis):
-            raise TypeError(
-                "expected a CellBasis of deflections or of a solid, got "
-                f"{type(self.structure).__name__}. Remedy: name the facets of a solid by boundary="
-            )
+        remedy = "name the facets of a solid by boundary="
+        checked_instance("structure", self.structure, CellBasis, remedy)
         solid = self.structure.mesh.dim() == 3
         if solid == (self.boundary is None):
             raise ValueError(
@@ -145,6 +141,7 @@ class ElasticPunch(Body):
         object.__setattr__(self, "origin", self.footprint.origin)
         # what does not fit is refused now
         self.compliance  # noqa: B018
+        self.loads  # noqa: B018
         self.trace  # noqa: B018
         self.initial_gap  # noqa: B018
 
@@ -170,14 +167,14 @@ class ElasticPunch(Body):
         """The basis of the structure where it faces the ground: its own, or on the facets."""
         if self.boundary is None:
             return self.structure
-        return self.structure.boundary(self.boundary)
+        return self.structure.boundary(checked_facets(self.structure.mesh, self.boundary))
 
     @computed_once
     def compliance(self) -> Compliance:
         """What the structure yields, and its motions without resistance."""
         K, n = self.stiffness, self.structure.N
         if not (issparse(K) or isinstance(K, np.ndarray)):
-            raise TypeError(f"expected a sparse matrix for the stiffness, got {type(K).__name__}")
+            raise TypeError(f"expected a sparse matrix for stiffness, got {shown(K)}")
         if K.shape != (n, n):
             raise ValueError(
                 f"expected a stiffness of shape ({n}, {n}) for the {n} DOFs of the structure, "
@@ -188,7 +185,7 @@ class ElasticPunch(Body):
         if not np.isfinite(K.data).all():
             raise ValueError("expected a finite stiffness, got entries that are not")
         with timed(self.timings, "structure"):
-            return Compliance(K, _dofs(self.D, n))
+            return Compliance(K, checked_dofs(self.D, n), self.structure.doflocs)
 
     @computed_once
     def loads(self) -> csr_matrix:
@@ -297,16 +294,23 @@ class ElasticPunch(Body):
             balanced without tension.
         """
         f, held = self._checked_loads(f, x)
+        unilateral = checked_flag("unilateral", unilateral)
+        if start is not None:
+            checked_instance("start", start, CellPressures)
         begin = perf_counter()
         lifted = self._lifted(f, held)
         system = self._system(lifted, dense=method == "active-set")
         count = self.motions.shape[1]
         given = self.motions.T @ self._effective(f, held)
         constraints = Constraints(np.eye(count), np.zeros(count), np.eye(count), given)
-        if unilateral:
-            self._require_compression(system, given)
+        if unilateral and not system.can_balance(constraints):
+            raise ValueError(
+                "expected loads that pressures under the plan can balance, got some that would "
+                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
+                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
+            )
         pressures = None if start is None else start.pressures_on(self.footprint)
-        with progress_bars(progress):
+        with progress_bars(checked_flag("progress", progress)):
             if unilateral:
                 chosen: Method = "cg" if method == "auto" else method
                 contact, position = system.unilateral(constraints, chosen, pressures, gap_rtol)
@@ -330,38 +334,16 @@ class ElasticPunch(Body):
             As of `solve`.
         """
         columns = F.T if isinstance(F, np.ndarray) and F.ndim == 2 else F
-        return tuple(self.solve(f, **options) for f in columns)
+        return tuple(self.solve(f, **options) for f in checked_sequence("F", columns))
 
     def _checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
-        n, vectors = self.structure.N, []
-        for name, value in (("f", f), ("x", np.zeros(n) if x is None else x)):
-            vector = np.asarray(value, dtype=float)
-            if vector.shape != (n,):
-                raise ValueError(
-                    f"expected {name} of shape ({n},), a vector of the structure's basis, got "
-                    f"{vector.shape}"
-                )
-            if not np.isfinite(vector).all():
-                raise ValueError(
-                    f"expected finite {name}; the first that is not: DOF "
-                    f"{np.nonzero(~np.isfinite(vector))[0][0]}"
-                )
-            vectors.append(vector)
-        f, x = vectors
-        held = np.zeros(n)
-        held[self.compliance.fixed] = x[self.compliance.fixed]
-        effective, free = self._effective(f, held), self._motions[1]
-        work = free.T @ effective
-        parts = np.abs(free).T @ np.abs(effective)
-        if len(bad := np.nonzero(np.abs(work) > BALANCED * parts)[0]):
-            dof = int(np.abs(free[:, bad[0]]).argmax())
-            place = ", ".join(f"{c:.4g}" for c in self.structure.doflocs[:, dof])
-            raise ValueError(
-                "expected loads that structure and ground can balance, got loads that do work on "
-                f"{len(bad)} motions that neither resists, the first with its largest "
-                f"displacement in DOF {dof} at ({place}). Remedy: loads without a resultant "
-                "along it, or hold a DOF there, D=; smooth ground resists no sliding"
-            )
+        """Loads, and values of the DOFs that are held."""
+        n, fixed = self.structure.N, self.compliance.fixed
+        f, held = checked_array("f", f, (n,), each="DOF"), np.zeros(n)
+        if x is not None:
+            held[fixed] = checked_array("x", x, (n,), each="DOF")[fixed]
+        loads = self._effective(f, held)
+        require_resisted(self.structure, self.compliance, self._motions[1], loads)
         return f, held
 
     def _effective(self, f: ndarray, held: ndarray) -> ndarray:
@@ -382,19 +364,6 @@ class ElasticPunch(Body):
             self.timings,
         )
 
-    def _require_compression(self, system: ContactSystem, given: ndarray) -> None:
-        """Refuse loads that would have to be balanced by tension."""
-        n = len(self.partition)
-        problem = ContactProblem(
-            system.matrix, system.areas, system.gap, system.planes, system.resultants, given
-        )
-        if CellForces.from_problem(problem).balanced(np.zeros(n)) is None:
-            raise ValueError(
-                "expected loads that pressures under the plan can balance, got some that would "
-                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
-                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
-            )
-
     def __repr__(self) -> str:
         element = type(self.structure.elem).__name__
         return (
@@ -403,20 +372,3 @@ class ElasticPunch(Body):
             f"  Structure: {self.structure.N} DOFs of {element}, {self.motions.shape[1]} motions "
             "that only the ground resists"
         )
-
-
-def _dofs(D: Any, n: int) -> ndarray:
-    """DOFs in any form that scikit-fem's `condense` takes."""
-    if D is None:
-        return np.empty(0, dtype=int)
-    if isinstance(D, dict):
-        return np.unique(np.concatenate([_dofs(part, n) for part in D.values()]))
-    if not isinstance(D, np.ndarray) and hasattr(D, "flatten"):
-        D = D.flatten()
-    dofs = np.asarray(D)
-    if dofs.ndim != 1 or not (np.issubdtype(dofs.dtype, np.integer) or dofs.size == 0):
-        raise TypeError(f"expected DOFs as a vector of integers for D, got {D!r}")
-    bad = np.nonzero((dofs < 0) | (dofs >= n))[0]
-    if len(bad):
-        raise ValueError(f"expected DOFs from 0 to {n - 1} for D, got {some(dofs[bad])}")
-    return np.unique(dofs.astype(int))

@@ -15,7 +15,6 @@ from ..arguments import (
     checked_choice,
     checked_flag,
     checked_instance,
-    checked_integer,
     checked_number,
     checked_sequence,
     checked_text,
@@ -25,14 +24,16 @@ from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
 from ..grids.partition import Partition
+from ..grids.polygons import readonly
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import ExactRows, LoadedCells, hulls
+from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
-from .neighbours import free_of, require_apart
+from .neighbours import checked_joined, free_of, require_apart
 from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
@@ -57,6 +58,10 @@ class RigidPunches:
     joined : sequence of sequence of int
         Numbers of the punches that are joined rigidly, for example ``[(0, 1)]``. Their load
         refers to the origin of the first.
+    stiffness : (3 m, 3 m) array of float or sparse matrix, optional
+        Of a frame on the m bodies, against their positions (W0, Lx, Ly) one after the other, from
+        their origins: what a frame program condenses to its supports. Symmetric and positive
+        semidefinite; rows of zeros are hinges. Loads then act on bodies and frame together.
 
     Raises
     ------
@@ -82,6 +87,7 @@ class RigidPunches:
 
     punches: Sequence[RigidPunch]
     joined: Sequence[Sequence[int]] = ()
+    stiffness: Any = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -95,16 +101,7 @@ class RigidPunches:
                     f"expected all punches on one substrate, got {punches[0].substrate} under "
                     f"punch 0 and {punch.substrate} under punch {number}"
                 )
-        groups = [
-            tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
-            for group in checked_sequence("joined", self.joined)
-        ]
-        named = [i for group in groups for i in group]
-        if len(set(named)) < len(named) or any(not 0 <= i < len(punches) for i in named):
-            raise ValueError(
-                f"expected numbers of punches from 0 to {len(punches) - 1}, each once, for "
-                f"joined, got {groups}"
-            )
+        groups = checked_joined(self.joined, len(punches))
         require_apart(punches)
         for group in groups:
             parts = [punches[i].partition for i in group]
@@ -114,6 +111,9 @@ class RigidPunches:
             )
         object.__setattr__(self, "punches", punches)
         object.__setattr__(self, "joined", tuple(groups))
+        if self.stiffness is not None:
+            matrix = checked_stiffness(self.stiffness, len(self.bodies))
+            object.__setattr__(self, "stiffness", readonly(matrix))
 
     def __getstate__(self) -> dict:
         """What makes the group; the matrix is computed again."""
@@ -184,7 +184,10 @@ class RigidPunches:
 
     @computed_once
     def _centres(self) -> list[ndarray]:
-        """Centroid of each body."""
+        """Point of each body to which its position refers: the centroid; under a frame, whose
+        stiffness refers to them, the origin."""
+        if self.stiffness is not None:
+            return [np.array(self.punches[body[0]].origin) for body in self.bodies]
         weighed = [(p.centre, p.partition.areas.sum()) for p in self.punches]
         return [
             sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
@@ -209,7 +212,8 @@ class RigidPunches:
             Before the work, if the memory at hand will not do.
         """
         with timed(self.timings, "assembly"):
-            if all(punch.symmetry is not None for punch in self.punches):
+            symmetric = all(punch.symmetry is not None for punch in self.punches)
+            if symmetric and self.stiffness is None:
                 symmetry = self.cells.usable_symmetry()
                 if symmetry is not None:
                     return self.cells.symmetric_matrix(symmetry)
@@ -229,7 +233,7 @@ class RigidPunches:
 
     @computed_once
     def system(self) -> ContactSystem:
-        """The equations for all pressures and the positions of the bodies' centroids."""
+        """The equations for all pressures and the positions of the bodies."""
         n = self._slices[-1].stop
         planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
         for number, body in enumerate(self.bodies):
@@ -300,23 +304,28 @@ class RigidPunches:
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
             origin = self.punches[body[0]].origin - self._centres[number]
-            if unilateral:
+            if unilateral and self.stiffness is None:
                 self._require_compression(number, load, origin)
             constraints.append(load.constraints(origin))
         pressures = self._pressures_of(start)
         begin = perf_counter()
         everything, system = Constraints.together(constraints), self.system
-        verify = Verification(
-            system, everything, unilateral, self._exact_rows, self._rtol, gap_rtol
-        )
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            if unilateral:
+            if self.stiffness is not None:
+                framed = FramedSystem(system, self.stiffness, everything)
+                contact, position = framed.solve(
+                    unilateral, method, pressures, gap_rtol, self._rtol
+                )
+            elif unilateral:
                 contact, position = system.unilateral(everything, method, pressures, gap_rtol)
             else:
                 contact, position = system.bilateral(everything)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
                 raise ConvergenceError("the loads are too large for floating-point numbers")
-            contact = verify(contact, position)
+            if self.stiffness is None:
+                exact = self._exact_rows
+                verify = Verification(system, everything, unilateral, exact, self._rtol, gap_rtol)
+                contact = verify(contact, position)
         timings = self.timings | {"solution": perf_counter() - begin}
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
@@ -360,9 +369,9 @@ class RigidPunches:
                     touching=contact.touching[cells],
                 )
                 settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
-                # each of joined punches has a position, not a load, of its own
+                # joined punches and those under a frame have a position, not a load, of their own
                 load = loads[number]
-                if len(body) > 1:
+                if len(body) > 1 or self.stiffness is not None:
                     load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
                 others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
                 others = others[:i] + others[i + 1 :]

@@ -46,6 +46,21 @@ class PunchesSolution:
         """Resultant of each body, shape (nbodies,)."""
         return np.array([sum(self[i].force for i in body) for body in self.punches.bodies])
 
+    @property
+    def frame_forces(self) -> ndarray:
+        """Forces and moments about the origins that the frame takes from the loads, `K s`.
+
+        Returns
+        -------
+        (nbodies, 3) array of float
+            Load of each body less the resultant of its pressures; zero without a frame.
+        """
+        first = [self[body[0]] for body in self.punches.bodies]
+        positions = np.array([[s.settlement, *s.tilt] for s in first])
+        if self.punches.stiffness is None:
+            return np.zeros(positions.shape)
+        return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
+
     def displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at points of shape (2, m), under all punches."""
         return self[0].displacement(x)

@@ -61,3 +61,20 @@ def require_apart(punches: Sequence[RigidPunch]) -> None:
             f"expected plans that do not overlap, got punches {some(numbers)} that do. Remedy: "
             "move them apart"
         )
+
+
+def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, ...]]:
+    """Numbers of the punches of each group, out of n.
+
+    Raises
+    ------
+    ValueError
+        If a punch is named twice, or does not exist.
+    """
+    groups = [tuple(int(i) for i in group) for group in joined]
+    named = [i for group in groups for i in group]
+    if len(set(named)) < len(named) or any(not 0 <= i < n for i in named):
+        raise ValueError(
+            f"expected numbers of punches from 0 to {n - 1}, each once, for joined, got {groups}"
+        )
+    return groups

@@ -29,6 +29,7 @@ from .positions import apart, by_force
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
+    CellForces,
     active_set,
     conjugate_gradients,
     solve_scaled,
@@ -189,6 +190,11 @@ class ContactSystem:
         failure = "; ".join(filter(None, (self._by_position[1], self._by_shape[1])))
         return Contact(pressure, motion, gap, full, not failure, failure), position
 
+    def can_balance(self, constraints: Constraints) -> bool:
+        """Whether pressures without tension balance the forces given."""
+        forces = CellForces.from_problem(self._problem(constraints))
+        return forces.balanced(np.zeros(len(self.areas))) is not None
+
     def unilateral(
         self,
         constraints: Constraints,
@@ -224,20 +230,12 @@ class ContactSystem:
                 f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
                 'Remedy: method="cg", or a coarser mesh'
             )
-        motions, balance, unit = self._scaled(constraints)
-        problem = ContactProblem(
-            matrix=self.matrix,
-            areas=self.areas,
-            gap=self.gap - constraints.fixed @ self.planes,
-            planes=motions.T @ self.planes,
-            resultants=balance @ self.resultants,
-            given=constraints.given / unit,
-        )
         if start is None and not self.gap.any():
             full, position = self.bilateral(constraints)
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
+        problem = self._problem(constraints)
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
         if contact is None or not contact.success or _noise(constraints, problem, contact):
             other = apart(problem, still=True)
@@ -247,7 +245,18 @@ class ContactSystem:
                 other = self._from_all(problem, gap_rtol)
             contact = other or contact
             contact = contact or _nothing(problem)
-        return contact, constraints.fixed + motions @ contact.motion
+        return contact, constraints.fixed + self._scaled(constraints)[0] @ contact.motion
+
+    def _problem(self, constraints: Constraints) -> ContactProblem:
+        motions, balance, unit = self._scaled(constraints)
+        return ContactProblem(
+            matrix=self.matrix,
+            areas=self.areas,
+            gap=self.gap - constraints.fixed @ self.planes,
+            planes=motions.T @ self.planes,
+            resultants=balance @ self.resultants,
+            given=constraints.given / unit,
+        )
 
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""

@@ -60,7 +60,8 @@ def overlaps(triangles: ndarray, cells: ndarray) -> Overlaps:
     middle = triangles.mean(axis=(1, 2))[:, None, None]
     triangles, cells = triangles - middle, ordered(cells - middle)
     at, beside = neighbours(triangles, cells)
-    parts = []
+    none = np.empty(0, dtype=np.int64)
+    parts = [(none, none, np.empty((3, 3, 0)))]
     for start in range(0, len(at), CHUNK):
         i, j = at[start : start + CHUNK], beside[start : start + CHUNK]
         found = np.zeros((len(i), 7, 3))

@@ -13,15 +13,20 @@ from .shape_functions import ShapeFunctions
 ROUNDING = 1e-9
 
 
-def locate(cells: ndarray, x: ndarray) -> ndarray:
-    """Convex cell that contains each point, -1 outside all of them.
+def locate(cells: ndarray, x: ndarray) -> tuple[ndarray, ndarray]:
+    """Points and the convex cells that contain them, in pairs.
 
     Parameters
     ----------
     cells : (2, k, n) array of float
         Vertices of convex cells in either sense.
     x : (2, m) array of float
-        Points; one on a side belongs to one of the cells there.
+        Points; one on a side belongs to all of the cells there, one outside to none.
+
+    Returns
+    -------
+    (k,) and (k,) array of int
+        Points, ascending, and their cells.
     """
     middle = cells.mean(axis=(1, 2))[:, None]
     cells, x = ordered(cells - middle[..., None]), x - middle
@@ -33,15 +38,14 @@ def locate(cells: ndarray, x: ndarray) -> ndarray:
         inside = (along[0] * arm[1] - along[1] * arm[0]) / length
     depth = np.where(length > 0, inside, np.inf).min(axis=0) / length.max(axis=0)
     keep = depth > -ROUNDING
-    point, cell, depth = point[keep], cell[keep], depth[keep]
-    order = np.argsort(depth, kind="stable")  # the cell deepest around a point wins
-    out = np.full(x.shape[1], -1)
-    out[point[order]] = cell[order]
-    return out
+    order = np.argsort(point[keep], kind="stable")
+    return point[keep][order], cell[keep][order]
 
 
 def value_matrix(basis: AbstractBasis, x: ndarray, component: int | None = None) -> csr_matrix:
     """Takes DOFs to values at points of a plan.
+
+    On sides between elements, where those that do not conform jump, it takes the mean value.
 
     Parameters
     ----------
@@ -62,14 +66,15 @@ def value_matrix(basis: AbstractBasis, x: ndarray, component: int | None = None)
         If a point lies outside of the mesh or the facets.
     """
     functions = ShapeFunctions.of(basis, component)
-    cell = locate(functions.cells, x)
-    if len(bad := np.nonzero(cell < 0)[0]):
+    point, cell = locate(functions.cells, x)
+    count = np.bincount(point, minlength=x.shape[1])
+    if len(bad := np.nonzero(count == 0)[0]):
         raise ValueError(
             f"expected a basis that covers all points, but points {some(bad)} lie outside, the "
             f"first at ({x[0, bad[0]]:.6g}, {x[1, bad[0]]:.6g})"
         )
-    values = functions.values(cell, x)
+    values = functions.values(cell, x[:, point]) / count[point]
     columns = basis.element_dofs[:, cell]
-    rows = np.broadcast_to(np.arange(len(cell)), columns.shape)
+    rows = np.broadcast_to(point, columns.shape)
     shape = x.shape[1], basis.N
     return coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape).tocsr()

@@ -6,6 +6,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
+from ..arguments import checked_indices, shown
 from .polygons import some
 
 #: heights of a horizontal plane may differ by so many times the size of the plan
@@ -45,7 +46,7 @@ def trace(mesh: MeshTet | MeshHex, boundary: Any) -> MeshTri | MeshQuad:
     """
     if not isinstance(mesh, (MeshTet, MeshHex)):
         raise TypeError(f"expected a MeshTet or MeshHex, got {type(mesh).__name__}")
-    facets = _facets(mesh, boundary)
+    facets = checked_facets(mesh, boundary)
     p = mesh.p[:, mesh.facets[:, facets]]
     height, size = float(p[2].mean()), float(np.ptp(p[:2], axis=(1, 2)).max())
     off = np.abs(p[2] - height).max(axis=0)
@@ -70,13 +71,23 @@ def trace(mesh: MeshTet | MeshHex, boundary: Any) -> MeshTri | MeshQuad:
     return plan.with_boundaries(boundaries).with_subdomains(subdomains)
 
 
-def _facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
+def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
+    """Numbers of the facets of a boundary.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the boundary is unknown, in no form that scikit-fem takes, or has no facets.
+    """
     known = mesh.boundaries or {}
     if isinstance(boundary, str) and boundary not in known:
         raise ValueError(
             f"expected the name of a boundary of the mesh, {sorted(known)}, got {boundary!r}"
         )
-    facets = np.unique(mesh.normalize_facets(boundary))
+    if isinstance(boundary, type) or boundary is None:
+        raise TypeError(f"expected a boundary by its name or facets, got {shown(boundary)}")
+    facets = mesh.normalize_facets(boundary)
+    facets = np.unique(checked_indices("boundary", facets, mesh.nfacets, each="place"))
     if len(facets) == 0:
         raise ValueError("expected facets that face the ground, got none")
     return facets

@@ -1,0 +1,71 @@
+"""Loads on structures that nothing resists, told in words."""
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis, ElementVector
+
+from ..operators.compliance import Compliance
+
+#: work of the loads on a motion that nothing resists, over that of their parts
+BALANCED = 1e-9
+
+
+def require_resisted(
+    structure: CellBasis, compliance: Compliance, motions: ndarray, loads: ndarray
+) -> None:
+    """Refuse loads that do work on motions that neither structure nor ground resists.
+
+    Parameters
+    ----------
+    structure : CellBasis
+        Of N DOFs.
+    compliance : Compliance
+        Of the structure.
+    motions : (N, m) array of float
+        Those that nothing resists.
+    loads : (N,) array of float
+        Forces on the DOFs.
+
+    Raises
+    ------
+    ValueError
+        If they do work on a motion.
+    """
+    unit = compliance.units
+    moved = np.divide(np.abs(motions).T, unit, where=unit > 0, out=np.zeros(motions.T.shape))
+    # work is done by some DOFs, rounding by any
+    parts = moved.max(axis=1, initial=0.0) * (unit @ np.abs(loads))
+    bad = np.nonzero(np.abs(motions.T @ loads) > BALANCED * parts)[0]
+    if len(bad) == 0:
+        return
+    words = _rigid_motions(structure, motions, loads)
+    if not words:
+        dof = int(np.abs(motions[:, bad[0]]).argmax())
+        place = ", ".join(f"{c:.4g}" for c in structure.doflocs[:, dof])
+        words = [f"one with its largest displacement in DOF {dof} at ({place})"]
+    raise ValueError(
+        "expected loads that structure and ground can balance, got loads that do work on "
+        f"motions that neither resists: {', '.join(words)}. Remedy: loads without a resultant "
+        "along it, or hold a DOF there, D=; smooth ground resists no sliding"
+    )
+
+
+def _rigid_motions(structure: CellBasis, motions: ndarray, loads: ndarray) -> list[str]:
+    """Those of a solid on which the loads do work, of the motions given."""
+    if structure.mesh.dim() != 3 or not isinstance(structure.elem, ElementVector):
+        return []
+    x, y = structure.mesh.p[:2].mean(axis=1)
+    size = np.ptp(structure.mesh.p[:2], axis=1).max()
+    fields = {
+        "sliding along x": lambda p: np.stack([1 + 0 * p[0], 0 * p[0], 0 * p[0]]),
+        "sliding along y": lambda p: np.stack([0 * p[0], 1 + 0 * p[0], 0 * p[0]]),
+        "turning about the vertical": lambda p: np.stack([y - p[1], p[0] - x, 0 * p[0]]) / size,
+    }
+    span, _ = np.linalg.qr(motions)
+    words = []
+    for name, displacement in fields.items():
+        moved = structure.project(displacement)
+        free = span @ (span.T @ moved)  # it may be held
+        if np.allclose(free, moved, atol=1e-6) and abs(free @ loads) > 1e-6 * np.abs(loads).max():
+            words.append(f"{name}, by {free @ loads:.3g}")
+    return words

@@ -1,0 +1,373 @@
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from elastic_bodies import (
+    SOIL,
+    block_on,
+    kirchhoff,
+    load,
+    point_load,
+    position,
+    raft,
+    uniform,
+)
+from plans import disc, rectangle
+from skfem import (
+    Basis,
+    BilinearForm,
+    CellBasis,
+    ElementTriMorley,
+    ElementTriP1,
+    ElementVector,
+    LinearForm,
+    MeshTri,
+)
+
+from skfem_dual import (
+    DualMesh,
+    ElasticPunch,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    Paraboloid,
+    RigidPunch,
+)
+from skfem_dual.visuals.matplotlib import isobars
+
+mpl.use("Agg")
+ECCENTRIC = (0.55, 0.1)
+
+
+@pytest.fixture(scope="module")
+def punch():
+    return raft(0.1)
+
+
+@pytest.fixture(scope="module")
+def block():
+    return ElasticPunch(SOIL, *(parts := block_on("dual"))[:3], **parts[3])
+
+
+def moved(basis):
+    """DOFs of a plate that settles and tilts by one, shape (N, 3)."""
+    fields = (lambda x: 1 + 0 * x[0], lambda x: x[0], lambda x: x[1])
+    return np.stack([basis.project(field) for field in fields], axis=1)
+
+
+def test_random_balanced_loads_are_in_equilibrium(punch):
+    """Forces and moments of pressures and loads, and of every DOF."""
+    rng, planes = np.random.default_rng(0), moved(punch.structure)
+    for _ in range(5):
+        f = uniform(punch) + 0.3 * sum(
+            point_load(punch, x) for x in rng.uniform(-0.4, 0.4, (3, 2))
+        )
+        s = punch.solve(f)
+        assert s.success
+        assert s.resultant == pytest.approx(planes.T @ f, abs=1e-10)
+        assert s.equilibrium_residual < 1e-10
+        assert s.complementarity_residual < 1e-9
+        assert planes.T @ s.load_vector() == pytest.approx(s.resultant, abs=1e-10)
+        K = punch.stiffness
+        unbalanced = K @ s.displacement - f + s.load_vector()
+        assert np.abs(unbalanced).max() < 1e-10 * np.abs(f).max()
+
+
+def test_ground_settles_as_the_structure_where_they_touch(punch):
+    s = punch.solve(point_load(punch, ECCENTRIC))
+    x = punch.collocation_points
+    touching = s.pressure > 0
+    assert 0 < touching.sum() < len(touching)
+    gap = s.ground_displacement(x) - s.deflection(x)
+    assert np.abs(gap[touching]).max() < 1e-8
+    assert gap[~touching] == pytest.approx(s.gap[~touching], abs=1e-8)
+    assert (gap[~touching] > 0).all()
+
+
+def test_both_methods_find_the_same(punch):
+    f = point_load(punch, ECCENTRIC)
+    one, two = (punch.solve(f, method=method) for method in ("active-set", "cg"))
+    assert two.pressure == pytest.approx(one.pressure, abs=1e-7 * one.pressure.max())
+    assert two.displacement == pytest.approx(one.displacement, abs=1e-8)
+
+
+def test_start_saves_iterations(punch):
+    s = punch.solve(point_load(punch, ECCENTRIC))
+    again = punch.solve(point_load(punch, (0.551, 0.1)), start=s)
+    alone = punch.solve(point_load(punch, (0.551, 0.1)))
+    assert again.pressure == pytest.approx(alone.pressure, abs=1e-7 * alone.pressure.max())
+    assert again.iterations < alone.iterations
+
+
+def test_bilateral_is_linear(punch):
+    f, g = uniform(punch), point_load(punch, (0.9, 0.0))
+    one, two, both = (punch.solve(load, unilateral=False) for load in (f, g, f - 2 * g))
+    assert both.pressure == pytest.approx(one.pressure - 2 * two.pressure, abs=1e-9)
+    assert two.pressure.min() < 0
+    with pytest.raises(ValueError, match="take tension: they pull"):
+        punch.solve(f - 4 * g)
+
+
+def test_many_loads_are_single_ones(punch):
+    F = np.column_stack([uniform(punch), point_load(punch, ECCENTRIC)])
+    for found in (punch.solve_many(F), punch.solve_many(list(F.T))):
+        for s, f in zip(found, F.T, strict=True):
+            np.testing.assert_array_equal(s.pressure, punch.solve(f).pressure)
+
+
+def test_threads_share_a_punch(punch):
+    loads = [point_load(punch, (0.08 * i, 0.1)) for i in range(8)]
+    alone = [punch.solve(f) for f in loads]
+    fresh = replace(punch)  # all that is computed once is computed by some thread
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(fresh.solve, loads))
+    for s, t in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(s.displacement, t.displacement)
+
+
+@pytest.mark.parametrize("refined", [False, True])
+def test_structure_on_another_mesh(refined):
+    """Finer than that of the cells, or a larger one that overhangs: a stiff one is the punch."""
+    mesh = rectangle(8)
+    cells = DualMesh.from_mesh(mesh).basis()
+    larger = mesh.refined() if refined else rectangle(7, 1.5, 1.5)
+    plate, K = kirchhoff(larger)
+    punch = ElasticPunch(SOIL, cells, plate, 1e9 * K)
+    rigid = RigidPunch(SOIL, cells).solve(1.0, ECCENTRIC)
+    s = punch.solve(point_load(punch, ECCENTRIC))
+    assert position(s) == pytest.approx([rigid.settlement, *rigid.tilt], rel=1e-6)
+    assert s.pressure == pytest.approx(rigid.pressure, abs=1e-6 * rigid.pressure.max())
+
+
+def test_overhang_turns_up_the_middle():
+    """A plate that overhangs its plan, loaded beyond it, is lifted between."""
+    plate, K = kirchhoff(rectangle(8, 2.0, 2.0))
+    punch = ElasticPunch(SOIL, DualMesh.from_mesh(rectangle(8)).basis(), plate, 0.02 * K)
+    corners = sum(point_load(punch, (x, y)) for x in (-1.9, 1.9) for y in (-1.9, 1.9))
+    s = punch.solve(corners)
+    assert s.force == pytest.approx(4.0, rel=1e-10)
+    assert s.gap[np.hypot(*punch.collocation_points) < 0.3].min() > 0
+    assert s.deflection([1.9, 1.9]) > s.deflection([1.0, 1.0]) > s.deflection([0.0, 0.0])
+
+
+def test_stiff_on_layers():
+    ground = LayeredHalfSpace([Layer(0.5, 1.0, 0.3)], HalfSpace(5.0, 0.3))
+    punch = raft(1e9, disc(2), substrate=ground)
+    s = punch.solve(point_load(punch, ECCENTRIC))
+    rigid = RigidPunch(ground, punch.basis).solve(1.0, ECCENTRIC)
+    assert position(s) == pytest.approx([rigid.settlement, *rigid.tilt], rel=1e-6)
+
+
+def test_camber():
+    """A stiff plate with an initial gap is the rigid punch of that shape."""
+    gap = Paraboloid(3.0)
+    punch = raft(1e9, gap=gap)
+    assert punch.edge == "constant"
+    s = punch.solve(point_load(punch, (0.0, 0.0), 0.1))
+    rigid = RigidPunch(SOIL, punch.basis, gap=gap).solve(0.1)
+    assert s.pressure == pytest.approx(rigid.pressure, abs=1e-6 * rigid.pressure.max())
+    assert position(s) == pytest.approx([rigid.settlement, *rigid.tilt], abs=1e-7)
+
+
+def test_operator_to_a_tolerance(punch):
+    f = point_load(punch, ECCENTRIC)
+    exact = punch.solve(f)
+    fast = replace(punch, rtol=1e-6).solve(f)
+    assert fast.displacement == pytest.approx(exact.displacement, abs=1e-5)
+    assert fast.resultant == pytest.approx(exact.resultant, abs=1e-10)
+    matrix = punch.operator.to_dense()
+    p = np.random.default_rng(0).standard_normal(len(matrix))
+    assert matrix @ p == pytest.approx(punch.operator @ p, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_supports_carry_the_rest(unilateral):
+    """Reactions and pressures balance the load, its moments about any point too."""
+    free = raft(0.1)
+    basis = free.structure
+    held = basis.nodal_dofs[0, basis.mesh.boundary_nodes()[:2]]
+    punch = replace(free, D=held)
+    assert punch.motions.shape[1] == 1
+    f = point_load(punch, ECCENTRIC)
+    s = punch.solve(f, unilateral=unilateral)
+    assert (s.displacement[held] == 0).all()
+    assert (np.delete(s.reactions, held) == 0).all()
+    assert np.abs(s.reactions).max() > 1e-2
+    assert s.resultant == pytest.approx(moved(basis).T @ (f + s.reactions), abs=1e-10)
+    # held where it went by itself, nothing is changed
+    alone = free.solve(f, unilateral=unilateral)
+    same = punch.solve(f, x=alone.displacement, unilateral=unilateral)
+    assert same.reactions == pytest.approx(np.zeros(len(f)), abs=1e-8)
+    assert same.displacement == pytest.approx(alone.displacement, abs=1e-8)
+
+
+def test_displacements_imposed_step_by_step(block):
+    """A block pushed down at its top: forces grow with the settlement, those of the top too."""
+    basis = block.structure
+    top = basis.get_dofs(lambda x: x[2] == 1.0)
+    punch = replace(block, D=top)
+    assert punch.motions.shape[1] == 0
+    found = []
+    for step in (0.1, 0.2, 0.4):
+        x = np.zeros(basis.N)
+        x[basis.nodal_dofs[2, basis.mesh.p[2] == 1.0]] = -step
+        s = punch.solve(np.zeros(basis.N), x=x)
+        assert -s.reactions[basis.nodal_dofs[2]].sum() == pytest.approx(s.force, rel=1e-10)
+        found.append(s.force / step)
+    assert found == pytest.approx([found[0]] * 3, rel=1e-9)
+    # softer than the ground under a rigid punch, or the block between fixed plates, alone
+    rigid = 1 / RigidPunch(SOIL, punch.basis).solve(1.0).settlement
+    assert 0.3 * rigid < found[0] < rigid
+
+
+def test_solid_is_balanced_by_its_load_vector(block):
+    f = point_load(block, (0.2, 0.1))
+    s = block.solve(f)
+    residual = block.stiffness @ s.displacement - f - s.load_vector()
+    assert np.abs(residual).max() < 1e-10
+    bottom = block.structure.nodal_dofs[2]
+    assert s.load_vector()[bottom].sum() == pytest.approx(1.0, rel=1e-12)
+
+
+def test_pressures_leave_as_those_of_a_rigid_punch(punch):
+    s = punch.solve(point_load(punch, ECCENTRIC))
+    basis, values = s.pressure_field()
+    assert load.assemble(basis, q=1.0) @ values == pytest.approx(s.force, rel=1e-9)
+    basis, values = s.nodal_pressure()
+    assert load.assemble(basis, q=1.0) @ values == pytest.approx(s.force, rel=1e-9)
+    other = CellBasis(disc(3).refined(), ElementTriP1())
+    assert s.load_vector(other).sum() == pytest.approx(s.force, rel=1e-6)
+    assert 0 < s.contact_area < np.pi
+    assert s.contact_region.area == s.contact_area
+    for drawn in (s.plot(), isobars(s)):
+        assert drawn.get_figure().axes
+    assert "ElasticSolution" in repr(s)
+    assert "Deflection" in s._repr_html_()
+    assert "3 motions" in repr(punch)
+    mpl.pyplot.close("all")
+
+
+def test_answer_of_a_pickle(block):
+    s = block.solve(point_load(block, (0.2, 0.1)))
+    t = pickle.loads(pickle.dumps(s))
+    x = np.zeros((2, 3, 4))
+    assert t.deflection(x).shape == (3, 4)
+    np.testing.assert_array_equal(t.deflection(x), s.deflection(x))
+    again = t.punch.solve(t.f)
+    np.testing.assert_array_equal(again.displacement, s.displacement)
+
+
+def test_units_do_not_matter():
+    """In N and mm, or MN and m."""
+    plain = raft(0.1)
+    s = plain.solve(point_load(plain, ECCENTRIC))
+    mesh = disc(3).scaled(1e3)
+    dual = DualMesh.from_mesh(mesh)
+    plate, K = kirchhoff(dual.refinement)
+    rigid = 0.1 / 12 / 0.96 * 1e9 * 7e4
+    punch = ElasticPunch(HalfSpace(7e4, 0.0), dual.basis(), plate, rigid * K)
+    t = punch.solve(point_load(punch, (550.0, 100.0)))
+    assert t.deflection([100.0, 0.0]) * 7e7 == pytest.approx(s.deflection([0.1, 0.0]), rel=1e-9)
+    assert t.contact_area / 1e6 == pytest.approx(s.contact_area, rel=1e-3)
+
+
+def test_refused(punch, block):
+    cells, plate, K = punch.basis, punch.structure, punch.stiffness
+    n = plate.N
+    f = uniform(punch)
+    holed = np.where(np.arange(n) == 7, np.nan, f)
+    for wrong, message in (
+        (dict(structure=MeshTri()), "expected a CellBasis for structure, got MeshTri"),
+        (dict(structure=CellBasis), "got the class CellBasis"),
+        (dict(substrate=HalfSpace), "expected a substrate such as HalfSpace"),
+        (dict(stiffness=None), "expected a sparse matrix for stiffness, got None"),
+        (dict(D="left"), "D as an array of integers"),
+        (dict(D=np.array([0.5])), "D as an array of integers"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            replace(punch, **wrong)
+    small = CellBasis(disc(3).scaled(0.9), ElementTriMorley())
+    for wrong, message in (
+        (dict(stiffness=K[:-1, :-1]), rf"stiffness of shape \({n}, {n}\).*got \({n - 1}, "),
+        (dict(stiffness=K * np.nan), "finite stiffness"),
+        (dict(boundary="base"), "boundary of a 3-D solid only"),
+        (dict(D=[n]), f"D from 0 to {n - 1}, got {n} at"),
+        (dict(gap=np.zeros(3)), "gap"),
+        (dict(edge="sharp"), "edge"),
+        (
+            dict(structure=small, stiffness=kirchhoff(small.mesh)[1]),
+            r"covers all cells, but 0\.5\d+ of their area 3\.14159 lies outside \(19\.0",
+        ),
+    ):
+        with pytest.raises(ValueError, match=message):
+            replace(punch, **wrong)
+    for call, message in (
+        (lambda: punch.solve(f[:-1]), rf"f of shape \({n},\), got \({n - 1},\)"),
+        (
+            lambda: punch.solve(holed),
+            "finite f, got nan at DOF 7",
+        ),
+        (lambda: punch.solve(f, x=f[:-1]), rf"x of shape \({n},\)"),
+        (lambda: punch.solve(f, method="newton"), 'method "auto", "active-set" or "cg"'),
+        (lambda: punch.solve(f, gap_rtol=2.0), "gap_rtol"),
+        (lambda: punch.solve(-f), "they pull"),
+        (lambda: punch.solve(point_load(punch, (0.995, 0.0))), "outside of the plan"),
+        (lambda: punch.solve(f).deflection([2.0, 0.0]), "lie outside"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()
+    for call, message in (
+        (lambda: punch.solve("f"), "f as an array of numbers, got 'f'"),
+        (lambda: punch.solve(f, start=f), "expected a CellPressures for start"),
+        (lambda: punch.solve(f, unilateral="no"), "True or False for unilateral"),
+        (lambda: punch.solve_many(3.0), "a sequence for F"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            call()
+    with pytest.raises(ValueError, match="the boundary of a 3-D solid"):
+        replace(block, boundary=None)
+    with pytest.raises(ValueError, match=r"boundary of the mesh, \['base'\], got 'feet'"):
+        replace(block, boundary="feet")
+    with pytest.raises(ValueError, match="one plane z = const"):
+        replace(block, boundary=lambda x: x[0] == -1.0)
+    with pytest.raises(ValueError, match=r"lies outside \(100\.00%\)"):
+        replace(block, basis=DualMesh.from_mesh(disc(2).translated((9.0, 0.0))).basis())
+    assert cells is punch.basis
+
+
+@pytest.mark.parametrize(
+    ("q", "words"),
+    [
+        (lambda x: (1 + 0 * x[0], 0 * x[0]), "sliding along x, by"),
+        (lambda x: (0 * x[0], 1 + 0 * x[0]), "sliding along y, by"),
+        (lambda x: (-x[1], x[0]), "turning about the vertical, by"),
+    ],
+)
+def test_loads_that_nothing_resists(block, q, words):
+    form = LinearForm(lambda v, w: q(w.x)[0] * v[0] + q(w.x)[1] * v[1] - 3 * v[2])
+    f = form.assemble(block.structure)
+    with pytest.raises(ValueError, match=f"neither resists: {words}"):
+        block.solve(f)
+    # held against it, the block stands
+    p = block.structure.mesh.p
+    corners = [np.hypot(p[0] - x, p[1] - x).argmin() for x in (-1, 1)]
+    s = replace(block, D=block.structure.nodal_dofs[:2, corners].ravel()).solve(f)
+    assert s.success
+    assert s.force == pytest.approx(-f[block.structure.nodal_dofs[2]].sum(), rel=1e-10)
+
+
+def test_plate_that_moves_in_its_plane():
+    """Vector-valued structures of 2-D meshes name the DOF and its place."""
+    mesh = disc(2)
+    basis = Basis(mesh, ElementVector(ElementTriP1(), 3))
+    K = BilinearForm(
+        lambda u, v, w: sum(u.grad[i, j] * v.grad[i, j] for i in range(3) for j in range(2))
+    ).assemble(basis)
+    punch = ElasticPunch(SOIL, DualMesh.from_mesh(mesh).basis(), basis, K)
+    f = np.zeros(basis.N)
+    f[basis.nodal_dofs[2]] = f[basis.nodal_dofs[0]] = 1.0
+    with pytest.raises(ValueError, match=r"largest displacement in DOF \d+ at \("):
+        punch.solve(f)
