@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from skfem import CellBasis
 
+from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
-from ..contact.solution import PunchSolution
 from ..grids.cellwise import nodal_mesh
 from .field import Field, continuous
 
@@ -48,14 +48,14 @@ class Subject:
     @classmethod
     def of(
         cls,
-        pressure: PunchSolution | CellBasis,
+        pressure: CellPressures | CellBasis,
         values: ArrayLike | None,
         title: str | None,
         contact: ContactRegion | None,
     ) -> Subject:
         """Of a solution without values, or of a basis with the values of its DOFs."""
         singular = False
-        if isinstance(pressure, PunchSolution):
+        if isinstance(pressure, CellPressures):
             if values is not None or contact is not None:
                 raise TypeError(
                     "expected a solution alone, got values or a contact region beside it. "
@@ -74,7 +74,7 @@ class Subject:
         return cls(field, pressed, contact, title, singular)
 
 
-def pressure_scale(solution: PunchSolution) -> tuple[float, str]:
+def pressure_scale(solution: CellPressures) -> tuple[float, str]:
     """What pressures are drawn over, and the name of their ratio.
 
     The mean pressure, or the largest of a cell where moments alone leave no mean.
@@ -91,8 +91,8 @@ def pressure_scale(solution: PunchSolution) -> tuple[float, str]:
     return (mean, "p / mean p") if abs(mean) >= 1e-3 * largest else (largest, "p / max |p|")
 
 
-def drawn_pressure(solution: PunchSolution) -> tuple[CellBasis, ndarray]:
-    """`PunchSolution.pressure_field` on a mesh refined as often as a picture can show."""
+def drawn_pressure(solution: CellPressures) -> tuple[CellBasis, ndarray]:
+    """`CellPressures.pressure_field` on a mesh refined as often as a picture can show."""
     mesh = nodal_mesh(solution.punch.basis)
     triangles = mesh.nelements * (1 if len(mesh.t) == 3 else 4)
     refine = int(np.clip(np.log(TRIANGLES / triangles) / np.log(4), 0, REFINE))
