@@ -159,6 +159,7 @@ LAYERS = [
         "report.input",
         "report.results",
         "report.checks",
+        "report.structure",
         "report",
     ],
     ["terminal", "cli"],

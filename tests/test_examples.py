@@ -476,6 +476,80 @@ def check_ex31(result):
     assert dense.settlement == pytest.approx(0.46875 * (1 + rows[1].settlement), rel=2e-6)
 
 
+def check_ex32(result):
+    from ex32_raft_lifting_off import REFERENCES
+
+    for (ratio, s), limit in zip(result.rafts.items(), (3e-2, 1e-2, 3e-3), strict=True):
+        found, known = np.array(result.found(ratio)), np.array(REFERENCES[ratio])
+        off = np.abs(found - known)
+        assert (off[:2] < limit * known[0]).all()
+        assert off[2] < 2 * limit
+        assert off[3] < 3 * limit * known[3]
+        assert s.force == pytest.approx(1.0, rel=1e-9)
+        assert s.centre_of_pressure == pytest.approx([0, 0], abs=1e-9)
+    soft, _, stiff = result.rafts.values()
+    assert soft.contact_area < 0.25 * stiff.contact_area
+
+
+def check_ex33(result):
+    from ex33_square_raft import FORCES, SIDE, SPACING, THICKNESS, WEIGHT
+
+    for name, s in result.rafts.items():
+        columns = 3 * np.array(FORCES[name])
+        total = columns.sum() + WEIGHT * THICKNESS * SIDE**2
+        assert (s.pressure >= 0).all()
+        assert s.force == pytest.approx(total, rel=1e-9)
+        moment = SPACING * (columns[2] - columns[0])
+        assert s.centre_of_pressure == pytest.approx([moment / total, 0], abs=1e-7)
+        # moments in the sections -2.75 < x < -1.25 in the mean, by statics of what lies beyond
+        m, x = result.moments(name)[0, 0], s.punch.partition.centroids[0]
+        between = (x > -2.75 + 1e-6) & (x < -1.25 - 1e-6)
+        areas = s.punch.partition.areas
+        q = s.pressure - WEIGHT * THICKNESS
+        arm = ((-1.25 - x).clip(0) ** 2 - (-2.75 - x).clip(0) ** 2) / 2 / 1.5
+        expected = (q * areas) @ arm - columns[0] * (SPACING - 2)
+        found = m[between] @ areas[between] / (areas[between].sum() / SIDE)
+        assert found == pytest.approx(expected, rel=3e-2, abs=5e4)
+    calm, wind = result.rafts.values()
+    assert calm.message == "full contact"
+    assert 0.4 < wind.contact_area / SIDE**2 < 0.7
+
+
+def check_ex34(result):
+    from ex34_retaining_wall import BASE, FILL, HEIGHT, LENGTH, SLAB, THRUST
+
+    weight, thrust = FILL * 2 * LENGTH, THRUST * (HEIGHT - SLAB) / 2 * LENGTH
+    arm = SLAB + (HEIGHT - SLAB) / 3
+    assert result.key == pytest.approx(-thrust, rel=1e-9) or result.key == pytest.approx(
+        thrust, rel=1e-9
+    )
+    for s in (result.wall, result.stiff):
+        assert s.force == pytest.approx(weight, rel=1e-9)
+        x = s.punch.origin[0] + s.centre_of_pressure[0]
+        assert x == pytest.approx(1.0 + thrust * arm / weight, rel=1e-6)
+    # too stiff to bend: the rigid punch of the same cells
+    x = np.array([[0.1, 2.0, BASE - 0.1], [LENGTH / 2] * 3])
+    rigid = result.rigid.punch_displacement(x)
+    assert result.stiff.deflection(x) == pytest.approx(rigid, rel=1e-5)
+    largest = result.rigid.pressure.max()
+    assert result.stiff.pressure == pytest.approx(result.rigid.pressure, abs=1e-5 * largest)
+    assert result.stiff.contact_area < 0.95 * BASE * LENGTH
+
+
+def check_ex35(result):
+    from ex35_frame_on_footings import FORCE, MIDDLE, SPAN
+
+    for stiffness, s in result.frames.items():
+        # statics of the girder: what the middle column loses, the outer ones take in halves
+        relief = 6 * stiffness / SPAN**3 * MIDDLE @ result.settlements(stiffness)
+        forces = FORCE - relief * MIDDLE
+        assert result.forces(stiffness) == pytest.approx(forces, rel=1e-7)
+        assert s.force == pytest.approx(FORCE.sum(), rel=1e-9)
+    bent = [MIDDLE @ result.settlements(k) for k in result.frames]
+    assert (np.diff(bent) < 0).all()
+    assert bent[-1] < 0.01 * bent[0]
+
+
 SMALL = {
     "ex11_eccentric_load": {"refinements": 2},
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
@@ -492,6 +566,9 @@ SMALL = {
     },
     "ex29_flexible_raft": {"n": 150, "ratios": (1e-3, 1e3)},
     "ex30_beside_finite_elements": {"n": 8},
+    "ex32_raft_lifting_off": {"n": 250},
+    "ex34_retaining_wall": {"n": 4},
+    "ex35_frame_on_footings": {"n": 4, "girders": (0.0, 1e9, 1e11)},
 }
 
 

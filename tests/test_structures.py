@@ -1,5 +1,8 @@
 """Files and pictures of structures on the ground: what is in them, against what was solved."""
 
+import dataclasses
+import re
+
 import meshio
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import annulus
 from skfem_dual.grids.surroundings import surroundings
 from skfem_dual.io import write_structure
+from skfem_dual.report import report_html, write_report
 from skfem_dual.visuals.matplotlib import isobars
 from skfem_dual.visuals.pyvista import deformed
 from skfem_dual.visuals.relief import Relief
@@ -168,3 +172,39 @@ def test_isobars_and_notebooks(raft):
     assert "Deflection" in page
     assert "data:image/png" in page
     plt.close("all")
+
+
+def test_report(raft, tmp_path):
+    path = tmp_path / "raft.html"
+    write_report(path, raft, title="Raft 3", mesh_name="raft.msh")
+    text = path.read_text(encoding="utf-8")
+    assert "<h1>Raft 3</h1>" in text
+    headings = re.findall(r"<h2>(.*?)</h2>", text)
+    assert headings == [
+        "Input",
+        "Deflections",
+        "Contact and pressure",
+        "Check of the equilibrium",
+        "Solver",
+    ]
+    assert text.count("<figure>") == 3
+    for word in ("Tilt", "Kern", "overturn", "rigid", "NOT CONVERGED"):
+        assert word not in text
+    values = [float(v) for v in re.findall(r'<data value="([^"]*)"', text)]
+    radius = raft.punch.basis.dual.mesh.p[0].max()
+    edge = raft.deflection([[0.999999 * radius], [0.0]])[0]
+    deflections = raft.punch.trace @ raft.displacement
+    for value in (deflections.max(), raft.contact_area, raft.force, raft.pressure.max()):
+        assert value in values
+    assert np.abs(np.array(values) - edge).min() < 1e-4 * abs(edge)
+
+
+def test_report_of_a_solid_and_of_no_solution(cube):
+    text = report_html(cube)
+    assert "Structure on elastic ground" in text
+    assert "Largest reaction of the 3 DOFs held" in text
+    failed = report_html(dataclasses.replace(cube, success=False, message="gave up"))
+    assert "<h1>NOT CONVERGED: Structure on elastic ground</h1>" in failed
+    assert "gave up" in failed
+    with pytest.raises(TypeError, match="no couple"):
+        report_html(cube, couple=cube)

@@ -239,9 +239,9 @@ def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
     plotter.window_size = [1200, 800]
     plotter.camera_position = [(-0.8, -2.2, 1.0), (0, 0, 0), (0, 0, 1)]
     plotter.reset_camera()
-    plotter.camera.zoom(1.3)
-    plotter.camera.SetWindowCenter(0.12, -0.03)
-    add_bar(plotter, colored, title, 0.91, 0.2, 0.6)
+    plotter.camera.zoom(1.2)
+    plotter.camera.SetWindowCenter(0.14, -0.03)
+    add_bar(plotter, colored, title, 0.87, 0.2, 0.6)
     plotter.add_text(
         f"displacements × {relief.scale:g}", position=(20, 16), font_size=11, color=OUTLINE
     )
