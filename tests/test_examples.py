@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.special import ellipk
+from skfem import CellBasis, ElementTriP2
 
 from skfem_dual import check_mesh
 from skfem_dual.grids.duality import check_dual
@@ -388,9 +389,9 @@ def check_ex29(result):
     # cells against it, from K = 0.01 on also at the edge and in the moment
     found, known, ratios = result.found, result.known, np.array(list(result.circles))
     assert found[:, 0] == pytest.approx(known[:, 0], rel=1.2e-3)
-    assert found[:, 1] == pytest.approx(known[:, 1], rel=2e-2)
+    assert found[:, 1] == pytest.approx(known[:, 1], rel=3e-2)
     some = ratios >= 0.01
-    assert found[some, 1] == pytest.approx(known[some, 1], rel=8e-3)
+    assert found[some, 1] == pytest.approx(known[some, 1], rel=1.2e-2)
     assert found[some, 2] == pytest.approx(known[some, 2], rel=1.5e-2)
     # too stiff to bend: the rigid punch of the same cells, also under an eccentric load
     raft = result.raft
@@ -398,7 +399,8 @@ def check_ex29(result):
     held = raft.solve(1e8, load.assemble(raft.plate, q=1 + x))
     rigid = raft.punch.solve(np.pi, (0.25, 0.0))
     nodes = raft.plate.mesh.p
-    assert held.deflection == pytest.approx(rigid.punch_displacement(nodes), rel=1.5e-3)
+    assert held.deflection == pytest.approx(rigid.punch_displacement(nodes), rel=1e-6)
+    assert held.pressure == pytest.approx(rigid.pressure, rel=1e-5)
     # too thin to carry anything: the load goes through, if the cells can take it as it is
     punch = raft.punch
     loose = Raft(type(punch)(punch.substrate, punch.basis, edge="constant"))
@@ -418,12 +420,14 @@ def check_ex29(result):
         assert s.deflection[order[0]] == pytest.approx(s.deflection[order[1]], rel=1e-8)
         # moments in the sections 1.25 < x < 2.75 in the mean, by statics of what lies beyond
         x = np.asarray(basis.global_coordinates())[0]
-        p = s.pressure[basis.element_dofs[0]][:, None] * s.raft.shape * basis.dx
-        arm = ((x - 1.25).clip(0) ** 2 - (x - 2.75).clip(0) ** 2) / 3
+        quadratic = CellBasis(basis.dual.mesh, ElementTriP2())
+        at = quadratic.doflocs[0]
+        arm = ((at - 1.25).clip(0) ** 2 - (at - 2.75).clip(0) ** 2) / 3
         columns = (FORCES["side"] + 2 * FORCES["corner"]) * (SPACING - 2)
-        bent = s.rigidity * moments(plate.interpolate(s.vector))[0, 0] * basis.dx
+        w = plate.interpolate(s.elastic.displacement)
+        bent = s.rigidity * moments(w)[0, 0] * basis.dx
         between = (x.mean(axis=1) > 1.25) & (x.mean(axis=1) < 2.75)
-        expected = np.sum(p * arm) - columns
+        expected = s.elastic.load_vector(quadratic) @ arm - columns
         assert bent[between].sum() / 1.5 == pytest.approx(expected, rel=2e-3)
     thin, thick = result.squares.values()
     assert np.ptp(thick.deflection) < 0.2 * np.ptp(thin.deflection)
@@ -492,7 +496,7 @@ def check_ex32(result):
 
 
 def check_ex33(result):
-    from ex33_square_raft import FORCES, SIDE, SPACING, THICKNESS, WEIGHT
+    from ex33_square_raft import FORCES, RIGIDITY, SIDE, SPACING, THICKNESS, WEIGHT, moments
 
     for name, s in result.rafts.items():
         columns = 3 * np.array(FORCES[name])
@@ -502,14 +506,17 @@ def check_ex33(result):
         moment = SPACING * (columns[2] - columns[0])
         assert s.centre_of_pressure == pytest.approx([moment / total, 0], abs=1e-7)
         # moments in the sections -2.75 < x < -1.25 in the mean, by statics of what lies beyond
-        m, x = result.moments(name)[0, 0], s.punch.partition.centroids[0]
-        between = (x > -2.75 + 1e-6) & (x < -1.25 - 1e-6)
-        areas = s.punch.partition.areas
-        q = s.pressure - WEIGHT * THICKNESS
-        arm = ((-1.25 - x).clip(0) ** 2 - (-2.75 - x).clip(0) ** 2) / 2 / 1.5
-        expected = (q * areas) @ arm - columns[0] * (SPACING - 2)
-        found = m[between] @ areas[between] / (areas[between].sum() / SIDE)
-        assert found == pytest.approx(expected, rel=3e-2, abs=5e4)
+        quadratic = CellBasis(s.punch.basis.dual.mesh, ElementTriP2())
+        x = quadratic.doflocs[0]
+        arm = ((-1.25 - x).clip(0) ** 2 - (-2.75 - x).clip(0) ** 2) / 3
+        ground = s.load_vector(quadratic) @ arm
+        own = WEIGHT * THICKNESS * SIDE * (SIDE / 2 - 2) ** 2 / 2
+        own += WEIGHT * THICKNESS * SIDE * 1.5**2 / 24
+        plate = s.punch.structure
+        m = RIGIDITY * moments(plate.interpolate(s.displacement))[0, 0] * plate.dx
+        at = np.asarray(plate.global_coordinates())[0].mean(axis=1)
+        found = m[(at > -2.75) & (at < -1.25)].sum() / 1.5
+        assert found == pytest.approx(ground - own - columns[0] * (SPACING - 2), rel=5e-3)
     calm, wind = result.rafts.values()
     assert calm.message == "full contact"
     assert 0.4 < wind.contact_area / SIDE**2 < 0.7
@@ -647,11 +654,11 @@ def test_circular_rafts_of_600_cells(monkeypatch):
     found, known, ratios = result.found, result.known, np.array(list(result.circles))
     assert found[:, 0] == pytest.approx(known[:, 0], rel=3e-4)
     some = ratios > 0.09
-    assert found[some, 1] == pytest.approx(known[some, 1], rel=6e-4)
-    assert found[some, 2] == pytest.approx(known[some, 2], rel=3.5e-3)
+    assert found[some, 1] == pytest.approx(known[some, 1], rel=1.2e-3)
+    assert found[some, 2] == pytest.approx(known[some, 2], rel=8e-4)
     few = some & (ratios < 40)
     differences = [x[few, 0] - x[few, 1] for x in (found, known)]
-    assert differences[0] == pytest.approx(differences[1], rel=2e-3)
+    assert differences[0] == pytest.approx(differences[1], rel=5e-3)
 
 
 @pytest.mark.slow

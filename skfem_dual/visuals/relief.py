@@ -190,35 +190,56 @@ def deformed(
         scale = checked_number("scale", scale, above=0)
     relief = Relief.of(solution, scale)
     origin = np.array([*solution.punch.centre, relief.level])[:, None]
-    solid = solution.punch.boundary is not None
-    body, values, low, high = relief.structure, relief.displacement, None, None
-    if show == "pressure":
-        subject = Subject.of(solution, None, title, None)
-        name, field = subject.title or "", subject.pressed
-        low, high, *_ = color_range(field)
-        body, values = relief.on_plan(field), field.values
-    elif title is None:
-        name = "displacement" if solid else "deflection"
-    else:
-        name = title
-    low, high = (float(values.min()), float(values.max())) if low is None else (low, high)
+    pressed, solid = show == "pressure", solution.punch.boundary is not None
+    coloured = Coloured.of(relief, pressed, title)
+    low, high = coloured.limits
     exponent = common_exponent([low, high])
     ticks = round_ticks(low, high)
     plotter = new_plotter(off_screen)
-    _add(plotter, relief.ground, origin, color=GROUND, smooth_shading=True, specular=0.0)
-    if show == "pressure":
-        opacity = {"opacity": 0.25} if solid else {}
-        _add(plotter, relief.structure, origin, color=BODY, **opacity)
-    marks = dict(zip(ticks.tolist(), short_numbers(ticks, exponent)))
-    colored = _add(
-        plotter, body, origin, scalars=values, clim=(low, high), cmap=cmap, annotations=marks,
-        show_scalar_bar=False, smooth_shading=not solid or show == "pressure",
-        **({"show_edges": True, "edge_opacity": 0.25} if solid and show != "pressure" else {}),
-    )  # fmt: skip
+    _add(plotter, relief.ground, origin, color=GROUND, smooth_shading=True)
+    if pressed:
+        see_through = {"opacity": 0.25} if solid else {}
+        _add(plotter, relief.structure, origin, color=BODY, **see_through)
+    faceted = {"show_edges": True, "edge_opacity": 0.25}
+    actor = _add(
+        plotter,
+        coloured.surface,
+        origin,
+        scalars=coloured.values,
+        clim=(low, high),
+        cmap=cmap,
+        annotations=dict(zip(ticks.tolist(), short_numbers(ticks, exponent), strict=True)),
+        show_scalar_bar=False,
+        **(faceted if solid and not pressed else {"smooth_shading": True}),
+    )
     for line in relief.edge:
         _add_line(plotter, line - origin)
-    _look(plotter, f"{title_with_factor(name, exponent)}", colored, relief)
+    _look(plotter, title_with_factor(coloured.title, exponent), actor, relief)
     return plotter
+
+
+@dataclass(frozen=True, eq=False)
+class Coloured:
+    """The surface that is coloured, by what, between which limits."""
+
+    surface: Surface
+    values: ndarray
+    limits: tuple[float, float]
+    title: str
+
+    @classmethod
+    def of(cls, relief: Relief, pressed: bool, title: str | None) -> Coloured:
+        """The structure by its displacement, or the plan by the pressure."""
+        if pressed:
+            subject = Subject.of(relief.solution, None, title, None)
+            field = subject.pressed
+            low, high, *_ = color_range(field)
+            return cls(relief.on_plan(field), field.values, (low, high), subject.title or "")
+        solid = relief.solution.punch.boundary is not None
+        values = relief.displacement
+        name = "displacement" if solid else "deflection"
+        limits = float(values.min()), float(values.max())
+        return cls(relief.structure, values, limits, name if title is None else title)
 
 
 def _add(plotter: Any, surface: Surface, origin: ndarray, **options: Any) -> Any:
