@@ -95,13 +95,13 @@ class Raft:
         """Of the plate of rigidity one."""
         return bending.assemble(self.plate)
 
-    def solve(self, rigidity: float, load: ndarray) -> "RaftSolution":
-        """Deflection and pressures under a load vector of the plate."""
+    def solve(self, rigidity: float, load: ndarray, **options) -> "RaftSolution":
+        """Deflection and pressures under a load vector of the plate; options as of its punch."""
         punch = self.punch
         elastic = ElasticPunch(
             punch.substrate, punch.basis, self.plate, rigidity * self.stiffness, edge=punch.edge
         )
-        return RaftSolution(self, rigidity, elastic.solve(load))
+        return RaftSolution(self, rigidity, elastic.solve(load, **options))
 
 
 @dataclass(frozen=True)
