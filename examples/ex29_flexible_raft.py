@@ -1,18 +1,9 @@
 """Flexible rafts: a plate of scikit-fem on the ground, between a rigid footing and a bare load.
 
-A raft foundation bends. Its deflection w under a load q is that of a thin plate with free edges
-which the ground presses from below with p, and the ground settles as the raft does::
-
-    a(w, v) + (p, v) = (q, v)  for all v,        w = A p,
-
-with D times the form of Kirchhoff's plate for a and the influence operator for A. The plate takes
-Morley's element of scikit-fem on the common refinement of both grids, the pressure is that of a
-punch, one unknown on each dual cell, and all share one quadrature: ``cells.with_element``. The
-mean deflection over a cell equals the settlement of its collocation point, so that a raft too
-stiff to bend is the rigid punch of the same cells.
-
-The plate is factorised once, held in three nodes, where no forces arise because all loads balance.
-A p then grows by what the plate yields under p, S p / D: a flexible raft is a punch that yields.
+A raft foundation bends. It is a thin plate with free edges here, of Morley's element of scikit-fem
+on the common refinement of both grids, on which an `ElasticPunch` finds the pressures of the
+ground: one unknown on each dual cell, by virtual work on the plate, so that a raft too stiff to
+bend is the rigid punch of the same cells.
 
 For a circular raft of radius a and thickness t under a uniform load the relative stiffness is that
 of Brown (Geotechnique 19, 1969),
@@ -21,7 +12,7 @@ of Brown (Geotechnique 19, 1969),
 
 from a flexible load, K = 0, to a rigid punch. An axisymmetric solution in Legendre polynomials,
 which shares nothing with the cells, stands beside it. A square raft under nine columns shows what
-only cells can do. Raft and ground are kept in touch everywhere; here no cell has to pull.
+only cells can do. Raft and ground stay in touch everywhere here.
 """
 
 from dataclasses import dataclass
@@ -30,8 +21,7 @@ from functools import cached_property
 import numpy as np
 from gallery import run
 from numpy import ndarray
-from scipy.sparse import csc_matrix, diags
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse import csr_matrix
 from scipy.special import eval_jacobi, gammaln
 from skfem import (
     BilinearForm,
@@ -40,11 +30,18 @@ from skfem import (
     ElementTriP1,
     LinearForm,
     MeshTri,
-    enforce,
 )
 from skfem.helpers import dd, ddot, eye, trace
 
-from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch, flexible_settlement
+from skfem_dual import (
+    DualMesh,
+    ElasticPunch,
+    ElasticSolution,
+    HalfSpace,
+    PunchSolution,
+    RigidPunch,
+    flexible_settlement,
+)
 from skfem_dual.grids.generate import disc
 
 POISSON = 0.2  # of the raft
@@ -72,11 +69,6 @@ def bending(u, v, _):
     return -ddot(moments(u), dd(v))
 
 
-@BilinearForm
-def product(u, v, w):
-    return w.factor * u * v
-
-
 @LinearForm
 def load(v, w):
     return w.q * v
@@ -99,84 +91,44 @@ class Raft:
         return self.punch.basis.with_element(ElementTriMorley())
 
     @cached_property
-    def shape(self) -> ndarray:
-        """Pressure over the mean of its cell, that of a rigid punch, at the quadrature points."""
-        cells, areas = self.punch.basis, self.punch.partition.areas
-        x, cell = np.asarray(cells.global_coordinates()), cells.element_dofs[0]
-        p = self.rigid.pressure_at(x.reshape(2, -1)).reshape(x.shape[1:])
-        # no more and no less force than that of the cell, whatever the quadrature
-        total = product.assemble(cells, factor=p).diagonal()
-        return p * (areas / total)[cell][:, None]
+    def stiffness(self) -> csr_matrix:
+        """Of the plate of rigidity one."""
+        return bending.assemble(self.plate)
 
-    @cached_property
-    def pressed(self) -> csc_matrix:
-        """Load vectors of unit mean pressure on each cell, shape (N, n)."""
-        return product.assemble(self.punch.basis, self.plate, factor=self.shape).tocsc()
-
-    @cached_property
-    def means(self) -> csc_matrix:
-        """Takes deflections to their means over the cells, shape (n, N)."""
-        sums = product.assemble(self.plate, self.punch.basis, factor=1.0)
-        return diags(1 / self.punch.partition.areas) @ sums
-
-    @cached_property
-    def motions(self) -> ndarray:
-        """Deflections of a plate that only settles and tilts, shape (N, 3)."""
-        x, y = np.asarray(self.plate.global_coordinates())
-        planes = np.stack([load.assemble(self.plate, q=q) for q in (1.0, x, y)], axis=1)
-        return splu(product.assemble(self.plate, factor=1.0).tocsc()).solve(planes)
-
-    @cached_property
-    def factors(self) -> tuple[SuperLU, ndarray]:
-        """Of the plate of rigidity one held in three nodes, and the DOFs held."""
-        held = self.plate.nodal_dofs[0, self.plate.mesh.t[:, 0]]
-        K = enforce(bending.assemble(self.plate), D=held)
-        return splu(K.tocsc(), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True}), held
-
-    def bent(self, loads: ndarray) -> ndarray:
-        """Deflections of this plate under load vectors of shape (N,) or (N, k)."""
-        factors, held = self.factors
-        loads = loads.copy(order="F")
-        loads[held] = 0.0
-        return factors.solve(loads)
-
-    @cached_property
-    def yielding(self) -> ndarray:
-        """Mean deflections of its cells under unit pressure on each, shape (n, n)."""
-        return self.means @ self.bent(self.pressed.toarray(order="F"))
-
-    def solve(self, rigidity: float, load: ndarray) -> "RaftSolution":
-        """Deflection and pressures under a load vector of the plate."""
-        matrix = np.block(
-            [
-                [self.punch.matrix + self.yielding / rigidity, -(self.means @ self.motions)],
-                [self.motions.T @ self.pressed, np.zeros((3, 3))],
-            ]
+    def solve(self, rigidity: float, load: ndarray, **options) -> "RaftSolution":
+        """Deflection and pressures under a load vector of the plate; options as of its punch."""
+        punch = self.punch
+        elastic = ElasticPunch(
+            punch.substrate, punch.basis, self.plate, rigidity * self.stiffness, edge=punch.edge
         )
-        given = np.append(self.means @ self.bent(load) / rigidity, self.motions.T @ load)
-        pressure, position = np.split(np.linalg.solve(matrix, given), [-3])
-        shape = self.bent(load - self.pressed @ pressure) / rigidity
-        return RaftSolution(self, rigidity, self.motions @ position + shape, pressure)
+        return RaftSolution(self, rigidity, elastic.solve(load, **options))
 
 
 @dataclass(frozen=True)
 class RaftSolution:
-    """Deflections, a vector of the raft's plate, and mean pressures of the cells."""
+    """What an elastic punch answers, with the moments of its plate."""
 
     raft: Raft
     rigidity: float
-    vector: ndarray
-    pressure: ndarray
+    elastic: ElasticSolution
+
+    @property
+    def pressure(self) -> ndarray:
+        """Mean pressures of the cells."""
+        return self.elastic.pressure
 
     @property
     def deflection(self) -> ndarray:
         """At the nodes of the common refinement, of which those of the mesh are the first."""
-        return self.vector[self.raft.plate.nodal_dofs[0]]
+        return self.elastic.displacement[self.raft.plate.nodal_dofs[0]]
 
     @cached_property
     def moments(self) -> ndarray:
         """Means over the cells, shape (2, 2, n)."""
-        cells, field = self.raft.punch.basis, self.raft.plate.interpolate(self.vector)
+        cells, field = (
+            self.raft.punch.basis,
+            self.raft.plate.interpolate(self.elastic.displacement),
+        )
         m = self.rigidity * moments(field)
         sums = [[load.assemble(cells, q=m[i, j]) for j in range(2)] for i in range(2)]
         return np.array(sums) / self.raft.punch.partition.areas
@@ -391,13 +343,16 @@ def draw_circles(result: Result):
     bent.set_ylim(0, 0.085)
 
     r = np.linspace(0, 1, 400, endpoint=False)
-    where = where_mean(result.raft)
-    some = np.argsort(where)[:: max(1, len(where) // 50)]
     for (color, style), ratio in zip(LINES, PICTURED, strict=True):
         p = result.exact[ratio].pressure(r)
         pressed.plot(r, p, style, color=color, label=f"K = {ratio:g}")
+        nodal, found = result.circles[ratio].elastic.nodal_pressure()
+        inner = nodal.mesh.interior_nodes()
+        some = inner[np.argsort(np.hypot(*nodal.mesh.p[:, inner]))][:: max(1, len(inner) // 50)]
         dots = {"color": color, "ms": 4, "mfc": "white", "zorder": 3}
-        pressed.plot(where[some], result.circles[ratio].pressure[some], "o", **dots)
+        pressed.plot(
+            np.hypot(*nodal.mesh.p[:, some]), found[nodal.nodal_dofs[0, some]], "o", **dots
+        )
     pressed.set_xlim(0, 1)
     pressed.set_ylim(0.4, 2.5)
     pressed.set_xlabel("r / a")
@@ -407,16 +362,6 @@ def draw_circles(result: Result):
         ax.spines[["top", "right"]].set_visible(False)
         ax.show = plt.show
     return settled
-
-
-def where_mean(raft: Raft) -> ndarray:
-    """Distance from the origin at which the pressure of each cell is its mean."""
-    cells = raft.punch.basis
-    cell = np.broadcast_to(cells.element_dofs[0][:, None], raft.shape.shape).ravel()
-    x = np.asarray(cells.global_coordinates()).reshape(2, -1)
-    off = np.hypot(*(x - raft.punch.partition.centroids[:, cell]))
-    order = np.argsort(np.abs(raft.shape.ravel() - 1) + 1e-3 * off, kind="stable")
-    return np.hypot(*x[:, order[np.unique(cell[order], return_index=True)[1]]])
 
 
 def draw_squares(result: Result):

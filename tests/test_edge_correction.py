@@ -142,3 +142,15 @@ def test_near_and_far_meet():
         np.abs(near.data[rim]).max()
         < 2e-2 * (partition.areas[near.col] / np.maximum(r, 1e-9))[rim].min()
     )
+
+
+def test_points_next_to_centroids():
+    """Nodes of a regular mesh are centroids of dual cells but for rounding."""
+    grid = np.linspace(-1, 1, 9)
+    weights = weights_of(DualMesh.from_mesh(MeshTri.init_tensor(grid, grid)).basis())
+    centroids = weights.partition.centroids[:, weights.weighted]
+    at, near = (
+        EdgeCorrection.from_weights(weights, 1.0, np.ascontiguousarray(x)).apply(np.ones(81))
+        for x in (centroids, centroids + 1e-16)
+    )
+    assert near == pytest.approx(at, rel=1e-6, abs=1e-9)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.special import ellipk
+from skfem import CellBasis, ElementTriP2
 
 from skfem_dual import check_mesh
 from skfem_dual.grids.duality import check_dual
@@ -388,21 +389,25 @@ def check_ex29(result):
     # cells against it, from K = 0.01 on also at the edge and in the moment
     found, known, ratios = result.found, result.known, np.array(list(result.circles))
     assert found[:, 0] == pytest.approx(known[:, 0], rel=1.2e-3)
-    assert found[:, 1] == pytest.approx(known[:, 1], rel=2e-2)
+    assert found[:, 1] == pytest.approx(known[:, 1], rel=3e-2)
     some = ratios >= 0.01
-    assert found[some, 1] == pytest.approx(known[some, 1], rel=8e-3)
+    assert found[some, 1] == pytest.approx(known[some, 1], rel=1.2e-2)
     assert found[some, 2] == pytest.approx(known[some, 2], rel=1.5e-2)
     # too stiff to bend: the rigid punch of the same cells, also under an eccentric load
     raft = result.raft
     x = np.asarray(raft.plate.global_coordinates())[0]
     held = raft.solve(1e8, load.assemble(raft.plate, q=1 + x))
-    rigid = raft.punch.solve(np.pi, (0.25, 0.0))
+    resultant = held.elastic.force, tuple(held.elastic.centre_of_pressure)
+    assert resultant[0] == pytest.approx(np.pi, rel=1e-5)
+    assert resultant[1] == pytest.approx((0.25, 0.0), abs=1e-5)  # of the polygon's load
+    rigid = raft.punch.solve(*resultant)
     nodes = raft.plate.mesh.p
-    assert held.deflection == pytest.approx(rigid.punch_displacement(nodes), rel=1.5e-3)
+    assert held.deflection == pytest.approx(rigid.punch_displacement(nodes), rel=1e-6)
+    assert held.pressure == pytest.approx(rigid.pressure, rel=1e-5)
     # too thin to carry anything: the load goes through, if the cells can take it as it is
     punch = raft.punch
     loose = Raft(type(punch)(punch.substrate, punch.basis, edge="constant"))
-    thin = loose.solve(1e-9, load.assemble(loose.plate, q=1.0))
+    thin = loose.solve(1e-9, load.assemble(loose.plate, q=1.0), unilateral=False)
     assert thin.pressure == pytest.approx(1.0, abs=1e-4)
 
     for s in result.squares.values():
@@ -415,15 +420,17 @@ def check_ex29(result):
         assert s.pressure @ areas == pytest.approx(total, rel=1e-9)
         # half a turn leaves the raft as it is
         order = [np.lexsort(np.round(sign * plate.mesh.p, 6)) for sign in (1, -1)]
-        assert s.deflection[order[0]] == pytest.approx(s.deflection[order[1]], rel=1e-8)
+        assert s.deflection[order[0]] == pytest.approx(s.deflection[order[1]], rel=1e-6)
         # moments in the sections 1.25 < x < 2.75 in the mean, by statics of what lies beyond
         x = np.asarray(basis.global_coordinates())[0]
-        p = s.pressure[basis.element_dofs[0]][:, None] * s.raft.shape * basis.dx
-        arm = ((x - 1.25).clip(0) ** 2 - (x - 2.75).clip(0) ** 2) / 3
+        quadratic = CellBasis(basis.dual.mesh, ElementTriP2())
+        at = quadratic.doflocs[0]
+        arm = ((at - 1.25).clip(0) ** 2 - (at - 2.75).clip(0) ** 2) / 3
         columns = (FORCES["side"] + 2 * FORCES["corner"]) * (SPACING - 2)
-        bent = s.rigidity * moments(plate.interpolate(s.vector))[0, 0] * basis.dx
+        w = plate.interpolate(s.elastic.displacement)
+        bent = s.rigidity * moments(w)[0, 0] * basis.dx
         between = (x.mean(axis=1) > 1.25) & (x.mean(axis=1) < 2.75)
-        expected = np.sum(p * arm) - columns
+        expected = s.elastic.load_vector(quadratic) @ arm - columns
         assert bent[between].sum() / 1.5 == pytest.approx(expected, rel=2e-3)
     thin, thick = result.squares.values()
     assert np.ptp(thick.deflection) < 0.2 * np.ptp(thin.deflection)
@@ -476,6 +483,83 @@ def check_ex31(result):
     assert dense.settlement == pytest.approx(0.46875 * (1 + rows[1].settlement), rel=2e-6)
 
 
+def check_ex32(result):
+    from ex32_raft_lifting_off import REFERENCES
+
+    for (ratio, s), limit in zip(result.rafts.items(), (3e-2, 1e-2, 3e-3), strict=True):
+        found, known = np.array(result.found(ratio)), np.array(REFERENCES[ratio])
+        off = np.abs(found - known)
+        assert (off[:2] < limit * known[0]).all()
+        assert off[2] < 2 * limit
+        assert off[3] < 3 * limit * known[3]
+        assert s.force == pytest.approx(1.0, rel=1e-9)
+        assert s.centre_of_pressure == pytest.approx([0, 0], abs=1e-9)
+    soft, _, stiff = result.rafts.values()
+    assert soft.contact_area < 0.25 * stiff.contact_area
+
+
+def check_ex33(result):
+    from ex33_square_raft import FORCES, RIGIDITY, SIDE, SPACING, THICKNESS, WEIGHT, moments
+
+    for name, s in result.rafts.items():
+        columns = 3 * np.array(FORCES[name])
+        total = columns.sum() + WEIGHT * THICKNESS * SIDE**2
+        assert (s.pressure >= 0).all()
+        assert s.force == pytest.approx(total, rel=1e-9)
+        moment = SPACING * (columns[2] - columns[0])
+        assert s.centre_of_pressure == pytest.approx([moment / total, 0], abs=1e-7)
+        # moments in the sections -2.75 < x < -1.25 in the mean, by statics of what lies beyond
+        quadratic = CellBasis(s.punch.basis.dual.mesh, ElementTriP2())
+        x = quadratic.doflocs[0]
+        arm = ((-1.25 - x).clip(0) ** 2 - (-2.75 - x).clip(0) ** 2) / 3
+        ground = s.load_vector(quadratic) @ arm
+        own = WEIGHT * THICKNESS * SIDE * (SIDE / 2 - 2) ** 2 / 2
+        own += WEIGHT * THICKNESS * SIDE * 1.5**2 / 24
+        plate = s.punch.structure
+        m = RIGIDITY * moments(plate.interpolate(s.displacement))[0, 0] * plate.dx
+        at = np.asarray(plate.global_coordinates())[0].mean(axis=1)
+        found = m[(at > -2.75) & (at < -1.25)].sum() / 1.5
+        assert found == pytest.approx(ground - own - columns[0] * (SPACING - 2), rel=5e-3)
+    calm, wind = result.rafts.values()
+    assert calm.message == "full contact"
+    assert 0.4 < wind.contact_area / SIDE**2 < 0.7
+
+
+def check_ex34(result):
+    from ex34_retaining_wall import BASE, FILL, HEIGHT, LENGTH, SLAB, THRUST
+
+    weight, thrust = FILL * 2 * LENGTH, THRUST * (HEIGHT - SLAB) / 2 * LENGTH
+    arm = SLAB + (HEIGHT - SLAB) / 3
+    assert result.key == pytest.approx(-thrust, rel=1e-9) or result.key == pytest.approx(
+        thrust, rel=1e-9
+    )
+    for s in (result.wall, result.stiff):
+        assert s.force == pytest.approx(weight, rel=1e-9)
+        x = s.punch.origin[0] + s.centre_of_pressure[0]
+        assert x == pytest.approx(1.0 + thrust * arm / weight, rel=1e-6)
+    # too stiff to bend: the rigid punch of the same cells
+    x = np.array([[0.1, 2.0, BASE - 0.1], [LENGTH / 2] * 3])
+    rigid = result.rigid.punch_displacement(x)
+    assert result.stiff.deflection(x) == pytest.approx(rigid, rel=1e-5)
+    largest = result.rigid.pressure.max()
+    assert result.stiff.pressure == pytest.approx(result.rigid.pressure, abs=1e-5 * largest)
+    assert result.stiff.contact_area < 0.95 * BASE * LENGTH
+
+
+def check_ex35(result):
+    from ex35_frame_on_footings import FORCE, MIDDLE, SPAN
+
+    for stiffness, s in result.frames.items():
+        # statics of the girder: what the middle column loses, the outer ones take in halves
+        relief = 6 * stiffness / SPAN**3 * MIDDLE @ result.settlements(stiffness)
+        forces = FORCE - relief * MIDDLE
+        assert result.forces(stiffness) == pytest.approx(forces, rel=1e-7)
+        assert s.force == pytest.approx(FORCE.sum(), rel=1e-9)
+    bent = [MIDDLE @ result.settlements(k) for k in result.frames]
+    assert (np.diff(bent) < 0).all()
+    assert bent[-1] < 0.01 * bent[0]
+
+
 SMALL = {
     "ex11_eccentric_load": {"refinements": 2},
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
@@ -492,6 +576,9 @@ SMALL = {
     },
     "ex29_flexible_raft": {"n": 150, "ratios": (1e-3, 1e3)},
     "ex30_beside_finite_elements": {"n": 8},
+    "ex32_raft_lifting_off": {"n": 250},
+    "ex34_retaining_wall": {"n": 4},
+    "ex35_frame_on_footings": {"n": 4, "girders": (0.0, 1e9, 1e11)},
 }
 
 
@@ -570,11 +657,11 @@ def test_circular_rafts_of_600_cells(monkeypatch):
     found, known, ratios = result.found, result.known, np.array(list(result.circles))
     assert found[:, 0] == pytest.approx(known[:, 0], rel=3e-4)
     some = ratios > 0.09
-    assert found[some, 1] == pytest.approx(known[some, 1], rel=6e-4)
-    assert found[some, 2] == pytest.approx(known[some, 2], rel=3.5e-3)
+    assert found[some, 1] == pytest.approx(known[some, 1], rel=1.2e-3)
+    assert found[some, 2] == pytest.approx(known[some, 2], rel=8e-4)
     few = some & (ratios < 40)
     differences = [x[few, 0] - x[few, 1] for x in (found, known)]
-    assert differences[0] == pytest.approx(differences[1], rel=2e-3)
+    assert differences[0] == pytest.approx(differences[1], rel=5e-3)
 
 
 @pytest.mark.slow

@@ -24,6 +24,8 @@ from .ribs import segment_integral
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 IN_STRIPS = 2.5
+#: points nearer to it, over the root of its area, are in its centroid
+IN_MIDDLE = 5e-6
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
 #: less, and the fewest
 STRIPS, FEWEST = 16, 3
@@ -60,6 +62,7 @@ class EdgeCorrection:
         """
         centroids = weights.partition.centroids
         dipoles = coefficient * weights.moment
+        x = _snapped(x, centroids, np.sqrt(weights.partition.areas))
         return cls(x, centroids, _near(weights, coefficient, x, dipoles, strips), dipoles)
 
     def add_to(self, matrix: ndarray) -> None:
@@ -132,6 +135,13 @@ class Pairs(NamedTuple):
     cells: ndarray
     x: ndarray
     offsets: ndarray
+
+
+def _snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
+    """Points, but centroids of cells where these are as good as there: next to the middle of a
+    dipole what it adds and what is taken off again would drown all else."""
+    distance, nearest = cKDTree(centroids.T).query(x.T)
+    return np.where(distance < IN_MIDDLE * sizes[nearest], centroids[:, nearest], x)
 
 
 def _near(

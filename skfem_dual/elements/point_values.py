@@ -3,6 +3,7 @@
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import coo_matrix, csr_matrix
+from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..grids.polygons import some
@@ -78,3 +79,31 @@ def value_matrix(basis: AbstractBasis, x: ndarray, component: int | None = None)
     rows = np.broadcast_to(point, columns.shape)
     shape = x.shape[1], basis.N
     return coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape).tocsr()
+
+
+def vertex_values(basis: CellBasis, vector: ndarray) -> ndarray:
+    """Values of a field at the vertices of its mesh, means over the elements around each.
+
+    Parameters
+    ----------
+    basis : CellBasis
+        Any; of several fields the first counts.
+    vector : (N,) array of float
+        Its vector.
+
+    Returns
+    -------
+    (..., nvertices) array of float
+        Of a vector-valued field the components come first.
+    """
+    mesh, corners = basis.mesh, basis.mesh.elem.refdom.p
+    at_vertices = CellBasis(
+        mesh, basis.elem, mapping=basis.mapping, quadrature=(corners, np.ones(corners.shape[1]))
+    )
+    field = at_vertices.interpolate(vector)
+    values = np.asarray(field[0] if isinstance(field, tuple) else field)
+    vertices = mesh.t.T.ravel()
+    n = mesh.p.shape[1]
+    flat = values.reshape(-1, vertices.size)
+    sums = np.array([np.bincount(vertices, row, n) for row in flat])
+    return (sums / np.bincount(vertices, minlength=n)).reshape(*values.shape[:-2], n)

@@ -4,6 +4,7 @@ from .fields import write_field
 from .grounds import read_substrate
 from .meshes import read_mesh
 from .polygons import read_dual, read_polygons, write_dual, write_polygons, write_solution
+from .structures import write_structure
 from .writing import require_outputs, write_whole
 
 __all__ = [
@@ -16,5 +17,6 @@ __all__ = [
     "write_field",
     "write_polygons",
     "write_solution",
+    "write_structure",
     "write_whole",
 ]

@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..arguments import checked_flag, checked_instance, checked_sequence, checked_text
+from ..contact.elastic_solution import ElasticSolution
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
@@ -19,20 +20,24 @@ from ..io.writing import PathLike
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .input import input_section
 from .numbers import Standing
-from .page import joined, page
+from .page import Html, joined, page
 from .results import in_short, position_section, pressure_section, standing_section
+from .structure import structure_sections
 
 TITLE = "Rigid punch on elastic ground"
+STRUCTURE = "Structure on elastic ground"
 
 
-def write_report(path: PathLike, solution: PunchSolution, **options: Any) -> None:
+def write_report(
+    path: PathLike, solution: PunchSolution | ElasticSolution, **options: Any
+) -> None:
     """Write `report_html` to a file ending in ``.html``, whole or not at all.
 
     Parameters
     ----------
     path : path
         The file.
-    solution : PunchSolution
+    solution : PunchSolution or ElasticSolution
         What to report.
     options
         As for `report_html`.
@@ -52,7 +57,7 @@ def write_report(path: PathLike, solution: PunchSolution, **options: Any) -> Non
 
 
 def report_html(
-    solution: PunchSolution,
+    solution: PunchSolution | ElasticSolution,
     *,
     title: str | None = None,
     mesh_name: str | None = None,
@@ -64,15 +69,15 @@ def report_html(
 
     Parameters
     ----------
-    solution : PunchSolution
+    solution : PunchSolution or ElasticSolution
         What to report, on any grid.
     title : str, optional
         Heading of the page.
     mesh_name : str, optional
         Where the mesh is from, such as the name of its file.
     couple : PunchSolution, optional
-        The same problem on the other grid of the `DualMesh`, from which the error is estimated;
-        `solve_on_other_grid` finds it.
+        Of a rigid punch the same problem on the other grid of the `DualMesh`, from which the
+        error is estimated; `solve_on_other_grid` finds it.
     remarks : sequence of str
         Warnings to show on top, such as those of reading the mesh.
     date : datetime, optional
@@ -88,7 +93,7 @@ def report_html(
     ------
     TypeError
         If a solution is something else, or ``couple`` is given but not one on dual cells and
-        the other on triangles of one `DualMesh`.
+        the other on triangles of one `DualMesh`; or with an ElasticSolution.
     ValueError
         If ``couple`` has another mesh, origin, load or ground.
     ImportError
@@ -104,20 +109,38 @@ def report_html(
     >>> "<h1>Pier 3</h1>" in text
     True
     """
-    checked_instance("solution", solution, PunchSolution)
+    checked_instance("solution", solution, (PunchSolution, ElasticSolution))
     for name, text in (("title", title), ("mesh_name", mesh_name)):
         if text is not None:
             checked_text(name, text)
     remarks = [checked_text("remarks", remark) for remark in checked_sequence("remarks", remarks)]
     if date is not None:
         checked_instance("date", date, datetime)
-    if couple is not None:
-        _check_same_problem(solution, couple)
-    title = TITLE if title is None else title
-    standing = Standing(solution)
     date = datetime.now().astimezone() if date is None else date
     mesh_name = "mesh in memory" if mesh_name is None else mesh_name
-    parts = [
+    if isinstance(solution, ElasticSolution):
+        if couple is not None:
+            raise TypeError("expected no couple of an ElasticSolution, got one")
+        parts = structure_sections(solution, mesh_name, remarks, __version__)
+    else:
+        parts = _punch_sections(solution, couple, mesh_name, remarks)
+    if title is None:
+        title = STRUCTURE if isinstance(solution, ElasticSolution) else TITLE
+    failed = "" if solution.success else "NOT CONVERGED: "
+    subtitle = f"{date:%Y-%m-%d %H:%M} · {mesh_name} · skfem_dual {__version__}"
+    return page(failed + title, subtitle, joined(parts))
+
+
+def _punch_sections(
+    solution: PunchSolution,
+    couple: PunchSolution | None,
+    mesh_name: str,
+    remarks: Sequence[str],
+) -> list[Html]:
+    if couple is not None:
+        _check_same_problem(solution, couple)
+    standing = Standing(solution)
+    return [
         warnings_of(solution, standing, couple, remarks),
         in_short(solution, standing),
         input_section(solution, standing, mesh_name),
@@ -128,9 +151,6 @@ def report_html(
         error_section(solution, standing, couple),
         solver_section(solution, couple, __version__),
     ]
-    failed = "" if solution.success else "NOT CONVERGED: "
-    subtitle = f"{date:%Y-%m-%d %H:%M} · {mesh_name} · skfem_dual {__version__}"
-    return page(failed + title, subtitle, joined(parts))
 
 
 def _check_same_problem(solution: PunchSolution, couple: PunchSolution) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 import skfem
 
+from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..post.estimate import CoupleEstimate, estimate_error
 from .numbers import Standing
@@ -198,7 +199,7 @@ def _meaning(solution: PunchSolution, cells: PunchSolution, estimate: CoupleEsti
     return escaped("How far the true error is from it has not been measured for such a case.")
 
 
-def solver_section(solution: PunchSolution, couple: PunchSolution | None, version: str) -> Html:
+def solver_section(solution: CellPressures, couple: PunchSolution | None, version: str) -> Html:
     """Iterations, residuals, versions and times."""
     versions = {
         "skfem_dual": version,
@@ -210,6 +211,11 @@ def solver_section(solution: PunchSolution, couple: PunchSolution | None, versio
     seconds = list(solution.timings.items())
     if couple is not None:
         seconds.append(("other grid", sum(couple.timings.values())))
+    rigid = isinstance(solution, PunchSolution)
+    body = "punch" if rigid else "structure"
+    what = (
+        "a rigid, smooth punch" if rigid else "a structure of finite elements with a smooth base"
+    )
     iterated = str(solution.iterations) if solution.iterations else "none needed"
     rows: list[tuple] = [
         ("Result", solution.message, NONE),
@@ -220,7 +226,7 @@ def solver_section(solution: PunchSolution, couple: PunchSolution | None, versio
             number(solution.complementarity_residual, 2),
             NONE,
         ),
-        ("Largest misfit of ground and punch", number(solution.displacement_residual, 2), L),
+        (f"Largest misfit of ground and {body}", number(solution.displacement_residual, 2), L),
         ("Time", joined([_seconds(n, t) for n, t in seconds], ", "), "s"),
         ("Versions", ", ".join(f"{name} {v}" for name, v in versions.items()), NONE),
     ]
@@ -228,8 +234,8 @@ def solver_section(solution: PunchSolution, couple: PunchSolution | None, versio
         "Solver",
         table(rows, ("Solver", "", "Unit")),
         paragraph(
-            "Boundary elements on a dual grid: a rigid, smooth punch without friction or "
-            "adhesion on linearly elastic ground, at small deformations."
+            f"Boundary elements on a dual grid: {what} without friction or adhesion "
+            " on linearly elastic ground, at small deformations."
         ),
     )
 

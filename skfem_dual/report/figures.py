@@ -11,16 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
+from skfem import CellBasis, ElementQuad1, ElementTriP1
 
-from ..contact.solution import PunchSolution
+from ..contact.elastic_solution import ElasticSolution
+from ..contact.pressures import CellPressures
 from ..grids.cellwise import nodal_mesh
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
+from ..visuals.isolines import smooth_line
 from ..visuals.matplotlib import draw, isobars, plot_kern
 from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
 from ..visuals.subject import pressure_scale
-from .numbers import Standing
+from .numbers import Plan, Standing
 from .page import Picture
 
 if TYPE_CHECKING:
@@ -35,10 +38,10 @@ RESOLUTION = 110
 BEYOND = 0.25
 
 
-def mesh_picture(solution: PunchSolution, standing: Standing) -> Picture:
+def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
     """The mesh and its dual grid, if it has one."""
     mesh = nodal_mesh(solution.punch.basis)
-    grid = mesh if standing.dual is None else standing.dual
+    grid = mesh if plan.dual is None else plan.dual
 
     def drawn(ax: Axes) -> None:
         draw(grid, legend=False, ax=ax)
@@ -47,7 +50,7 @@ def mesh_picture(solution: PunchSolution, standing: Standing) -> Picture:
     return _embedded(drawn, mesh.p, vector=4 * mesh.nelements <= LINES)
 
 
-def isobar_picture(solution: PunchSolution, standing: Standing) -> tuple[Picture, str]:
+def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
     """Isobars with the edge of contact and the point of the resultant, and their quantity.
 
     Raises
@@ -62,10 +65,33 @@ def isobar_picture(solution: PunchSolution, standing: Standing) -> tuple[Picture
         isobars(solution, ax=ax)
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
-        _mark_force(ax, standing)
+        _mark_force(ax, plan)
 
     vector = mesh.nelements <= LINES
     return _embedded(drawn, mesh.p, bar=1.1, vector=vector), quantity
+
+
+def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
+    """Lines of equal deflection of the base, with the edge of contact.
+
+    Raises
+    ------
+    ValueError
+        If the deflection is the same everywhere.
+    """
+    mesh, region = nodal_mesh(solution.punch.basis), solution.contact_region
+    basis = CellBasis(mesh, ElementTriP1() if len(mesh.t) == 3 else ElementQuad1())
+    deflection = solution.deflection(mesh.p)
+
+    def drawn(ax: Axes) -> None:
+        isobars(basis, deflection, title="deflection", ax=ax)
+        for line in region.edge:
+            ax.plot(*smooth_line(line), color=CONTACT, linewidth=2.2)
+        if region.edge:
+            ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
+        _mark_force(ax, plan)
+
+    return _embedded(drawn, mesh.p, bar=1.1, vector=mesh.nelements <= LINES)
 
 
 def plan_picture(standing: Standing, names: list[str]) -> Picture:
@@ -92,13 +118,13 @@ def plan_picture(standing: Standing, names: list[str]) -> Picture:
     return _embedded(drawn, standing.hull)
 
 
-def _mark_force(ax: Axes, standing: Standing) -> None:
+def _mark_force(ax: Axes, plan: Plan) -> None:
     """The point of the resultant, unless that is far from the plan."""
-    point = standing.force_point
+    point = plan.force_point
     if point is None:
         return
-    low, high = standing.hull.min(axis=1), standing.hull.max(axis=1)
-    margin = BEYOND * standing.size
+    low, high = plan.hull.min(axis=1), plan.hull.max(axis=1)
+    margin = BEYOND * plan.size
     if ((point < low - margin) | (point > high + margin)).any():
         return
     style: dict[str, Any] = {"markeredgecolor": OUTLINE, "markerfacecolor": "white"}

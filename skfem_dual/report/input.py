@@ -3,14 +3,13 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import nodal_mesh
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import HalfSpace, Substrate
 from .figures import mesh_picture
-from .numbers import Standing
+from .numbers import Plan, Standing
 from .page import (
     DASH,
     FL,
@@ -35,7 +34,6 @@ from .page import (
 def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -> Html:
     """Mesh, grid, punch, load, ground."""
     punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
-    low, high = standing.hull.min(axis=1), standing.hull.max(axis=1)
     size = standing.size
     kind = "dual cells" if standing.on_dual_cells else "cells of the mesh"
     points = {"centroid": "centroids of the cells", "node": "nodes of the other grid"}
@@ -43,13 +41,10 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
         ("Mesh", mesh_name, NONE),
         ("Nodes and elements", f"{mesh.p.shape[1]} nodes, {mesh.nelements} elements", NONE),
         ("Cells with a pressure each", f"{len(punch.partition)} {kind}", NONE),
-        ("Pressure inside the cells", _edge_rule(punch), NONE),
+        ("Pressure inside the cells", edge_rule(punch), NONE),
         ("Collocation points", points[punch.collocation], NONE),
-        ("Extent of the plan, x", _range(low[0], high[0], size), L),
-        ("Extent of the plan, y", _range(low[1], high[1], size), L),
-        ("Area of the plan", number(standing.plan_area), Html("L²")),
-        ("Centroid of the plan", place(punch.centre, size), L),
-        ("Shape of the punch", _shape(punch.gap), NONE),
+        *extent_rows(standing),
+        ("Shape of the punch", shape_of(punch.gap), NONE),
         ("Origin of settlement and moments", place(punch.origin, size), L),
     ]
     if solution.others:
@@ -58,7 +53,7 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
         "Input",
         table(rows, ("Mesh and punch", "", "Unit")),
         table(_load_rows(solution, standing), ("Load", "", "Unit")),
-        _ground(punch.substrate),
+        ground_table(punch.substrate),
         paragraph(
             "Units are any consistent set: L is the unit of length of the mesh, F that of force; "
             "moduli and pressures are in F/L². Forces, pressures and settlements are positive "
@@ -73,11 +68,23 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
     )
 
 
+def extent_rows(plan: Plan) -> list[tuple]:
+    """Where the plan lies."""
+    low, high, size = plan.hull.min(axis=1), plan.hull.max(axis=1), plan.size
+    return [
+        ("Extent of the plan, x", _range(low[0], high[0], size), L),
+        ("Extent of the plan, y", _range(low[1], high[1], size), L),
+        ("Area of the plan", number(plan.plan_area), Html("L²")),
+        ("Centroid of the plan", place(plan.solution.punch.centre, size), L),
+    ]
+
+
 def _range(low: float, high: float, size: float) -> Html:
     return joined([coordinate(low, size), " to ", coordinate(high, size)])
 
 
-def _edge_rule(punch: RigidPunch) -> str:
+def edge_rule(punch: Any) -> str:
+    """How the pressure varies inside the cells of a body."""
     if punch.edge == "constant":
         return "constant"
     names = punch.edge_boundaries
@@ -91,7 +98,8 @@ def _edge_rule(punch: RigidPunch) -> str:
     return f"grows to the edge of {where} like the inverse square root of the distance to it"
 
 
-def _shape(gap: Any) -> str:
+def shape_of(gap: Any) -> str:
+    """What an initial gap is given by."""
     if gap is None:
         return "flat"
     if callable(gap):
@@ -116,7 +124,7 @@ def _load_rows(solution: PunchSolution, standing: Standing) -> list[tuple]:
     return rows
 
 
-def _ground(substrate: Substrate) -> Html:
+def ground_table(substrate: Substrate) -> Html:
     """The ground, layer by layer."""
     if isinstance(substrate, HalfSpace):
         rows = [("Young's modulus E", number(substrate.young), P)]

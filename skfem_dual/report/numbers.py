@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -85,18 +86,18 @@ def reach(polygon: ndarray, centre: ndarray, point: ndarray) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
-    """How a punch stands: its plan, where the resultant acts, and how far that is from trouble.
+class Plan:
+    """The plan of a body and the resultant on it.
 
     All coordinates are those of the mesh.
 
     Attributes
     ----------
-    solution : PunchSolution
+    solution : PunchSolution or ElasticSolution
         What it is read off.
     """
 
-    solution: PunchSolution
+    solution: Any
 
     @cached_property
     def origin(self) -> ndarray:
@@ -136,6 +137,51 @@ class Standing:
         return float(np.abs(self.solution.pressure) @ punch.partition.areas)
 
     @property
+    def force(self) -> float:
+        """Resultant of the pressures, without rounding errors where moments leave none."""
+        force = self.solution.force
+        return force if abs(force) > NEGLIGIBLE * self.load else 0.0
+
+    @cached_property
+    def force_point(self) -> ndarray | None:
+        """Where the resultant acts; None if there is none to speak of, or it pulls."""
+        if self.force <= 0:
+            return None
+        return self.origin + self.solution.centre_of_pressure
+
+    @property
+    def plan_area(self) -> float:
+        """Area of the plan."""
+        return float(self.solution.punch.partition.areas.sum())
+
+    @property
+    def lifted_share(self) -> float:
+        """Part of the plan out of contact."""
+        share = 1 - self.solution.contact_area / self.plan_area
+        return share if share > NEGLIGIBLE else 0.0
+
+    @property
+    def pulled_area(self) -> float:
+        """Area of the cells under tension."""
+        pulled = self.solution.pressure < 0
+        return float(self.solution.punch.partition.areas[pulled].sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Standing(Plan):
+    """How a punch stands: its plan, where the resultant acts, and how far that is from trouble.
+
+    All coordinates are those of the mesh.
+
+    Attributes
+    ----------
+    solution : PunchSolution
+        What it is read off.
+    """
+
+    solution: PunchSolution
+
+    @property
     def imposed(self) -> ndarray:
         """Force and first moments about the origin that were imposed, NaN where free, (3,).
 
@@ -155,19 +201,6 @@ class Standing:
         length = np.sqrt(self.plan_area)
         scale = (self.load or 1.0) * np.array([1.0, length, length])
         return np.abs(self.solution.resultant - self.imposed) / scale
-
-    @property
-    def force(self) -> float:
-        """Resultant of the pressures, without rounding errors where moments leave none."""
-        force = self.solution.force
-        return force if abs(force) > NEGLIGIBLE * self.load else 0.0
-
-    @cached_property
-    def force_point(self) -> ndarray | None:
-        """Where the resultant acts; None if there is none to speak of, or it pulls."""
-        if self.force <= 0:
-            return None
-        return self.origin + self.solution.centre_of_pressure
 
     @cached_property
     def _kern(self) -> tuple[ndarray | None, str]:
@@ -227,23 +260,6 @@ class Standing:
         """Settlements of the vertices of the hull, the largest and smallest of the plan among
         them, shape (k,)."""
         return self.solution.punch_displacement(self.hull)
-
-    @property
-    def plan_area(self) -> float:
-        """Area of the plan."""
-        return float(self.solution.punch.partition.areas.sum())
-
-    @property
-    def lifted_share(self) -> float:
-        """Part of the plan out of contact."""
-        share = 1 - self.solution.contact_area / self.plan_area
-        return share if share > NEGLIGIBLE else 0.0
-
-    @property
-    def pulled_area(self) -> float:
-        """Area of the cells under tension."""
-        pulled = self.solution.pressure < 0
-        return float(self.solution.punch.partition.areas[pulled].sum())
 
     def is_level(self, slope: float) -> bool:
         """Whether a slope makes no difference to speak of between the settlements."""

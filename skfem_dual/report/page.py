@@ -137,6 +137,15 @@ def figure(picture: Picture, alt: str, *caption: Any) -> Html:
     )
 
 
+def short_list(items: Iterable[tuple[str, Any]]) -> Html:
+    """Names and values that one looks for first."""
+    cells = joined(
+        Html(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>")
+        for name, value in items
+    )
+    return Html(f'<dl class="short">{cells}</dl>\n')
+
+
 def notice(kind: str, heading: Any, *parts: Any) -> Html:
     """A framed notice, a ``"fault"`` or a ``"caution"``."""
     return Html(

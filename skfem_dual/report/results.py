@@ -5,16 +5,16 @@ from string import ascii_uppercase
 import numpy as np
 from numpy import ndarray
 
+from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from .figures import isobar_picture, plan_picture
-from .numbers import Standing
+from .numbers import Plan, Standing
 from .page import (
     NONE,
     Html,
     L,
     P,
     coordinate,
-    escaped,
     figure,
     joined,
     number,
@@ -23,6 +23,7 @@ from .page import (
     percent,
     place,
     section,
+    short_list,
     small,
     table,
 )
@@ -31,18 +32,15 @@ from .page import (
 def in_short(solution: PunchSolution, standing: Standing) -> Html:
     """The figures one looks for first."""
     slope = float(np.hypot(*solution.tilt))
-    items = [
-        ("Settlement of the origin", number(solution.settlement)),
-        ("Tilt", one_to(slope, standing.is_level(slope))),
-        ("Resultant force", number(standing.force)),
-        ("In contact", percent(solution.contact_area / standing.plan_area)),
-        ("Contact", "found" if solution.success else "NOT CONVERGED"),
-    ]
-    cells = joined(
-        Html(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>")
-        for name, value in items
+    return short_list(
+        [
+            ("Settlement of the origin", number(solution.settlement)),
+            ("Tilt", one_to(slope, standing.is_level(slope))),
+            ("Resultant force", number(standing.force)),
+            ("In contact", percent(solution.contact_area / standing.plan_area)),
+            ("Contact", "found" if solution.success else "NOT CONVERGED"),
+        ]
     )
-    return Html(f'<dl class="short">{cells}</dl>\n')
 
 
 def position_section(solution: PunchSolution, standing: Standing) -> Html:
@@ -64,8 +62,8 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
         note = small("from the x axis, anticlockwise")
         rows.append((joined(["Direction in which it goes down", note]), number(azimuth, 4), "°"))
     rows += [
-        ("Largest settlement", _there(w[most], hull[:, most], standing), L),
-        ("Smallest settlement", _there(w[least], hull[:, least], standing), L),
+        ("Largest settlement", value_at(w[most], hull[:, most], standing), L),
+        ("Smallest settlement", value_at(w[least], hull[:, least], standing), L),
         ("Difference of both", number(w[most] - w[least]), L),
     ]
     names = point_names(standing)
@@ -89,44 +87,45 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
     )
 
 
-def point_names(standing: Standing) -> list[str]:
+def point_names(plan: Plan) -> list[str]:
     """A, B, C and so on, for the characteristic points."""
-    return list(ascii_uppercase[: standing.points.shape[1]])
+    return list(ascii_uppercase[: plan.points.shape[1]])
 
 
-def _there(value: float, x: ndarray, standing: Standing) -> Html:
-    return joined([number(value), " at ", place(x, standing.size)])
+def value_at(value: float, x: ndarray, plan: Plan) -> Html:
+    """A value and its place."""
+    return joined([number(value), " at ", place(x, plan.size)])
 
 
 def _slope(slope: float, standing: Standing) -> Html:
     return joined([number(slope), Html("<br>"), one_to(slope, standing.is_level(slope))])
 
 
-def pressure_section(solution: PunchSolution, standing: Standing) -> Html:
+def pressure_section(solution: CellPressures, plan: Plan) -> Html:
     """Contact and pressures, with isobars."""
     punch, p = solution.punch, solution.pressure
     most, least = int(np.argmax(p)), int(np.argmin(p))
     places = punch.partition.centroids
     sharp = punch.gap is None or punch.edge == "singular"
-    mean = solution.mean_pressure if standing.force else 0.0
+    mean = solution.mean_pressure if plan.force else 0.0
     rows: list[tuple] = [
         ("Contact", solution.message, NONE),
         ("Contact area", number(solution.contact_area), Html("L²")),
-        ("of the area of the plan", percent(solution.contact_area / standing.plan_area), NONE),
+        ("of the area of the plan", percent(solution.contact_area / plan.plan_area), NONE),
         ("Mean pressure on the contact area", number(mean), P),
         ("Largest mean pressure of a cell", number(p[most]), P),
-        ("in the cell around", place(places[:, most], standing.size), L),
+        ("in the cell around", place(places[:, most], plan.size), L),
         ("Smallest mean pressure of a cell", number(p[least]), P),
     ]
     if punch.weights is not None:
         edge = solution.edge_coefficient()
         k = int(np.argmax(edge.values))
-        there = _there(edge.values[k], edge.x[:, k], standing)
+        there = value_at(edge.values[k], edge.x[:, k], plan)
         rows.append(("Largest strength at the edge", there, Html("F/L<sup>3/2</sup>")))
     notes = []
     if sharp:
         notes.append(
-            "Under a sharp rigid edge the pressure is unbounded: the means of the cells there, "
+            "Under a sharp edge the pressure is unbounded: the means of the cells there, "
             "and so the largest of them, grow as the mesh is refined and are no figures to "
             "design by. "
         )
@@ -139,13 +138,13 @@ def pressure_section(solution: PunchSolution, standing: Standing) -> Html:
         "Contact and pressure",
         table(rows, ("Pressure", "", "Unit")),
         paragraph(*notes) if notes else NONE,
-        _isobars(solution, standing),
+        _isobars(solution, plan),
     )
 
 
-def _isobars(solution: PunchSolution, standing: Standing) -> Html:
+def _isobars(solution: CellPressures, plan: Plan) -> Html:
     try:
-        picture, quantity = isobar_picture(solution, standing)
+        picture, quantity = isobar_picture(solution, plan)
     except ValueError as error:  # no pressure, or the same everywhere
         return paragraph(f"No isobars: {error}.")
     caption = f"Isobars of {quantity}"

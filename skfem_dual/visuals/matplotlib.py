@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
+from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
-from ..contact.solution import PunchSolution
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
@@ -190,7 +190,7 @@ def plot(
 
 @one_at_a_time
 def isobars(
-    pressure: PunchSolution | CellBasis,
+    pressure: CellPressures | CellBasis,
     values: ArrayLike | None = None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
@@ -204,7 +204,7 @@ def isobars(
 
     Parameters
     ----------
-    pressure : PunchSolution or CellBasis
+    pressure : PunchSolution, ElasticSolution or CellBasis
         A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
         it, with the edge of contact; or any continuous scalar basis, also of higher order.
     values : (N,) array of float, optional

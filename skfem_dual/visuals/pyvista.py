@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
+from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
-from ..contact.solution import PunchSolution
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
@@ -28,6 +28,7 @@ from .levels import (
     title_with_factor,
 )
 from .offscreen import one_at_a_time
+from .relief import deformed
 from .scene import (
     LETTER,
     PLAN,
@@ -54,6 +55,8 @@ from .subject import Subject
 
 if TYPE_CHECKING:
     import pyvista
+
+__all__ = ["deformed", "draw", "isobars", "plot"]
 
 UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
@@ -195,7 +198,7 @@ def plot(
 
 @one_at_a_time
 def isobars(
-    pressure: PunchSolution | CellBasis,
+    pressure: CellPressures | CellBasis,
     values: ArrayLike | None = None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
@@ -209,7 +212,7 @@ def isobars(
 
     Parameters
     ----------
-    pressure : PunchSolution or CellBasis
+    pressure : PunchSolution, ElasticSolution or CellBasis
         A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
         it, with the edge of contact; or any continuous scalar basis, also of higher order.
     values : (N,) array of float, optional

@@ -116,18 +116,24 @@ def with_bar(plotter: Any, colored: Any, title: str, p: ndarray, origin: ndarray
     right = max(190, 40 + 10 * len(title))
     view(plotter, p, origin, right)
     width, height = plotter.window_size
+    bottom, top = BELOW / height, 1 - ABOVE / 2 / height
+    add_bar(plotter, colored, title, 1 - (right / 2 + 20) / width, bottom, top - bottom)
+    return plotter
+
+
+def add_bar(plotter: Any, colored: Any, title: str, x: float, y: float, height: float) -> None:
+    """A scalar bar of an actor, its lower left corner at x and y, in parts of the window."""
     plotter.add_scalar_bar(
         title,
         mapper=colored.mapper,
         n_labels=0,
         vertical=True,
-        position_x=1 - (right / 2 + 20) / width,
-        position_y=BELOW / height,
-        width=60 / width,
-        height=1 - (BELOW + ABOVE / 2) / height,
+        position_x=x,
+        position_y=y,
+        width=60 / plotter.window_size[0],
+        height=height,
         color="black",
         title_font_size=18,
         label_font_size=16,
         font_family="arial",
     )
-    return plotter

@@ -92,7 +92,7 @@ def pressure_scale(solution: CellPressures) -> tuple[float, str]:
 
 
 def drawn_pressure(solution: CellPressures) -> tuple[CellBasis, ndarray]:
-    """`PunchSolution.pressure_field` on a mesh refined as often as a picture can show."""
+    """`CellPressures.pressure_field` on a mesh refined as often as a picture can show."""
     mesh = nodal_mesh(solution.punch.basis)
     triangles = mesh.nelements * (1 if len(mesh.t) == 3 else 4)
     refine = int(np.clip(np.log(TRIANGLES / triangles) / np.log(4), 0, REFINE))

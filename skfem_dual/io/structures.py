@@ -1,0 +1,114 @@
+"""Structures and the ground under them in one VTU file."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem.io.meshio import HEX_MAPPING
+
+from ..arguments import checked_instance, checked_number
+from ..contact.elastic_solution import ElasticSolution
+from ..elements.point_values import vertex_values
+from ..grids.surroundings import surroundings
+from .writing import PathLike, write_whole
+
+#: what VTK calls the elements, and the order of their vertices
+KINDS: dict[type, tuple[str, Any]] = {
+    MeshTri: ("triangle", slice(None)),
+    MeshQuad: ("quad", slice(None)),
+    MeshTet: ("tetra", slice(None)),
+    MeshHex: ("hexahedron", HEX_MAPPING[:8]),
+}
+
+
+def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0.5) -> None:
+    """Write a structure and the ground to a VTU file, for ParaView and others.
+
+    One file, so that "Warp By Vector" moves both. z is upwards, the ground lies where the
+    structure stands. Point data: ``displacement`` (3 components; of a plate and of the ground
+    only the last, settlements negative). Cell data: ``part``, 0 the structure, 1 the cells, 2
+    the ground around them; ``pressure`` and ``gap`` on the cells, NaN elsewhere; ``cell``, the
+    number of an element, cell or triangle in its part.
+
+    Parameters
+    ----------
+    path : str or path
+        Name of the file, ending in ``.vtu``; written whole or not at all.
+    solution : ElasticSolution
+        Of a plate on triangles or quadrilaterals, or a solid of tetrahedra or hexahedra.
+        Elements of higher order are written by their vertices.
+    beyond : float
+        Width of the ground around the plan, over its greater extent.
+
+    Raises
+    ------
+    TypeError
+        If an argument or the mesh of the structure is of another kind.
+    ValueError
+        If the suffix is another, or ``beyond`` is not positive.
+    """
+    import meshio
+
+    checked_instance("solution", solution, ElasticSolution)
+    beyond = checked_number("beyond", beyond, above=0)
+    if Path(path).suffix != ".vtu":
+        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    p, moved, kind, t, level = _structure(solution)
+    punch = solution.punch
+    polygons, fan = punch.partition.polygons, punch.fan
+    around, triangles = surroundings(punch.partition, fan, beyond)
+    ground = np.hstack([polygons.p, around])
+    settled = np.vstack([np.zeros_like(ground), -solution.ground_displacement(ground)])
+    first, second = p.shape[1], p.shape[1] + polygons.p.shape[1]
+    blocks: list[tuple[str, ndarray]] = [(kind, t.T)]
+    numbers = [np.arange(t.shape[1])]
+    for size in np.unique(polygons.sizes):
+        cells = np.nonzero(polygons.sizes == size)[0]
+        places = polygons.offsets[cells][:, None] + np.arange(size)
+        blocks.append(("polygon", first + polygons.indices[places]))
+        numbers.append(cells)
+    blocks.append(("triangle", second + triangles.T))
+    numbers.append(np.arange(triangles.shape[1]))
+    part = [0, *[1] * (len(blocks) - 2), 2]
+
+    def on_cells(values: ndarray) -> list[ndarray]:
+        return [
+            values[n] if k == 1 else np.full(len(n), np.nan)
+            for k, n in zip(part, numbers, strict=True)
+        ]
+
+    mesh = meshio.Mesh(
+        np.hstack([p, np.vstack([ground, np.full(ground.shape[1], level)])]).T,
+        blocks,
+        point_data={"displacement": np.hstack([moved, settled]).T},
+        cell_data={
+            "part": [np.full(len(n), k) for k, n in zip(part, numbers, strict=True)],
+            "cell": numbers,
+            "pressure": on_cells(solution.pressure),
+            "gap": on_cells(solution.gap),
+        },
+    )
+    write_whole(path, lambda file: meshio.write(file, mesh, file_format="vtu"))
+
+
+def _structure(solution: ElasticSolution) -> tuple[ndarray, ndarray, str, ndarray, float]:
+    """Vertices, displacements, elements and the height of the ground."""
+    punch = solution.punch
+    mesh = punch.structure.mesh
+    found = [names for base, names in KINDS.items() if isinstance(mesh, base)]
+    if not found:
+        raise TypeError(
+            "expected a structure of triangles, quadrilaterals, tetrahedra or hexahedra, got a "
+            f"{type(mesh).__name__}"
+        )
+    kind, order = found[0]
+    t = mesh.t[order]
+    if mesh.dim() == 3:
+        level = float(mesh.p[2, mesh.facets[:, punch.contact_basis.find]].mean())
+        return mesh.p, vertex_values(punch.structure, solution.displacement), kind, t, level
+    p = np.vstack([mesh.p, np.zeros(mesh.nvertices)])
+    moved = np.zeros_like(p)
+    moved[2] = -solution.deflection(mesh.p)
+    return p, moved, kind, t, 0.0

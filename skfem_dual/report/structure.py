@@ -1,0 +1,195 @@
+"""Deflections, pressures and checks of a structure that bends, as sections of a report."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from ..contact.elastic_solution import ElasticSolution
+from ..grids.cellwise import nodal_mesh
+from .checks import ROUNDING, UNBALANCED, solver_section
+from .figures import deflection_picture, mesh_picture
+from .input import edge_rule, extent_rows, ground_table, shape_of
+from .numbers import Plan
+from .page import (
+    NONE,
+    F,
+    Html,
+    L,
+    coordinate,
+    figure,
+    joined,
+    notice,
+    number,
+    paragraph,
+    percent,
+    place,
+    section,
+    short_list,
+    small,
+    table,
+)
+from .results import point_names, pressure_section, value_at
+
+#: deflection over the extent of the plan from which on a reader is warned
+DEFORMED = 0.1
+#: points of the edge are looked at so far inside, over the distance to a cell's centroid
+INSIDE = 1e-6
+
+
+def structure_sections(
+    solution: ElasticSolution, mesh_name: str, remarks: Sequence[str], version: str
+) -> list[Html]:
+    """All of a report but its head."""
+    plan = Plan(solution)
+    return [
+        _warnings(solution, plan, remarks),
+        _in_short(solution, plan),
+        _input(solution, plan, mesh_name),
+        _deflections(solution, plan),
+        pressure_section(solution, plan),
+        _balance(solution, plan),
+        solver_section(solution, None, version),
+    ]
+
+
+def _deflection(solution: ElasticSolution) -> ndarray:
+    """In the collocation points of the cells."""
+    return solution.punch.trace @ solution.displacement
+
+
+def _warnings(solution: ElasticSolution, plan: Plan, remarks: Sequence[str]) -> Html:
+    notices = []
+    if not solution.success:
+        heading = "NOT CONVERGED: do not use these results"
+        reason = f"The contact region was not found: {solution.message}."
+        notices.append(notice("fault", heading, reason))
+
+    def caution(*parts: Any) -> None:
+        notices.append(notice("caution", "Caution", *parts))
+
+    if plan.pulled_area > 0:
+        share = percent(plan.pulled_area / plan.plan_area)
+        caution("The ground would have to pull on ", share, " of the plan, which soil does not.")
+    deepest = np.abs(_deflection(solution)).max() / plan.size
+    if deepest > DEFORMED:
+        caution(
+            *("The largest deflection is ", percent(deepest), " of the extent of the plan, far "),
+            "beyond small deformations. Check the units of loads, moduli and stiffness.",
+        )
+    if solution.equilibrium_residual > UNBALANCED:
+        caution("The structure is not in equilibrium, see the check.")
+    for remark in dict.fromkeys(remarks):
+        if remark != solution.message:
+            caution(remark)
+    return joined(notices)
+
+
+def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
+    w = _deflection(solution)
+    return short_list(
+        [
+            ("Largest deflection", number(w.max())),
+            ("Difference of deflections", number(np.ptp(w))),
+            ("Resultant force", number(plan.force)),
+            ("In contact", percent(solution.contact_area / plan.plan_area)),
+            ("Contact", "found" if solution.success else "NOT CONVERGED"),
+        ]
+    )
+
+
+def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
+    punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
+    structure, elements = punch.structure, punch.structure.mesh
+    kind = "dual cells" if plan.on_dual_cells else "cells of the mesh"
+    rows: list[tuple] = [
+        ("Structure", "solid" if punch.boundary is not None else "plate", NONE),
+        ("Its mesh", f"{elements.p.shape[1]} nodes, {elements.nelements} elements", NONE),
+        ("Its finite elements", f"{type(structure.elem).__name__}, {structure.N} DOFs", NONE),
+        ("DOFs held", str(len(punch.compliance.fixed)), NONE),
+        ("Motions that only the ground resists", str(punch.motions.shape[1]), NONE),
+        ("Mesh of the plan", mesh_name, NONE),
+        ("Nodes and elements", f"{mesh.p.shape[1]} nodes, {mesh.nelements} elements", NONE),
+        ("Cells with a pressure each", f"{len(punch.partition)} {kind}", NONE),
+        ("Pressure inside the cells", edge_rule(punch), NONE),
+        *extent_rows(plan),
+        ("Shape of the unloaded base", shape_of(punch.gap), NONE),
+    ]
+    caption = "Mesh of the plan" + (" and its dual grid." if plan.dual is not None else ".")
+    return section(
+        "Input",
+        table(rows, ("Structure and plan", "", "Unit")),
+        ground_table(punch.substrate),
+        paragraph(
+            "Units are any consistent set: L is the unit of length of the mesh, F that of force; "
+            "moduli and pressures are in F/L². Pressures and deflections are positive into the "
+            "ground. Points are given in the coordinates of the mesh."
+        ),
+        figure(mesh_picture(solution, plan), "The mesh of the plan and its dual grid", caption),
+    )
+
+
+def _deflections(solution: ElasticSolution, plan: Plan) -> Html:
+    w, x = _deflection(solution), solution.punch.collocation_points
+    least, most = int(np.argmin(w)), int(np.argmax(w))
+    rows: list[tuple] = [
+        ("Largest deflection of a cell", value_at(w[most], x[:, most], plan), L),
+        ("Smallest deflection of a cell", value_at(w[least], x[:, least], plan), L),
+        ("Difference of both", number(w[most] - w[least]), L),
+        ("Largest gap to the ground", number(solution.gap.max()), L),
+    ]
+    inside = _a_little_inside(plan)
+    points = [
+        (name, coordinate(a, plan.size), coordinate(b, plan.size), number(v), number(g))
+        for name, a, b, v, g in zip(
+            point_names(plan),
+            *plan.points,
+            solution.deflection(inside),
+            solution.ground_displacement(inside),
+            strict=True,
+        )
+    ]
+    return section(
+        "Deflections",
+        table(rows, ("Deflection of the base", "", "Unit")),
+        table(
+            points,
+            ("Point", "x [L]", "y [L]", "Structure [L]", "Ground [L]"),
+            "Deflections at the corners and extremes of the plan",
+            numeric=True,
+        ),
+        _picture(solution, plan),
+    )
+
+
+def _picture(solution: ElasticSolution, plan: Plan) -> Html:
+    try:
+        picture = deflection_picture(solution, plan)
+    except ValueError as error:  # the same everywhere
+        return paragraph(f"No lines of equal deflection: {error}.")
+    caption = "Lines of equal deflection of the base"
+    return figure(picture, caption, caption + ".")
+
+
+def _a_little_inside(plan: Plan) -> ndarray:
+    """Points of the edge, where rounding does not leave them outside."""
+    x, centroids = plan.points, plan.solution.punch.partition.centroids
+    nearest = np.argmin(np.hypot(*(x[:, :, None] - centroids[:, None])), axis=1)
+    return x + INSIDE * (centroids[:, nearest] - x)
+
+
+def _balance(solution: ElasticSolution, plan: Plan) -> Html:
+    """Forces of the ground and of what holds the structure, and what is left."""
+    held = solution.punch.compliance.fixed
+    rows: list[tuple] = [("Resultant of the pressures", number(plan.force, 7), F)]
+    if plan.force_point is not None:
+        rows.append(("acting at", place(plan.force_point, plan.size), L))
+    if len(held):
+        largest = np.abs(solution.reactions).max()
+        scale = max(np.abs(solution.f).max(), np.finfo(float).tiny)
+        shown = largest if largest > ROUNDING * scale else 0.0
+        rows.append((f"Largest reaction of the {len(held)} DOFs held", number(shown), NONE))
+    note = small("largest force on a free DOF that is not balanced, over the largest load")
+    rows.append((joined(["Residual", note]), number(solution.equilibrium_residual, 2), NONE))
+    return section("Check of the equilibrium", table(rows, ("Equilibrium", "", "Unit")))

@@ -1,0 +1,210 @@
+"""Files and pictures of structures on the ground: what is in them, against what was solved."""
+
+import dataclasses
+import re
+
+import meshio
+import numpy as np
+import pytest
+from skfem import CellBasis, ElementTetP2, ElementTriP2, ElementVector, MeshHex, MeshTet, MeshTri
+from structures import block, plate
+
+from skfem_dual import DualMesh
+from skfem_dual.elements.point_values import vertex_values
+from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.generate import annulus
+from skfem_dual.grids.surroundings import surroundings
+from skfem_dual.io import write_structure
+from skfem_dual.report import report_html, write_report
+from skfem_dual.visuals.matplotlib import isobars
+from skfem_dual.visuals.pyvista import deformed
+from skfem_dual.visuals.relief import Relief
+
+
+@pytest.fixture(scope="module")
+def raft():
+    return plate()
+
+
+@pytest.fixture(scope="module")
+def cube():
+    return block(tilt=0.5, height=3.0)
+
+
+def areas(p, t):
+    a, b = p[:, t[1]] - p[:, t[0]], p[:, t[2]] - p[:, t[0]]
+    return (a[0] * b[1] - a[1] * b[0]) / 2
+
+
+@pytest.mark.parametrize("mesh", [MeshTri.init_lshaped().refined(2), annulus(0.5, n=150)])
+def test_surroundings_fill_what_the_plan_leaves(mesh):
+    dual = DualMesh.from_mesh(mesh)
+    p, t = surroundings(dual.basis().partition, Fan.from_basis(dual.basis()), 0.5)
+    whole = np.prod(np.ptp(p, axis=1))
+    assert (areas(p, t) > 0).all()
+    assert areas(p, t).sum() + dual.areas.sum() == pytest.approx(whole, rel=1e-12)
+
+
+def test_values_at_vertices():
+    mesh = MeshTri().refined(2)
+    basis = CellBasis(mesh, ElementTriP2())
+    assert vertex_values(basis, basis.project(lambda x: x[0] * x[1])) == pytest.approx(
+        mesh.p[0] * mesh.p[1], abs=1e-12
+    )
+    solid = MeshTet().refined(1)
+    basis = CellBasis(solid, ElementVector(ElementTetP2()))
+    u = basis.project(lambda x: np.array([x[1], x[2] ** 2, 1 + 0 * x[0]]))
+    x, y, z = solid.p
+    assert vertex_values(basis, u) == pytest.approx(np.array([y, z**2, 1 + 0 * x]), abs=1e-12)
+
+
+def parts(path):
+    """Points, displacements, and cell data with vertices by part and number."""
+    mesh = meshio.read(path)
+    data = {k: np.concatenate(v) for k, v in mesh.cell_data.items()}
+    cells = [c for block in mesh.cells for c in block.data]
+    return mesh.points.T, mesh.point_data["displacement"].T, data, cells
+
+
+def test_plate_in_a_file(raft, tmp_path):
+    path = tmp_path / "raft.vtu"
+    write_structure(path, raft)
+    p, moved, data, cells = parts(path)
+    under = np.nonzero(data["part"] == 1)[0]
+    order = under[np.argsort(data["cell"][under])]
+    assert np.array_equal(data["pressure"][order], raft.pressure)
+    assert np.array_equal(data["gap"][order], raft.gap)
+    assert np.isnan(data["pressure"][data["part"] != 1]).all()
+    corners = [p[:2, cells[i]] for i in order]
+    shoelace = [0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() for x, y in corners]
+    assert np.abs(shoelace) @ data["pressure"][order] == pytest.approx(raft.force, rel=1e-12)
+    for part, settled in ((0, raft.deflection), (1, raft.ground_displacement)):
+        points = np.unique(np.concatenate([cells[i] for i in np.nonzero(data["part"] == part)[0]]))
+        assert -moved[2, points] == pytest.approx(settled(p[:2, points]), rel=1e-12)
+    assert (moved[:2] == 0).all()
+    assert [c.tolist() for c in cells[: len(raft.punch.structure.mesh.t.T)]] == (
+        raft.punch.structure.mesh.t.T.tolist()
+    )
+
+
+@pytest.mark.parametrize("kind", [MeshTet, MeshHex])
+def test_solid_in_a_file(kind, tmp_path):
+    """A block too stiff to deform moves as a rigid body."""
+    solution = block(kind=kind, height=3.0)
+    path = tmp_path / "block.vtu"
+    write_structure(path, solution)
+    p, moved, data, cells = parts(path)
+    solid = np.unique(np.concatenate([cells[i] for i in np.nonzero(data["part"] == 0)[0]]))
+    w = -moved[2, solid]
+    assert np.ptp(w) < 1e-4 * w.max()
+    assert w == pytest.approx(solution.deflection([[0.0], [0.0]])[0], rel=1e-4)
+    assert np.abs(moved[:2]).max() < 1e-4 * w.max()
+    assert (p[2] >= 3.0).all()
+    if kind is MeshHex:  # VTK wants the lower side first, turning anticlockwise as seen from above
+        first = p[:, cells[0]]
+        for corners in (first[:, :4], first[:, 4:]):
+            centre = corners.mean(axis=1, keepdims=True)
+            a, b = corners - centre, np.roll(corners, -1, axis=1) - centre
+            assert (np.cross(a.T, b.T) @ (first[:, 4:].mean(1) - first[:, :4].mean(1)) > 0).all()
+
+
+def test_file_refused(raft, tmp_path):
+    with pytest.raises(ValueError, match=r"expected a file name ending in \.vtu"):
+        write_structure(tmp_path / "raft.vtk", raft)
+    with pytest.raises(TypeError, match="ElasticSolution"):
+        write_structure(tmp_path / "raft.vtu", raft.punch)
+    with pytest.raises(ValueError, match="beyond"):
+        write_structure(tmp_path / "raft.vtu", raft, beyond=0.0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_relief_of_a_plate(raft):
+    relief = Relief.of(raft)
+    p, scale = relief.structure.p, relief.scale
+    assert p[2] == pytest.approx(-scale * raft.deflection(p[:2]), rel=1e-12)
+    assert relief.displacement == pytest.approx(raft.deflection(p[:2]), rel=1e-12)
+    assert 0.07 < scale * np.abs(relief.displacement).max() / 2 <= 0.2
+    deeper = -relief.ground.p[2] / scale - raft.ground_displacement(relief.ground.p[:2])
+    assert (deeper > 0).all()
+    assert np.ptp(deeper) < 1e-12
+    # the edge of contact lies on a circle, in the ground
+    edge = np.hstack(relief.edge)
+    assert np.hypot(*edge[:2]) == pytest.approx(np.sqrt(raft.contact_area / np.pi), rel=0.1)
+    assert Relief.of(raft, 3.0).scale == 3.0
+
+
+def test_relief_of_a_solid(cube):
+    relief = Relief.of(cube, 2.0)
+    mesh = cube.punch.structure.mesh
+    u = vertex_values(cube.punch.structure, cube.displacement)
+    assert np.array_equal(relief.structure.p, mesh.p + 2 * u)
+    assert len(relief.structure.faces) == 6 * 4 * 4 * 2
+    assert relief.level == pytest.approx(3.0)
+    assert (relief.ground.p[2] < 3.0).all()
+
+
+@pytest.mark.parametrize("show", ["displacement", "pressure"])
+def test_deformed(raft, cube, show, tmp_path):
+    for solution in (raft, cube):
+        picture = deformed(solution, show=show, title="kPa" if show == "pressure" else None)
+        picture.screenshot(tmp_path / "deformed.png")
+        assert (tmp_path / "deformed.png").stat().st_size > 10_000
+        image = picture.image
+        assert len(np.unique(image.reshape(-1, 3), axis=0)) > 200
+        picture.close()
+
+
+def test_deformed_refuses(raft):
+    with pytest.raises(TypeError, match="ElasticSolution"):
+        deformed(raft.punch)
+    with pytest.raises(ValueError, match="scale"):
+        deformed(raft, scale=-1.0)
+    with pytest.raises(ValueError, match="displacement"):
+        deformed(raft, show="stress")
+
+
+def test_isobars_and_notebooks(raft):
+    import matplotlib.pyplot as plt
+
+    ax = isobars(raft)
+    assert ax.get_lines()  # the edge of contact
+    page = raft._repr_html_()
+    assert "Deflection" in page
+    assert "data:image/png" in page
+    plt.close("all")
+
+
+def test_report(raft, tmp_path):
+    path = tmp_path / "raft.html"
+    write_report(path, raft, title="Raft 3", mesh_name="raft.msh")
+    text = path.read_text(encoding="utf-8")
+    assert "<h1>Raft 3</h1>" in text
+    headings = re.findall(r"<h2>(.*?)</h2>", text)
+    assert headings == [
+        "Input",
+        "Deflections",
+        "Contact and pressure",
+        "Check of the equilibrium",
+        "Solver",
+    ]
+    assert text.count("<figure>") == 3
+    for word in ("Tilt", "Kern", "overturn", "rigid", "NOT CONVERGED"):
+        assert word not in text
+    values = [float(v) for v in re.findall(r'<data value="([^"]*)"', text)]
+    radius = raft.punch.basis.dual.mesh.p[0].max()
+    edge = raft.deflection([[0.999999 * radius], [0.0]])[0]
+    deflections = raft.punch.trace @ raft.displacement
+    for value in (deflections.max(), raft.contact_area, raft.force, raft.pressure.max()):
+        assert value in values
+    assert np.abs(np.array(values) - edge).min() < 1e-4 * abs(edge)
+
+
+def test_report_of_a_solid_and_of_no_solution(cube):
+    text = report_html(cube)
+    assert "Structure on elastic ground" in text
+    assert "Largest reaction of the 3 DOFs held" in text
+    failed = report_html(dataclasses.replace(cube, success=False, message="gave up"))
+    assert "<h1>NOT CONVERGED: Structure on elastic ground</h1>" in failed
+    assert "gave up" in failed
+    with pytest.raises(TypeError, match="no couple"):
+        report_html(cube, couple=cube)
