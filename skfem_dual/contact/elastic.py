@@ -77,7 +77,7 @@ class ElasticPunch(Body):
         How the pressure varies inside the cells at the edge of the plan, see `RigidPunch`.
         ``"singular"``, the default unless there is a ``gap``, is closer for plates of every
         stiffness: the pressure under a soft one grows at the edge, too, in a strip as wide as
-        the stiffness carries.
+        the stiffness carries; where cells are wider than that strip, ``"constant"`` is closer.
     edge_boundaries, origin, rtol
         As of `RigidPunch`.
     gap : callable, array or (CellBasis, vector), optional
