@@ -216,7 +216,8 @@ class ElasticPunch(Body):
     def _motions(self) -> tuple[ndarray, ndarray]:
         """Motions that the ground resists, and those that nothing resists."""
         all_motions = self.compliance.motions
-        _, size, rows = np.linalg.svd(self.trace @ all_motions)
+        small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
+        _, size, rows = np.linalg.svd(small)
         count = int(np.sum(size > AT_REST * size.max(initial=0.0)))
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
