@@ -27,7 +27,7 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
+from skfem_dual import DualMesh, ElasticPunch, RigidPunch, trace
 from skfem_dual.elements.load_matrix import load_matrix
 from skfem_dual.grids import generate
 from skfem_dual.grids.fan import Fan
@@ -173,8 +173,8 @@ def test_infinite_plate_under_a_point_force():
     assert s.deflection([0.0, 0.0]) == pytest.approx(1 / (3 * np.sqrt(3) * D), rel=5e-3)
 
 
-def soft_cylinder(n):
-    """Mean settlement of the top of a soft tall block under a uniform load, without bulging."""
+def soft_block(n):
+    """Mean settlement of its top under a uniform load, with a Poisson's ratio of zero."""
     sides = [np.linspace(-0.5, 0.5, n + 1)] * 2 + [np.linspace(0, 3, 2 * n + 1)]
     mesh = MeshTet.init_tensor(*sides).with_boundaries({"base": lambda x: x[2] == 0})
     basis = Basis(mesh, ElementVector(ElementTetP1()))
@@ -188,34 +188,7 @@ def soft_cylinder(n):
     return f @ s.displacement
 
 
-def test_soft_tall_block_converges():
-    """To its shortening, 3 / E, and the settlement of the ground between loose and stiff."""
-    found = np.array([soft_cylinder(n) for n in (2, 4, 8)])
-    first, second = np.abs(np.diff(found))
-    assert second < 0.6 * first
-    # mean settlement under a uniform load on a square, and that of a rigid one: 0.947, 0.868
-    ground = found[-1] - 3 / 0.5
-    assert 0.86 < ground < 1.0
-
-
-@pytest.mark.slow
-def test_ball_on_a_ground_as_soft_is_hertz():
-    """1/E* = 1/E1* + 1/E2*; the ball's shape is the gap, its stiffness that of a large block."""
-    young, poisson, force = 1.0, 0.3, 2e-4
-    s = np.linspace(-1, 1, 25)
-    side, height = s * np.abs(s), np.linspace(0, 1, 17) ** 2  # drawn to the contact
-    mesh = MeshTet.init_tensor(side, side, height).with_boundaries({"base": lambda x: x[2] == 0})
-    basis = Basis(mesh, ElementVector(ElementTetP1()))
-    K = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
-    top = mesh.p[2] == 1
-    f = np.zeros(basis.N)
-    f[basis.nodal_dofs[2, top]] = -force / top.sum()
-    guided = basis.nodal_dofs[:2][:, top].ravel()
-    cells = DualMesh.from_mesh(trace(mesh, "base")).basis()
-    ground, gap = HalfSpace(young, poisson), Paraboloid(1.0)
-    punch = ElasticPunch(ground, cells, basis, K, boundary="base", D=guided, gap=gap)
-    found = punch.solve(f)
-    modulus = young / (1 - poisson**2) / 2
-    radius = (3 * force / (4 * modulus)) ** (1 / 3)
-    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(radius, rel=0.06)
-    assert found.pressure.max() == pytest.approx(1.5 * force / (np.pi * radius**2), rel=0.1)
+def test_soft_tall_block():
+    """Its shortening, 3 / E, and the settlement of a square: of a rigid one, of a loose one."""
+    for found in (soft_block(4), soft_block(8)):
+        assert 0.86 < found - 3 / 0.5 < 0.96

@@ -78,7 +78,7 @@ class ElasticPunch(Body):
         How the pressure varies inside the cells at the edge of the plan, see `RigidPunch`.
         ``"singular"``, the default unless there is a ``gap``, is closer for plates of every
         stiffness: the pressure under a soft one grows at the edge, too, in a strip as wide as
-        the stiffness carries.
+        the stiffness carries; where cells are wider than that strip, ``"constant"`` is closer.
     edge_boundaries, origin, rtol
         As of `RigidPunch`.
     gap : callable, array or (CellBasis, vector), optional
@@ -217,7 +217,8 @@ class ElasticPunch(Body):
     def _motions(self) -> tuple[ndarray, ndarray]:
         """Motions that the ground resists, and those that nothing resists."""
         all_motions = self.compliance.motions
-        _, size, rows = np.linalg.svd(self.trace @ all_motions)
+        small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
+        _, size, rows = np.linalg.svd(small)
         count = int(np.sum(size > AT_REST * size.max(initial=0.0)))
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
