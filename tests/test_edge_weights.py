@@ -9,7 +9,7 @@ from scipy.integrate import dblquad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh
-from skfem_dual.elements.edge_weights import EdgeWeights, _mean, _mean_share
+from skfem_dual.elements.edge_weights import EdgeWeights, _mean_share, mean_weight
 from skfem_dual.elements.moments import load_moments, pressure_moments
 from skfem_dual.elements.pieces import Pieces
 from skfem_dual.grids.fan import Fan
@@ -52,20 +52,20 @@ def test_means_over_a_triangle_equal_quadrature(roots):
             0, 1, 0, lambda u: 1 - u, epsrel=1e-9,
         )[0] * 2  # fmt: skip
 
-    assert _mean(a, b, c) == pytest.approx(average(lambda u, v: 1.0), rel=1e-7)
+    assert mean_weight(a, b, c) == pytest.approx(average(lambda u, v: 1.0), rel=1e-7)
     assert _mean_share(a, b, c) == pytest.approx(average(lambda u, v: 1 - u - v), rel=1e-7)
 
 
 def test_means_at_the_edge():
     """One and two vertices on the edge; the shares add up."""
     tiny, one = np.array(1e-20), np.array(1.0)
-    assert _mean(tiny, tiny, one) == pytest.approx(8 / 3)
-    assert _mean(tiny, one, one) == pytest.approx(4 / 3)
+    assert mean_weight(tiny, tiny, one) == pytest.approx(8 / 3)
+    assert mean_weight(tiny, one, one) == pytest.approx(4 / 3)
     assert _mean_share(one, tiny, tiny) == pytest.approx(8 / 15)
     assert _mean_share(tiny, tiny, one) == pytest.approx(16 / 15)
     a, b, c = np.random.default_rng(0).random((3, 100))
     total = _mean_share(a, b, c) + _mean_share(b, c, a) + _mean_share(c, a, b)
-    assert total == pytest.approx(_mean(a, b, c))
+    assert total == pytest.approx(mean_weight(a, b, c))
 
 
 BASES = {

@@ -6,8 +6,8 @@ import re
 import meshio
 import numpy as np
 import pytest
+from elastic_shapes import block, plate
 from skfem import CellBasis, ElementTetP2, ElementTriP2, ElementVector, MeshHex, MeshTet, MeshTri
-from structures import block, plate
 
 from skfem_dual import DualMesh
 from skfem_dual.elements.point_values import vertex_values
