@@ -5,12 +5,13 @@ byte order. Messages name the argument, what was expected and what came.
 """
 
 import math
-import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy import ndarray
+
+from .messages import shown
 
 Pair = tuple[float, float]
 #: sizes beyond these powers of ten are refused: products of three of them must remain numbers
@@ -18,33 +19,6 @@ LARGEST = 1e100
 SMALLEST = 1e-100
 
 _T = TypeVar("_T")
-
-
-class _Shown(reprlib.Repr):
-    """Arguments in messages: short, and never an error of their own."""
-
-    def repr_int(self, x: int, level: int) -> str:
-        if x.bit_length() > 64:  # Python refuses to print thousands of digits
-            return f"an integer of {round(x.bit_length() * math.log10(2))} digits"
-        return repr(x)
-
-    def repr_instance(self, x: Any, level: int) -> str:
-        if isinstance(x, type):
-            return f"the class {x.__name__}"
-        if isinstance(x, ndarray):
-            return f"an array of {x.dtype} of shape {x.shape}"
-        if x is None or isinstance(x, (bool, complex, float, np.generic)):
-            return repr(x)
-        return type(x).__name__
-
-
-def shown(value: Any) -> str:
-    """An argument as text for messages.
-
-    >>> shown("rim"), shown(float), shown(np.zeros(3)), shown(10**400)  # doctest: +ELLIPSIS
-    ("'rim'", 'the class float', 'an array of float64 of shape (3,)', 'an integer of 400 digits')
-    """
-    return _Shown().repr(value)
 
 
 def checked_number(

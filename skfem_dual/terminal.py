@@ -68,4 +68,5 @@ def tell(text: str) -> None:
 
 
 def is_watched() -> bool:
+    """Whether somebody looks at stderr, where progress is shown."""
     return sys.stderr is not None and sys.stderr.isatty()

@@ -13,7 +13,7 @@ ROOT = Path(skfem_dual.__file__).parent
 # a module imports modules of lower layers, or of its own layer in the order below
 LAYERS = [
     ["startup"],
-    ["errors", "arguments"],
+    ["errors", "messages", "arguments"],
     [
         "kernels.disk",
         "kernels.compiled",

@@ -17,8 +17,8 @@ from skfem_dual.arguments import (
     checked_pair,
     checked_points,
     checked_size,
-    shown,
 )
+from skfem_dual.messages import shown
 
 NO_NUMBER = [
     None,

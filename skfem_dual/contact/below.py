@@ -5,15 +5,9 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementTriP1, MeshTri
 
-from ..arguments import (
-    Pair,
-    checked_instance,
-    checked_integer,
-    checked_pair,
-    checked_size,
-    shown,
-)
+from ..arguments import Pair, checked_instance, checked_integer, checked_pair, checked_size
 from ..elements.stresses import Stresses, displacements, stresses
+from ..messages import shown
 from .pressures import CellPressures
 from .solution import PunchSolution
 

@@ -23,13 +23,14 @@ from scipy.sparse import csc_matrix, csr_matrix, issparse
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
-from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence, shown
+from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import value_matrix
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from ..messages import shown
 from ..operators.compliance import Compliance, checked_dofs
 from ..operators.yielding import YieldingOperator
 from .elastic_solution import ElasticSolution

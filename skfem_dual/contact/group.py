@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, ElementTriP0, MeshTri
+from skfem import MeshTri
 
 from ..arguments import (
     checked_choice,
@@ -18,22 +18,20 @@ from ..arguments import (
     checked_number,
     checked_sequence,
     checked_text,
-    shown,
 )
 from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.checks import check_type
-from ..grids.dual_mesh import DualMesh
-from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
+from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import ExactRows, LoadedCells, hulls
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
-from .neighbours import checked_joined, free_of, require_apart
+from .neighbours import checked_joined, free_of, punch_on, require_apart
 from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
@@ -156,18 +154,7 @@ class RigidPunches:
         names = [checked_text("names", name) for name in names]
         if missing := [name for name in names if name not in known] or not names:
             raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
-        punches = []
-        for name in names:
-            part = mesh.restrict(name)
-            basis = (
-                DualMesh.from_mesh(part).basis()
-                if grid == "dual"
-                else CellBasis(part, ElementTriP0())
-            )
-            areas = Partition.from_basis(basis).areas
-            centre = Partition.from_basis(basis).centroids @ areas / areas.sum()
-            punches.append(RigidPunch(substrate, basis, origin=tuple(centre.tolist())))
-        return cls(punches, joined)
+        return cls([punch_on(substrate, mesh.restrict(name), grid) for name in names], joined)
 
     @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:

@@ -9,7 +9,8 @@ from scipy.linalg import block_diag
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
-from ..arguments import Pair, checked_instance, checked_number, checked_pair, shown
+from ..arguments import Pair, checked_instance, checked_number, checked_pair
+from ..messages import shown
 
 
 @dataclass(frozen=True)

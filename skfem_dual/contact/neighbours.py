@@ -2,16 +2,31 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from skfem import CellBasis, ElementTriP0, MeshTri
 
 from ..grids.cellwise import nodal_mesh
+from ..grids.dual_mesh import DualMesh
 from ..grids.outline import distance_to_segments, edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
+from ..ground.substrates import Substrate
 from .punch import RigidPunch
+
+
+def punch_on(
+    substrate: Substrate, mesh: MeshTri, grid: Literal["dual", "triangles"]
+) -> RigidPunch:
+    """A flat punch on the whole of a mesh, its origin at the centroid of its plan."""
+    dual = grid == "dual"
+    basis = DualMesh.from_mesh(mesh).basis() if dual else CellBasis(mesh, ElementTriP0())
+    partition = Partition.from_basis(basis)
+    centre = partition.centroids @ partition.areas / partition.areas.sum()
+    return RigidPunch(substrate, basis, origin=tuple(centre.tolist()))
 
 
 def _outline(partition: Partition) -> tuple[ndarray, ndarray]:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
-from ..arguments import Pair, checked_flag, checked_number, shown
+from ..arguments import Pair, checked_flag, checked_number
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry

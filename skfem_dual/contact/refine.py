@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from skfem import MeshTri
 
-from ..arguments import checked_instance, checked_integer, shown
+from ..arguments import checked_instance, checked_integer
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.preprocess import repair
+from ..messages import shown
 from .punch import RigidPunch
 from .solution import PunchSolution
 

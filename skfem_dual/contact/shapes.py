@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator
 from skfem import CellBasis
 
-from ..arguments import Pair, checked_array, checked_number, checked_pair, checked_size, shown
+from ..arguments import Pair, checked_array, checked_number, checked_pair, checked_size
 from ..grids.polygons import readonly
+from ..messages import shown
 
 Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
 

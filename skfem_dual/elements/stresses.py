@@ -22,11 +22,12 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import checked_array, shown
+from ..arguments import checked_array
 from ..grids.partition import Partition
 from ..ground.substrates import HalfSpace, Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
+from ..messages import shown
 
 
 class Stresses(NamedTuple):

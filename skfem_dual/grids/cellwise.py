@@ -24,9 +24,9 @@ from ..arguments import (
     checked_integer,
     checked_mask,
     checked_points,
-    shown,
 )
 from ..kernels.once import computed_once
+from ..messages import shown
 from .dual_mesh import DualMesh
 from .partition import Partition
 

@@ -8,8 +8,9 @@ from numpy import ndarray
 from skfem import ElementTriP1, MeshTri
 from skfem.mesh import MeshTri1
 
-from ..arguments import LARGEST, SMALLEST, shown
+from ..arguments import LARGEST, SMALLEST
 from ..errors import MeshError
+from ..messages import shown
 from .corners import Corners, signed_areas
 from .planar import covered_twice
 from .polygons import readonly

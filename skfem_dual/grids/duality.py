@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import shown
+from ..messages import shown
 from .couples import GridCouple, boundary_nodes
 from .dual_mesh import DualMesh
 from .partition import Partition

@@ -16,8 +16,8 @@ from ..arguments import (
     checked_pair,
     checked_sequence,
     checked_size,
-    shown,
 )
+from ..messages import shown
 from .checks import dual_conditions
 from .corners import Corners
 from .curves import Circle, Curve, Polygon, check_loops, corners_of

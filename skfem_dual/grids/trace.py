@@ -6,7 +6,8 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
-from ..arguments import checked_indices, shown
+from ..arguments import checked_indices
+from ..messages import shown
 from .polygons import some
 
 #: heights of a horizontal plane may differ by so many times the size of the plan

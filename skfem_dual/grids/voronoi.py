@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial import Delaunay, QhullError
 from skfem import MeshTri
 
-from ..arguments import LARGEST, SMALLEST, checked_points, shown
+from ..arguments import LARGEST, SMALLEST, checked_points
 from ..errors import MeshError
+from ..messages import shown
 from .checks import triangulation_conditions
 from .corners import Corners, barycentres, signed_areas, unit
 from .couples import GridCouple, grid_of

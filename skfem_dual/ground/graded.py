@@ -8,8 +8,9 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_number, checked_size, checked_text, shown
+from ..arguments import checked_number, checked_size, checked_text
 from ..kernels.once import computed_once
+from ..messages import shown
 from .compliance import FORGOTTEN, homogeneous, through_graded
 from .stratified import Stratified, checked_waves
 from .substrates import HalfSpace, checked_moduli

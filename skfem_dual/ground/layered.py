@@ -7,8 +7,9 @@ from typing import Literal
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_number, checked_sequence, checked_size, shown
+from ..arguments import checked_number, checked_sequence, checked_size
 from ..kernels.once import computed_once
+from ..messages import shown
 from .compliance import (
     FORGOTTEN,
     as_pair,

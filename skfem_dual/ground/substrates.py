@@ -10,7 +10,8 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import checked_array, checked_number, checked_size, shown
+from ..arguments import checked_array, checked_number, checked_size
+from ..messages import shown
 
 if TYPE_CHECKING:
     from .hankel import RadialTable

@@ -14,13 +14,14 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator
 from skfem import CellBasis
 
-from ..arguments import checked_choice, checked_indices, checked_instance, checked_number, shown
+from ..arguments import checked_choice, checked_indices, checked_instance, checked_number
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
+from ..messages import shown
 from .dense import moment_matrix
 from .entries import EXACT, Entries, Sample
 from .fmm.summation import FastSummation

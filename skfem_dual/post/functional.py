@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike
 from scipy.sparse import block_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, SuperLU, cg, splu
 
-from ..arguments import LARGEST, checked_array, checked_number, shown
+from ..arguments import LARGEST, checked_array, checked_number
 from ..errors import ConvergenceError, MeshError
 from ..grids.couples import GridCouple, boundary_nodes
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons, some
 from ..kernels.once import computed_once
+from ..messages import shown
 
 #: up to so many unknowns the matrix is factorised; more are found by conjugate gradients
 DIRECT = 20_000

@@ -8,11 +8,12 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP1
 
-from ..arguments import checked_choice, checked_flag, shown
+from ..arguments import checked_choice, checked_flag
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import readonly
+from ..messages import shown
 from .conserve import Balance
 from .functional import CoupleFunctional, Weights
 from .mixture import mixture

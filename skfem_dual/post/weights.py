@@ -3,7 +3,8 @@
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_number, shown
+from ..arguments import checked_number
+from ..messages import shown
 from .functional import CoupleFunctional, Neighbours, Weights
 
 #: weights by hand, the paper's pair (W1, W2) with B = 16, or the name of a rule

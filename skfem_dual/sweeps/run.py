@@ -14,14 +14,9 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..arguments import (
-    checked_flag,
-    checked_instance,
-    checked_integer,
-    checked_sequence,
-    shown,
-)
+from ..arguments import checked_flag, checked_instance, checked_integer, checked_sequence
 from ..errors import ConvergenceWarning
+from ..messages import shown
 from .records import (
     PathLike,
     Problem,

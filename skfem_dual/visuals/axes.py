@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import shown
 from ..contact.region import ContactRegion
+from ..messages import shown
 from .field import Field
 from .style import MISSING
 

@@ -10,10 +10,11 @@ from scipy.sparse import eye
 from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
 
-from ..arguments import checked_array, shown
+from ..arguments import checked_array
 from ..contact.region import ContactRegion
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
+from ..messages import shown
 
 FLAT = (ElementTriP0, ElementQuad0)
 CONTINUOUS = (ElementTriP1, ElementQuad1)

@@ -7,11 +7,12 @@ import numpy as np
 from numpy import ndarray
 from skfem import Mesh2D
 
-from ..arguments import checked_flag, checked_instance, checked_text, shown
+from ..arguments import checked_flag, checked_instance, checked_text
 from ..grids.checks import MeshReport, array_conditions
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
 from ..grids.report import Condition, require
+from ..messages import shown
 
 #: readable in grey and by the colour-blind
 COLORMAP = "viridis"
