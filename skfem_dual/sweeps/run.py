@@ -200,13 +200,8 @@ def sweep(
     >>> [f"{solution.tilt[0]:.2f}" for solution in found.results]  # exact for the circle
     ['0.07', '0.14', '0.21']
     """
-    if not callable(problem):
-        raise TypeError(f"expected a callable problem such as punch.solve, got {shown(problem)}")
+    _require_arguments(problem, file, on_result)
     progress = checked_flag("progress", progress)
-    if file is not None:
-        checked_instance("file", file, (str, os.PathLike))
-    if on_result is not None and not callable(on_result):
-        raise TypeError(f"expected a function for on_result, got {shown(on_result)}")
     threads = _threads(executor, threads)
     cases = checked_sequence("cases", cases)
     start = perf_counter()
@@ -275,6 +270,16 @@ def _token(problem: Problem, needed: bool) -> bytes:
         if needed:
             raise
         return uuid.uuid4().bytes  # good for threads, which do not pickle the problem
+
+
+def _require_arguments(problem: object, file: object, on_result: object) -> None:
+    """Refuse what is no problem, no name of a file or no function."""
+    if not callable(problem):
+        raise TypeError(f"expected a callable problem such as punch.solve, got {shown(problem)}")
+    if file is not None:
+        checked_instance("file", file, (str, os.PathLike))
+    if on_result is not None and not callable(on_result):
+        raise TypeError(f"expected a function for on_result, got {shown(on_result)}")
 
 
 def _threads(executor: Executor | int | None, threads: int | None) -> int | None:
