@@ -127,7 +127,7 @@ def test_value_is_the_sum_as_printed():
     printed = CoupleFunctional(Neighbours.of(couple), Weights.init_paper(64, 128, last="means"))
     eight = Weights(64, 64, 16, 16, 0, 0, 128, 128)
     assert printed.value(F, G, U, V) == pytest.approx(brute_force(couple, eight, F, G, U, V))
-    with pytest.raises(ValueError, match='last="sums" or "means", got \'mean\''):
+    with pytest.raises(ValueError, match='last "sums" or "means", got \'mean\''):
         Weights.init_paper(64, 128, last="mean")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
+from ..arguments import checked_integer, checked_sequence
 from ..grids.cellwise import nodal_mesh
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import distance_to_segments, edge_ribs
@@ -83,10 +84,13 @@ def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, .
 
     Raises
     ------
-    ValueError
-        If a punch is named twice, or does not exist.
+    TypeError, ValueError
+        If these are no numbers, or a punch is named twice or does not exist.
     """
-    groups = [tuple(int(i) for i in group) for group in joined]
+    groups = [
+        tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
+        for group in checked_sequence("joined", joined)
+    ]
     named = [i for group in groups for i in group]
     if len(set(named)) < len(named) or any(not 0 <= i < n for i in named):
         raise ValueError(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import checked_array
+from ..arguments import LARGEST, checked_array
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
@@ -102,7 +102,7 @@ def as_points(x: ArrayLike) -> ndarray:
     TypeError, ValueError
         If it has another shape or is not finite.
     """
-    return checked_array("x", x, (2, "m"), each="point")
+    return _within(checked_array("x", x, (2, "m"), each="point"))
 
 
 def flat_points(x: ArrayLike) -> tuple[ndarray, tuple[int, ...]]:
@@ -114,7 +114,15 @@ def flat_points(x: ArrayLike) -> tuple[ndarray, tuple[int, ...]]:
         If there are no two coordinates, or one is not finite.
     """
     points = checked_array("x", x, (2, "..."), each="point")
-    return points.reshape(2, -1), points.shape[1:]
+    return _within(points.reshape(2, -1)), points.shape[1:]
+
+
+def _within(points: ndarray) -> ndarray:
+    """Points whose distances are numbers."""
+    if (np.abs(points) > LARGEST).any():
+        i = int(np.nonzero((np.abs(points) > LARGEST).any(axis=0))[0][0])
+        raise ValueError(f"expected coordinates of x up to {LARGEST:g}, got more at point {i}")
+    return points
 
 
 @compiled

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import block_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, SuperLU, cg, splu
 
-from ..arguments import LARGEST, checked_array, checked_number
+from ..arguments import LARGEST, checked_array, checked_choice, checked_number
 from ..errors import ConvergenceError, MeshError
 from ..grids.couples import GridCouple, boundary_nodes
 from ..grids.dual_mesh import DualMesh
@@ -87,17 +87,17 @@ class Weights:
 
         Raises
         ------
-        ValueError
-            If a weight is negative or not finite, W1 is zero or ``last`` is something else.
+        TypeError, ValueError
+            If a weight is no number, negative or not finite, W1 is zero or ``last`` is something
+            else.
 
         Examples
         --------
         >>> Weights.init_paper(64, 16).D1, Weights.init_paper(64, 16, last="means").D1
         (256.0, 16.0)
         """
-        if last not in LAST:
-            raise ValueError(f'expected last="sums" or "means", got {last!r}')
-        weight = LAST[last] * new
+        weight = LAST[checked_choice("last", last, LAST)]
+        weight *= checked_number("new", new, at_least=0, at_most=LARGEST)
         return cls(old, old, middle, middle, 0.0, 0.0, weight, weight)
 
 
