@@ -646,3 +646,13 @@ def test_verdicts_do_not_depend_on_place_size_and_direction(size, away):
     other = replace(couple.b, polygons=replace(dual.polygons, p=shifted))
     found = [c.expected for c in check_dual(replace(couple, b=other)).violated]
     assert any("boundary of A on that of B" in expected for expected in found)
+
+
+@pytest.mark.parametrize("flatness", [1e-3, 1e-6, 1e-8, 1e-11])
+def test_maximal_couples_of_flat_meshes_are_right_or_refused(flatness):
+    mesh = MeshTri.init_tensor(np.linspace(0, 1, 6), flatness * np.linspace(0, 5, 6))
+    if flatness < 1e-7:
+        with pytest.raises(MeshError, match="flatter ones"):
+            maximal_couple(mesh)
+    else:
+        assert check_dual(maximal_couple(mesh)).ok

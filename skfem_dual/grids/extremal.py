@@ -4,10 +4,14 @@ import numpy as np
 from skfem import MeshTri
 
 from ..errors import MeshError
+from .corners import signed_areas
 from .couples import GridCouple, grid_of
 from .dual_mesh import DualMesh
 from .planar import covered_twice, cross
 from .polygons import some
+
+#: height of triangles over their length below which rounding decides where nodes are
+FLAT = 1e-7
 
 
 def minimal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
@@ -48,6 +52,16 @@ def minimal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
     return GridCouple("minimal", dual.primal_partition, b, np.arange(m), inner, pairs)
 
 
+def _require_height(mesh: MeshTri) -> None:
+    longest = np.max(np.ptp(mesh.p[:, mesh.t], axis=1), axis=0)
+    height = np.abs(signed_areas(mesh.p, mesh.t)) / longest
+    if len(bad := np.nonzero(height < FLAT * longest)[0]):
+        raise MeshError(
+            f"expected triangles at least {FLAT:g} of their length high for cells beyond the "
+            f"edge, got flatter ones: {some(bad)}. Remedy: scale the coordinates apart"
+        )
+
+
 def maximal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
     """A triangulation A and a maximal dual grid: all nodes inside their cells (Definition 4).
 
@@ -58,9 +72,11 @@ def maximal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
     Raises
     ------
     TypeError, MeshError
-        As `DualMesh.from_mesh`; and MeshError if boundary facets touch others, as in a slit.
+        As `DualMesh.from_mesh`; and MeshError if boundary facets touch others, as in a slit, or
+        triangles are so flat that by rounding nodes leave the cells beyond the edge.
     """
     dual = mesh if isinstance(mesh, DualMesh) else DualMesh.from_mesh(mesh)
+    _require_height(dual.mesh)
     mesh, m, nb = dual.mesh, dual.mesh.nelements, dual.nboundary
     # after the barycentres the nodes are the middles of boundary facets, then boundary nodes
     middle, corner = dual.p[:, m : m + nb], dual.p[:, m + nb :]
