@@ -41,8 +41,11 @@ class ElasticSolution(CellPressures):
     equilibrium_residual : float
         Largest force on a free DOF that is not balanced, over the largest load, forces in units
         of the root of the DOF's stiffness.
-    displacement_residual, complementarity_residual, iterations, success, message, timings
-        As of `PunchSolution`.
+
+    Notes
+    -----
+    Residuals of the contact, iterations, whether it was found, message and timings are named as
+    those of `PunchSolution`.
     """
 
     f: ndarray
