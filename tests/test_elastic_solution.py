@@ -28,6 +28,7 @@ from skfem import (
 )
 
 from skfem_dual import (
+    ConvergenceWarning,
     DualMesh,
     ElasticPunch,
     HalfSpace,
@@ -371,3 +372,15 @@ def test_plate_that_moves_in_its_plane():
     f[basis.nodal_dofs[2]] = f[basis.nodal_dofs[0]] = 1.0
     with pytest.raises(ValueError, match=r"largest displacement in DOF \d+ at \("):
         punch.solve(f)
+
+
+def test_forces_that_do_not_balance_are_no_success(punch, monkeypatch):
+    f = uniform(punch)
+    assert punch.solve(f).success
+    exact = type(punch.compliance).displacements
+    off = lambda self, loads: (1 + 1e-4) * exact(self, loads)  # noqa: E731
+    monkeypatch.setattr(type(punch.compliance), "displacements", off)
+    with pytest.warns(ConvergenceWarning, match="forces of the structure are off by"):
+        solution = punch.solve(f)
+    assert not solution.success
+    assert solution.equilibrium_residual == pytest.approx(1e-4, rel=0.5)

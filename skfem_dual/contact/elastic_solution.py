@@ -1,7 +1,7 @@
 """Deflections of a structure and the pressures under it: what a solver answers."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,16 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
-from ..errors import ConvergenceWarning
+from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from .pressures import CellPressures
 from .problem import Contact
 from .solution import TINY
+
+#: forces on free DOFs that are not balanced, over the largest load
+EQUILIBRIUM = 1e-6
+#: the same, over the forces of which they are the sums
+ROUNDING = 1e-10
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -64,8 +69,6 @@ class ElasticSolution(CellPressures):
         timings: dict[str, float],
     ) -> "ElasticSolution":
         """The answer, from what the structure has bent, its motions and the contact."""
-        if not contact.success:
-            warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
         pressed = punch.loads @ contact.pressure
         displacement = bent + punch.motions @ position
@@ -74,6 +77,18 @@ class ElasticSolution(CellPressures):
         reactions[fixed] = forces[fixed]
         unit = punch.compliance.units
         largest = max(np.abs(unit * f).max(), np.abs(unit * pressed).max(), TINY)
+        residual = float(np.abs(unit * forces).max() / largest)
+        rounding = ROUNDING * float((unit * (abs(K) @ np.abs(bent))).max() / largest)
+        if contact.success and not residual <= EQUILIBRIUM + rounding:
+            message = (
+                f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
+                "its loads; likely cause: a stiffness of very different sizes together"
+            )
+            contact = replace(contact, success=False, message=message)
+        if not contact.success:
+            warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        elif rough := contact.rough:
+            warnings.warn(rough, ResolutionWarning, stacklevel=3)
         # of the ground: what remains of the gap, less the structure's shape and deflection
         settled = contact.gap - punch.initial_gap + punch.trace @ displacement
         scale = max(np.abs(settled).max(), TINY)
@@ -85,7 +100,7 @@ class ElasticSolution(CellPressures):
             pressure=readonly(contact.pressure),
             gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
             resultant=readonly(punch.footprint.resultant(contact.pressure)),
-            equilibrium_residual=float(np.abs(unit * forces).max() / largest),
+            equilibrium_residual=residual,
             displacement_residual=contact.violation,
             complementarity_residual=max(contact.pulling, contact.violation / scale),
             iterations=len(contact.history),
