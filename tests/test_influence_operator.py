@@ -156,10 +156,10 @@ def test_weights_and_points_as_they_are():
     """What the class makes of a basis can be given ready-made."""
     soil, basis = GROUNDS["homogeneous"], BASES["dual cells"]
     partition = Partition.from_basis(basis)
-    weights = RigidPunch(soil, basis).weights
+    law = RigidPunch(soil, basis).footprint.slopes
     x = np.random.default_rng(0).uniform(-1, 1, (2, 30))
     of_basis = InfluenceOperator(soil, basis, collocation=x)
-    of_cells = InfluenceOperator.from_partition(soil, partition, x, weights)
+    of_cells = InfluenceOperator.from_partition(soil, partition, x, law)
     assert of_basis.rtol == of_cells.rtol == RTOL
     exact = RigidPunch(soil, basis).influence(x)
     for operator in (of_basis, of_cells):

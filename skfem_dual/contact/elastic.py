@@ -12,7 +12,7 @@ structure too stiff to bend is the rigid punch of the same cells.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
 from typing import Any
 
@@ -36,7 +36,9 @@ from ..operators.yielding import YieldingOperator
 from .elastic_solution import ElasticSolution
 from .footprint import Body, Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
+from .one_sign import of_one_sign
 from .pressures import CellPressures
+from .problem import Contact
 from .resisted import require_resisted
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
@@ -191,11 +193,22 @@ class ElasticPunch(Body):
     @computed_once
     def loads(self) -> csr_matrix:
         """L, work of unit mean pressure on each cell against deflections, shape (N, n)."""
+        return self.loads_of(self.footprint)
+
+    @computed_once
+    def _cell_loads(self) -> csr_matrix:
+        """Work of unit mean pressures and of unit slopes along x and y, shape (N, 3 n)."""
         cells = self.footprint
-        matrix = load_matrix(
-            cells.partition, cells.weights, cells.fan, self.contact_basis, component=self.component
-        )
+        law, basis = (cells.partition, cells.weights, cells.fan), self.contact_basis
+        sloped = cells.slopes is not None
+        matrix = load_matrix(*law, basis, component=self.component, moments=sloped)
         return -matrix if self._upward else matrix
+
+    def loads_of(self, cells: Footprint) -> csr_matrix:
+        """Work of unit mean pressures with their slopes, shape (N, n)."""
+        n = len(cells)
+        means, slopes = self._cell_loads[:, :n], self._cell_loads[:, n:]
+        return means if cells.slopes is None else csr_matrix(means + slopes @ cells.slopes.matrix)
 
     @computed_once
     def trace(self) -> csr_matrix:
@@ -242,6 +255,14 @@ class ElasticPunch(Body):
                 else cells.operator(cells.tolerance)
             )
         return YieldingOperator(ground, self.compliance, self.trace, self.loads)
+
+    def _flattened(self, flat: ndarray) -> tuple[YieldingOperator, Footprint]:
+        """Operator and cells of which some are flat."""
+        if not flat.any():
+            return self.operator, self.footprint
+        cells = self.footprint.flattened(flat)
+        ground = self.footprint.flattened_operator(self.operator.ground, flat)
+        return replace(self.operator, ground=ground, loads=self.loads_of(cells)), cells
 
     @computed_once
     def matrix(self) -> ndarray:
@@ -301,29 +322,38 @@ class ElasticPunch(Body):
             checked_instance("start", start, CellPressures)
         begin = perf_counter()
         lifted = self._lifted(f, held)
-        system = self._system(lifted, dense=method == "active-set")
+        dense = method == "active-set"
         count = self.motions.shape[1]
         given = self.motions.T @ self._effective(f, held)
         constraints = Constraints(np.eye(count), np.zeros(count), np.eye(count), given)
-        if unilateral and not system.can_balance(constraints):
+        if unilateral and not self._system(self.operator, lifted).can_balance(constraints):
             raise ValueError(
                 "expected loads that pressures under the plan can balance, got some that would "
                 "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
                 "move them, hold the structure, D=, or unilateral=False for ground that pulls"
             )
         pressures = None if start is None else start.pressures_on(self.footprint)
-        with progress_bars(checked_flag("progress", progress)):
+        rtol = 0.0 if self.rtol is None else self.rtol
+
+        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
+            operator, _ = self._flattened(flat)
+            system = self._system(operator, lifted, dense)
             if unilateral:
                 chosen: Method = "cg" if method == "auto" else method
-                contact, position = system.unilateral(constraints, chosen, pressures, gap_rtol)
+                contact, position = system.unilateral(constraints, chosen, start, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
-            rtol = 0.0 if self.rtol is None else self.rtol
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
-            contact = verify(contact, position)
-        bent = lifted - self.compliance.displacements(self.loads @ contact.pressure)
+            return verify(contact, position), position
+
+        flat = np.zeros(len(self.partition), dtype=bool)
+        with progress_bars(checked_flag("progress", progress)):
+            if unilateral:
+                flat, contact, position = of_one_sign(self.footprint, pressures, find)
+            else:
+                contact, position = find(flat, None)
         timings = self.timings | {"solution": perf_counter() - begin}
-        return ElasticSolution.from_contact(self, f, bent, position, contact, timings)
+        return ElasticSolution.from_contact(self, f, lifted, position, contact, flat, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.
@@ -356,11 +386,14 @@ class ElasticPunch(Body):
         """Displacements under the loads alone, up to the motions."""
         return self.compliance.displacements(self._effective(f, held)) + held
 
-    def _system(self, lifted: ndarray, dense: bool) -> ContactSystem:
+    def _system(
+        self, operator: YieldingOperator, lifted: ndarray, dense: bool = False
+    ) -> ContactSystem:
+        matrix = self.matrix if operator is self.operator and dense else None
         return ContactSystem(
-            self.matrix if dense else self.operator,
+            matrix if matrix is not None else (operator.to_dense() if dense else operator),
             (self.trace @ self.motions).T,
-            self.motions.T @ self.loads,
+            self.motions.T @ operator.loads,
             self.initial_gap - self.trace @ lifted,
             self.partition.areas,
             self.timings,

@@ -63,14 +63,17 @@ class ElasticSolution(CellPressures):
         cls,
         punch: Any,
         f: ndarray,
-        bent: ndarray,
+        lifted: ndarray,
         position: ndarray,
         contact: Contact,
+        flat: ndarray,
         timings: dict[str, float],
     ) -> "ElasticSolution":
-        """The answer, from what the structure has bent, its motions and the contact."""
+        """The answer, from displacements under the loads alone, motions and the contact."""
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
-        pressed = punch.loads @ contact.pressure
+        cells = punch.footprint.flattened(flat) if flat.any() else punch.footprint
+        pressed = punch.loads_of(cells) @ contact.pressure
+        bent = lifted - punch.compliance.displacements(pressed)
         displacement = bent + punch.motions @ position
         forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
@@ -99,7 +102,7 @@ class ElasticSolution(CellPressures):
             reactions=readonly(reactions),
             pressure=readonly(contact.pressure),
             gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
-            resultant=readonly(punch.footprint.resultant(contact.pressure)),
+            resultant=readonly(cells.resultant(contact.pressure)),
             equilibrium_residual=residual,
             displacement_residual=contact.violation,
             complementarity_residual=max(contact.pulling, contact.violation / scale),
@@ -107,6 +110,7 @@ class ElasticSolution(CellPressures):
             success=contact.success,
             message=contact.message or contact.description,
             timings=timings,
+            flat=readonly(flat) if flat.any() else None,
         )
 
     def deflection(self, x: ArrayLike) -> ndarray:
@@ -147,7 +151,7 @@ class ElasticSolution(CellPressures):
         """
         if basis is not None:
             return super().load_vector(basis, **options)
-        pressed = self.punch.loads @ self.pressure
+        pressed = self.punch.loads_of(self.footprint) @ self.pressure
         return -pressed if self.punch._upward else pressed
 
     def table(self) -> dict[str, str]:

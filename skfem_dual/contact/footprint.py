@@ -7,8 +7,8 @@ alone or one of many. The equations are (5) of the paper.
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -17,16 +17,20 @@ from skfem import CellBasis
 from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import as_points, influence_matrix
+from ..elements.influence import as_points
 from ..elements.resolution import too_coarse
+from ..elements.slope_correction import SlopeCorrection
+from ..elements.slopes import Slopes
 from ..errors import ResolutionWarning
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
+from ..grids.polygons import readonly
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
-from ..operators.entries import SAMPLES
+from ..operators.entries import SAMPLES, Entries
+from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
@@ -35,6 +39,7 @@ from .system import DENSE
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
+Operator = ndarray | SymmetricMatrix | InfluenceOperator | FlattenedOperator
 EdgeBoundaries = str | Sequence[str] | ndarray
 
 
@@ -61,7 +66,9 @@ class LoadedCells:
     partition : Partition
         The n cells.
     weights : EdgeWeights or None
-        How the pressure varies inside them; None if it does not.
+        How the pressure varies inside them towards the edge; None if it does not.
+    slopes : Slopes or None
+        How it follows the cells around, too.
     collocation_points : (2, n) array of float
         The point of each cell in which ground and body meet.
     """
@@ -69,6 +76,7 @@ class LoadedCells:
     substrate: Substrate
     partition: Partition
     weights: EdgeWeights | None
+    slopes: Slopes | None
     collocation_points: ndarray
 
     def __len__(self) -> int:
@@ -81,11 +89,8 @@ class LoadedCells:
 
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        x = as_points(x)
-        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
-        if correction := self.edge_correction(x):
-            correction.add_to(matrix)
-        return matrix
+        cells = self.substrate, self.partition, as_points(x), self.weights
+        return Entries(*cells, self.slopes).matrix()
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
@@ -95,10 +100,46 @@ class LoadedCells:
             self.weights, self.substrate.singular_coefficient, as_points(x)
         )
 
+    def slope_correction(self, x: ndarray) -> SlopeCorrection | None:
+        """What its slopes inside the cells add."""
+        if self.slopes is None:
+            return None
+        return SlopeCorrection.from_slopes(self.slopes, self.substrate, as_points(x))
+
+    def flattened(self, flat: ndarray) -> Self:
+        """With no slopes in some cells, given as (n,) array of bool."""
+        return self if self.slopes is None else replace(self, slopes=self.slopes.without(flat))
+
+    def turning(self, pressure: ndarray) -> ndarray:
+        """Cells in a part of which slopes make positive pressures negative, (n,) array of bool."""
+        if self.slopes is None:
+            return np.zeros(len(self), dtype=bool)
+        sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
+        return sloped & ((pressure <= 0) | (self.slopes.lowest(pressure) < 0))
+
+    def slopes_of(self, pressure: ndarray) -> ndarray:
+        """Slopes of the pressure in each cell, shape (2, n)."""
+        return np.zeros((2, len(self))) if self.slopes is None else self.slopes.of(pressure)
+
+    @computed_once
+    def _sloping(self) -> SlopeCorrection | None:
+        return self.slope_correction(self.collocation_points)
+
+    def flattened_operator(self, operator: Operator, flat: ndarray) -> Operator:
+        """From `flattened` cells to their collocation points, by the ``operator`` of these."""
+        if self.slopes is None or self._sloping is None or not flat.any():
+            return operator
+        left_out = self.slopes.without(~flat)
+        if isinstance(operator, InfluenceOperator):
+            return FlattenedOperator(operator, self._sloping, left_out)
+        matrix = np.array(operator)
+        self._sloping.add_to(matrix, left_out, -1.0)
+        return readonly(matrix)
+
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
         """From the cells to points of shape (2, m), to a tolerance."""
-        cells = self.substrate, self.partition, x, self.weights
-        return InfluenceOperator.from_partition(*cells, rtol)
+        law = self.weights if self.slopes is None else self.slopes
+        return InfluenceOperator.from_partition(self.substrate, self.partition, x, law, rtol)
 
     def operator(self, rtol: float) -> ndarray | InfluenceOperator:
         """From the cells to their collocation points; a matrix where that is small and sooner."""
@@ -181,11 +222,13 @@ class Footprint(LoadedCells):
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition):
             warnings.warn(coarse, ResolutionWarning, stacklevel=2)
-        weights = None
+        weights, slopes = None, None
         if edge == "singular":
             weights = _weights(basis, partition, edge_boundaries)
+            slopes = Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
-        return cls(substrate, partition, weights, points, basis, edge, collocation, origin, rtol)
+        law = weights, slopes
+        return cls(substrate, partition, *law, points, basis, edge, collocation, origin, rtol)
 
     @computed_once
     def fan(self) -> Fan:
@@ -215,7 +258,10 @@ class Footprint(LoadedCells):
     @computed_once
     def resultants(self) -> ndarray:
         """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
-        return self.planes(self.acting) * self.partition.areas
+        resultants = self.planes(self.acting) * self.partition.areas
+        if self.slopes is not None:
+            resultants[1:] += self.slopes.first_moments
+        return resultants
 
     def resultant(self, pressure: ndarray) -> ndarray:
         """Integrals of ``p``, ``p x`` and ``p y`` from the origin, shape (3,)."""

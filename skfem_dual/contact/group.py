@@ -27,11 +27,12 @@ from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import ExactRows, LoadedCells, hulls
+from .footprint import Footprint, LoadedCells, Operator, hulls
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
 from .neighbours import checked_joined, free_of, punch_on, require_apart
+from .one_sign import of_one_sign
 from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
@@ -209,9 +210,13 @@ class RigidPunches:
                 return matrix_of([punch.footprint for punch in self.punches])
             return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
 
-    @computed_once
-    def _exact_rows(self) -> ExactRows:
-        return rows_of([punch.footprint for punch in self.punches])
+    def _flattened(self, flat: ndarray) -> tuple[ContactSystem, list[Footprint]]:
+        """Equations and cells of the punches where some cells are flat."""
+        if not flat.any():
+            return self.system, [punch.footprint for punch in self.punches]
+        own = zip(self.punches, self._slices, strict=True)
+        parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
+        return self._system(parts, self.cells.flattened_operator(self.operator, flat)), parts
 
     @property
     def _rtol(self) -> float:
@@ -221,6 +226,9 @@ class RigidPunches:
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies."""
+        return self._system([punch.footprint for punch in self.punches], self.operator)
+
+    def _system(self, parts: list[Footprint], operator: Operator) -> ContactSystem:
         n = self._slices[-1].stop
         planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
         for number, body in enumerate(self.bodies):
@@ -230,12 +238,12 @@ class RigidPunches:
                 shift = (punch.centre - self._centres[number])[:, None]
                 for target, of in (
                     (planes, punch.planes(punch.collocation_points)),
-                    (resultants, punch.resultants),
+                    (resultants, parts[i].resultants),
                 ):
                     target[own, cells] = of
                     target[own, cells][1:] += shift * of[0]
         return ContactSystem(
-            self.operator,
+            operator,
             planes,
             resultants,
             np.concatenate([p.initial_gap for p in self.punches]),
@@ -296,27 +304,35 @@ class RigidPunches:
             constraints.append(load.constraints(origin))
         pressures = self._pressures_of(start)
         begin = perf_counter()
-        everything, system = Constraints.together(constraints), self.system
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
+        everything = Constraints.together(constraints)
+
+        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
+            system, parts = self._flattened(flat)
             if self.stiffness is not None:
                 framed = FramedSystem(system, self.stiffness, everything)
-                contact, position = framed.solve(
-                    unilateral, method, pressures, gap_rtol, self._rtol
-                )
+                contact, position = framed.solve(unilateral, method, start, gap_rtol, self._rtol)
             elif unilateral:
-                contact, position = system.unilateral(everything, method, pressures, gap_rtol)
+                contact, position = system.unilateral(everything, method, start, gap_rtol)
             else:
                 contact, position = system.bilateral(everything)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
                 raise ConvergenceError("the loads are too large for floating-point numbers")
             if self.stiffness is None:
-                exact = self._exact_rows
+                exact = rows_of(parts)
                 verify = Verification(system, everything, unilateral, exact, self._rtol, gap_rtol)
                 contact = verify(contact, position)
+            return contact, position
+
+        flat = np.zeros(self._slices[-1].stop, dtype=bool)
+        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
+            if unilateral:
+                flat, contact, position = of_one_sign(self.cells, pressures, find)
+            else:
+                contact, position = find(flat, pressures)
         timings = self.timings | {"solution": perf_counter() - begin}
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
-        return PunchesSolution(self, self._solutions(given, contact, position, timings))
+        return PunchesSolution(self, self._solutions(given, contact, position, timings, flat))
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
@@ -339,7 +355,12 @@ class RigidPunches:
             raise ValueError(f"body {number}: {error}") from None
 
     def _solutions(
-        self, loads: list[Load], contact: Contact, position: ndarray, timings: dict[str, float]
+        self,
+        loads: list[Load],
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+        flat: ndarray,
     ) -> tuple[PunchSolution, ...]:
         pressures = [contact.pressure[cells] for cells in self._slices]
         solutions = {}
@@ -360,9 +381,10 @@ class RigidPunches:
                 load = loads[number]
                 if len(body) > 1 or self.stiffness is not None:
                     load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
-                others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
+                every = zip(self.punches, pressures, self._slices, strict=True)
+                others = tuple((p, q, flat[at]) for p, q, at in every)
                 others = others[:i] + others[i + 1 :]
-                solutions[i] = punch.solution(load, part, own, timings, others)
+                solutions[i] = punch.solution(load, part, own, timings, others, flat[cells])
         return tuple(solutions[i] for i in range(len(self.punches)))
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:

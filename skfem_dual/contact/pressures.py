@@ -42,18 +42,24 @@ class CellPressures:
     success: bool
     message: str
     timings: dict[str, float]
-    others: tuple[tuple[Any, ndarray], ...] = ()
+    others: tuple[tuple[Any, ndarray, ndarray | None], ...] = ()
+    flat: ndarray | None = None
 
-    @property
+    @computed_once
     def footprint(self) -> Footprint:
-        """The cells under the body."""
-        return self.punch.footprint
+        """The cells under the body, without slopes in those that are flat."""
+        return _cells_of(self.punch, self.flat)
+
+    @computed_once
+    def slopes(self) -> ndarray:
+        """Slopes of the pressure over the law of the edge in each cell, see `Slopes`; (2, n)."""
+        return readonly(self.footprint.slopes_of(self.pressure))
 
     @property
     def all_pressures(self) -> tuple[tuple[Footprint, ndarray], ...]:
         """Cells and pressures of the body and of those beside it."""
-        bodies = ((self.punch, self.pressure), *self.others)
-        return tuple((body.footprint, p) for body, p in bodies)
+        others = ((_cells_of(body, flat), p) for body, p, flat in self.others)
+        return (self.footprint, self.pressure), *others
 
     @property
     def force(self) -> float:
@@ -115,6 +121,8 @@ class CellPressures:
             w += surface_displacement(cells.substrate, cells.partition, p, x, cells.weights)
             if correction := cells.edge_correction(x):
                 w += correction.apply(p)
+            if sloping := cells.slope_correction(x):
+                w += sloping.apply(cells.slopes_of(p))
         return w.reshape(shape)
 
     def pressure_at(self, x: ArrayLike) -> ndarray:
@@ -128,8 +136,8 @@ class CellPressures:
         Returns
         -------
         (...) array of float
-            ``q w / mean(w)`` inside each cell: infinite on a singular edge, zero beside the
-            punch.
+            ``w / mean(w) (q + g . (x - y))`` inside each cell, see `Slopes`: infinite on a
+            singular edge, zero beside the punch.
         """
         x, shape = flat_points(x)
         fan, weights = self.footprint.fan, self.footprint.weights
@@ -137,7 +145,8 @@ class CellPressures:
         inside = triangle >= 0
         triangle = triangle[inside]
         cell = fan.cell[triangle]
-        pressure = self.pressure[cell]
+        arm = x[:, inside] - self.footprint.acting[:, cell]
+        pressure = self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
         if weights is not None:
             phi = weights.root[fan.t[:, triangle]] ** 2
             phi = np.sum(fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
@@ -180,8 +189,11 @@ class CellPressures:
         1.000000000000
         """
         cells = self.footprint
-        matrix = load_matrix(cells.partition, cells.weights, cells.fan, basis, **options)
-        return matrix @ self.pressure
+        law = cells.partition, cells.weights, cells.fan
+        if cells.slopes is None:
+            return load_matrix(*law, basis, **options) @ self.pressure
+        matrix = load_matrix(*law, basis, moments=True, **options)
+        return matrix @ np.concatenate([self.pressure, *self.slopes])
 
     def pressure_field(
         self, refine: int = 3, other: "CellPressures | None" = None
@@ -240,10 +252,14 @@ class CellPressures:
             # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
             cells = np.arange(len(self.pressure))
             on_dual = self.footprint.on_dual_cells
-            root = weights.root[cells if on_dual else nodal_mesh(basis).t]
+            mesh = nodal_mesh(basis)
+            nodes = cells if on_dual else mesh.t
+            root = weights.root[nodes]
             inner = root > 1e-9 * weights.root.max()
-            factor = weights.relative(cells, root)
-            pressure = pressure * np.where(inner, factor, 1.0)
+            arm = mesh.p[:, nodes] - weights.centroids.reshape(2, *[1] * (nodes.ndim - 1), -1)
+            slopes = self.slopes.reshape(2, *[1] * (nodes.ndim - 1), -1)
+            inside = pressure + np.sum(slopes * arm, axis=0)
+            pressure = np.where(inner, weights.relative(cells, root) * inside, pressure)
         nodal, values = nodal_values(basis, pressure)
         if conserve:
             part = None
@@ -282,9 +298,12 @@ class CellPressures:
         s = (halfway - begin[rib]) / (end[rib] - begin[rib])
         contour, cells = contour[first], cells[first]
         starts = begin[first][np.searchsorted(contour, contour)]
+        x = a[:, rib] + s * (b - a)[:, rib]
+        slopes = self.slopes[:, cells] * (x - weights.centroids[:, cells])
+        pressure = self.pressure[cells] + slopes.sum(axis=0)
         return EdgeCoefficient(
-            x=readonly(a[:, rib] + s * (b - a)[:, rib]),
-            values=readonly(self.pressure[cells] / weights.mean[cells]),
+            x=readonly(x),
+            values=readonly(pressure / weights.mean[cells]),
             contour=readonly(contour),
             arc=readonly(halfway - starts),
         )
@@ -331,6 +350,11 @@ class CellPressures:
         from ..visuals.notebook import solution_html
 
         return solution_html(self)
+
+
+def _cells_of(body: Any, flat: ndarray | None) -> Footprint:
+    """The cells under a body, of which some may be flat."""
+    return body.footprint if flat is None else body.footprint.flattened(flat)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,10 @@ from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
-from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint
+from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
 from .load import Load, require_compression
+from .one_sign import of_one_sign
 from .pressures import CellPressures
 from .problem import Contact
 from .shapes import Gap, gap_values
@@ -169,14 +170,24 @@ class RigidPunch(Body):
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
+        return self._system(self.footprint, self.operator)
+
+    def _system(self, cells: Footprint, operator: Operator) -> ContactSystem:
         return ContactSystem(
-            self.operator,
+            operator,
             self.planes(self.collocation_points),
-            self.resultants,
+            cells.resultants,
             self.initial_gap,
             self.partition.areas,
             self.timings,
         )
+
+    def _flattened(self, flat: ndarray) -> tuple[Footprint, ContactSystem]:
+        """Cells of which some are flat, and their equations."""
+        if not flat.any():
+            return self.footprint, self.system
+        cells = self.footprint.flattened(flat)
+        return cells, self._system(cells, self.footprint.flattened_operator(self.operator, flat))
 
     def stiffness(self) -> ndarray:
         """Force and moments by unit settlement and unit tilts, shape (3, 3).
@@ -302,20 +313,28 @@ class RigidPunch(Body):
         pressures = None if start is None else self.pressures_of(start)
         constraints = load.constraints(origin)
         begin = perf_counter()
-        system = self.system
-        verify = Verification(
-            system, constraints, unilateral, self.footprint.exact_rows, self._rtol, gap_rtol
-        )
-        # infinite loads are refused below
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
+
+        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
+            cells, system = self._flattened(flat)
             if unilateral:
-                contact, position = system.unilateral(constraints, method, pressures, gap_rtol)
+                contact, position = system.unilateral(constraints, method, start, gap_rtol)
             else:
                 contact, position = system.bilateral(constraints)
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
                 raise ConvergenceError("the load is too large for floating-point numbers")
-            contact = verify(contact, position)
-        return self.solution(load, contact, position, {"solution": perf_counter() - begin})
+            rows, rtol = cells.exact_rows, self._rtol
+            verify = Verification(system, constraints, unilateral, rows, rtol, gap_rtol)
+            return verify(contact, position), position
+
+        flat = None
+        # infinite loads are refused above
+        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
+            if unilateral:
+                flat, contact, position = of_one_sign(self.footprint, pressures, find)
+            else:
+                contact, position = find(np.zeros(len(self.partition), dtype=bool), None)
+        timings = {"solution": perf_counter() - begin}
+        return self.solution(load, contact, position, timings, flat=flat)
 
     def solution(
         self,
@@ -323,14 +342,18 @@ class RigidPunch(Body):
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        others: tuple[tuple["RigidPunch", ndarray], ...] = (),
+        others: tuple[tuple["RigidPunch", ndarray, ndarray | None], ...] = (),
+        flat: ndarray | None = None,
     ) -> PunchSolution:
         """The answer, from contact and position of the plan's centroid.
 
-        ``others`` are the punches beside it, with their pressures.
+        ``others`` are the punches beside it, with their pressures and the cells that are flat;
+        ``flat`` tells its own.
         """
         pressure, shift = contact.pressure, self.centre - self.origin
-        resultant = self.footprint.resultant(pressure)
+        flat = None if flat is None or not flat.any() else readonly(flat)
+        cells = self.footprint if flat is None else self.footprint.flattened(flat)
+        resultant = cells.resultant(pressure)
         imposed = resultant.copy()
         if load.force is not None:
             imposed[0] = load.force
@@ -360,6 +383,7 @@ class RigidPunch(Body):
             message=contact.message or contact.description,
             timings=self.timings | timings,
             others=others,
+            flat=flat,
         )
 
     def pressures_of(self, start: CellPressures) -> ndarray:

@@ -51,8 +51,11 @@ class PunchSolution(CellPressures):
         What was found, or why not.
     timings : dict of str to float
         Seconds of assembly, factorisation and solution.
-    others : tuple of (RigidPunch, array)
-        Punches beside this one on the same ground, with their pressures.
+    others : tuple of (RigidPunch, array, array or None)
+        Punches beside this one on the same ground, with their pressures and flat cells.
+    flat : (n,) array of bool or None
+        Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
+        turn negative; None if there are none.
     """
 
     load: Load

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from ..arguments import checked_choice, checked_number
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
+from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import Preconditioner
@@ -50,7 +51,7 @@ class ContactSystem:
 
     Attributes
     ----------
-    matrix : (n, n) array of float, SymmetricMatrix, InfluenceOperator or YieldingOperator
+    matrix : (n, n) array of float, SymmetricMatrix or operator
         Settlement of each collocation point under unit pressure on each cell. The first two
         are factorised, operators only multiplied by.
     planes : (m, n) array of float
@@ -65,7 +66,7 @@ class ContactSystem:
         Takes the seconds of the factorisation.
     """
 
-    matrix: ndarray | SymmetricMatrix | InfluenceOperator | YieldingOperator
+    matrix: ndarray | SymmetricMatrix | InfluenceOperator | FlattenedOperator | YieldingOperator
     planes: ndarray
     resultants: ndarray
     gap: ndarray
@@ -82,7 +83,7 @@ class ContactSystem:
     def preconditioner(self) -> Any:
         """Approximate inverse of the matrix, if that is an operator."""
         with timed(self.timings, "preconditioner"):
-            if isinstance(self.matrix, YieldingOperator):
+            if isinstance(self.matrix, (YieldingOperator, FlattenedOperator)):
                 return self.matrix.preconditioner
             if isinstance(self.matrix, InfluenceOperator):
                 return Preconditioner.from_operator(self.matrix)

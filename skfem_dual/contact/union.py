@@ -6,9 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import block_diag
+from scipy.sparse import block_diag, csr_matrix, vstack
 
 from ..elements.edge_weights import EdgeWeights
+from ..elements.slopes import Slopes
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons, readonly
@@ -24,7 +25,9 @@ def union(parts: Sequence[LoadedCells]) -> LoadedCells:
     """
     partition = _union_of_partitions([part.partition for part in parts])
     points = np.hstack([part.collocation_points for part in parts])
-    return LoadedCells(parts[0].substrate, partition, _union_of_weights(parts, partition), points)
+    weights = _union_of_weights(parts, partition)
+    slopes = None if weights is None else _union_of_slopes(parts, weights)
+    return LoadedCells(parts[0].substrate, partition, weights, slopes, points)
 
 
 def matrix_of(parts: Sequence[LoadedCells]) -> ndarray:
@@ -100,6 +103,23 @@ def _union_of_weights(parts: Sequence[LoadedCells], partition: Partition) -> Edg
     )
     edge = np.concatenate([each.ribs + ribs[i] for each, i in zip(weights, weighted)])
     return _UnionWeights(partition, fan, edge, tuple(weights))
+
+
+def _union_of_slopes(parts: Sequence[LoadedCells], weights: EdgeWeights) -> Slopes:
+    """Parts without slopes have none here, and none take theirs from another part."""
+    along_x, along_y, moments = [], [], []
+    for part in parts:
+        n = len(part)
+        if part.slopes is None:
+            along_x.append(csr_matrix((n, n)))
+            along_y.append(csr_matrix((n, n)))
+            moments.append(np.zeros((2, 2, n)))
+            continue
+        along_x.append(part.slopes.matrix[:n])
+        along_y.append(part.slopes.matrix[n:])
+        moments.append(part.slopes.second_moments)
+    matrix = vstack([block_diag(along_x), block_diag(along_y)], format="csr")
+    return Slopes(weights, matrix, readonly(np.concatenate(moments, axis=2)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,7 +62,7 @@ class EdgeCorrection:
         """
         centroids = weights.partition.centroids
         dipoles = coefficient * weights.moment
-        x = _snapped(x, centroids, np.sqrt(weights.partition.areas))
+        x = snapped(x, centroids, np.sqrt(weights.partition.areas))
         return cls(x, centroids, _near(weights, coefficient, x, dipoles, strips), dipoles)
 
     def add_to(self, matrix: ndarray) -> None:
@@ -137,7 +137,7 @@ class Pairs(NamedTuple):
     offsets: ndarray
 
 
-def _snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
+def snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
     """Points, but centroids of cells where these are as good as there: next to the middle of a
     dipole what it adds and what is taken off again would drown all else."""
     distance, nearest = cKDTree(centroids.T).query(x.T)
@@ -171,32 +171,39 @@ def _near(
 
 
 @compiled
-def _strip_sums(first, last, pairs, triangles, strips, values):
+def _strip_sums(first, last, pairs, triangles, most, values):
     """Integrals of (w / mean(w) - 1) / r over some cells, w constant in strips."""
+    room = max(most, FEWEST) + 2
+    levels, density = np.empty((room, 4)), np.empty(room)
     for k in range(first, last):
         j, begin, end = pairs.cells[k], pairs.offsets[k], pairs.offsets[k + 1]
         x, sums = pairs.x[:, begin:end], values[begin:end]
         for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-            _add_triangle(x, piece, triangles, triangles.mean[j], strips, sums)
+            count, sign = cut_triangle(piece, triangles, j, most, levels, density)
+            _add_strips(x, levels, density, count, sign, sums)
 
 
 @compiled
-def _add_triangle(x, piece, triangles, mean, most, sums):
-    """Add the strips of a triangle at some points; a strip is what two levels of phi bound.
+def cut_triangle(piece, triangles, j, most, levels, density):
+    """Cut a triangle of cell ``j`` into strips between levels of phi, ``most`` from the edge on.
 
     A level is a segment from the side between the lowest and the highest vertex to one of the
     others, whose length in parts of the longest is ``width``.
+
+    Returns their number, and -1 if the levels run clockwise around them, else 1. ``levels`` takes
+    begin and end of each level, ``density`` what ``w / mean(w) - 1`` is between it and the next.
     """
     v0, v1, v2, sign = _by_distance(piece, triangles)
-    p, root = triangles.p, triangles.root
+    p, root, mean = triangles.p, triangles.root, triangles.mean[j]
     s0, s1, s2 = root[v0], root[v1], root[v2]
     strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
     # levels equidistant in the root, with the middle vertex among them
-    before, lower = 0.0, s0
+    lower, count = s0, 0
     ax, ay, bx, by = p[0, v0], p[1, v0], p[0, v0], p[1, v0]
     width, passed = 0.0, s1 * s1 == s0 * s0
     if passed:
         bx, by, width = p[0, v1], p[1, v1], 1.0
+    levels[0] = ax, ay, bx, by
     level = 1
     while level <= strips:
         upper = s0 + (s2 - s0) * level / strips if level < strips else s2
@@ -206,22 +213,31 @@ def _add_triangle(x, piece, triangles, mean, most, sums):
                 level += 1
         else:
             level += 1
-        ax1, ay1, bx1, by1, width1 = _level(upper, p, v0, v1, v2, s0, s1, s2)
-        density = _mean_in_strip(lower, upper, width, width1, mean) / mean - 1
-        for i in range(x.shape[1]):
-            x0, y0 = x[0, i], x[1, i]
-            sums[i] += sign * (
-                (density - before) * segment_integral(x0, y0, ax, ay, bx, by)
-                + density
-                * (
-                    segment_integral(x0, y0, bx, by, bx1, by1)
-                    - segment_integral(x0, y0, ax, ay, ax1, ay1)
-                )
-            )
-        ax, ay, bx, by = ax1, ay1, bx1, by1
-        lower, width, before = upper, width1, density
+        ax, ay, bx, by, width1 = _level(upper, p, v0, v1, v2, s0, s1, s2)
+        density[count] = _mean_in_strip(lower, upper, width, width1, mean) / mean - 1
+        count += 1
+        levels[count] = ax, ay, bx, by
+        lower, width = upper, width1
+    return count, sign
+
+
+@compiled
+def _add_strips(x, levels, density, count, sign, sums):
+    """Add the integrals of the density of strips over r at some points."""
     for i in range(x.shape[1]):
-        sums[i] -= sign * before * segment_integral(x[0, i], x[1, i], ax, ay, bx, by)
+        x0, y0 = x[0, i], x[1, i]
+        before, total = 0.0, 0.0
+        for k in range(count):
+            ax, ay, bx, by = levels[k]
+            ax1, ay1, bx1, by1 = levels[k + 1]
+            total += (density[k] - before) * segment_integral(x0, y0, ax, ay, bx, by)
+            total += density[k] * (
+                segment_integral(x0, y0, bx, by, bx1, by1)
+                - segment_integral(x0, y0, ax, ay, ax1, ay1)
+            )
+            before = density[k]
+        ax, ay, bx, by = levels[count]
+        sums[i] += sign * (total - before * segment_integral(x0, y0, ax, ay, bx, by))
 
 
 @compiled

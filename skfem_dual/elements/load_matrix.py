@@ -41,6 +41,7 @@ def load_matrix(
     order: int | None = None,
     component: int | None = None,
     partial: bool = False,
+    moments: bool = False,
 ) -> csr_matrix:
     """Loads on finite elements by unit mean pressure on each cell.
 
@@ -67,10 +68,13 @@ def load_matrix(
         works on the first scalar field, or on the last component of a vector of three.
     partial : bool
         Whether the basis may cover only a part of the cells; the rest of the load is left out.
+    moments : bool
+        Whether columns are appended for unit slopes of the pressure along x and along y inside
+        the cells, see `Slopes`.
 
     Returns
     -------
-    (basis.N, n) csr_matrix
+    (basis.N, n) or (basis.N, 3 n) csr_matrix
         Times the mean pressures of the cells, a vector to stand on the right-hand side. Where
         the basis contains linear functions it has the force and the moments of the pressures to
         rounding.
@@ -89,18 +93,29 @@ def load_matrix(
     cell = fan.cell[pieces.first]
     covered = np.bincount(cell, pieces.share * fan.areas[pieces.first], len(partition))
     _require_covered(partition, covered, partial)
-    points = points_in_pieces(partition, weights, fan, (pieces.first, pieces.vertices), order)
+    places = pieces.first, pieces.vertices
+    points = points_in_pieces(partition, weights, fan, places, order + moments)
     whole = covered > (1 - MISSING) * partition.areas
     points = _balanced(partition, weights, points, whole)
-    out = csr_matrix((basis.N, len(partition)))
+    acting, n = _acting(partition, weights), len(partition)
+    out = csr_matrix((basis.N, 3 * n if moments else n))
     for some_points in points.chunks(max(1, CHUNK // basis.Nbfun)):
         element = pieces.second[some_points.piece]
         values = target.values(element, some_points.x) * some_points.weight
         rows = basis.element_dofs[:, element]
-        columns = np.broadcast_to(some_points.cell, rows.shape)
-        entries = values.ravel(), (rows.ravel(), columns.ravel())
-        out = out + coo_matrix(entries, shape=out.shape).tocsr()
+        factors = [np.ones(len(element))]
+        if moments:
+            factors += [*(some_points.x - acting[:, some_points.cell])]
+        for k, factor in enumerate(factors):
+            columns = np.broadcast_to(k * n + some_points.cell, rows.shape)
+            entries = (values * factor).ravel(), (rows.ravel(), columns.ravel())
+            out = out + coo_matrix(entries, shape=out.shape).tocsr()
     return out
+
+
+def _acting(partition: Partition, weights: EdgeWeights | None) -> ndarray:
+    """Where the means of pressures act, shape (2, n)."""
+    return partition.centroids if weights is None else weights.centroids
 
 
 def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> None:
@@ -229,7 +244,7 @@ def _balanced(
     """Rounding and slivers made good: loads of whole cells have their areas as total and act
     where the solver has them act, by a factor that is linear in each cell."""
     n = len(partition)
-    acting = partition.centroids if weights is None else weights.centroids
+    acting = _acting(partition, weights)
     size = np.sqrt(partition.areas)
     arm = (points.x - acting[:, points.cell]) / size[points.cell]
     planes = np.vstack([np.ones(arm.shape[1]), arm])

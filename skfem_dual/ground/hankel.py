@@ -116,6 +116,17 @@ class RadialTable:
         omega, over_r = self.omega, self.primitive_over_r
         return self._over_squares(omega), self._over_squares(over_r)
 
+    @cached_property
+    def fall(self) -> "SquareTable":
+        """``-1 / r`` times the derivative of omega, as a function of r^2."""
+        slope = np.zeros_like(self.omega)
+        slope[:, :-1] = self.omega[:, 1:] * np.arange(1, DEGREE + 1) * 2 / self.width
+
+        def function(r: ndarray) -> ndarray:
+            return -self.evaluate(slope, r) / r**2
+
+        return SquareTable.from_function(function, self.nearest, self.farthest)
+
     def _over_squares(self, coefficients: ndarray) -> "SquareTable":
         distances = self.nearest, self.farthest
         return SquareTable.from_function(lambda r: self.evaluate(coefficients, r), *distances)

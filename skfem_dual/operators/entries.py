@@ -10,6 +10,8 @@ from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix
 from ..elements.near import NearField
+from ..elements.slope_correction import SlopeCorrection
+from ..elements.slopes import Slopes
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -35,12 +37,22 @@ class Entries:
         Field points.
     weights : EdgeWeights or None
         How the pressure varies inside the cells.
+    slopes : Slopes or None
+        How it follows the cells around.
     """
 
     substrate: Substrate
     partition: Partition
     x: ndarray
     weights: EdgeWeights | None
+    slopes: Slopes | None = None
+
+    @computed_once
+    def sloping(self) -> SlopeCorrection | None:
+        """What slopes inside the cells add."""
+        if self.slopes is None:
+            return None
+        return SlopeCorrection.from_slopes(self.slopes, self.substrate, self.x)
 
     @computed_once
     def correction(self) -> EdgeCorrection | None:
@@ -56,6 +68,8 @@ class Entries:
         matrix = influence_matrix(self.substrate, self.partition, self.x, self.weights)
         if self.correction is not None:
             self.correction.add_to(matrix)
+        if self.slopes is not None and self.sloping is not None:
+            self.sloping.add_to(matrix, self.slopes)
         return matrix
 
     def rows(self, i: ndarray) -> ndarray:
@@ -64,6 +78,8 @@ class Entries:
         matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
         if (c := self.correction) is not None:
             EdgeCorrection(x, c.centroids, c.near[i], c.dipoles).add_to(matrix)
+        if self.slopes is not None and self.sloping is not None:
+            self.sloping.at(i).add_to(matrix, self.slopes)
         return matrix
 
     def diagonal(self) -> ndarray:
@@ -72,7 +88,11 @@ class Entries:
         out = np.empty(len(each))
         near = NearField.from_partition(self.substrate, self.partition, self.weights, each, EXACT)
         near.fill(self.x, np.stack([each, each + 1]), (np.append(each, len(each)), each), out)
-        return out if self.correction is None else out + self.correction.near.diagonal()
+        if self.correction is not None:
+            out += self.correction.near.diagonal()
+        if self.slopes is not None and self.sloping is not None:
+            out += self.sloping.diagonal(self.slopes)
+        return out
 
 
 @dataclass(frozen=True, eq=False)

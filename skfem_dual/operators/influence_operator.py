@@ -17,6 +17,7 @@ from skfem import CellBasis
 from ..arguments import checked_choice, checked_indices, checked_instance, checked_number
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
+from ..elements.slopes import Slopes
 from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
@@ -57,8 +58,8 @@ class InfluenceOperator(LinearOperator):
     method : {"auto", "dense", "fast"}
         A matrix, a fast summation in linear time and memory, or what is sooner ready for some
         twenty products and fits into the memory.
-    edge : {"singular", "constant"} or EdgeWeights
-        How the pressure varies inside cells, see `RigidPunch`.
+    edge : {"singular", "constant"}, EdgeWeights or Slopes
+        How the pressure varies inside cells, see `RigidPunch`; with weights alone by them alone.
     collocation : {"centroid", "node"} or (2, m) array of float
         Where settlements are found: in a point of each cell, or in any points of the surface.
 
@@ -76,6 +77,8 @@ class InfluenceOperator(LinearOperator):
         Seconds it took.
     correction : EdgeCorrection or None
         What edge-weighted cells add to it.
+    sloping : SlopeCorrection or None
+        What slopes inside the cells add.
 
     Raises
     ------
@@ -109,7 +112,7 @@ class InfluenceOperator(LinearOperator):
         rtol: float = RTOL,
         method: Method = "auto",
         *,
-        edge: Literal["singular", "constant"] | EdgeWeights = "singular",
+        edge: Literal["singular", "constant"] | EdgeWeights | Slopes = "singular",
         collocation: Literal["centroid", "node"] | ndarray = "centroid",
     ) -> None:
         checked_substrate(substrate)
@@ -121,17 +124,18 @@ class InfluenceOperator(LinearOperator):
                 'Remedy: method="dense"'
             )
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
-        weights = _weights(basis, partition, edge)
+        weights, slopes = _law(basis, partition, edge)
         x = _points(partition, collocation)
         m, n = x.shape[1], len(partition)
         super().__init__(np.dtype(float), (m, n))
-        self.substrate, self.partition, self.x, self.weights = substrate, partition, x, weights
+        self.substrate, self.partition, self.x = substrate, partition, x
+        self.weights, self.slopes = weights, slopes
         self.rtol = float(rtol)
         layered = substrate.remainder is not None
         self.method, self.estimate = choose(method, m, n, self.rtol, layered)
         start = perf_counter()
-        self._entries = Entries(substrate, partition, x, weights)
-        self.correction = self._entries.correction
+        self._entries = Entries(substrate, partition, x, weights, slopes)
+        self.correction, self.sloping = self._entries.correction, self._entries.sloping
         self._kept, self.error, self.row_error = _within(self._entries, self.method, self.rtol)
         self.setup_time = perf_counter() - start
 
@@ -141,7 +145,7 @@ class InfluenceOperator(LinearOperator):
         substrate: Substrate,
         partition: Partition,
         x: ndarray,
-        weights: EdgeWeights | None = None,
+        law: EdgeWeights | Slopes | None = None,
         rtol: float = RTOL,
         method: Method = "auto",
     ) -> "InfluenceOperator":
@@ -155,24 +159,28 @@ class InfluenceOperator(LinearOperator):
             The loaded cells.
         x : (2, m) array of float
             Field points.
-        weights : EdgeWeights, optional
+        law : EdgeWeights or Slopes, optional
             How the pressure varies inside the cells; not at all by default.
         """
         checked_instance("partition", partition, Partition)
-        if weights is not None:
-            checked_instance("weights", weights, EdgeWeights)
+        if law is not None and not isinstance(law, (EdgeWeights, Slopes)):
+            raise TypeError(f"expected EdgeWeights or Slopes for law, got {shown(law)}")
         return cls(
             substrate,
             partition,
             rtol,
             method,
-            edge="constant" if weights is None else weights,
+            edge="constant" if law is None else law,
             collocation=as_points(x),
         )
 
     def at(self, x: ndarray) -> "InfluenceOperator":
         """From the same cells to other points ``x`` of shape (2, m), to the same tolerance."""
-        return self.from_partition(self.substrate, self.partition, x, self.weights, self.rtol)
+        return self.from_partition(self.substrate, self.partition, x, self._law, self.rtol)
+
+    @property
+    def _law(self) -> EdgeWeights | Slopes | None:
+        return self.weights if self.slopes is None else self.slopes
 
     @property
     def summation(self) -> FastSummation | None:
@@ -194,15 +202,14 @@ class InfluenceOperator(LinearOperator):
         """The matrix, read-only; made by a dense operator of the same tolerance if need be."""
         if isinstance(self._kept, ndarray):
             return self._kept
-        cells = self.substrate, self.partition, self.x, self.weights
+        cells = self.substrate, self.partition, self.x, self._law
         return self.from_partition(*cells, self.rtol, "dense").to_dense()
 
     @property
     def memory(self) -> int:
         """Bytes that are kept."""
-        near = self.correction.near if self.correction is not None else None
-        extra = near.data.nbytes + near.indices.nbytes if near is not None else 0
-        return self._kept.nbytes + extra
+        parts = [part.near for part in (self.correction, self.sloping) if part is not None]
+        return self._kept.nbytes + sum(near.data.nbytes + near.indices.nbytes for near in parts)
 
     def _matvec(self, q: ndarray) -> ndarray:
         return _product(self._entries, self._kept, np.asarray(q, dtype=float).ravel())
@@ -225,30 +232,33 @@ class InfluenceOperator(LinearOperator):
         )
 
 
-def _weights(
+def _law(
     basis: CellBasis | Partition,
     partition: Partition,
-    edge: Literal["singular", "constant"] | EdgeWeights,
-) -> EdgeWeights | None:
+    edge: Literal["singular", "constant"] | EdgeWeights | Slopes,
+) -> tuple[EdgeWeights | None, Slopes | None]:
     """How the pressure varies inside cells; None if it does not."""
+    if isinstance(edge, Slopes):
+        return _law(basis, partition, edge.weights)[0], edge
     if isinstance(edge, EdgeWeights):
         if len(edge.mean) != len(partition):
             raise ValueError(
                 f"expected weights of {len(partition)} cells for edge, got {len(edge.mean)}"
             )
-        return edge
+        return edge, None
     if not isinstance(edge, str) or edge not in ("singular", "constant"):
         raise ValueError(
             f'expected edge "singular" or "constant", or EdgeWeights, got {shown(edge)}'
         )
     if edge == "constant":
-        return None
+        return None, None
     if isinstance(basis, Partition):
         raise ValueError(
             'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
             "a basis, whose mesh tells the weights"
         )
-    return EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+    return weights, Slopes.from_weights(weights)
 
 
 def _points(partition: Partition, collocation: Literal["centroid", "node"] | ndarray) -> ndarray:
@@ -298,6 +308,8 @@ def _dense(entries: Entries, tolerance: float, rtol: float) -> ndarray:
         if entries.correction is not None:  # the dipoles are in it
             near = entries.correction.near.tocoo()
             matrix[near.row, near.col] += near.data
+        if entries.sloping is not None and entries.slopes is not None:
+            entries.sloping.add_to(matrix, entries.slopes)
     matrix.setflags(write=False)
     return matrix
 
@@ -313,5 +325,13 @@ def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
         return kept @ q
     if q.ndim == 2:
         return np.stack([_product(entries, kept, column) for column in q.T], axis=1)
-    settled = kept.apply(q)
-    return settled if entries.correction is None else settled + entries.correction.near @ q
+    dipoles, slopes = None, None
+    if entries.sloping is not None and entries.slopes is not None:
+        slopes = entries.slopes.of(q)
+        dipoles = entries.sloping.dipoles(slopes)
+    settled = kept.apply(q, dipoles)
+    if entries.correction is not None:
+        settled += entries.correction.near @ q
+    if entries.sloping is not None and slopes is not None:
+        settled += entries.sloping.near @ slopes.ravel()
+    return settled

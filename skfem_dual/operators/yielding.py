@@ -10,6 +10,7 @@ from scipy.sparse import csr_matrix
 from ..kernels.once import computed_once
 from .compliance import Compliance
 from .factors import Factors
+from .flattened import FlattenedOperator
 from .influence_operator import InfluenceOperator
 from .preconditioner import Preconditioner
 
@@ -29,7 +30,7 @@ class YieldingOperator:
 
     Attributes
     ----------
-    ground : (n, n) array of float or InfluenceOperator
+    ground : (n, n) array of float, InfluenceOperator or FlattenedOperator
         A, settlement of each collocation point under unit pressure on each cell.
     structure : Compliance
         C, displacements under loads, N DOFs.
@@ -39,7 +40,7 @@ class YieldingOperator:
         L, work of unit pressure on each cell against deflections.
     """
 
-    ground: ndarray | InfluenceOperator
+    ground: ndarray | InfluenceOperator | FlattenedOperator
     structure: Compliance
     trace: csr_matrix
     loads: csr_matrix
@@ -53,7 +54,7 @@ class YieldingOperator:
     @property
     def rtol(self) -> float:
         """Accuracy of the products."""
-        return self.ground.rtol if isinstance(self.ground, InfluenceOperator) else ROUNDING
+        return ROUNDING if isinstance(self.ground, np.ndarray) else self.ground.rtol
 
     def __matmul__(self, pressure: ndarray) -> ndarray:
         """Product with pressures of shape (n,) or (n, k)."""
@@ -63,8 +64,7 @@ class YieldingOperator:
     def to_dense(self) -> ndarray:
         """The matrix."""
         ground = self.ground
-        out = ground.to_dense() if isinstance(ground, InfluenceOperator) else ground
-        out = np.array(out)
+        out = np.array(ground if isinstance(ground, np.ndarray) else ground.to_dense())
         for start in range(0, len(out), TOGETHER):
             columns = slice(start, min(start + TOGETHER, len(out)))
             loads = self.loads[:, columns].toarray()
@@ -77,4 +77,6 @@ class YieldingOperator:
         shapes of pressure only."""
         if isinstance(self.ground, InfluenceOperator):
             return Preconditioner.from_operator(self.ground)
+        if isinstance(self.ground, FlattenedOperator):
+            return self.ground.preconditioner
         return Factors.from_matrix(np.asarray(self.ground))

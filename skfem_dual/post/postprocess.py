@@ -190,11 +190,7 @@ _NONE = np.empty(0, np.int32)
 
 def _resultant(solution: PunchSolution) -> ndarray:
     """Force and first moments of the pressures on the cells."""
-    punch = solution.punch
-    acting = (punch.weights or punch.partition).centroids - np.array(punch.origin)[:, None]
-    return np.vstack([np.ones(acting.shape[1]), acting]) @ (
-        punch.partition.areas * solution.pressure
-    )
+    return solution.footprint.resultant(solution.pressure)
 
 
 def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:

@@ -23,6 +23,7 @@ from .assembly import (
     p2p_blocks,
 )
 from .chebyshev import Chebyshev, Kernel, compressed
+from .dipoles import DipoleSummation
 from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
@@ -87,6 +88,8 @@ class FastSummation:
         From cells to local expansions of boxes too near to theirs.
     far_fields : tuple of FarField
         For c / r, and for the remainder; they share the local expansions.
+    dipoles : DipoleSummation
+        What takes dipoles of the cells beside their pressures.
     """
 
     tree: Quadtree
@@ -97,6 +100,7 @@ class FastSummation:
     p2p: SparseBlocks
     p2l: SparseBlocks
     far_fields: tuple[FarField, ...]
+    dipoles: DipoleSummation
 
     @classmethod
     def from_partition(
@@ -123,13 +127,15 @@ class FastSummation:
         far = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
         levels = range(len(tree.levels) - 1)
         far_lists = [tree.far_lists(level) for level in levels]
+        p2p = p2p_blocks(near, x, tree.targets[:, lists.p2p.boxes], lists.p2p, dtype)
+        shared = substrate, partition, p2p.layout, lists.p2l
         return cls(
             tree,
             x,
             chebyshev,
             tuple(m2m_translation(tree, chebyshev, level) for level in levels[-2::-1]),
             tuple(l2l_translation(tree, chebyshev, level) for level in levels[1:]),
-            p2p_blocks(near, x, tree.targets[:, lists.p2p.boxes], lists.p2p, dtype),
+            p2p,
             p2l_blocks(tree, chebyshev, near, lists.p2l, dtype),
             tuple(
                 FarField(
@@ -139,6 +145,7 @@ class FastSummation:
                 )
                 for loads, kernel, factors in far
             ),
+            DipoleSummation.from_tree(tree, chebyshev, *shared, dtype),
         )
 
     @property
@@ -146,18 +153,22 @@ class FastSummation:
         """Memory of what is kept."""
         translations = sum(t.nbytes for t in (*self.m2m, *self.l2l))
         far = sum(field.nbytes for field in self.far_fields)
-        return self.p2p.nbytes + self.p2l.nbytes + translations + far
+        near = self.p2p.nbytes + self.p2l.nbytes
+        return near + translations + far + self.dipoles.nbytes
 
-    def apply(self, q: ndarray) -> ndarray:
-        """Settlements at the points under mean pressures ``q`` of the cells."""
+    def apply(self, q: ndarray, dipoles: ndarray | None = None) -> ndarray:
+        """Settlements at the points under mean pressures ``q`` and dipoles (2, n) of the cells."""
         tree = self.tree
         q = q[tree.cells].astype(float)
+        dipoles = None if dipoles is None else dipoles[:, tree.cells]
         out = np.zeros(self.x.shape[1])
         local = np.zeros((len(tree), self.chebyshev.terms))
         with Threads() as run:
             for far in self.far_fields:
-                self._add_far_field(far, q, local, out, run)
+                self._add_far_field(far, q, dipoles, local, out, run)
             self.p2l.add_product(q, local.ravel(), run)
+            if dipoles is not None:
+                self.dipoles.add_near(self.x, dipoles, local, out, run)
             for translation in self.l2l:
                 translation.add(local, local, run)
             args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
@@ -168,11 +179,19 @@ class FastSummation:
         return settled
 
     def _add_far_field(
-        self, far: FarField, q: ndarray, local: ndarray, out: ndarray, run: Run
+        self,
+        far: FarField,
+        q: ndarray,
+        dipoles: ndarray | None,
+        local: ndarray,
+        out: ndarray,
+        run: Run,
     ) -> None:
         """Add what acts through one kernel to local expansions, and to some points."""
         multipole = np.zeros_like(local)
         far.p2m.add_product(q, multipole.ravel(), run)
+        if dipoles is not None:
+            self.dipoles.add_far(dipoles, multipole.ravel(), run)
         for translation in self.m2m:
             translation.add(multipole, multipole, run)
         for compressed_translation in far.m2l:

@@ -1,0 +1,338 @@
+"""What slopes of the pressure inside the cells add to the settlements under their means.
+
+As of `EdgeCorrection` it is a sparse near correction, exact but for the strips of weighted cells,
+and the dipoles of all cells, whose moments are the second moments of the law of the edge times
+the slopes. What the influence function has beyond c / r takes the dipoles alone.
+
+Source: D. R. Wilton et al., Potential integrals for uniform and linear source distributions on
+polygonal and polyhedral domains, IEEE Trans. Antennas Propag. 32 (1984).
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.spatial import cKDTree
+
+from ..ground.hankel import SquareTable, square_value
+from ..ground.substrates import Substrate
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
+from ..kernels.threads import Threads
+from .edge_correction import (
+    FEWEST,
+    IN_STRIPS,
+    STRIPS,
+    Pairs,
+    Triangles,
+    cut_triangle,
+)
+from .moments import radii
+from .ribs import rib_integral
+from .slopes import Slopes
+
+#: rows of a matrix that are added to together
+ROWS = 8
+#: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
+#: the radius of its circle: what near corrections take off again would drown all else
+AT_REST = 1e-11
+
+
+class Fall(NamedTuple):
+    """What dipoles act by: ``-1 / r`` times the derivative of the influence function.
+
+    Attributes
+    ----------
+    coefficient : float
+        c of the part c / r.
+    rest : SquareTable
+        The same of the remainder; without one there are no panels.
+    least : float
+        Square of the smallest distance of the table.
+    factor : float
+        1 / E0.
+    """
+
+    coefficient: float
+    rest: SquareTable
+    least: float
+    factor: float
+
+    @classmethod
+    def from_substrate(cls, substrate: Substrate) -> Self:
+        """Of a ground."""
+        c, table = substrate.singular_coefficient, substrate.remainder
+        if table is None:
+            return cls(c, SquareTable(np.empty((0, 1)), 0), 1.0, 0.0)
+        return cls(c, table.fall, table.nearest**2, 1 / substrate.surface.young)
+
+
+class Circles(NamedTuple):
+    """Circles that stand for cells.
+
+    Attributes
+    ----------
+    middles : (2, k) array of float
+    squares : (k,) array of float
+        Of their radii.
+    """
+
+    middles: ndarray
+    squares: ndarray
+
+    @classmethod
+    def of(cls, centroids: ndarray, areas: ndarray) -> Self:
+        """Of cells with these centroids and areas."""
+        return cls(*inputs(centroids, areas / np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class SlopeCorrection:
+    """Settlements under ``w / mean(w) g . (x - y)`` on each cell, of `Slopes`.
+
+    Attributes
+    ----------
+    x : (2, m) array of float
+        Field points.
+    centroids : (2, n) array of float
+        Centroids of the cells, where their dipoles are.
+    areas : (n,) array of float
+        Areas of the cells.
+    near : (m, 2 n) csr_matrix
+        Under unit slopes near the cells, less their dipoles.
+    second_moments : (2, 2, n) array of float
+        As of `Slopes`: dipoles over slopes.
+    fall : Fall
+        How dipoles act.
+    """
+
+    x: ndarray
+    centroids: ndarray
+    areas: ndarray
+    near: csr_matrix
+    second_moments: ndarray
+    fall: Fall
+
+    @classmethod
+    def from_slopes(
+        cls, slopes: Slopes, substrate: Substrate, x: ndarray, strips: int = STRIPS
+    ) -> Self:
+        """At points ``x``; ``strips`` is their number in a triangle from the edge on."""
+        partition = slopes.weights.partition
+        near = substrate.singular_coefficient * _near(slopes, x, strips)
+        fall, moments = Fall.from_substrate(substrate), slopes.second_moments
+        return cls(x, partition.centroids, partition.areas, near, moments, fall)
+
+    def diagonal(self, slopes: Slopes) -> ndarray:
+        """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
+        out = np.asarray(self.near.multiply(slopes.matrix.T).sum(axis=1)).ravel()
+        (x, moments), circles = inputs(self.x, self.second_moments), self._circles
+        _add_diagonal(x, circles, self.fall, moments, *_columns(slopes.matrix), out)
+        return out
+
+    def at(self, i: ndarray) -> Self:
+        """At the points with the numbers ``i`` only."""
+        return replace(self, x=np.ascontiguousarray(self.x[:, i]), near=self.near[i])
+
+    @property
+    def _circles(self) -> Circles:
+        return Circles.of(self.centroids, self.areas)
+
+    def dipoles(self, slopes: ndarray) -> ndarray:
+        """First moments of the pressure of each cell about its centre, shape (2, n)."""
+        return np.einsum("ijn,jn->in", self.second_moments, slopes)
+
+    def apply(self, slopes: ndarray) -> ndarray:
+        """Settlements under slopes of shape (2, n)."""
+        dipoles = self.dipoles(slopes)
+        some = np.nonzero(dipoles.any(axis=0))[0]
+        circles, (x, dipoles, some) = self._circles, inputs(self.x, dipoles, some)
+        out = self.near @ slopes.ravel()
+
+        def work(rows: slice) -> None:
+            add_dipoles(x, rows.start, rows.stop, circles, some, self.fall, dipoles, out)
+
+        with Threads() as run:
+            run(work, self.x.shape[1])
+        return out
+
+    def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
+        """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
+        gx, gy = _columns(sign * slopes.matrix)
+        (moments,), circles = inputs(self.second_moments), self._circles
+
+        def work(rows: slice) -> None:
+            x = inputs(self.x[:, rows])
+            _add_rows(*x, circles, self.fall, moments, gx, gy, matrix[rows])
+
+        with Threads() as run:
+            run(work, self.x.shape[1])
+        near = (sign * (self.near @ slopes.matrix)).tocoo()
+        matrix[near.row, near.col] += near.data
+
+
+def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
+    """Starts, cells and values of the columns of the slopes along x, and of those along y."""
+    n = matrix.shape[1]
+    along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
+    gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
+    return gx, gy
+
+
+def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
+    """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
+    weights = slopes.weights
+    partition, fan = weights.partition, weights.fan
+    polygons, n = partition.polygons, len(partition)
+    points = cKDTree(x.T).query_ball_point(
+        partition.centroids.T, IN_STRIPS * radii(partition.polygons)
+    )
+    counts = np.array([len(i) for i in points], dtype=np.int64)
+    rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
+    pairs = Pairs(*inputs(np.arange(n), x[:, rows], np.concatenate([[0], np.cumsum(counts)])))
+    triangles = Triangles(*inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean))
+    centres, weighted = inputs(weights.centroids, weights.weighted)
+    outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
+    values = np.zeros((2, len(rows)))
+
+    def work(k: slice) -> None:
+        args = pairs, triangles, weighted, outlines, centres, strips, values
+        _near_sums(k.start, k.stop, *args)
+
+    with Threads() as run:
+        run(work, n)
+    column = np.repeat(np.arange(n), counts)
+    d = x[:, rows] - partition.centroids[:, column]
+    r2 = np.sum(d * d, axis=0)
+    apart = r2 > AT_REST / np.pi * partition.areas[column]
+    cube = np.divide(1.0, r2 * np.sqrt(r2), out=np.zeros_like(r2), where=apart)
+    values -= np.einsum("ijk,ik->jk", slopes.second_moments[:, :, column], d) * cube
+    at = np.tile(rows, 2), np.concatenate([column, n + column])
+    return csr_matrix((values.ravel(), at), shape=(x.shape[1], 2 * n))
+
+
+@compiled
+def _near_sums(first, last, pairs, triangles, weighted, outlines, centres, most, values):
+    """Integrals of w / mean(w) times both coordinates from the centres over r."""
+    p, indices, offsets = outlines
+    room = max(most, FEWEST) + 2
+    levels, density = np.empty((room, 4)), np.empty(room)
+    for j in range(first, last):
+        begin, end = pairs.offsets[j], pairs.offsets[j + 1]
+        x, sums, cx, cy = pairs.x[:, begin:end], values[:, begin:end], centres[0, j], centres[1, j]
+        if not weighted[j]:
+            for at in range(offsets[j], offsets[j + 1]):
+                a = indices[at]
+                b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
+                _add_segment(x, cx, cy, p[0, a], p[1, a], p[0, b], p[1, b], 1.0, sums)
+            continue
+        for piece in range(triangles.starts[j], triangles.starts[j + 1]):
+            count, sign = cut_triangle(piece, triangles, j, most, levels, density)
+            before = 0.0
+            for k in range(count):
+                ax, ay, bx, by = levels[k]
+                ax1, ay1, bx1, by1 = levels[k + 1]
+                here = sign * (1 + density[k])
+                _add_segment(x, cx, cy, ax, ay, bx, by, here - before, sums)
+                _add_segment(x, cx, cy, bx, by, bx1, by1, here, sums)
+                _add_segment(x, cx, cy, ax, ay, ax1, ay1, -here, sums)
+                before = here
+            ax, ay, bx, by = levels[count]
+            _add_segment(x, cx, cy, ax, ay, bx, by, -before, sums)
+
+
+@compiled
+def _add_segment(x, cx, cy, ax, ay, bx, by, factor, sums):
+    """Add what a side of a polygon, on its left, gives to integrals of ``(x - c) / r`` over it.
+
+    The gradient of r is the unit vector away from the field point: by Gauss's theorem its
+    integral is that of r along the sides times their outward normals.
+    """
+    lx, ly = bx - ax, by - ay
+    length = np.sqrt(lx * lx + ly * ly)
+    if length == 0.0:
+        return
+    for i in range(x.shape[1]):
+        dx, dy = x[0, i] - ax, x[1, i] - ay
+        r1, r2 = np.sqrt(dx * dx + dy * dy), np.sqrt((dx - lx) ** 2 + (dy - ly) ** 2)
+        inverse = rib_integral(x[0, i], x[1, i], ax, ay, lx, ly, length, r1, r2)
+        h, t = (lx * dy - ly * dx) / length, -(lx * dx + ly * dy) / length
+        along = ((t + length) * r2 - t * r1 + h * inverse) / (2 * length)
+        sums[0, i] += factor * (ly * along + (x[0, i] - cx) * inverse)
+        sums[1, i] += factor * (-lx * along + (x[1, i] - cy) * inverse)
+
+
+@inlined
+def _fall(r2, square, fall):
+    """The influence of a dipole over the component of the arm along it, at a distance.
+
+    Over a cell the remainder is taken for the logarithm that it is there, the cell for a circle.
+    """
+    cube = r2 * np.sqrt(r2) if r2 > AT_REST * square else np.inf
+    out = fall.coefficient / cube
+    if fall.factor > 0.0:
+        u = max(r2, square, fall.least)
+        rest = square_value(fall.rest.coefficients, fall.rest.first, u)
+        out += fall.factor * rest * (2 - r2 / u)
+    return out
+
+
+@vectorised
+def add_dipoles(x, begin, end, circles, numbers, fall, dipoles, out):
+    """Add to ``out[begin:end]`` what the dipoles of some circles make of those points."""
+    middles, squares = circles
+    for i in range(begin, end):
+        total = 0.0
+        for k in range(numbers.shape[0]):
+            j = numbers[k]
+            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
+            total += (dipoles[0, j] * dx + dipoles[1, j] * dy) * _fall(
+                dx * dx + dy * dy, squares[j], fall
+            )
+        out[i] += total
+
+
+@vectorised
+def _add_rows(x, circles, fall, moments, gx, gy, matrix):
+    """Some rows at a time: sums over the cells around are the same for all of them."""
+    middles, squares = circles
+    (startx, cellx, slopex), (starty, celly, slopey) = gx, gy
+    n = squares.shape[0]
+    lx, ly = np.empty((n, ROWS)), np.empty((n, ROWS))
+    total, x0, y0 = np.empty(ROWS), np.zeros(ROWS), np.zeros(ROWS)
+    for first in range(0, x.shape[1], ROWS):
+        count = min(ROWS, x.shape[1] - first)
+        x0[:count], y0[:count] = x[0, first : first + count], x[1, first : first + count]
+        for j in range(n):
+            cx, cy, square = middles[0, j], middles[1, j], squares[j]
+            xx, xy, yy = moments[0, 0, j], moments[0, 1, j], moments[1, 1, j]
+            for i in range(ROWS):
+                dx, dy = x0[i] - cx, y0[i] - cy
+                f = _fall(dx * dx + dy * dy, square, fall)
+                lx[j, i] = f * (xx * dx + xy * dy)
+                ly[j, i] = f * (xy * dx + yy * dy)
+        for k in range(n):
+            total[:] = 0.0
+            for at in range(startx[k], startx[k + 1]):
+                j, slope = cellx[at], slopex[at]
+                for i in range(ROWS):
+                    total[i] += lx[j, i] * slope
+            for at in range(starty[k], starty[k + 1]):
+                j, slope = celly[at], slopey[at]
+                for i in range(ROWS):
+                    total[i] += ly[j, i] * slope
+            for i in range(count):
+                matrix[first + i, k] += total[i]
+
+
+@compiled
+def _add_diagonal(x, circles, fall, moments, gx, gy, out):
+    middles, squares = circles
+    for axis, (starts, cells, slopes) in enumerate((gx, gy)):
+        for i in range(out.shape[0]):
+            for at in range(starts[i], starts[i + 1]):
+                j = cells[at]
+                dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
+                f = _fall(dx * dx + dy * dy, squares[j], fall)
+                out[i] += f * slopes[at] * (moments[0, axis, j] * dx + moments[1, axis, j] * dy)

@@ -1,0 +1,126 @@
+"""How the pressure varies from cell to cell, and so inside them beside the law of the edge.
+
+With the mean pressure q and the law w of `EdgeWeights`, the pressure in a cell is::
+
+    p = w / mean(w) (q + g . (x - y))
+
+where y is the centroid of w, so that q remains the mean. The slope g follows from the cells
+around, those that share a vertex: it is that of the plane through q / mean(w) of the cell, nearest
+in the mean square to theirs, times mean(w). On cells that are not weighted w is constant.
+
+Source: T. J. Barth and D. C. Jespersen, The design and application of upwind schemes on
+unstructured meshes, AIAA Paper 89-0366 (1989), for linear functions from means of cells.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import csr_matrix, diags
+
+from ..grids.polygons import readonly
+from ..kernels.once import computed_once
+from .edge_weights import EdgeWeights
+from .load_matrix import points_in_pieces
+
+#: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
+ON_A_LINE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """Slopes of the pressure inside the n cells of a partition.
+
+    Attributes
+    ----------
+    weights : EdgeWeights
+        The law of the edge.
+    matrix : (2 n, n) csr_matrix
+        Takes mean pressures to slopes along x of all cells, then along y.
+    second_moments : (2, 2, n) array of float
+        Integrals of ``w / mean(w)`` times products of the coordinates from y.
+    """
+
+    weights: EdgeWeights
+    matrix: csr_matrix
+    second_moments: ndarray
+
+    @classmethod
+    def from_weights(cls, weights: EdgeWeights) -> Self:
+        """Of all cells, from those around them."""
+        return cls(weights, _slope_matrix(weights), readonly(_second_moments(weights)))
+
+    def of(self, pressure: ndarray) -> ndarray:
+        """Slopes under mean pressures of shape (n,), shape (2, n)."""
+        return (self.matrix @ pressure).reshape(2, -1)
+
+    def without(self, cells: ndarray) -> "Slopes":
+        """With no slope in some cells, given as (n,) array of bool."""
+        kept = diags(np.tile(np.where(cells, 0.0, 1.0), 2))
+        matrix = csr_matrix(kept @ self.matrix)
+        matrix.eliminate_zeros()
+        return type(self)(self.weights, matrix, self.second_moments)
+
+    @computed_once
+    def first_moments(self) -> ndarray:
+        """Integrals of what unit pressures add by slopes, times x and y; shape (2, n)."""
+        n = self.matrix.shape[1]
+        ones = self.second_moments.reshape(2, 2 * n)
+        return readonly((self.matrix.T @ ones.T).T)
+
+    def lowest(self, pressure: ndarray) -> ndarray:
+        """Least value of ``q + g . (x - y)`` in each cell, shape (n,): where it is negative the
+        pressure changes its sign."""
+        polygons = self.weights.partition.polygons
+        cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
+        arm = polygons.p[:, polygons.indices] - self.weights.centroids[:, cell]
+        rise = np.sum(self.of(pressure)[:, cell] * arm, axis=0)
+        return pressure + np.minimum.reduceat(rise, polygons.offsets[:-1])
+
+
+def _around(weights: EdgeWeights) -> tuple[ndarray, ndarray]:
+    """Pairs of cells that share a vertex, ascending in the first."""
+    polygons = weights.partition.polygons
+    at = np.ones(len(polygons.indices)), polygons.indices, polygons.offsets
+    vertices = csr_matrix(at, shape=(len(polygons), polygons.p.shape[1]))
+    pairs = (vertices @ vertices.T).tocoo()
+    cell, other = pairs.row, pairs.col
+    # where the law of the edge is not known there, a weighted cell cannot compare itself
+    keep = (cell != other) & ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
+    order = np.argsort(cell[keep], kind="stable")
+    return cell[keep][order], other[keep][order]
+
+
+def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
+    n = len(weights.partition)
+    cell, other = _around(weights)
+    weighted = weights.weighted[cell]
+    y, c = weights.centroids, weights.partition.centroids
+    arm = np.where(weighted, y[:, other] - y[:, cell], c[:, other] - c[:, cell])
+    moments = np.array([[np.bincount(cell, a * b, n) for a in arm] for b in arm])
+    shares = np.linalg.pinv(moments.transpose(2, 0, 1), rcond=ON_A_LINE, hermitian=True)
+    share = np.einsum("kab,bk->ak", shares[cell], arm)
+    ratio = np.where(weighted, weights.mean[cell] / weights.mean[other], 1.0)
+    own = [np.bincount(cell, s, n) for s in share]
+    every = np.arange(n)
+    rows = np.concatenate([cell, n + cell, every, n + every])
+    columns = np.concatenate([other, other, every, every])
+    values = np.concatenate([*(share * ratio), *(-s for s in own)])
+    return csr_matrix((values, (rows, columns)), shape=(2 * n, n))
+
+
+def _second_moments(weights: EdgeWeights) -> ndarray:
+    partition, fan = weights.partition, weights.fan
+    xx, xy, yy = partition.polygons.second_moments
+    out = np.array([[xx, xy], [xy, yy]])
+    own = np.nonzero(weights.weighted[fan.cell])[0]
+    whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
+    points = points_in_pieces(partition, weights, fan, (own, whole), 2)
+    arm = points.x - weights.centroids[:, points.cell]
+    for i in range(2):
+        for j in range(2):
+            load = points.weight * arm[i] * arm[j]
+            found = np.bincount(points.cell, load, minlength=len(partition))
+            out[i, j] = np.where(weights.weighted, found, out[i, j])
+    return out

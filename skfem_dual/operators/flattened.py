@@ -1,0 +1,57 @@
+"""An operator for cells some of which have lost the slopes of their pressures."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from ..elements.slope_correction import SlopeCorrection
+from ..elements.slopes import Slopes
+from ..kernels.once import computed_once
+from .influence_operator import InfluenceOperator
+from .preconditioner import Preconditioner
+
+
+@dataclass(frozen=True, eq=False)
+class FlattenedOperator:
+    """Settlements under pressures, less what slopes make in some cells.
+
+    Attributes
+    ----------
+    operator : InfluenceOperator
+        With the slopes of all cells.
+    sloping : SlopeCorrection
+        Of the same points.
+    left_out : Slopes
+        Those of the cells that have lost theirs.
+    """
+
+    operator: InfluenceOperator
+    sloping: SlopeCorrection
+    left_out: Slopes
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape of the matrix."""
+        return self.operator.shape
+
+    @property
+    def rtol(self) -> float:
+        """Accuracy of the products."""
+        return self.operator.rtol
+
+    def __matmul__(self, pressure: ndarray) -> ndarray:
+        """Product with pressures of shape (n,)."""
+        return self.operator @ pressure - self.sloping.apply(self.left_out.of(pressure))
+
+    def to_dense(self) -> ndarray:
+        """The matrix."""
+        matrix = np.array(self.operator.to_dense())
+        self.sloping.add_to(matrix, self.left_out, -1.0)
+        return matrix
+
+    @computed_once
+    def preconditioner(self) -> Any:
+        """Approximate inverse: that of the whole operator."""
+        return Preconditioner.from_operator(self.operator)

@@ -1,0 +1,118 @@
+"""Dipoles of cells in the fast summation.
+
+They act through the expansions of the pressures; near by they are summed in every product, which
+takes no memory.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy import ndarray
+
+from ...elements.moments import Multipoles
+from ...elements.slope_correction import Circles, Fall, add_dipoles
+from ...grids.partition import Partition
+from ...ground.substrates import Substrate
+from ...kernels.compiled import inputs
+from .assembly import p2m_blocks
+from .chebyshev import Chebyshev
+from .linear_maps import Run, SparseBlocks
+from .lists import Lists
+from .loops import Layout
+from .quadtree import Quadtree
+
+
+@dataclass(frozen=True, eq=False)
+class DipoleSummation:
+    """Where the dipoles of cells act, cells and points in the order of the tree.
+
+    Attributes
+    ----------
+    p2m : pair of SparseBlocks
+        From unit dipoles along x and along y to multipole expansions.
+    near : Layout
+        Which cells act on which points one by one.
+    beside : Lists
+        Cells that act on the local expansion of a box.
+    grid : (2, boxes, points) array of float
+        Points of interpolation of these boxes.
+    coefficients : (points, terms) array of float
+        From values there to the expansion.
+    circles : Circles
+        The cells.
+    fall : Fall
+        How dipoles act.
+    """
+
+    p2m: tuple[SparseBlocks, SparseBlocks]
+    near: Layout
+    beside: Lists
+    grid: ndarray
+    coefficients: ndarray
+    circles: Circles
+    fall: Fall
+
+    @classmethod
+    def from_tree(
+        cls,
+        tree: Quadtree,
+        chebyshev: Chebyshev,
+        substrate: Substrate,
+        partition: Partition,
+        near: Layout,
+        beside: Lists,
+        dtype: type,
+    ) -> Self:
+        """Of the cells of a partition; ``near`` is the layout of P2P, ``beside`` lists of P2L."""
+        cells, n = tree.cells, len(partition)
+        along_x, along_y = np.zeros((2, 2, 2, n))
+        along_x[1, 0] = along_y[0, 1] = 1.0
+        p2m = [
+            p2m_blocks(tree, chebyshev, Multipoles(partition.centroids, moments), dtype)
+            for moments in (along_x, along_y)
+        ]
+        middle, half = tree.middle[:, beside.boxes], tree.half[beside.boxes]
+        return cls(
+            (p2m[0], p2m[1]),
+            near,
+            beside,
+            middle[:, :, None] + half[:, None] * chebyshev.grid[:, None],
+            chebyshev.coefficients,
+            Circles.of(partition.centroids[:, cells], partition.areas[cells]),
+            Fall.from_substrate(substrate),
+        )
+
+    @property
+    def nbytes(self) -> int:
+        """Memory beside what is shared."""
+        return sum(blocks.nbytes for blocks in self.p2m) + self.grid.nbytes
+
+    def add_far(self, dipoles: ndarray, multipole: ndarray, run: Run) -> None:
+        """Add dipoles (2, n) to multipole expansions."""
+        for blocks, along in zip(self.p2m, dipoles, strict=True):
+            blocks.add_product(along, multipole, run)
+
+    def add_near(
+        self, x: ndarray, dipoles: ndarray, local: ndarray, out: ndarray, run: Run
+    ) -> None:
+        """Add what does not act through multipole expansions to local ones and to points."""
+        x, dipoles = inputs(x, dipoles)
+        rows, starts, columns = self.near.rows, self.near.starts, self.near.columns
+
+        def at_points(some: slice) -> None:
+            for k in range(some.start, some.stop):
+                cells = columns[starts[k] : starts[k + 1]]
+                args = self.circles, cells, self.fall, dipoles, out
+                add_dipoles(x, rows[0, k], rows[1, k], *args)
+
+        def at_boxes(some: slice) -> None:
+            for k in range(some.start, some.stop):
+                cells = self.beside.items[self.beside.starts[k] : self.beside.starts[k + 1]]
+                (points,), settled = inputs(self.grid[:, k]), np.zeros(self.grid.shape[2])
+                args = *inputs(cells), self.fall, dipoles, settled
+                add_dipoles(points, 0, len(settled), self.circles, *args)
+                local[self.beside.boxes[k]] += settled @ self.coefficients
+
+        run(at_points, len(starts) - 1)
+        run(at_boxes, len(self.beside.boxes))
