@@ -6,6 +6,7 @@ equations are solved with all slopes, then without those that turn the sign, unt
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy import ndarray
@@ -42,11 +43,13 @@ def of_one_sign(
     position : (m,) array of float
     """
     flat = np.zeros(len(cells), dtype=bool)
+    history: tuple[float, ...] = ()
     for number in range(MOST):
         contact, position = solve(flat, start)
+        history += contact.history
         turning = cells.flattened(flat).turning(contact.pressure)
         if not contact.success or not turning.any():
             break
         flat = flat | turning if number < MOST - 2 else np.ones_like(flat)
         start = contact.pressure
-    return flat, contact, position
+    return flat, replace(contact, history=history), position
