@@ -67,6 +67,7 @@ class ElasticSolution(CellPressures):
         position: ndarray,
         contact: Contact,
         timings: dict[str, float],
+        others: tuple[tuple[Any, ndarray], ...] = (),
     ) -> "ElasticSolution":
         """The answer, from what the structure has bent, its motions and the contact."""
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
@@ -107,6 +108,7 @@ class ElasticSolution(CellPressures):
             success=contact.success,
             message=contact.message or contact.description,
             timings=timings,
+            others=others,
         )
 
     def deflection(self, x: ArrayLike) -> ndarray:
@@ -130,6 +132,12 @@ class ElasticSolution(CellPressures):
         points, shape = flat_points(x)
         values = value_matrix(punch.contact_basis, points, punch.component) @ self.displacement
         return (-values if punch._upward else values).reshape(shape)
+
+    @property
+    def deflection_range(self) -> tuple[float, float]:
+        """Least and greatest deflection of the collocation points."""
+        deflections = self.punch.trace @ self.displacement
+        return float(deflections.min()), float(deflections.max())
 
     def load_vector(self, basis: AbstractBasis | None = None, **options: Any) -> ndarray:
         """The pressure as a load on finite elements, those of the structure by default.
@@ -155,10 +163,10 @@ class ElasticSolution(CellPressures):
         rows = super().table()
         first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        deflections = self.punch.trace @ self.displacement
+        least, most = self.deflection_range
         structure = {
             "Structure": f"{len(self.f)} DOFs of {type(self.punch.structure.elem).__name__}",
-            "Deflection": f"{deflections.min():.6g} to {deflections.max():.6g}",
+            "Deflection": f"{least:.6g} to {most:.6g}",
         }
         residuals = {
             "Residuals": (
