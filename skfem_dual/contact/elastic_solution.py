@@ -13,6 +13,7 @@ from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
 from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 from .pressures import CellPressures
 from .problem import Contact
 from .solution import TINY
@@ -21,6 +22,8 @@ from .solution import TINY
 EQUILIBRIUM = 1e-6
 #: the same, over the forces of which they are the sums
 ROUNDING = 1e-10
+#: cells at the line of contact that tell what ground and structure yield together
+AT_LINE = 8
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -132,6 +135,26 @@ class ElasticSolution(CellPressures):
         points, shape = flat_points(x)
         values = value_matrix(punch.contact_basis, points, punch.component) @ self.displacement
         return (-values if punch._upward else values).reshape(shape)
+
+    @computed_once
+    def contact_modulus(self) -> float:
+        """E* of the ground and the structure together, from what both yield under single cells.
+
+        Beside a solid as soft as the ground gaps open twice as far as beside a rigid one, beside a
+        plate as far: loads on single cells hardly bend it.
+        """
+        punch, cells = self.punch, self.footprint
+        f2c = cells.partition.f2c[:, cells.partition.f2c[1] >= 0]
+        touching = self.pressure > 0
+        line = np.unique(f2c[:, touching[f2c[0]] != touching[f2c[1]]])
+        own = line[:: max(len(line) // AT_LINE, 1)]
+        if len(own) == 0:
+            return super().contact_modulus
+        x = np.ascontiguousarray(punch.collocation_points[:, own])
+        ground = cells.influence(x)[np.arange(len(own)), own]
+        lifted = punch.compliance.displacements(punch.loads[:, own].toarray())
+        yields = np.sum(punch.trace[own].toarray() * lifted.T, axis=1)
+        return super().contact_modulus / float(np.median(1 + yields.clip(0) / ground))
 
     @property
     def deflection_range(self) -> tuple[float, float]:
