@@ -19,27 +19,26 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_matrix, csr_matrix, issparse
+from scipy.sparse import csr_matrix
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
-from ..elements.load_matrix import load_matrix
 from ..elements.point_values import value_matrix
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..messages import shown
-from ..operators.compliance import Compliance, checked_dofs
+from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
+from .body import Body
 from .elastic_solution import ElasticSolution
-from .footprint import Body, Edge, EdgeBoundaries, Footprint
+from .footprint import Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
-from .one_sign import of_one_sign
+from .one_sign import solved
 from .pressures import CellPressures
-from .problem import Contact
-from .resisted import require_resisted
+from .problem import Contact, Share
+from .resisted import NO_BALANCE, compliance_of, require_resisted
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
 from .verify import Verification
@@ -175,20 +174,8 @@ class ElasticPunch(Body):
     @computed_once
     def compliance(self) -> Compliance:
         """What the structure yields, and its motions without resistance."""
-        K, n = self.stiffness, self.structure.N
-        if not (issparse(K) or isinstance(K, np.ndarray)):
-            raise TypeError(f"expected a sparse matrix for stiffness, got {shown(K)}")
-        if K.shape != (n, n):
-            raise ValueError(
-                f"expected a stiffness of shape ({n}, {n}) for the {n} DOFs of the structure, "
-                f"got {K.shape}. Remedy: assemble it on the basis given, and name DOFs that are "
-                "held by D= instead of condensing them"
-            )
-        K = csc_matrix(K, dtype=float)
-        if not np.isfinite(K.data).all():
-            raise ValueError("expected a finite stiffness, got entries that are not")
         with timed(self.timings, "structure"):
-            return Compliance(K, checked_dofs(self.D, n), self.structure.doflocs)
+            return compliance_of(self.structure, self.stiffness, self.D)
 
     @computed_once
     def loads(self) -> csr_matrix:
@@ -196,19 +183,14 @@ class ElasticPunch(Body):
         return self.loads_of(self.footprint)
 
     @computed_once
-    def _cell_loads(self) -> csr_matrix:
+    def _work(self) -> csr_matrix:
         """Work of unit mean pressures and of unit slopes along x and y, shape (N, 3 n)."""
-        cells = self.footprint
-        law, basis = (cells.partition, cells.weights, cells.fan), self.contact_basis
-        sloped = cells.slopes is not None
-        matrix = load_matrix(*law, basis, component=self.component, moments=sloped)
+        matrix = self.footprint.load_matrix(self.contact_basis, component=self.component)
         return -matrix if self._upward else matrix
 
     def loads_of(self, cells: Footprint) -> csr_matrix:
-        """Work of unit mean pressures with their slopes, shape (N, n)."""
-        n = len(cells)
-        means, slopes = self._cell_loads[:, :n], self._cell_loads[:, n:]
-        return means if cells.slopes is None else csr_matrix(means + slopes @ cells.slopes.matrix)
+        """Work of unit mean pressures with their slopes, if cells may be flat; shape (N, n)."""
+        return cells.with_slopes(self._work)
 
     @computed_once
     def trace(self) -> csr_matrix:
@@ -255,14 +237,6 @@ class ElasticPunch(Body):
                 else cells.operator(cells.tolerance)
             )
         return YieldingOperator(ground, self.compliance, self.trace, self.loads)
-
-    def _flattened(self, flat: ndarray) -> tuple[YieldingOperator, Footprint]:
-        """Operator and cells of which some are flat."""
-        if not flat.any():
-            return self.operator, self.footprint
-        cells = self.footprint.flattened(flat)
-        ground = self.footprint.flattened_operator(self.operator.ground, flat)
-        return replace(self.operator, ground=ground, loads=self.loads_of(cells)), cells
 
     @computed_once
     def matrix(self) -> ndarray:
@@ -316,28 +290,22 @@ class ElasticPunch(Body):
             If sizes are wrong, loads are not finite, nothing resists them, or they cannot be
             balanced without tension.
         """
-        f, held = self._checked_loads(f, x)
+        f, held = self.checked_loads(f, x)
         unilateral = checked_flag("unilateral", unilateral)
         if start is not None:
             checked_instance("start", start, CellPressures)
         begin = perf_counter()
-        lifted = self._lifted(f, held)
-        dense = method == "active-set"
-        count = self.motions.shape[1]
-        given = self.motions.T @ self._effective(f, held)
-        constraints = Constraints(np.eye(count), np.zeros(count), np.eye(count), given)
-        if unilateral and not self._system(self.operator, lifted).can_balance(constraints):
-            raise ValueError(
-                "expected loads that pressures under the plan can balance, got some that would "
-                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
-                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
-            )
+        sloped, constraints = (
+            np.zeros(len(self.partition), dtype=bool),
+            self.share(f, held).constraints,
+        )
+        if unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
+            raise ValueError(NO_BALANCE)
         pressures = None if start is None else start.pressures_on(self.footprint)
         rtol = 0.0 if self.rtol is None else self.rtol
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            operator, _ = self._flattened(flat)
-            system = self._system(operator, lifted, dense)
+            system = self._system(f, held, flat, dense=method == "active-set")
             if unilateral:
                 chosen: Method = "cg" if method == "auto" else method
                 contact, position = system.unilateral(constraints, chosen, start, gap_rtol)
@@ -346,14 +314,10 @@ class ElasticPunch(Body):
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             return verify(contact, position), position
 
-        flat = np.zeros(len(self.partition), dtype=bool)
         with progress_bars(checked_flag("progress", progress)):
-            if unilateral:
-                flat, contact, position = of_one_sign(self.footprint, pressures, find)
-            else:
-                contact, position = find(flat, None)
-        timings = self.timings | {"solution": perf_counter() - begin}
-        return ElasticSolution.from_contact(self, f, lifted, position, contact, flat, timings)
+            flat, contact, position = solved(self.footprint, pressures, find, unilateral)
+        timings = {"solution": perf_counter() - begin}
+        return self.solution(f, held, contact, position, timings, flat=flat)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.
@@ -368,8 +332,14 @@ class ElasticPunch(Body):
         columns = F.T if isinstance(F, np.ndarray) and F.ndim == 2 else F
         return tuple(self.solve(f, **options) for f in checked_sequence("F", columns))
 
-    def _checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
-        """Loads, and values of the DOFs that are held."""
+    def checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
+        """Loads, and values of the DOFs that are held.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If sizes are wrong, values are not finite, or nothing resists the loads.
+        """
         n, fixed = self.structure.N, self.compliance.fixed
         f, held = checked_array("f", f, (n,), each="DOF"), np.zeros(n)
         if x is not None:
@@ -378,6 +348,47 @@ class ElasticPunch(Body):
         require_resisted(self.structure, self.compliance, self._motions[1], loads)
         return f, held
 
+    def _system(self, f: ndarray, held: ndarray, flat: ndarray, dense: bool) -> ContactSystem:
+        """The equations where some cells are flat."""
+        planes, resultants, gap, _ = self.share(f, held, flat)
+        operator, cells, areas = self.operator, self.footprint, self.partition.areas
+        if flat.any():
+            ground = cells.flattened_operator(operator.ground, flat)
+            operator = replace(operator, ground=ground, loads=self.loads_of(cells.flattened(flat)))
+        known = operator is self.operator
+        matrix = operator if not dense else self.matrix if known else operator.to_dense()
+        return ContactSystem(matrix, planes, resultants, gap, areas, self.timings)
+
+    def share(self, f: ndarray, held: ndarray, flat: ndarray | None = None) -> Share:
+        """What the structure brings into the equations, under loads as of `checked_loads`.
+
+        Cells may be flat, (n,) array of bool.
+        """
+        cells = self.footprint if flat is None else self.footprint.flattened(flat)
+        loads = self.loads if cells is self.footprint else self.loads_of(cells)
+        return Share(
+            (self.trace @ self.motions).T,
+            self.motions.T @ loads,
+            self.initial_gap - self.trace @ self._lifted(f, held),
+            Constraints.forces(self.motions.T @ self._effective(f, held)),
+        )
+
+    def solution(
+        self,
+        f: ndarray,
+        held: ndarray,
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+        others: tuple[tuple[Body, ndarray, ndarray | None], ...] = (),
+        flat: ndarray | None = None,
+    ) -> ElasticSolution:
+        """The answer, from the contact and the motions; the rest as of `RigidPunch.solution`."""
+        lifted, timings = self._lifted(f, held), self.timings | timings
+        return ElasticSolution.from_contact(
+            self, f, lifted, position, contact, timings, others, flat
+        )
+
     def _effective(self, f: ndarray, held: ndarray) -> ndarray:
         """Loads of the free DOFs, of the values of held ones too."""
         return f - self.compliance.stiffness @ held if held.any() else f
@@ -385,19 +396,6 @@ class ElasticPunch(Body):
     def _lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
         return self.compliance.displacements(self._effective(f, held)) + held
-
-    def _system(
-        self, operator: YieldingOperator, lifted: ndarray, dense: bool = False
-    ) -> ContactSystem:
-        matrix = self.matrix if operator is self.operator and dense else None
-        return ContactSystem(
-            matrix if matrix is not None else (operator.to_dense() if dense else operator),
-            (self.trace @ self.motions).T,
-            self.motions.T @ operator.loads,
-            self.initial_gap - self.trace @ lifted,
-            self.partition.areas,
-            self.timings,
-        )
 
     def __repr__(self) -> str:
         element = type(self.structure.elem).__name__

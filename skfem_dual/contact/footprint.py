@@ -5,19 +5,21 @@ alone or one of many. The equations are (5) of the paper.
 """
 
 import warnings
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import csr_matrix
 from skfem import CellBasis
+from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
+from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
 from ..elements.slope_correction import SlopeCorrection
 from ..elements.slopes import Slopes
@@ -39,7 +41,8 @@ from .system import DENSE
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
-Operator = ndarray | SymmetricMatrix | InfluenceOperator | FlattenedOperator
+Ground = ndarray | InfluenceOperator | FlattenedOperator
+Operator = Ground | SymmetricMatrix
 EdgeBoundaries = str | Sequence[str] | ndarray
 
 
@@ -108,7 +111,9 @@ class LoadedCells:
 
     def flattened(self, flat: ndarray) -> Self:
         """With no slopes in some cells, given as (n,) array of bool."""
-        return self if self.slopes is None else replace(self, slopes=self.slopes.without(flat))
+        if self.slopes is None or not flat.any():
+            return self
+        return replace(self, slopes=self.slopes.without(flat))
 
     def turning(self, pressure: ndarray) -> ndarray:
         """Cells in a part of which slopes make positive pressures negative, (n,) array of bool."""
@@ -125,10 +130,10 @@ class LoadedCells:
     def _sloping(self) -> SlopeCorrection | None:
         return self.slope_correction(self.collocation_points)
 
-    def flattened_operator(self, operator: Operator, flat: ndarray) -> Operator:
+    def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
-        if self.slopes is None or self._sloping is None or not flat.any():
-            return operator
+        if isinstance(operator, FlattenedOperator) or self.slopes is None or self._sloping is None:
+            raise ValueError("expected cells that all have slopes, got flat ones")
         left_out = self.slopes.without(~flat)
         if isinstance(operator, InfluenceOperator):
             return FlattenedOperator(operator, self._sloping, left_out)
@@ -241,6 +246,19 @@ class Footprint(LoadedCells):
         areas = self.partition.areas
         return self.partition.centroids @ areas / areas.sum()
 
+    def load_matrix(self, basis: AbstractBasis, **options: Any) -> csr_matrix:
+        """Loads on finite elements by unit mean pressures; where cells have slopes, by unit slopes
+        along x and y too: see `load_matrix`."""
+        law, sloped = (self.partition, self.weights, self.fan), self.slopes is not None
+        return load_matrix(*law, basis, moments=sloped, **options)
+
+    def with_slopes(self, matrix: csr_matrix) -> csr_matrix:
+        """From (k, 3 n), for mean pressures and slopes, to (k, n), with the slopes by them."""
+        n = len(self)
+        if self.slopes is None:
+            return matrix
+        return csr_matrix(matrix[:, :n] + matrix[:, n:] @ self.slopes.matrix)
+
     @property
     def acting(self) -> ndarray:
         """Point through which the pressure of each cell acts, shape (2, n)."""
@@ -324,64 +342,3 @@ def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
             f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
         )
     return np.concatenate([np.empty(0), *(known[name] for name in names)])
-
-
-class Body(ABC):
-    """What stands on a footprint shows its cells."""
-
-    @property
-    @abstractmethod
-    def footprint(self) -> Footprint:
-        """The cells under the body, with all that pressures and gaps depend on."""
-
-    @property
-    def partition(self) -> Partition:
-        """The cells, in the order of the DOFs of the basis."""
-        return self.footprint.partition
-
-    @property
-    def fan(self) -> Fan:
-        """Triangles that fill the cells."""
-        return self.footprint.fan
-
-    @property
-    def weights(self) -> EdgeWeights | None:
-        """How the pressure varies inside the cells; None if it does not."""
-        return self.footprint.weights
-
-    @property
-    def collocation_points(self) -> ndarray:
-        """Collocation point of each cell, shape (2, n)."""
-        return self.footprint.collocation_points
-
-    @property
-    def acting(self) -> ndarray:
-        """Point through which the pressure of each cell acts, shape (2, n)."""
-        return self.footprint.acting
-
-    @property
-    def centre(self) -> ndarray:
-        """Centroid of the plan, about which all is computed: no cancellation far from it."""
-        return self.footprint.centre
-
-    @property
-    def resultants(self) -> ndarray:
-        """Force and first moments about the plan's centroid of unit pressures, shape (3, n)."""
-        return self.footprint.resultants
-
-    @property
-    def grid_description(self) -> str:
-        """Number and kind of the cells and the collocation, for tables."""
-        return self.footprint.description
-
-    def planes(self, x: ndarray) -> ndarray:
-        """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
-        return self.footprint.planes(x)
-
-    def influence(self, x: ndarray) -> ndarray:
-        """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        return self.footprint.influence(x)
-
-    def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
-        """What the variation of the pressure inside the cells adds to settlements at ``x``."""
-        return self.footprint.edge_correction(x)

@@ -31,14 +31,14 @@ from .footprint import Footprint, LoadedCells, Operator, hulls
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
-from .neighbours import checked_joined, free_of, punch_on, require_apart
-from .one_sign import of_one_sign
+from .neighbours import checked_joined, free_of, punch_on, require_apart, require_one_ground
+from .one_sign import solved
 from .problem import Contact
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .union import matrix_of, rows_of, union
+from .union import joint_operator, rows_of, union
 from .verify import Verification
 
 
@@ -94,12 +94,7 @@ class RigidPunches:
         bad = [shown(p) for p in punches if not isinstance(p, RigidPunch)]
         if bad or not punches:
             raise TypeError(f"expected some RigidPunch, got {bad[0] if bad else 'none'}")
-        for number, punch in enumerate(punches):
-            if punch.substrate != punches[0].substrate:
-                raise ValueError(
-                    f"expected all punches on one substrate, got {punches[0].substrate} under "
-                    f"punch 0 and {punch.substrate} under punch {number}"
-                )
+        require_one_ground(punches)
         groups = checked_joined(self.joined, len(punches))
         require_apart(punches)
         for group in groups:
@@ -205,17 +200,14 @@ class RigidPunches:
                 symmetry = self.cells.usable_symmetry()
                 if symmetry is not None:
                     return self.cells.symmetric_matrix(symmetry)
-            exact = any(punch.rtol is None for punch in self.punches)
-            if exact and self.cells.few:
-                return matrix_of([punch.footprint for punch in self.punches])
-            return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
+            return joint_operator([punch.footprint for punch in self.punches], self.cells)
 
     def _flattened(self, flat: ndarray) -> tuple[ContactSystem, list[Footprint]]:
         """Equations and cells of the punches where some cells are flat."""
-        if not flat.any():
-            return self.system, [punch.footprint for punch in self.punches]
         own = zip(self.punches, self._slices, strict=True)
         parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
+        if not flat.any():
+            return self.system, parts
         return self._system(parts, self.cells.flattened_operator(self.operator, flat)), parts
 
     @property
@@ -294,7 +286,6 @@ class RigidPunches:
                 f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
             )
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        unilateral = checked_flag("unilateral", unilateral)
         given = [load_of(f"loads[{number}]", load) for number, load in enumerate(loads)]
         constraints = []
         for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
@@ -323,12 +314,8 @@ class RigidPunches:
                 contact = verify(contact, position)
             return contact, position
 
-        flat = np.zeros(self._slices[-1].stop, dtype=bool)
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            if unilateral:
-                flat, contact, position = of_one_sign(self.cells, pressures, find)
-            else:
-                contact, position = find(flat, pressures)
+            flat, contact, position = solved(self.cells, pressures, find, unilateral)
         timings = self.timings | {"solution": perf_counter() - begin}
         if not contact.success:
             warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)

@@ -20,10 +20,10 @@ MOST = 5
 Solve = Callable[[ndarray, ndarray | None], tuple[Contact, ndarray]]
 
 
-def of_one_sign(
-    cells: LoadedCells, start: ndarray | None, solve: Solve
+def solved(
+    cells: LoadedCells, start: ndarray | None, solve: Solve, unilateral: bool
 ) -> tuple[ndarray, Contact, ndarray]:
-    """Contact whose pressures are nowhere negative.
+    """Contact whose pressures are nowhere negative, unless the ground may pull.
 
     Parameters
     ----------
@@ -34,6 +34,8 @@ def of_one_sign(
     solve : callable
         Contact and position for cells of which some are flat, (n,) array of bool, from pressures
         to begin with.
+    unilateral : bool
+        Whether the ground does not pull.
 
     Returns
     -------
@@ -47,8 +49,10 @@ def of_one_sign(
     for number in range(MOST):
         contact, position = solve(flat, start)
         history += contact.history
+        if not (unilateral and contact.success):
+            break
         turning = cells.flattened(flat).turning(contact.pressure)
-        if not contact.success or not turning.any():
+        if not turning.any():
             break
         flat = flat | turning if number < MOST - 2 else np.ones_like(flat)
         start = contact.pressure

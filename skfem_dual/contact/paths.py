@@ -16,7 +16,7 @@ from ..arguments import (
     checked_pair,
     checked_sequence,
 )
-from .footprint import Body
+from .body import Body
 from .punch import RigidPunch
 from .solution import PunchSolution
 

@@ -11,7 +11,6 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.balance import balanced
 from ..elements.influence import flat_points, surface_displacement
-from ..elements.load_matrix import load_matrix
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -85,8 +84,13 @@ class CellPressures:
             nodal_mesh(self.footprint.basis),
             self.pressure,
             self.gap,
-            self.footprint.substrate.surface.contact_modulus,
+            self.contact_modulus,
         )
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* of the ground's surface, by which gaps beside the contact open."""
+        return self.footprint.substrate.surface.contact_modulus
 
     @property
     def contact_area(self) -> float:
@@ -189,11 +193,7 @@ class CellPressures:
         1.000000000000
         """
         cells = self.footprint
-        law = cells.partition, cells.weights, cells.fan
-        if cells.slopes is None:
-            return load_matrix(*law, basis, **options) @ self.pressure
-        matrix = load_matrix(*law, basis, moments=True, **options)
-        return matrix @ np.concatenate([self.pressure, *self.slopes])
+        return cells.with_slopes(cells.load_matrix(basis, **options)) @ self.pressure
 
     def pressure_field(
         self, refine: int = 3, other: "CellPressures | None" = None

@@ -18,10 +18,11 @@ from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
-from .footprint import Body, Collocation, Edge, EdgeBoundaries, Footprint, Operator
+from .body import Body
+from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
 from .load import Load, require_compression
-from .one_sign import of_one_sign
+from .one_sign import solved
 from .pressures import CellPressures
 from .problem import Contact
 from .shapes import Gap, gap_values
@@ -326,13 +327,9 @@ class RigidPunch(Body):
             verify = Verification(system, constraints, unilateral, rows, rtol, gap_rtol)
             return verify(contact, position), position
 
-        flat = None
         # infinite loads are refused above
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            if unilateral:
-                flat, contact, position = of_one_sign(self.footprint, pressures, find)
-            else:
-                contact, position = find(np.zeros(len(self.partition), dtype=bool), None)
+            flat, contact, position = solved(self.footprint, pressures, find, unilateral)
         timings = {"solution": perf_counter() - begin}
         return self.solution(load, contact, position, timings, flat=flat)
 
@@ -342,7 +339,7 @@ class RigidPunch(Body):
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        others: tuple[tuple["RigidPunch", ndarray, ndarray | None], ...] = (),
+        others: tuple[tuple[Body, ndarray, ndarray | None], ...] = (),
         flat: ndarray | None = None,
     ) -> PunchSolution:
         """The answer, from contact and position of the plan's centroid.

@@ -1,13 +1,45 @@
-"""Loads on structures that nothing resists, told in words."""
+"""What a structure resists, and loads that nothing resists, told in words."""
+
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import csc_matrix, issparse
 from skfem import CellBasis, ElementVector
 
-from ..operators.compliance import Compliance
+from ..messages import shown
+from ..operators.compliance import Compliance, checked_dofs
 
 #: work of the loads on a motion that nothing resists, over that of their parts
 BALANCED = 1e-9
+NO_BALANCE = (
+    "expected loads that pressures under the plan can balance, got some that would take tension: "
+    "they pull, or their resultant lies outside of the plan. Remedy: move them, hold the "
+    "structure, D=, or unilateral=False for ground that pulls"
+)
+
+
+def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
+    """Of a structure whose DOFs ``D`` are held.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the stiffness is no matrix, does not fit the structure or is not finite.
+    """
+    K, n = stiffness, structure.N
+    if not (issparse(K) or isinstance(K, np.ndarray)):
+        raise TypeError(f"expected a sparse matrix for stiffness, got {shown(K)}")
+    if K.shape != (n, n):
+        raise ValueError(
+            f"expected a stiffness of shape ({n}, {n}) for the {n} DOFs of the structure, "
+            f"got {K.shape}. Remedy: assemble it on the basis given, and name DOFs that are "
+            "held by D= instead of condensing them"
+        )
+    K = csc_matrix(K, dtype=float)
+    if not np.isfinite(K.data).all():
+        raise ValueError("expected a finite stiffness, got entries that are not")
+    return Compliance(K, checked_dofs(D, n), structure.doflocs)
 
 
 def require_resisted(
