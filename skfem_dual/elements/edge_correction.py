@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, Factors, factor_at
 from .moments import Dipoles, dipole_influence
 from .ribs import segment_integral
 
@@ -111,6 +111,8 @@ class Triangles(NamedTuple):
         The first triangle of each cell.
     mean : (n,) array of float
         Mean of w over each cell.
+    factors : Factors
+        The law of each cell over phi^(-1/2).
     """
 
     p: ndarray
@@ -118,6 +120,7 @@ class Triangles(NamedTuple):
     root: ndarray
     starts: ndarray
     mean: ndarray
+    factors: Factors
 
 
 class Pairs(NamedTuple):
@@ -157,7 +160,10 @@ def _near(
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     values = np.zeros(len(rows))
-    triangles = Triangles(*inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean))
+    factors = Factors(*inputs(*weights.factors))
+    triangles = Triangles(
+        *inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean), factors
+    )
     pairs = Pairs(*inputs(cells, x[:, rows], offsets))
     with Threads() as run:
         run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, values), len(cells))
@@ -177,18 +183,18 @@ def _strip_sums(first, last, pairs, triangles, strips, values):
         j, begin, end = pairs.cells[k], pairs.offsets[k], pairs.offsets[k + 1]
         x, sums = pairs.x[:, begin:end], values[begin:end]
         for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-            _add_triangle(x, piece, triangles, triangles.mean[j], strips, sums)
+            _add_triangle(x, piece, triangles, j, strips, sums)
 
 
 @compiled
-def _add_triangle(x, piece, triangles, mean, most, sums):
-    """Add the strips of a triangle at some points; a strip is what two levels of phi bound.
+def _add_triangle(x, piece, triangles, cell, most, sums):
+    """Add the strips of a triangle of a cell at some points; a strip is what two levels of phi bound.
 
     A level is a segment from the side between the lowest and the highest vertex to one of the
     others, whose length in parts of the longest is ``width``.
     """
     v0, v1, v2, sign = _by_distance(piece, triangles)
-    p, root = triangles.p, triangles.root
+    p, root, mean, law = triangles.p, triangles.root, triangles.mean[cell], triangles.factors
     s0, s1, s2 = root[v0], root[v1], root[v2]
     strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
     # levels equidistant in the root, with the middle vertex among them
@@ -207,7 +213,8 @@ def _add_triangle(x, piece, triangles, mean, most, sums):
         else:
             level += 1
         ax1, ay1, bx1, by1, width1 = _level(upper, p, v0, v1, v2, s0, s1, s2)
-        density = _mean_in_strip(lower, upper, width, width1, mean) / mean - 1
+        density = _mean_in_strip(lower, upper, width, width1, mean) / mean
+        density = density * _factor_in_strip(lower, upper, width, width1, law, cell) - 1
         for i in range(x.shape[1]):
             x0, y0 = x[0, i], x[1, i]
             sums[i] += sign * (
@@ -263,6 +270,21 @@ def _mean_in_strip(lower, upper, width, width1, mean):
         grow = (width1 - width) * (upper + 2 * lower) / (3 * (upper + lower))
         return 4 * (width + grow) / ((upper + lower) * (width + width1))
     return mean
+
+
+@compiled
+def _factor_in_strip(lower, upper, width, width1, law, cell):
+    """Mean of the factor of the law there, by two points of Gauss; 1 on homogeneous ground."""
+    total = weight = 0.0
+    for side in (-1, 1):
+        root = (lower + upper) / 2 + side * (upper - lower) / (2 * np.sqrt(3.0))
+        # the width is linear in phi
+        rise = (root - lower) * (root + lower)
+        full = (upper - lower) * (upper + lower)
+        part = width + (width1 - width) * rise / full if full > 0.0 else 1.0
+        total += part * factor_at(law, cell, root)
+        weight += part
+    return total / weight if weight > 0.0 else 1.0
 
 
 @compiled

@@ -9,8 +9,8 @@ C. de Boor, Divided differences, Surveys in Approximation Theory 1 (2005), for t
 Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, field
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -22,18 +22,50 @@ from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..ground.rigid_disc import EdgeLaw, edge_law
+from ..ground.substrates import Substrate
+from ..kernels.compiled import inlined
 from ..kernels.once import computed_once
+from .graded_rule import graded
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
-#: phi in a cell whose node is farther from the edge than so many diameters of the largest
-#: triangle around it varies by less than the square of that
-FAR = (VARIATION**2 + 1) / (VARIATION**2 - 1)
+#: degree of the rule for means of w with a factor, and triangles at a time
+ORDER, CHUNK = 6, 2**14
+
+
+class Factors(NamedTuple):
+    """Factors of laws over ``phi^(-1/2)``, as kernels take them.
+
+    Attributes
+    ----------
+    values : (k, m) array of float
+        The factor of each law at m equidistant roots of phi from zero on; constant beyond.
+    per_root : (k,) array of float
+        Steps between them, over the root.
+    own : (n,) array of int
+        The law of each cell.
+    """
+
+    values: ndarray
+    per_root: ndarray
+    own: ndarray
+
+
+@inlined
+def factor_at(factors, cell, root):
+    """The factor of the law of a cell where the square root of phi is ``root``."""
+    values, law = factors.values, factors.own[cell]
+    last = values.shape[1] - 1
+    place = min(root * factors.per_root[law], float(last))
+    step = min(int(place), last - 1)
+    value = values[law, step]
+    return value + (place - step) * (values[law, step + 1] - value)
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeWeights:
-    """The weight ``w = phi^(-1/2)`` on the cells of a partition.
+    """The weight ``w = phi^(-1/2)``, times the factor of the ground's law, on some cells.
 
     Parameters
     ----------
@@ -43,33 +75,53 @@ class EdgeWeights:
         Triangles that fill them, or those near the edge: the others are not weighted.
     ribs : (k,) array of int
         The ribs on the edge where the pressure is singular, k > 0; see `edge_ribs`.
+    law : EdgeLaw, optional
+        That of the ground; by default the factor is 1.
     """
 
     partition: Partition
     fan: Fan
     ribs: ndarray
+    law: EdgeLaw | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ribs", readonly(self.ribs, np.int32))
 
     @classmethod
-    def from_basis(cls, basis: CellBasis, partition: Partition, ribs: ndarray) -> Self:
-        """Of a basis and its partition, with a fan of the cells that may be weighted."""
+    def from_basis(
+        cls,
+        basis: CellBasis,
+        partition: Partition,
+        ribs: ndarray,
+        substrate: Substrate | None = None,
+    ) -> Self:
+        """Of a basis and its partition, with a fan of the cells that may be weighted.
+
+        ``substrate`` is the ground, homogeneous by default.
+        """
         mesh = nodal_mesh(basis)
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        law = None
+        if substrate is not None:
+            # a disc of this size has as much area to its edge as the plan
+            law = edge_law(substrate, 2 * float(partition.areas.sum() / np.hypot(*(b - a)).sum()))
+        # phi varies by less than that where w does not vary by VARIATION; so it is around a node
+        # farther from the edge than so many diameters of the largest triangle
+        ratio = VARIATION ** (2.0 if law is None else 1 / law.steepness)
+        far = (ratio + 1) / (ratio - 1)
         v = mesh.p[:, mesh.t]
         diameters = np.max([np.hypot(*(w - v)).max(axis=0) for w in _rolled(v)], axis=0)
         around = np.zeros(mesh.p.shape[1])
         np.maximum.at(around, mesh.t.ravel(), np.tile(diameters, len(mesh.t)))
         # the nearest end of a rib is not farther than the hypotenuse of the distance to the
         # edge and half the length of a rib
-        reach = 1.000001 * np.hypot(FAR * around, np.hypot(*(b - a)).max() / 2)
+        reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
         ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
         nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=-1)
         near = nearest < reach
         if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):
             near = near[mesh.t].any(axis=0)
-        return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs)
+        return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs, law=law)
 
     @computed_once
     def root(self) -> ndarray:
@@ -100,9 +152,33 @@ class EdgeWeights:
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
     @computed_once
+    def factors(self) -> Factors:
+        """The law of each cell over ``phi^(-1/2)``."""
+        own = np.zeros(len(self.partition), dtype=np.int32)
+        if self.law is None:
+            return Factors(np.ones((1, 2)), np.zeros(1), own)
+        per_root = (len(self.law.factors) - 1) / np.sqrt(self.law.reach)
+        return Factors(self.law.factors[None], np.array([per_root]), own)
+
+    def factor(self, cells: ndarray, root: ndarray) -> ndarray:
+        """The factor in some cells where the square root of phi is ``root``.
+
+        ``cells`` has the shape of ``root``, or its first dimensions.
+        """
+        values, per_root, own = self.factors
+        law = own[cells].reshape(cells.shape + (1,) * (root.ndim - cells.ndim))
+        last = values.shape[1] - 1
+        place = np.minimum(root * per_root[law], last)
+        step = np.minimum(place.astype(int), last - 1)
+        value = values[law, step]
+        return value + (place - step) * (values[law, step + 1] - value)
+
+    @computed_once
     def weighted(self) -> ndarray:
         """Whether each cell is weighted; over the others w hardly varies."""
-        root, cell = self.root[self.fan.t], self.fan.cell
+        cell = self.fan.cell
+        root = self.root[self.fan.t]
+        root = root / self.factor(np.broadcast_to(cell, root.shape), root)
         starts = np.nonzero(np.diff(cell, prepend=-1))[0]
         least = np.minimum.reduceat(root.min(axis=0), starts)
         most = np.maximum.reduceat(root.max(axis=0), starts)
@@ -116,8 +192,22 @@ class EdgeWeights:
         a, b, c = self.root[self.fan.t]
         mean = mean_weight(a, b, c)
         shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
+        if np.ptp(self.factors.values):
+            mean, shares = self._means_with_factor()
         v = self.fan.p[:, self.fan.t]
         return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
+
+    def _means_with_factor(self) -> tuple[ndarray, ndarray]:
+        """Means of w and of its products with the barycentric coordinates over each triangle."""
+        square, cell = self.root[self.fan.t] ** 2, self.fan.cell
+        shares = np.zeros_like(square)
+        for begin in range(0, len(cell), CHUNK):
+            some = slice(begin, begin + CHUNK)
+            whole = np.repeat(np.eye(3)[..., None], len(cell[some]), axis=2)
+            for at, load in graded(whole, square[:, some], ORDER):
+                root = np.sqrt(np.einsum("ikq,ik->kq", at, square[:, some]))
+                shares[:, some] += np.einsum("ikq,kq->ik", at, load * self.factor(cell[some], root))
+        return shares.sum(axis=0), shares
 
     @computed_once
     def mean(self) -> ndarray:
@@ -147,7 +237,8 @@ class EdgeWeights:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
         cell is not weighted."""
         with np.errstate(divide="ignore"):
-            return np.where(self.weighted[cells], 1 / (root * self.mean[cells]), 1.0)
+            w = self.factor(np.broadcast_to(cells, root.shape), root) / root
+            return np.where(self.weighted[cells], w / self.mean[cells], 1.0)
 
 
 def _rolled(v: ndarray) -> list[ndarray]:

@@ -121,7 +121,7 @@ class InfluenceOperator(LinearOperator):
                 'Remedy: method="dense"'
             )
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
-        weights = _weights(basis, partition, edge)
+        weights = _weights(substrate, basis, partition, edge)
         x = _points(partition, collocation)
         m, n = x.shape[1], len(partition)
         super().__init__(np.dtype(float), (m, n))
@@ -226,6 +226,7 @@ class InfluenceOperator(LinearOperator):
 
 
 def _weights(
+    substrate: Substrate,
     basis: CellBasis | Partition,
     partition: Partition,
     edge: Literal["singular", "constant"] | EdgeWeights,
@@ -248,7 +249,7 @@ def _weights(
             'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
             "a basis, whose mesh tells the weights"
         )
-    return EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+    return EdgeWeights.from_basis(basis, partition, edge_ribs(partition), substrate)
 
 
 def _points(partition: Partition, collocation: Literal["centroid", "node"] | ndarray) -> ndarray:
