@@ -277,11 +277,11 @@ def _factor_in_strip(lower, upper, width, width1, law, cell):
     """Mean of the factor of the law there, by two points of Gauss; 1 on homogeneous ground."""
     total = weight = 0.0
     for side in (-1, 1):
-        root = (lower + upper) / 2 + side * (upper - lower) / (2 * np.sqrt(3.0))
+        share = (1 + side / np.sqrt(3.0)) / 2
+        root = lower + share * (upper - lower)
         # the width is linear in phi
-        rise = (root - lower) * (root + lower)
-        full = (upper - lower) * (upper + lower)
-        part = width + (width1 - width) * rise / full if full > 0.0 else 1.0
+        rise = share * (root + lower) / (upper + lower) if upper > 0.0 else share
+        part = width + (width1 - width) * rise
         total += part * factor_at(law, cell, root)
         weight += part
     return total / weight if weight > 0.0 else 1.0

@@ -103,8 +103,7 @@ class EdgeWeights:
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
         law = None
         if substrate is not None:
-            # a disc of this size has as much area to its edge as the plan
-            law = edge_law(substrate, 2 * float(partition.areas.sum() / np.hypot(*(b - a)).sum()))
+            law = edge_law(substrate, float(np.sqrt(partition.areas.sum() / np.pi)))
         # phi varies by less than that where w does not vary by VARIATION; so it is around a node
         # farther from the edge than so many diameters of the largest triangle
         ratio = VARIATION ** (2.0 if law is None else 1 / law.steepness)

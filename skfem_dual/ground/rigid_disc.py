@@ -124,7 +124,8 @@ class EdgeLaw:
 
 @lru_cache(maxsize=16)
 def edge_law(substrate: Substrate, size: float) -> EdgeLaw | None:
-    """The law of a ground for plans of a size, the radius of a disc; None on homogeneous ground."""
+    """The law of a ground for plans as large as a disc of radius ``size``; None if it is
+    homogeneous."""
     if not isinstance(substrate, Stratified):
         return None
     return EdgeLaw.of(RigidDisc.on(substrate, min(size, LARGEST_DISC * substrate.lengths[0])))
