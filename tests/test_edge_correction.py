@@ -6,7 +6,7 @@ from plans import perturbed, rectangle
 from scipy.integrate import quad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix
@@ -99,6 +99,22 @@ def test_own_settlement_equals_quadrature(weights):
             assert fine[j, j] == pytest.approx(exact, rel=5e-5)
             tested += 1
     assert tested > 3
+
+
+@pytest.mark.parametrize(
+    "ground", [HalfSpace(1.0, 0.0), LayeredHalfSpace([Layer(0.05, 1.0, 0.25)], "bonded")]
+)
+def test_strips_carry_no_load_of_their_own(ground, monkeypatch):
+    """Far away they are the dipoles of the cells; also in triangles along which phi is constant,
+    as on regular meshes, or nearly so."""
+    monkeypatch.setattr("skfem_dual.elements.edge_correction.IN_STRIPS", 1e9)
+    basis = DualMesh.from_mesh(rectangle(12)).basis()
+    partition = Partition.from_basis(basis)
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), ground)
+    assert (np.ptp(weights.root[weights.fan.t], axis=0) < 1e-12).any()
+    x = np.array([[30.0], [17.0]])
+    near = EdgeCorrection.from_weights(weights, 1.0, x).near.toarray()
+    assert np.abs(near * np.hypot(*x) / partition.areas).max() < 1e-5
 
 
 def test_far_settlement_is_that_of_the_weighted_centroid():

@@ -16,9 +16,9 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..kernels.compiled import compiled, inputs
+from ..kernels.compiled import compiled, inlined, inputs
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights, Factors, factor_at
+from .edge_weights import EdgeWeights, Factors
 from .moments import Dipoles, dipole_influence
 from .ribs import segment_integral
 
@@ -122,6 +122,13 @@ class Triangles(NamedTuple):
     mean: ndarray
     factors: Factors
 
+    @classmethod
+    def of(cls, weights: EdgeWeights) -> Self:
+        """Of the fan of some weights."""
+        fan, factors = weights.fan, Factors(*inputs(*weights.factors))
+        p, t, root, starts, mean = inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean)
+        return cls(p, t, root, starts, mean, factors)
+
 
 class Pairs(NamedTuple):
     """Cells and the points near them.
@@ -160,10 +167,7 @@ def _near(
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     values = np.zeros(len(rows))
-    factors = Factors(*inputs(*weights.factors))
-    triangles = Triangles(
-        *inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean), factors
-    )
+    triangles = Triangles.of(weights)
     pairs = Pairs(*inputs(cells, x[:, rows], offsets))
     with Threads() as run:
         run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, values), len(cells))
@@ -270,6 +274,17 @@ def _mean_in_strip(lower, upper, width, width1, mean):
         grow = (width1 - width) * (upper + 2 * lower) / (3 * (upper + lower))
         return 4 * (width + grow) / ((upper + lower) * (width + width1))
     return mean
+
+
+@inlined
+def factor_at(factors, cell, root):
+    """The factor of the law of a cell where the square root of phi is ``root``."""
+    values, law = factors.values, factors.own[cell]
+    last = values.shape[1] - 1
+    place = min(root * factors.per_root[law], float(last))
+    step = min(int(place), last - 1)
+    value = values[law, step]
+    return value + (place - step) * (values[law, step + 1] - value)
 
 
 @compiled

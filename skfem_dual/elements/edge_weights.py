@@ -24,7 +24,6 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
-from ..kernels.compiled import inlined
 from ..kernels.once import computed_once
 from .graded_rule import graded
 
@@ -50,17 +49,6 @@ class Factors(NamedTuple):
     values: ndarray
     per_root: ndarray
     own: ndarray
-
-
-@inlined
-def factor_at(factors, cell, root):
-    """The factor of the law of a cell where the square root of phi is ``root``."""
-    values, law = factors.values, factors.own[cell]
-    last = values.shape[1] - 1
-    place = min(root * factors.per_root[law], float(last))
-    step = min(int(place), last - 1)
-    value = values[law, step]
-    return value + (place - step) * (values[law, step + 1] - value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +193,9 @@ class EdgeWeights:
             whole = np.repeat(np.eye(3)[..., None], len(cell[some]), axis=2)
             for at, load in graded(whole, square[:, some], ORDER):
                 root = np.sqrt(np.einsum("ikq,ik->kq", at, square[:, some]))
-                shares[:, some] += np.einsum("ikq,kq->ik", at, load * self.factor(cell[some], root))
+                shares[:, some] += np.einsum(
+                    "ikq,kq->ik", at, load * self.factor(cell[some], root)
+                )
         return shares.sum(axis=0), shares
 
     @computed_once
@@ -236,8 +226,8 @@ class EdgeWeights:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
         cell is not weighted."""
         with np.errstate(divide="ignore"):
-            w = self.factor(np.broadcast_to(cells, root.shape), root) / root
-            return np.where(self.weighted[cells], w / self.mean[cells], 1.0)
+            factor = self.factor(np.broadcast_to(cells, root.shape), root)
+            return np.where(self.weighted[cells], factor / (root * self.mean[cells]), 1.0)
 
 
 def _rolled(v: ndarray) -> list[ndarray]:

@@ -9,8 +9,8 @@ Legendre polynomials of even degree 2n for chi turn the inner integrals into sph
 functions; under the disc they are ``P_2n(eta) / (|P_2n(0)| sqrt(a^2 - r^2))`` with
 ``eta^2 = 1 - r^2 / a^2``, so that nothing is inverted numerically.
 
-Sources: I. N. Sneddon, Mixed Boundary Value Problems in Potential Theory (1966), chapter 4, for the
-dual equations; N. N. Lebedev and Ia. S. Ufliand, Axisymmetric contact problem for an elastic
+Sources: I. N. Sneddon, Mixed Boundary Value Problems in Potential Theory (1966), chapter 4, for
+the dual equations; N. N. Lebedev and Ia. S. Ufliand, Axisymmetric contact problem for an elastic
 layer, PMM 22 (1958); M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions, 10.1.14,
 for the transforms of Legendre polynomials.
 """
@@ -91,7 +91,7 @@ class RigidDisc:
 
 @dataclass(frozen=True, eq=False)
 class EdgeLaw:
-    """How the pressure under a rigid disc varies towards its edge, over that on homogeneous ground.
+    """Pressure under a rigid disc over that on homogeneous ground, as a function of the distance.
 
     Attributes
     ----------
@@ -118,14 +118,18 @@ class EdgeLaw:
     @property
     def steepness(self) -> float:
         """Greatest power of the distance like which ``d^(-1/2)`` times the factor varies."""
-        slope = np.diff(np.log(self.factors)) / np.diff(np.log(np.arange(len(self.factors)).clip(0.5)))
+        slope = np.diff(np.log(self.factors)) / np.diff(
+            np.log(np.arange(len(self.factors)).clip(0.5))
+        )
         return float(np.abs(slope / 2 - 0.5).max())
 
 
-@lru_cache(maxsize=16)
 def edge_law(substrate: Substrate, size: float) -> EdgeLaw | None:
     """The law of a ground for plans as large as a disc of radius ``size``; None if it is
     homogeneous."""
-    if not isinstance(substrate, Stratified):
-        return None
-    return EdgeLaw.of(RigidDisc.on(substrate, min(size, LARGEST_DISC * substrate.lengths[0])))
+    return _law(substrate, size) if isinstance(substrate, Stratified) else None
+
+
+@lru_cache(maxsize=16)
+def _law(ground: Stratified, size: float) -> EdgeLaw:
+    return EdgeLaw.of(RigidDisc.on(ground, min(size, LARGEST_DISC * ground.lengths[0])))
