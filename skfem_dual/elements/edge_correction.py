@@ -192,7 +192,7 @@ def _strip_sums(first, last, pairs, triangles, strips, values):
 
 @compiled
 def _add_triangle(x, piece, triangles, cell, most, sums):
-    """Add the strips of a triangle of a cell at some points; a strip is what two levels of phi bound.
+    """Add the strips of a triangle at some points; a strip is what two levels of phi bound.
 
     A level is a segment from the side between the lowest and the highest vertex to one of the
     others, whose length in parts of the longest is ``width``.

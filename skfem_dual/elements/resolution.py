@@ -1,11 +1,11 @@
 """Whether cells are fine enough for the ground.
 
 Over a layer thinner than the cells the ground's compliance grows with the wave number where the
-cells no longer tell waves from each other: on very thin bonded layers that keep their volume, or nearly,
-settlements under a rigid punch come out with any sign. The estimate below was fitted to the errors
-of rigid discs, squares, rings and L-shapes of 150 and 600 dual cells on layers of 0.01 to 0.5
-radii, Poisson's ratios of 0 to 0.5; those of discs against `RigidDisc`. It tells the order of the
-error, not more.
+cells no longer tell waves from each other: on very thin bonded layers that keep their volume, or
+nearly so, settlements under a rigid punch come out with any sign. The estimate below was fitted to
+the errors of rigid discs, squares, rings and L-shapes of 150 and 600 dual cells on layers of 0.01
+to 0.5 radii, Poisson's ratios of 0 to 0.5; those of discs against `RigidDisc`. It tells the order
+of the error, not more.
 """
 
 import numpy as np
