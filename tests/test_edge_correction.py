@@ -10,8 +10,11 @@ from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
+from skfem_dual.ground.rigid_disc import edge_law
+from skfem_dual.post.regular import TorsionWeights
 
 
 def weighted_settlement(p, root, x):
@@ -102,15 +105,17 @@ def test_own_settlement_equals_quadrature(weights):
 
 
 @pytest.mark.parametrize(
-    "ground", [HalfSpace(1.0, 0.0), LayeredHalfSpace([Layer(0.05, 1.0, 0.25)], "bonded")]
+    "law", [None, edge_law(LayeredHalfSpace([Layer(0.05, 1.0, 0.25)], "bonded"), 1.0)]
 )
-def test_strips_carry_no_load_of_their_own(ground, monkeypatch):
+def test_strips_carry_no_load_of_their_own(law, monkeypatch):
     """Far away they are the dipoles of the cells; also in triangles along which phi is constant,
-    as on regular meshes, or nearly so."""
+    or nearly so."""
     monkeypatch.setattr("skfem_dual.elements.edge_correction.IN_STRIPS", 1e9)
-    basis = DualMesh.from_mesh(rectangle(12)).basis()
-    partition = Partition.from_basis(basis)
-    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), ground)
+    mesh = rectangle(12)
+    basis = DualMesh.from_mesh(mesh).basis()
+    partition, fan = Partition.from_basis(basis), Fan.from_basis(basis)
+    phi = fan.interpolation @ (1 - np.abs(mesh.p).max(axis=0)).clip(0)
+    weights = TorsionWeights(partition, fan, np.empty(0), phi, law=law)
     assert (np.ptp(weights.root[weights.fan.t], axis=0) < 1e-12).any()
     x = np.array([[30.0], [17.0]])
     near = EdgeCorrection.from_weights(weights, 1.0, x).near.toarray()

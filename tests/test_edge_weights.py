@@ -109,20 +109,14 @@ def test_fan_fills_the_cells(name):
 
 
 @pytest.mark.parametrize("grid", ["dual", "primal"])
-def test_no_root_vanishes_inside_the_plan(grid):
-    """Linear between nodes, but the distance itself in triangles with all nodes on the edge."""
-    mesh = rectangle(6)
-    dual = DualMesh.from_mesh(mesh)
+def test_phi_is_the_distance(grid):
+    """Also in corners, which triangles with all nodes on the edge cut off."""
+    dual = DualMesh.from_mesh(rectangle(6))
     weights = weights_of(dual.basis() if grid == "dual" else dual.primal_basis())
-    fan, distance = weights.fan, lambda x: 1 - np.abs(x).max(axis=0)
-    nodes = fan.interpolation.shape[1]
-    linear = fan.interpolation @ distance(fan.p[:, :nodes])
-    expected = np.where(linear > 1e-12, linear, distance(fan.p))
-    inside = distance(fan.p) > 1e-12
-    assert weights.root[inside] ** 2 == pytest.approx(expected[inside])
-    assert weights.root[~inside] == pytest.approx(0, abs=1e-9)
-    # two corners of the square are cut off by a triangle each
-    assert (inside & (linear <= 1e-12)).any()
+    used = np.unique(weights.fan.t)
+    distance = 1 - np.abs(weights.fan.p[:, used]).max(axis=0)
+    assert weights.root[used] ** 2 == pytest.approx(distance)
+    assert (weights.root > 0).all()
 
 
 @pytest.mark.parametrize("law", [None, edge_law(LAYER, 1.0)], ids=["plain", "layer"])

@@ -2,7 +2,9 @@
 
 Under a rigid edge the pressure grows like ``1 / sqrt(d)`` with the distance ``d``. Inside a cell
 it is taken as ``q w / mean(w)`` with ``w = phi^(-1/2)``, where ``phi`` interpolates the distance
-linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell.
+linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell. On ground
+that is not homogeneous w has a factor besides, a function of phi: what the pressure under a rigid
+disc of the plan's area is over that on homogeneous ground, see `EdgeLaw`.
 
 Sources: K. L. Johnson, Contact Mechanics (1985), section 5.1, for the pressure near a rigid edge;
 C. de Boor, Divided differences, Surveys in Approximation Theory 1 (2005), for the formula of
@@ -114,27 +116,17 @@ class EdgeWeights:
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan.
 
-        phi is the distance to the edge at the nodes of the mesh and linear between them, but
-        where that would make it vanish inside the plan, as in the triangle of a corner, it is the
-        distance itself. At points of no triangle it has its greatest value.
+        phi is the distance to the edge there, linear in the triangles: between the nodes of the
+        mesh alone it would miss how far the sides of a curved plan's polygon lie from its corners.
+        At points of no triangle it has its greatest value.
         """
         p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
         size = np.sqrt(self.partition.areas.sum())
-
-        def distance(x: ndarray) -> ndarray:
-            d = distance_to_segments(x, p[:, 0], p[:, 1])
-            return np.where(d > 1e-12 * size, d, 0.0)
-
         fan = self.fan
-        used = np.zeros(fan.p.shape[1], dtype=bool)
-        used[fan.t] = True
-        nodes = np.unique(fan.interpolation.indices)
-        at_nodes = np.zeros(fan.interpolation.shape[1])
-        at_nodes[nodes] = distance(fan.p[:, nodes])
-        phi = fan.interpolation @ at_nodes
-        bare = used & (phi == 0)
-        phi[bare] = distance(fan.p[:, bare])
-        phi[~used] = phi[used].max()
+        used = np.unique(fan.t)
+        distance = distance_to_segments(fan.p[:, used], p[:, 0], p[:, 1])
+        phi = np.full(fan.p.shape[1], distance.max())
+        phi[used] = np.where(distance > 1e-12 * size, distance, 0.0)
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
