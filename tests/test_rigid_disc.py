@@ -64,6 +64,13 @@ def test_homogeneous_ground_has_the_plain_law():
     assert same.factors == pytest.approx(np.ones(len(same.factors)), abs=1e-9)
 
 
+def test_small_plans_see_the_surface_only():
+    ground = GradedHalfSpace.init_linear(1.0, 0.25, 1.0)
+    law = edge_law(ground, 2e-6)
+    assert law.factors == pytest.approx(np.ones(len(law.factors)), abs=1e-5)
+    assert edge_law(ground, 1e-300) is None
+
+
 def test_unit_of_length():
     plain = edge_law(layer(0.2), 1.0)
     scaled = edge_law(layer(0.2e3, young=7.0), 1e3)

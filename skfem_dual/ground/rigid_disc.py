@@ -32,8 +32,8 @@ from .substrates import Substrate
 FIRST, LAST, DECAYED = 5e-5, 1600.0, 20.0
 #: polynomials, and more of them per root of the ratio of the radius to the least length
 POLYNOMIALS, MORE = 26, 3.0
-#: discs are not larger than so many least lengths of the ground
-LARGEST_DISC = 100.0
+#: discs are not larger than so many least lengths of the ground; the smallest have the plain law
+SMALLEST_DISC, LARGEST_DISC = 1e-6, 100.0
 #: values of a law
 VALUES = 1001
 #: the factor of a law, 1 at the edge, levels off here on its way to zero and below
@@ -125,9 +125,11 @@ class EdgeLaw:
 
 
 def edge_law(substrate: Substrate, size: float) -> EdgeLaw | None:
-    """The law of a ground for plans as large as a disc of radius ``size``; None if it is
-    homogeneous."""
-    return _law(substrate, size) if isinstance(substrate, Stratified) else None
+    """The law of a ground for plans as large as a disc of radius ``size``; None if the ground is
+    homogeneous, or as good as that under plans so small."""
+    if not isinstance(substrate, Stratified) or size < SMALLEST_DISC * substrate.lengths[0]:
+        return None
+    return _law(substrate, size)
 
 
 @lru_cache(maxsize=16)
