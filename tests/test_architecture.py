@@ -54,10 +54,12 @@ LAYERS = [
         "ground.compliance",
         "ground.hankel",
         "ground.stratified",
+        "ground.rigid_disc",
         "ground.graded",
         "ground.layered",
     ],
     [
+        "elements.graded_rule",
         "elements.edge_weights",
         "elements.pieces",
         "elements.ribs",

@@ -6,12 +6,15 @@ from plans import perturbed, rectangle
 from scipy.integrate import quad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
+from skfem_dual.ground.rigid_disc import edge_law
+from skfem_dual.post.regular import TorsionWeights
 
 
 def weighted_settlement(p, root, x):
@@ -99,6 +102,24 @@ def test_own_settlement_equals_quadrature(weights):
             assert fine[j, j] == pytest.approx(exact, rel=5e-5)
             tested += 1
     assert tested > 3
+
+
+@pytest.mark.parametrize(
+    "law", [None, edge_law(LayeredHalfSpace([Layer(0.05, 1.0, 0.25)], "bonded"), 1.0)]
+)
+def test_strips_carry_no_load_of_their_own(law, monkeypatch):
+    """Far away they are the dipoles of the cells; also in triangles along which phi is constant,
+    or nearly so."""
+    monkeypatch.setattr("skfem_dual.elements.edge_correction.IN_STRIPS", 1e9)
+    mesh = rectangle(12)
+    basis = DualMesh.from_mesh(mesh).basis()
+    partition, fan = Partition.from_basis(basis), Fan.from_basis(basis)
+    phi = fan.interpolation @ (1 - np.abs(mesh.p).max(axis=0)).clip(0)
+    weights = TorsionWeights(partition, fan, np.empty(0), phi, law=law)
+    assert (np.ptp(weights.root[weights.fan.t], axis=0) < 1e-12).any()
+    x = np.array([[30.0], [17.0]])
+    near = EdgeCorrection.from_weights(weights, 1.0, x).near.toarray()
+    assert np.abs(near * np.hypot(*x) / partition.areas).max() < 1e-5
 
 
 def test_far_settlement_is_that_of_the_weighted_centroid():

@@ -8,13 +8,14 @@ from plans import disc, perturbed, polar, rectangle
 from scipy.integrate import dblquad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
-from skfem_dual import DualMesh
+from skfem_dual import DualMesh, Layer, LayeredHalfSpace
 from skfem_dual.elements.edge_weights import EdgeWeights, _mean_share, mean_weight
 from skfem_dual.elements.moments import load_moments, pressure_moments
 from skfem_dual.elements.pieces import Pieces
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import distance_to_segments, edge_ribs
 from skfem_dual.grids.partition import Partition
+from skfem_dual.ground.rigid_disc import edge_law
 
 
 @settings(max_examples=50, deadline=None)
@@ -77,9 +78,12 @@ BASES = {
 }
 
 
-def weights_of(basis):
+LAYER = LayeredHalfSpace([Layer(0.2, 1.0, 0.25)], "bonded")
+
+
+def weights_of(basis, law=None):
     partition = Partition.from_basis(basis)
-    return EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition))
+    return EdgeWeights(partition, Fan.from_basis(basis), edge_ribs(partition), law=law)
 
 
 @pytest.mark.parametrize("name", BASES)
@@ -105,32 +109,31 @@ def test_fan_fills_the_cells(name):
 
 
 @pytest.mark.parametrize("grid", ["dual", "primal"])
-def test_no_root_vanishes_inside_the_plan(grid):
-    """Linear between nodes, but the distance itself in triangles with all nodes on the edge."""
-    mesh = rectangle(6)
-    dual = DualMesh.from_mesh(mesh)
+def test_phi_is_the_distance(grid):
+    """Also in corners, which triangles with all nodes on the edge cut off."""
+    dual = DualMesh.from_mesh(rectangle(6))
     weights = weights_of(dual.basis() if grid == "dual" else dual.primal_basis())
-    fan, distance = weights.fan, lambda x: 1 - np.abs(x).max(axis=0)
-    nodes = fan.interpolation.shape[1]
-    linear = fan.interpolation @ distance(fan.p[:, :nodes])
-    expected = np.where(linear > 1e-12, linear, distance(fan.p))
-    inside = distance(fan.p) > 1e-12
-    assert weights.root[inside] ** 2 == pytest.approx(expected[inside])
-    assert weights.root[~inside] == pytest.approx(0, abs=1e-9)
-    # two corners of the square are cut off by a triangle each
-    assert (inside & (linear <= 1e-12)).any()
+    used = np.unique(weights.fan.t)
+    distance = 1 - np.abs(weights.fan.p[:, used]).max(axis=0)
+    assert weights.root[used] ** 2 == pytest.approx(distance)
+    assert (weights.root > 0).all()
 
 
+@pytest.mark.parametrize("law", [None, edge_law(LAYER, 1.0)], ids=["plain", "layer"])
 @pytest.mark.parametrize("name", BASES)
-def test_moments_equal_sums_over_small_triangles(name):
-    """Midpoint rule on 64^2 parts of each triangle, against the closed means."""
-    weights = weights_of(BASES[name])
+def test_moments_equal_sums_over_small_triangles(name, law):
+    """Midpoint rule on 64^2 parts of each triangle, against the means."""
+    weights = weights_of(BASES[name], law)
     partition, fan = weights.partition, weights.fan
     fine = MeshTri.init_refdom().refined(6)
     u, v = fine.p[:, fine.t].mean(axis=1)
     share = np.stack([1 - u - v, u, v])
     x = np.einsum("ikt,ks->its", fan.p[:, fan.t], share)
-    w = 1 / np.sqrt(np.einsum("kt,ks->ts", weights.root[fan.t] ** 2, share))
+    root = np.sqrt(np.einsum("kt,ks->ts", weights.root[fan.t] ** 2, share))
+    w = 1 / root
+    if law is not None:
+        place = np.sqrt(law.reach) * np.linspace(0, 1, len(law.factors))
+        w *= np.interp(root, place, law.factors)
     mean = np.bincount(fan.cell, fan.areas * w.mean(axis=1)) / partition.areas
     first = np.stack([np.bincount(fan.cell, fan.areas * (w * xi).mean(axis=1)) for xi in x])
     centroids = np.where(weights.weighted, first / (mean * partition.areas), partition.centroids)
@@ -183,6 +186,18 @@ def test_cells_far_from_the_edge_are_left_out(name):
     assert some.moment == pytest.approx(full.moment, rel=1e-12, abs=1e-15)
     used = np.unique(some.fan.t)
     assert some.root[used] == pytest.approx(full.root[used], rel=1e-14)
+
+
+def test_law_of_the_ground_in_the_weight():
+    """w is phi^(-1/2) times the factor, in all cells alike."""
+    law = edge_law(LAYER, 1.0)
+    weights, plain = weights_of(BASES["dual"], law), weights_of(BASES["dual"])
+    cells = np.nonzero(weights.weighted & plain.weighted)[0]
+    root = np.full(len(cells), 0.4)
+    found = weights.relative(cells, root) * weights.mean[cells]
+    place = np.sqrt(law.reach) * np.linspace(0, 1, len(law.factors))
+    assert found == pytest.approx(np.interp(0.4, place, law.factors) / 0.4)
+    assert plain.relative(cells, root) * plain.mean[cells] == pytest.approx(1 / 0.4)
 
 
 def test_few_cells_of_a_fine_mesh_are_near_the_edge():

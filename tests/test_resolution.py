@@ -44,7 +44,7 @@ def test_the_equation_meets_boussinesq():
 
 @pytest.mark.parametrize("n", BASES)
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49, 0.5])
-@pytest.mark.parametrize("thickness", [0.5, 0.2, 0.1, 0.03])
+@pytest.mark.parametrize("thickness", [0.1, 0.03, 0.02, 0.01])
 def test_warned_where_settlements_are_off(n, poisson, thickness):
     ground = LayeredHalfSpace([Layer(thickness, 1.0, poisson)], "bonded")
     with warnings.catch_warnings(record=True) as caught:
@@ -57,11 +57,11 @@ def test_warned_where_settlements_are_off(n, poisson, thickness):
         settlement = punch.solve(1.0, unilateral=False).settlement
     error = abs(settlement / exact_settlement(ground) - 1)
     assert warned if error > 0.05 else True
-    assert not warned if error < 0.01 else True
+    assert not warned if error < 0.003 else True
 
 
 def test_the_remedy_helps():
-    ground = LayeredHalfSpace([Layer(0.05, 1.0, 0.45)], "bonded")
+    ground = LayeredHalfSpace([Layer(0.05, 1.0, 0.5)], "bonded")
     with pytest.warns(ResolutionWarning, match="150|1[0-9]{2} cells of a size"):
         punch = RigidPunch(ground, BASES[150])
     advised = int(too_coarse(ground, punch.partition).split()[-2])

@@ -152,6 +152,13 @@ def test_edge_coefficient_of_the_disc(grid):
     assert edge.arc[-1] == pytest.approx(2 * np.pi, rel=0.03)
 
 
+@pytest.mark.parametrize("refinements", [3, 4])
+def test_edge_coefficient_on_flat_cells(refinements):
+    """At a curved edge the corners of the polygon lie off the curve by a part of flat cells."""
+    edge = solve(disc(refinements, graded=True), "dual").edge_coefficient()
+    assert edge.values == pytest.approx(1 / (2 * np.pi * np.sqrt(2)), rel=0.045)
+
+
 def test_edge_coefficient_has_a_contour_for_every_hole():
     edge = solve(annulus(6, 48)).edge_coefficient()
     assert np.array_equal(np.unique(edge.contour), [0, 1])

@@ -229,7 +229,7 @@ class Footprint(LoadedCells):
             warnings.warn(coarse, ResolutionWarning, stacklevel=2)
         weights, slopes = None, None
         if edge == "singular":
-            weights = _weights(basis, partition, edge_boundaries)
+            weights = _weights(substrate, basis, partition, edge_boundaries)
             slopes = Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
         law = weights, slopes
@@ -316,7 +316,10 @@ def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:
 
 
 def _weights(
-    basis: CellBasis, partition: Partition, boundaries: EdgeBoundaries | None
+    substrate: Substrate,
+    basis: CellBasis,
+    partition: Partition,
+    boundaries: EdgeBoundaries | None,
 ) -> EdgeWeights:
     """Weights that grow to the edge of the plan, or to the part of it on some boundaries."""
     ribs = edge_ribs(partition)
@@ -327,7 +330,7 @@ def _weights(
                 f"expected boundaries with facets on the edge of the plan, got {boundaries!r}. "
                 'Remedy: edge="constant" if there is no such edge'
             )
-    return EdgeWeights.from_basis(basis, partition, ribs)
+    return EdgeWeights.from_basis(basis, partition, ribs, substrate)
 
 
 def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:

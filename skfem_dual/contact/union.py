@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.sparse import block_diag, csr_matrix, vstack
 
-from ..elements.edge_weights import EdgeWeights
+from ..elements.edge_weights import EdgeWeights, Factors
 from ..elements.slopes import Slopes
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -114,7 +114,7 @@ def _union_of_weights(parts: Sequence[LoadedCells], partition: Partition) -> Edg
         block_diag([fan.interpolation for fan in fans], "csr"),
     )
     edge = np.concatenate([each.ribs + ribs[i] for each, i in zip(weights, weighted)])
-    return _UnionWeights(partition, fan, edge, tuple(weights))
+    return _UnionWeights(partition, fan, edge, tuple(weights), cells[weighted])
 
 
 def _union_of_slopes(parts: Sequence[LoadedCells], weights: EdgeWeights) -> Slopes:
@@ -139,11 +139,19 @@ class _UnionWeights(EdgeWeights):
     """Weights whose distances are those to the edge of the own part."""
 
     parts: tuple[EdgeWeights, ...]
+    first: ndarray  # cell of each part
 
     @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan."""
         return readonly(np.concatenate([part.root for part in self.parts]))
+
+    @computed_once
+    def factors(self) -> Factors:
+        """The laws of the parts, and that of each cell."""
+        values, per_root, _ = zip(*(part.factors for part in self.parts))
+        own = np.searchsorted(self.first, np.arange(len(self.partition)), "right") - 1
+        return Factors(np.vstack(values), np.concatenate(per_root), own.clip(0).astype(np.int32))
 
 
 def _firsts(counts: Sequence[int]) -> ndarray:

@@ -16,9 +16,9 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..kernels.compiled import compiled, inputs
+from ..kernels.compiled import compiled, inlined, inputs
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, Factors
 from .moments import Dipoles, dipole_influence
 from .ribs import segment_integral
 
@@ -111,6 +111,8 @@ class Triangles(NamedTuple):
         The first triangle of each cell.
     mean : (n,) array of float
         Mean of w over each cell.
+    factors : Factors
+        The law of each cell over phi^(-1/2).
     """
 
     p: ndarray
@@ -118,6 +120,14 @@ class Triangles(NamedTuple):
     root: ndarray
     starts: ndarray
     mean: ndarray
+    factors: Factors
+
+    @classmethod
+    def of(cls, weights: EdgeWeights) -> Self:
+        """Of the fan of some weights."""
+        fan, factors = weights.fan, Factors(*inputs(*weights.factors))
+        p, t, root, starts, mean = inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean)
+        return cls(p, t, root, starts, mean, factors)
 
 
 class Pairs(NamedTuple):
@@ -157,7 +167,7 @@ def _near(
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     values = np.zeros(len(rows))
-    triangles = Triangles(*inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean))
+    triangles = Triangles.of(weights)
     pairs = Pairs(*inputs(cells, x[:, rows], offsets))
     with Threads() as run:
         run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, values), len(cells))
@@ -194,7 +204,7 @@ def cut_triangle(piece, triangles, j, most, levels, density):
     begin and end of each level, ``density`` what ``w / mean(w) - 1`` is between it and the next.
     """
     v0, v1, v2, sign = _by_distance(piece, triangles)
-    p, root, mean = triangles.p, triangles.root, triangles.mean[j]
+    p, root, mean, law = triangles.p, triangles.root, triangles.mean[j], triangles.factors
     s0, s1, s2 = root[v0], root[v1], root[v2]
     strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
     # levels equidistant in the root, with the middle vertex among them
@@ -214,7 +224,8 @@ def cut_triangle(piece, triangles, j, most, levels, density):
         else:
             level += 1
         ax, ay, bx, by, width1 = _level(upper, p, v0, v1, v2, s0, s1, s2)
-        density[count] = _mean_in_strip(lower, upper, width, width1, mean) / mean - 1
+        uniform = _mean_in_strip(lower, upper, width, width1, mean) / mean
+        density[count] = uniform * _factor_in_strip(lower, upper, width, width1, law, j) - 1
         count += 1
         levels[count] = ax, ay, bx, by
         lower, width = upper, width1
@@ -279,6 +290,32 @@ def _mean_in_strip(lower, upper, width, width1, mean):
         grow = (width1 - width) * (upper + 2 * lower) / (3 * (upper + lower))
         return 4 * (width + grow) / ((upper + lower) * (width + width1))
     return mean
+
+
+@inlined
+def factor_at(factors, cell, root):
+    """The factor of the law of a cell where the square root of phi is ``root``."""
+    values, law = factors.values, factors.own[cell]
+    last = values.shape[1] - 1
+    place = min(root * factors.per_root[law], float(last))
+    step = min(int(place), last - 1)
+    value = values[law, step]
+    return value + (place - step) * (values[law, step + 1] - value)
+
+
+@compiled
+def _factor_in_strip(lower, upper, width, width1, law, cell):
+    """Mean of the factor of the law there, by two points of Gauss; 1 on homogeneous ground."""
+    total = weight = 0.0
+    for side in (-1, 1):
+        share = (1 + side / np.sqrt(3.0)) / 2
+        root = lower + share * (upper - lower)
+        # the width is linear in phi
+        rise = share * (root + lower) / (upper + lower) if upper > 0.0 else share
+        part = width + (width1 - width) * rise
+        total += part * factor_at(law, cell, root)
+        weight += part
+    return total / weight if weight > 0.0 else 1.0
 
 
 @compiled

@@ -2,15 +2,17 @@
 
 Under a rigid edge the pressure grows like ``1 / sqrt(d)`` with the distance ``d``. Inside a cell
 it is taken as ``q w / mean(w)`` with ``w = phi^(-1/2)``, where ``phi`` interpolates the distance
-linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell.
+linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell. On ground
+that is not homogeneous w has a factor besides, a function of phi: what the pressure under a rigid
+disc of the plan's area is over that on homogeneous ground, see `EdgeLaw`.
 
 Sources: K. L. Johnson, Contact Mechanics (1985), section 5.1, for the pressure near a rigid edge;
 C. de Boor, Divided differences, Surveys in Approximation Theory 1 (2005), for the formula of
 Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, field
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -22,18 +24,38 @@ from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..ground.rigid_disc import EdgeLaw, edge_law
+from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from .graded_rule import graded
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
-#: phi in a cell whose node is farther from the edge than so many diameters of the largest
-#: triangle around it varies by less than the square of that
-FAR = (VARIATION**2 + 1) / (VARIATION**2 - 1)
+#: degree of the rule for means of w with a factor, and triangles at a time
+ORDER, CHUNK = 6, 2**14
+
+
+class Factors(NamedTuple):
+    """Factors of laws over ``phi^(-1/2)``, as kernels take them.
+
+    Attributes
+    ----------
+    values : (k, m) array of float
+        The factor of each law at m equidistant roots of phi from zero on; constant beyond.
+    per_root : (k,) array of float
+        Steps between them, over the root.
+    own : (n,) array of int
+        The law of each cell.
+    """
+
+    values: ndarray
+    per_root: ndarray
+    own: ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeWeights:
-    """The weight ``w = phi^(-1/2)`` on the cells of a partition.
+    """The weight ``w = phi^(-1/2)``, times the factor of the ground's law, on some cells.
 
     Parameters
     ----------
@@ -43,66 +65,99 @@ class EdgeWeights:
         Triangles that fill them, or those near the edge: the others are not weighted.
     ribs : (k,) array of int
         The ribs on the edge where the pressure is singular, k > 0; see `edge_ribs`.
+    law : EdgeLaw, optional
+        That of the ground; by default the factor is 1.
     """
 
     partition: Partition
     fan: Fan
     ribs: ndarray
+    law: EdgeLaw | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ribs", readonly(self.ribs, np.int32))
 
     @classmethod
-    def from_basis(cls, basis: CellBasis, partition: Partition, ribs: ndarray) -> Self:
-        """Of a basis and its partition, with a fan of the cells that may be weighted."""
+    def from_basis(
+        cls,
+        basis: CellBasis,
+        partition: Partition,
+        ribs: ndarray,
+        substrate: Substrate | None = None,
+    ) -> Self:
+        """Of a basis and its partition, with a fan of the cells that may be weighted.
+
+        ``substrate`` is the ground, homogeneous by default.
+        """
         mesh = nodal_mesh(basis)
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        law = None
+        if substrate is not None:
+            law = edge_law(substrate, float(np.sqrt(partition.areas.sum() / np.pi)))
+        # phi varies by less than that where w does not vary by VARIATION; so it is around a node
+        # farther from the edge than so many diameters of the largest triangle
+        ratio = VARIATION ** (2.0 if law is None else 1 / law.steepness)
+        far = (ratio + 1) / (ratio - 1)
         v = mesh.p[:, mesh.t]
         diameters = np.max([np.hypot(*(w - v)).max(axis=0) for w in _rolled(v)], axis=0)
         around = np.zeros(mesh.p.shape[1])
         np.maximum.at(around, mesh.t.ravel(), np.tile(diameters, len(mesh.t)))
         # the nearest end of a rib is not farther than the hypotenuse of the distance to the
         # edge and half the length of a rib
-        reach = 1.000001 * np.hypot(FAR * around, np.hypot(*(b - a)).max() / 2)
+        reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
         ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
         nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=-1)
         near = nearest < reach
         if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):
             near = near[mesh.t].any(axis=0)
-        return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs)
+        return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs, law=law)
 
     @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan.
 
-        phi is the distance to the edge at the nodes of the mesh and linear between them, but
-        where that would make it vanish inside the plan, as in the triangle of a corner, it is the
-        distance itself. At points of no triangle it has its greatest value.
+        phi is the distance to the edge there, linear in the triangles: between the nodes of the
+        mesh alone it would miss how far the sides of a curved plan's polygon lie from its corners.
+        At points of no triangle it has its greatest value.
         """
         p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
         size = np.sqrt(self.partition.areas.sum())
-
-        def distance(x: ndarray) -> ndarray:
-            d = distance_to_segments(x, p[:, 0], p[:, 1])
-            return np.where(d > 1e-12 * size, d, 0.0)
-
         fan = self.fan
-        used = np.zeros(fan.p.shape[1], dtype=bool)
-        used[fan.t] = True
-        nodes = np.unique(fan.interpolation.indices)
-        at_nodes = np.zeros(fan.interpolation.shape[1])
-        at_nodes[nodes] = distance(fan.p[:, nodes])
-        phi = fan.interpolation @ at_nodes
-        bare = used & (phi == 0)
-        phi[bare] = distance(fan.p[:, bare])
-        phi[~used] = phi[used].max()
+        used = np.unique(fan.t)
+        distance = distance_to_segments(fan.p[:, used], p[:, 0], p[:, 1])
+        phi = np.full(fan.p.shape[1], distance.max())
+        phi[used] = np.where(distance > 1e-12 * size, distance, 0.0)
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
     @computed_once
+    def factors(self) -> Factors:
+        """The law of each cell over ``phi^(-1/2)``."""
+        own = np.zeros(len(self.partition), dtype=np.int32)
+        if self.law is None:
+            return Factors(np.ones((1, 2)), np.zeros(1), own)
+        per_root = (len(self.law.factors) - 1) / np.sqrt(self.law.reach)
+        return Factors(self.law.factors[None], np.array([per_root]), own)
+
+    def factor(self, cells: ndarray, root: ndarray) -> ndarray:
+        """The factor in some cells where the square root of phi is ``root``.
+
+        ``cells`` has the shape of ``root``, or its first dimensions.
+        """
+        values, per_root, own = self.factors
+        law = own[cells].reshape(cells.shape + (1,) * (root.ndim - cells.ndim))
+        last = values.shape[1] - 1
+        place = np.minimum(root * per_root[law], last)
+        step = np.minimum(place.astype(int), last - 1)
+        value = values[law, step]
+        return value + (place - step) * (values[law, step + 1] - value)
+
+    @computed_once
     def weighted(self) -> ndarray:
         """Whether each cell is weighted; over the others w hardly varies."""
-        root, cell = self.root[self.fan.t], self.fan.cell
+        cell = self.fan.cell
+        root = self.root[self.fan.t]
+        root = root / self.factor(np.broadcast_to(cell, root.shape), root)
         starts = np.nonzero(np.diff(cell, prepend=-1))[0]
         least = np.minimum.reduceat(root.min(axis=0), starts)
         most = np.maximum.reduceat(root.max(axis=0), starts)
@@ -116,8 +171,24 @@ class EdgeWeights:
         a, b, c = self.root[self.fan.t]
         mean = mean_weight(a, b, c)
         shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
+        if np.ptp(self.factors.values):
+            mean, shares = self._means_with_factor()
         v = self.fan.p[:, self.fan.t]
         return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
+
+    def _means_with_factor(self) -> tuple[ndarray, ndarray]:
+        """Means of w and of its products with the barycentric coordinates over each triangle."""
+        square, cell = self.root[self.fan.t] ** 2, self.fan.cell
+        shares = np.zeros_like(square)
+        for begin in range(0, len(cell), CHUNK):
+            some = slice(begin, begin + CHUNK)
+            whole = np.repeat(np.eye(3)[..., None], len(cell[some]), axis=2)
+            for at, load in graded(whole, square[:, some], ORDER):
+                root = np.sqrt(np.einsum("ikq,ik->kq", at, square[:, some]))
+                shares[:, some] += np.einsum(
+                    "ikq,kq->ik", at, load * self.factor(cell[some], root)
+                )
+        return shares.sum(axis=0), shares
 
     @computed_once
     def mean(self) -> ndarray:
@@ -147,7 +218,8 @@ class EdgeWeights:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
         cell is not weighted."""
         with np.errstate(divide="ignore"):
-            return np.where(self.weighted[cells], 1 / (root * self.mean[cells]), 1.0)
+            factor = self.factor(np.broadcast_to(cells, root.shape), root)
+            return np.where(self.weighted[cells], factor / (root * self.mean[cells]), 1.0)
 
 
 def _rolled(v: ndarray) -> list[ndarray]:

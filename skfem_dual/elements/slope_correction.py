@@ -183,7 +183,7 @@ def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ..
 def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
     weights = slopes.weights
-    partition, fan = weights.partition, weights.fan
+    partition = weights.partition
     polygons, n = partition.polygons, len(partition)
     points = cKDTree(x.T).query_ball_point(
         partition.centroids.T, IN_STRIPS * radii(partition.polygons)
@@ -191,7 +191,7 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     counts = np.array([len(i) for i in points], dtype=np.int64)
     rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
     pairs = Pairs(*inputs(np.arange(n), x[:, rows], np.concatenate([[0], np.cumsum(counts)])))
-    triangles = Triangles(*inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean))
+    triangles = Triangles.of(weights)
     centres, weighted = inputs(weights.centroids, weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
     values = np.zeros((2, len(rows)))

@@ -77,11 +77,7 @@ class RadialTable:
             Whether F decays like powers of 1/k, as above a gradient, and not exponentially.
         """
         least, greatest = lengths
-        low, high = 1e-3 / (FARTHEST * greatest), 100 / least
-        octaves = int(np.ceil(np.log2(high / low)))
-        edges = low * 2.0 ** np.arange(octaves + 1)
-        x = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-        k = (edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * x
+        edges, x, k = octaves(1e-3 / (FARTHEST * greatest), 100 / least)
         f = symbol(k.ravel()).reshape(k.shape)
         tail = Tail.from_values(k, f, least, 6 if algebraic else 0)
         waves = Waves.from_values(edges, x, f - tail.symbol(k))
@@ -285,19 +281,34 @@ class Waves:
         """Integrals of the symbol times J0(k r), for distances of one panel."""
         # far waves cancel each other: a smooth cut leaves an error below any power of 1 / CUTOFF
         cut = CUTOFF / r[:, None]
-        edges, coefficients = self.edges, self.coefficients
-        ends = edges[: np.searchsorted(edges, min(self.last, 2 * cut.max())) + 1]
-        pieces = np.ceil(np.diff(ends) * r.max() / np.pi).astype(int)
+        q, values = self.points(float(r.max()), min(self.last, 2 * float(cut.max())))
+        waves = j0(q * r[:, None]) * erfc(6 * (q / cut - 1.5)) / 2
+        return waves @ values
+
+    def points(self, length: float, last: float) -> tuple[ndarray, ndarray]:
+        """Wave numbers up to the octave of ``last``, and the symbol there times their weights.
+
+        They integrate the symbol times waves of ``k length``. Below the first octave the symbol
+        is what it is there.
+        """
+        ends = self.edges[: np.searchsorted(self.edges, last) + 1]
+        pieces = np.ceil(np.diff(ends) * length / np.pi).astype(int)
         octave = np.repeat(np.arange(len(pieces)), pieces)
         step = (np.diff(ends) / pieces)[octave]
         position = np.arange(len(octave)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
         begin = ends[octave] + position * step
-        q = begin[:, None] + step[:, None] * (GAUSS + 1) / 2
-        t = 2 * (q - ends[octave][:, None]) / np.diff(ends)[octave][:, None] - 1
-        values = _clenshaw(coefficients[octave], t) * GAUSS_WEIGHTS * step[:, None] / 2
-        q, values = q.ravel(), values.ravel()
-        waves = j0(q * r[:, None]) * erfc(6 * (q / cut - 1.5)) / 2
-        return waves @ values + ends[0] * coefficients[0] @ (-1.0) ** np.arange(NODES)
+        k = begin[:, None] + step[:, None] * (GAUSS + 1) / 2
+        t = 2 * (k - ends[octave][:, None]) / np.diff(ends)[octave][:, None] - 1
+        values = _clenshaw(self.coefficients[octave], t) * GAUSS_WEIGHTS * step[:, None] / 2
+        below = ends[0] * self.coefficients[0] @ (-1.0) ** np.arange(NODES)
+        return np.append(0.0, k), np.append(below, values)
+
+
+def octaves(low: float, high: float) -> tuple[ndarray, ndarray, ndarray]:
+    """Ends of octaves of wave numbers, Chebyshev nodes, and wave numbers there in each octave."""
+    edges = low * 2.0 ** np.arange(int(np.ceil(np.log2(high / low))) + 1)
+    x = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    return edges, x, (edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * x
 
 
 def _clenshaw(coefficients: ndarray, t: ndarray) -> ndarray:

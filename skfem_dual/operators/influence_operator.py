@@ -124,7 +124,7 @@ class InfluenceOperator(LinearOperator):
                 'Remedy: method="dense"'
             )
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
-        weights, slopes = _law(basis, partition, edge)
+        weights, slopes = _law(substrate, basis, partition, edge)
         x = _points(partition, collocation)
         m, n = x.shape[1], len(partition)
         super().__init__(np.dtype(float), (m, n))
@@ -233,13 +233,14 @@ class InfluenceOperator(LinearOperator):
 
 
 def _law(
+    substrate: Substrate,
     basis: CellBasis | Partition,
     partition: Partition,
     edge: Literal["singular", "constant"] | EdgeWeights | Slopes,
 ) -> tuple[EdgeWeights | None, Slopes | None]:
     """How the pressure varies inside cells; None if it does not."""
     if isinstance(edge, Slopes):
-        return _law(basis, partition, edge.weights)[0], edge
+        return _law(substrate, basis, partition, edge.weights)[0], edge
     if isinstance(edge, EdgeWeights):
         if len(edge.mean) != len(partition):
             raise ValueError(
@@ -257,7 +258,7 @@ def _law(
             'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
             "a basis, whose mesh tells the weights"
         )
-    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), substrate)
     return weights, Slopes.from_weights(weights)
 
 

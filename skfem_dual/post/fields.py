@@ -21,7 +21,7 @@ from ..arguments import checked_instance, checked_integer
 from ..contact.pressures import CellPressures
 from ..elements.balance import balanced
 from ..elements.edge_weights import mean_weight
-from ..elements.load_matrix import graded
+from ..elements.graded_rule import graded
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
