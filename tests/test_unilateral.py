@@ -219,9 +219,7 @@ def test_circle_lifting_off_with_4000_cells(e, settlement, tilt, area, edge):
 
 def test_convergence_under_refinement():
     """Settlement and tilt at e = 0.5 a settle down, faster than in proportion to h."""
-    found = [
-        punch(fine_disc(n=n)).solve(1.0, (0.5, 0.0)) for n in (150, 600, 2400)
-    ]
+    found = [punch(fine_disc(n=n)).solve(1.0, (0.5, 0.0)) for n in (150, 600, 2400)]
     for values in ([s.settlement for s in found], [s.tilt[0] for s in found]):
         first, second = np.abs(np.diff(values))
         assert second < first / 2.2

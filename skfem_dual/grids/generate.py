@@ -94,9 +94,7 @@ def disc(
     """
     radius = checked_size("radius", radius)
     middle = _checked_centre("centre", centre)
-    mesh = _generate(
-        [Circle(middle, radius, _inscribed(boundary))], size, n, graded, nboundary
-    )
+    mesh = _generate([Circle(middle, radius, _inscribed(boundary))], size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     x = mesh.p - np.array(middle)[:, None]
