@@ -44,8 +44,9 @@ def test_square(grid):
     assert found.settlement == pytest.approx(SQUARE[0], rel=4e-4)
     assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=1e-3)
     assert abs(found.settlement - SQUARE[0]) < abs(found.collocated_settlement - SQUARE[0])
-    if grid == "primal":  # with all cells
-        assert found.positions[1, 0] > SQUARE[0] * (1 + 1e-3)
+    if grid == "primal":
+        with_all_cells = found.positions[1]
+        assert abs(with_all_cells[1] / 0.1 - SQUARE[1]) > 3 * abs(found.tilt[0] / 0.1 - SQUARE[1])
 
 
 @pytest.mark.parametrize("at", [(0.1, 0.05), (0.45, 0.2)])
@@ -89,9 +90,9 @@ def test_reciprocity():
     centred = of.solve(1.0, unilateral=False)
     turned = of.solve(1.0, moments=(-1.0, 0.0), unilateral=False)
     by_moment = turned.settlement - centred.settlement
-    assert centred.tilt[0] == pytest.approx(by_moment, rel=1e-4)
+    assert centred.tilt[0] == pytest.approx(by_moment, rel=4e-5)
     collocated = turned.collocated_settlement - centred.collocated_settlement
-    assert abs(centred.tilt[0] - by_moment) < 0.3 * abs(centred.collocated_tilt[0] - collocated)
+    assert abs(centred.tilt[0] - by_moment) < 0.6 * abs(centred.collocated_tilt[0] - collocated)
 
 
 def test_what_is_imposed_is_kept():
@@ -112,8 +113,8 @@ def test_equilibrium_is_untouched():
 
 
 def test_lifted_off():
-    """Closer than by collocation, against a mesh of seven times the cells."""
-    fine = punch(fine_disc(n=2000, graded=0.3)).solve(1.0, at=(0.5, 0.0))
+    """Closer than by collocation, against a mesh of four times the cells."""
+    fine = punch(fine_disc(n=1200, graded=0.3)).solve(1.0, at=(0.5, 0.0))
     found = punch(fine_disc(n=300)).solve(1.0, at=(0.5, 0.0))
     assert len(found.contact) < len(found.pressure)
     assert found.settlement == pytest.approx(fine.settlement, rel=1e-4)

@@ -17,8 +17,9 @@ from ..operators.symmetry import Symmetry
 
 #: least half of a width, over the size of the quantity: quadrature of the entries
 FLOOR = 1e-5
-#: half of a width over the largest distance of two positions of the same punch
-SPREAD = 1.0
+#: tilts where the punch lifts off, and shaped punches, are off by more than their positions on two
+#: grids tell, which share the error of the line of contact: so many times
+LINE = 3.0
 
 Side = Literal["found", "proven"]
 
@@ -45,10 +46,12 @@ class Bounds:
     Notes
     -----
     The same problem is solved on the other grid of the mesh. The bounds are as far from the
-    solution's position, on both sides, as the farthest of its other positions: by collocation on
-    dual cells and on triangles, and by the work of the pressures. With constant pressures they are
-    those of dual cells collocated in their nodes, which settle too little, and of triangles,
-    which settle too much. `benchmarks/bounds.py` counts how often the exact value lies between.
+    position on dual cells, on both sides, as the farthest of the others: by collocation and by
+    the work of the pressures, on dual cells and on triangles. With constant pressures they are as
+    far from the solution's position as dual cells collocated in their nodes, which settle too
+    little, and triangles, which settle too much. Inclinations differ by the length of the vector;
+    where the punch lifts off, and under shaped punches, by three times as much.
+    `benchmarks/bounds.py` counts how often the exact value lies between.
     """
 
     at: Pair
@@ -75,16 +78,22 @@ class Bounds:
         load = solution.load
         at = load.point or (0.0, 0.0) if load.force is not None else (0.0, 0.0)
         to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
-        best, *others = solution.positions @ to_point.T
-        for other in _on_other_grids(solution):
-            others.append(to_point @ other.positions[-1])
-        half = SPREAD * np.abs(np.array(others) - best).max(axis=0)
+        own, *others = (s.positions @ to_point.T for s in (solution, *_on_other_grids(solution)))
+        singular, on_dual = solution.punch.edge == "singular", solution.footprint.on_dual_cells
+        best = others[0][0] if singular and not on_dual else own[0]
+        off = np.abs(np.vstack([own, *others]) - best)
+        half = np.array([off[:, 0].max(), *[np.hypot(*off[:, 1:].T).max()] * 2])
+        shaped = solution.punch.gap is not None
+        if shaped or len(solution.contact) < len(solution.pressure):
+            half[0 if shaped else 1 :] *= LINE
         length = np.sqrt(solution.footprint.partition.areas.sum())
         size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
         half = np.maximum(half, max(FLOOR, solution.footprint.rtol or 0.0) * size)
         imposed = np.array([load.settlement is not None, *[load.tilt is not None] * 2])
         half[imposed] = 0.0
-        by: list[tuple[Side, Side]] = [("proven",) * 2 if i else ("found",) * 2 for i in imposed]
+        by: list[tuple[Side, Side]] = [
+            ("proven", "proven") if i else ("found", "found") for i in imposed
+        ]
         low, high = readonly(best - half), readonly(best + half)
         return cls(
             (float(at[0]), float(at[1])),

@@ -108,7 +108,7 @@ class Work:
 
         Returns
         -------
-        (2, m) array of float or None
+        (2, 3) array of float or None
             Leaving out cells where the punch is too far from the ground, and with all cells;
             None on fewer than a dozen cells, or where only products with a matrix are known and
             contact is not full.
@@ -134,8 +134,9 @@ class Work:
 
     @computed_once
     def _unit(self) -> ndarray:
-        """Largest settlement by each component of the position."""
-        return np.abs(self.system.planes).max(axis=1)
+        """Largest settlements by the components of the position, the same for both tilts."""
+        radius = np.hypot(*self.system.planes[1:]).max()
+        return np.array([1.0, radius, radius])
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:
@@ -157,7 +158,8 @@ class Work:
         settled = self.rows @ pressures if cells.few else _products(cells, x, pressures)
         apart = np.where(touching[cell], settled.T - cells.planes(x) / self._unit[:, None], 0.0)
         mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
-        near = (np.abs(mean / cells.partition.areas) < APART).all(axis=0)
+        mean = np.array([np.abs(mean[0]), np.hypot(*mean[1:])]) / cells.partition.areas
+        near = (mean < APART).all(axis=0)
         by_points = np.linalg.inv((self.system.resultants / self._unit[:, None]) @ pressures)
         unit_forces = (pressures @ by_points)[cell].T * load
         kept, every = (
