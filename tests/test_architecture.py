@@ -114,6 +114,7 @@ LAYERS = [
         "contact.pressures",
         "contact.bounds",
         "contact.solution",
+        "contact.elastic_solution",
         "contact.punch",
         "contact.below",
         "contact.paths",
@@ -123,9 +124,9 @@ LAYERS = [
         "contact.frame",
         "contact.group",
         "contact.refine",
-        "contact.elastic_solution",
         "contact.resisted",
         "contact.elastic",
+        "contact.punches",
     ],
     [
         "post.functional",
