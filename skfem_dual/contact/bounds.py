@@ -17,9 +17,10 @@ from ..operators.symmetry import Symmetry
 
 #: least half of a width, over the size of the quantity: quadrature of the entries
 FLOOR = 1e-5
-#: tilts where the punch lifts off, and shaped punches, are off by more than their positions on two
-#: grids tell, which share the error of the line of contact: so many times
-LINE = 3.0
+#: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
+#: in full contact, lifted off and of shaped punches, where grids share the error of the line of
+#: contact
+FULL, LIFTED, SHAPED = (0.7, 1.0), (1.2, 4.0), (3.0, 3.0)
 
 Side = Literal["found", "proven"]
 
@@ -45,13 +46,12 @@ class Bounds:
 
     Notes
     -----
-    The same problem is solved on the other grid of the mesh. The bounds are as far from the
-    position on dual cells, on both sides, as the farthest of the others: by collocation and by
-    the work of the pressures, on dual cells and on triangles. With constant pressures they are as
-    far from the solution's position as dual cells collocated in their nodes, which settle too
-    little, and triangles, which settle too much. Inclinations differ by the length of the vector;
-    where the punch lifts off, and under shaped punches, by three times as much.
-    `benchmarks/bounds.py` counts how often the exact value lies between.
+    The same problem is solved on the other grid of the mesh. The middle is the position on dual
+    cells, the width follows from the farthest of the others: by collocation and by the work of
+    the pressures, on dual cells and on triangles. With constant pressures the middle is the
+    solution's position, the others are those of dual cells collocated in their nodes, which
+    settle too little, and of triangles, which settle too much. Inclinations differ by the length
+    of the vector. `benchmarks/bounds.py` has the factors and counts how often the bounds hold.
     """
 
     at: Pair
@@ -82,10 +82,12 @@ class Bounds:
         singular, on_dual = solution.punch.edge == "singular", solution.footprint.on_dual_cells
         best = others[0][0] if singular and not on_dual else own[0]
         off = np.abs(np.vstack([own, *others]) - best)
-        half = np.array([off[:, 0].max(), *[np.hypot(*off[:, 1:].T).max()] * 2])
-        shaped = solution.punch.gap is not None
-        if shaped or len(solution.contact) < len(solution.pressure):
-            half[0 if shaped else 1 :] *= LINE
+        full = len(solution.contact) == len(solution.pressure)
+        settlement, tilt = (FULL if full else LIFTED) if solution.punch.gap is None else SHAPED
+        if not singular:
+            settlement = tilt = max(settlement, tilt)
+        farthest = off[:, 0].max(), np.hypot(*off[:, 1:].T).max()
+        half = np.array([settlement, tilt, tilt]) * np.array(farthest)[[0, 1, 1]]
         length = np.sqrt(solution.footprint.partition.areas.sum())
         size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
         half = np.maximum(half, max(FLOOR, solution.footprint.rtol or 0.0) * size)

@@ -29,7 +29,7 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import ExactRows, LoadedCells, hulls
 from .frame import FramedSystem, checked_stiffness
-from .group_solution import PunchesSolution
+from .group_solution import GroupAnswer, PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
 from .neighbours import checked_joined, free_of, punch_on, require_apart, require_one_ground
 from .problem import Contact
@@ -39,6 +39,7 @@ from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .union import joint_operator, rows_of, union
 from .verify import Verification
+from .work import Member, Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -335,6 +336,8 @@ class RigidPunches:
     ) -> tuple[PunchSolution, ...]:
         pressures = [contact.pressure[cells] for cells in self._slices]
         solutions = {}
+        flat = all(punch.gap is None for punch in self.punches)
+        together = GroupAnswer(self, tuple(loads), contact.touching)
         for number, body in enumerate(self.bodies):
             moved = position[3 * number : 3 * number + 3]
             for i in body:
@@ -354,8 +357,21 @@ class RigidPunches:
                     load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
                 others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
                 others = others[:i] + others[i + 1 :]
-                solutions[i] = punch.solution(load, part, own, timings, others)
+                member = None
+                if flat and self.stiffness is None:
+                    origin = np.array(punch.origin) - self._centres[number]
+                    member = Member(together, number, origin)
+                solutions[i] = punch.solution(load, part, own, timings, others, member)
         return tuple(solutions[i] for i in range(len(self.punches)))
+
+    @computed_once
+    def work(self) -> Work:
+        """Positions by the work of the pressures."""
+        parts = {}
+        for number, body in enumerate(self.bodies):
+            for i in body:
+                parts[i] = Part(self.punches[i].footprint, number, self._centres[number])
+        return Work(tuple(parts[i] for i in range(len(parts))), self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

@@ -28,7 +28,7 @@ from .solution import TINY, PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .verify import Verification
-from .work import Work
+from .work import Member, Part, Work, moved
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -325,10 +325,11 @@ class RigidPunch(Body):
         position: ndarray,
         timings: dict[str, float],
         others: tuple[tuple[Body, ndarray], ...] = (),
+        member: Member | None = None,
     ) -> PunchSolution:
         """The answer, from contact and position of the plan's centroid.
 
-        ``others`` are the punches beside it, with their pressures.
+        ``others`` are the punches beside it, with their pressures; of a group it is a ``member``.
         """
         pressure, shift = contact.pressure, self.centre - self.origin
         resultant = self.footprint.resultant(pressure)
@@ -361,6 +362,7 @@ class RigidPunch(Body):
             message=contact.message or contact.description,
             timings=self.timings | timings,
             others=others,
+            member=member,
         )
 
     def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
@@ -372,11 +374,11 @@ class RigidPunch(Body):
             return None
         shift = self.centre - self.origin
         found = self._work.positions(load.constraints(-shift), touching)
-        return None if found is None else found @ np.vstack([[1, 0, 0], np.c_[-shift, np.eye(2)]])
+        return None if found is None else moved(found, -shift)
 
     @computed_once
     def _work(self) -> Work:
-        return Work(self.footprint, self.system)
+        return Work((Part(self.footprint, 0, self.centre),), self.system)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""

@@ -15,6 +15,7 @@ from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
 from .pressures import CellPressures
+from .work import Member
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
 REPR_BOUNDS = 200
@@ -62,12 +63,15 @@ class PunchSolution(CellPressures):
         Seconds of assembly, factorisation and solution.
     others : tuple of (RigidPunch, array)
         Punches beside this one on the same ground, with their pressures.
+    member : Member or None
+        What tells its position by work in a group of rigid punches.
     """
 
     load: Load
     collocated_settlement: float
     collocated_tilt: ndarray
     resultant_residual: ndarray
+    member: Member | None = None
 
     @property
     def settlement(self) -> float:
@@ -75,7 +79,8 @@ class PunchSolution(CellPressures):
 
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
-        do not take part. Of others, and of punches among neighbours, that of collocation. What is
+        do not take part. Of others, of punches under a
+        frame and beside structures that bend, that of collocation. What is
         imposed is kept.
         """
         return float(self.positions[0, 0])
@@ -94,7 +99,10 @@ class PunchSolution(CellPressures):
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
         touching = np.zeros(len(self.pressure), dtype=bool)
         touching[self.contact] = True
-        found = None if self.others else self.punch.positions_by_work(self.load, touching)
+        if self.member is not None:
+            found = self.member.positions
+        else:
+            found = None if self.others else self.punch.positions_by_work(self.load, touching)
         if found is None or not self.success:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))

@@ -12,7 +12,7 @@ R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -24,7 +24,7 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
 from .load import Constraints
 from .problem import DOZEN
-from .system import ContactSystem
+from .system import DENSE, ContactSystem
 
 #: cells over which the weight varies by less than this factor hardly part from the punch
 VARIATION = 1.5
@@ -68,33 +68,67 @@ def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
     return Sectors(np.ascontiguousarray(x), cell, total)
 
 
-@dataclass(frozen=True, eq=False)
-class Work:
-    """Positions of a flat punch with edge-weighted cells by the work of its pressures.
+class Part(NamedTuple):
+    """Cells of one punch of a body.
 
     Attributes
     ----------
     footprint : Footprint
-        Its cells.
-    system : ContactSystem
-        Their equations.
+        The cells.
+    body : int
+        Number of the body.
+    centre : (2,) array of float
+        Point of the body to which its position refers.
     """
 
     footprint: Footprint
+    body: int
+    centre: ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """Positions of flat punches with edge-weighted cells by the work of their pressures.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+        The punches, their cells one after the other.
+    system : ContactSystem
+        Their equations; three components of the position for each body.
+    """
+
+    parts: tuple[Part, ...]
     system: ContactSystem
 
     @computed_once
     def sectors(self) -> Sectors:
-        """Where the ground is looked at."""
-        weights = self.footprint.weights
-        if weights is None:
-            raise ValueError('expected a punch with edge="singular", got constant pressures')
-        return sectors(weights, self.footprint.on_dual_cells)
+        """Where the ground is looked at; of punches with constant pressures nowhere."""
+        first, found = 0, [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
+        for cells, *_ in self.parts:
+            if cells.weights is not None:
+                x, cell, load = sectors(cells.weights, cells.on_dual_cells)
+                found.append(Sectors(x, cell + first, load))
+            first += len(cells)
+        x, cell, load = zip(*found, strict=True)
+        return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
+
+    @computed_once
+    def planes(self) -> ndarray:
+        """Settlement of the sectors by motions of unit size, shape (m, nsectors)."""
+        starts = np.cumsum([0, *(len(part.footprint) for part in self.parts)])
+        x, cell, _ = self.sectors
+        planes = np.zeros((len(self._unit), len(cell)))
+        for number, (_, body, centre) in enumerate(self.parts):
+            own = (starts[number] <= cell) & (cell < starts[number + 1])
+            planes[3 * body, own] = 1.0
+            planes[3 * body + 1 : 3 * body + 3, own] = x[:, own] - centre[:, None]
+        return planes / self._unit[:, None]
 
     @computed_once
     def rows(self) -> ndarray:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
-        return self.footprint.influence(self.sectors.x)
+        return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
 
     def positions(self, constraints: Constraints, touching: ndarray) -> ndarray | None:
         """Positions under a load with contact on some cells.
@@ -108,7 +142,7 @@ class Work:
 
         Returns
         -------
-        (2, 3) array of float or None
+        (2, m) array of float or None
             Leaving out cells where the punch is too far from the ground, and with all cells;
             None on fewer than a dozen cells, or where only products with a matrix are known and
             contact is not full.
@@ -135,8 +169,9 @@ class Work:
     @computed_once
     def _unit(self) -> ndarray:
         """Largest settlements by the components of the position, the same for both tilts."""
-        radius = np.hypot(*self.system.planes[1:]).max()
-        return np.array([1.0, radius, radius])
+        planes = self.system.planes.reshape(-1, 3, self.system.planes.shape[1])
+        radius = np.hypot(planes[:, 1], planes[:, 2]).max(axis=1)
+        return np.column_stack([np.ones_like(radius), radius, radius]).ravel()
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:
@@ -151,23 +186,60 @@ class Work:
         pressures[cells] = Factors.from_matrix(matrix).solve(self.system.planes[:, cells].T)
         return pressures / self._unit
 
+    def _settled(self, pressures: ndarray) -> ndarray:
+        """Settlement of the sectors under some pressures, shape (nsectors, m)."""
+        if len(pressures) <= DENSE:
+            return self.rows @ pressures
+        first, settled = 0, np.zeros((len(self.sectors.cell), pressures.shape[1]))
+        for cells, *_ in self.parts:
+            operator = cells.fast_operator(self.sectors.x, cells.tolerance)
+            for column, own in zip(settled.T, pressures[first : first + len(cells)].T):
+                column += operator @ np.ascontiguousarray(own)
+            first += len(cells)
+        return settled
+
     def _compliances(self, pressures: ndarray, touching: ndarray) -> tuple[ndarray, ndarray]:
         """Motions of unit size by forces on them; without the cells that are apart, and with."""
-        x, cell, load = self.sectors
-        cells = self.footprint
-        settled = self.rows @ pressures if cells.few else _products(cells, x, pressures)
-        apart = np.where(touching[cell], settled.T - cells.planes(x) / self._unit[:, None], 0.0)
+        _, cell, load = self.sectors
+        apart = np.where(touching[cell], self._settled(pressures).T - self.planes, 0.0)
         mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
-        mean = np.array([np.abs(mean[0]), np.hypot(*mean[1:])]) / cells.partition.areas
-        near = (mean < APART).all(axis=0)
+        mean = (mean / self.system.areas).reshape(-1, 3, len(touching))
+        near = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])) < APART
         by_points = np.linalg.inv((self.system.resultants / self._unit[:, None]) @ pressures)
         unit_forces = (pressures @ by_points)[cell].T * load
         kept, every = (
-            by_points + (unit_forces * some) @ apart.T @ by_points for some in (near[cell], 1.0)
+            by_points + (unit_forces * some) @ apart.T @ by_points
+            for some in (near.all(axis=0)[cell], 1.0)
         )
         return kept, every
 
 
-def _products(cells: Footprint, x: ndarray, pressures: ndarray) -> ndarray:
-    operator = cells.fast_operator(x, cells.tolerance)
-    return np.stack([operator @ np.ascontiguousarray(p) for p in pressures.T], axis=1)
+def moved(positions: ndarray, by: ndarray) -> ndarray:
+    """Positions (W0, Lx, Ly) of shape (k, 3) of a point farther on by some way."""
+    return positions @ np.vstack([[1.0, 0.0, 0.0], np.column_stack([by, np.eye(2)])])
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A punch of a group, whose position follows from the work of all pressures.
+
+    Attributes
+    ----------
+    answer : GroupAnswer
+        That of the group.
+    body : int
+        Number of its body.
+    origin : (2,) array of float
+        Its origin from the point to which the position of the body refers.
+    """
+
+    answer: Any
+    body: int
+    origin: ndarray
+
+    @property
+    def positions(self) -> ndarray | None:
+        """(W0, Lx, Ly), see `Work.positions`; shape (2, 3)."""
+        found = self.answer.positions
+        own = slice(3 * self.body, 3 * self.body + 3)
+        return None if found is None else moved(found[:, own], self.origin)
