@@ -367,11 +367,9 @@ class RigidPunches:
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
-        parts = {}
-        for number, body in enumerate(self.bodies):
-            for i in body:
-                parts[i] = Part(self.punches[i].footprint, number, self._centres[number])
-        return Work(tuple(parts[i] for i in range(len(parts))), self.system)
+        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
+        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
+        return Work(tuple(Part(of, b, self._centres[b]) for of, b in parts), self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.
