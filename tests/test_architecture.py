@@ -119,6 +119,8 @@ LAYERS = [
         "contact.region",
         "contact.kern",
         "contact.pressures",
+        "contact.work",
+        "contact.bounds",
         "contact.solution",
         "contact.elastic_solution",
         "contact.punch",

@@ -29,7 +29,7 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint, LoadedCells, Operator, hulls
 from .frame import FramedSystem, checked_stiffness
-from .group_solution import PunchesSolution
+from .group_solution import GroupAnswer, PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
 from .neighbours import checked_joined, free_of, punch_on, require_apart, require_one_ground
 from .one_sign import solved
@@ -40,6 +40,7 @@ from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .union import joint_operator, rows_of, union
 from .verify import Verification
+from .work import Member, Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -351,6 +352,8 @@ class RigidPunches:
     ) -> tuple[PunchSolution, ...]:
         pressures = [contact.pressure[cells] for cells in self._slices]
         solutions = {}
+        all_flat = all(punch.gap is None for punch in self.punches)
+        together = GroupAnswer(self, tuple(loads), contact.touching)
         for number, body in enumerate(self.bodies):
             moved = position[3 * number : 3 * number + 3]
             for i in body:
@@ -371,8 +374,21 @@ class RigidPunches:
                 every = zip(self.punches, pressures, self._slices, strict=True)
                 others = tuple((p, q, flat[at]) for p, q, at in every)
                 others = others[:i] + others[i + 1 :]
-                solutions[i] = punch.solution(load, part, own, timings, others, flat[cells])
+                member = None
+                if all_flat and self.stiffness is None:
+                    origin = np.array(punch.origin) - self._centres[number]
+                    member = Member(together, number, origin)
+                solutions[i] = punch.solution(
+                    load, part, own, timings, others, flat[cells], member
+                )
         return tuple(solutions[i] for i in range(len(self.punches)))
+
+    @computed_once
+    def work(self) -> Work:
+        """Positions by the work of the pressures."""
+        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
+        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
+        return Work(tuple(Part(of, b, self._centres[b]) for of, b in parts), self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

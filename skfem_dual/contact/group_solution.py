@@ -7,7 +7,9 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..kernels.once import computed_once
 from .elastic_solution import ElasticSolution
+from .load import Constraints, Load
 from .solution import PunchSolution
 
 
@@ -82,3 +84,22 @@ def _moved(solution: PunchSolution | ElasticSolution) -> str:
         return f"{least:.6g} to {most:.6g}, bends"
     tilt = solution.tilt
     return f"{solution.settlement:<13.6g}({tilt[0]:.4g}, {tilt[1]:.4g})"
+
+
+@dataclass(frozen=True, eq=False)
+class GroupAnswer:
+    """Positions of all bodies of a group by the work of the pressures, computed on demand."""
+
+    group: Any
+    loads: tuple[Load, ...]
+    touching: ndarray
+
+    @computed_once
+    def positions(self) -> ndarray | None:
+        """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies)."""
+        group = self.group
+        constraints = [
+            load.constraints(group.punches[body[0]].origin - centre)
+            for load, body, centre in zip(self.loads, group.bodies, group._centres, strict=True)
+        ]
+        return group.work.positions(Constraints.together(constraints), self.touching)

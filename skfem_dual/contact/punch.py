@@ -30,6 +30,7 @@ from .solution import TINY, PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .verify import Verification
+from .work import Member, Part, Work, moved
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -341,11 +342,12 @@ class RigidPunch(Body):
         timings: dict[str, float],
         others: tuple[tuple[Body, ndarray, ndarray | None], ...] = (),
         flat: ndarray | None = None,
+        member: Member | None = None,
     ) -> PunchSolution:
         """The answer, from contact and position of the plan's centroid.
 
         ``others`` are the punches beside it, with their pressures and the cells that are flat;
-        ``flat`` tells its own.
+        ``flat`` tells its own. Of a group it is a ``member``.
         """
         pressure, shift = contact.pressure, self.centre - self.origin
         flat = None if flat is None or not flat.any() else readonly(flat)
@@ -367,8 +369,8 @@ class RigidPunch(Body):
             load=load,
             pressure=readonly(pressure),
             gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
-            settlement=float(position[0] - position[1:] @ shift),
-            tilt=readonly(position[1:]),
+            collocated_settlement=float(position[0] - position[1:] @ shift),
+            collocated_tilt=readonly(position[1:]),
             resultant=readonly(resultant),
             resultant_residual=readonly(resultant - imposed),
             displacement_residual=contact.violation,
@@ -381,7 +383,23 @@ class RigidPunch(Body):
             timings=self.timings | timings,
             others=others,
             flat=flat,
+            member=member,
         )
+
+    def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
+        """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
+
+        ``touching`` are the cells in contact; None where there is no such position.
+        """
+        if self.gap is not None or self.weights is None:
+            return None
+        shift = self.centre - self.origin
+        found = self._work.positions(load.constraints(-shift), touching)
+        return None if found is None else moved(found, -shift)
+
+    @computed_once
+    def _work(self) -> Work:
+        return Work((Part(self.footprint, 0, self.centre),), self.system)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""

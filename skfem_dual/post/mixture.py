@@ -80,6 +80,9 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
     pressures = np.concatenate([s.pressure for s in solutions])
     field = np.repeat([0, 1], [n, couple.dual.mesh.nelements])
     known = ~(_outer(couple, RINGS) & np.take(constant, field))
+    if all(constant) and any(s.punch.substrate.remainder is not None for s in solutions):
+        # on other ground the regular part is not smooth at the edge, it cannot be continued
+        known[:] = True
     inside = [int(known[field == i].sum()) for i in (0, 1)]
     if min(inside) < 6:
         values = couple.from_pressures(pressures)

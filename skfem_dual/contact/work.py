@@ -1,0 +1,245 @@
+"""The position of flat punches by the work of pressures: many times closer than by points.
+
+Between the collocation points ground and punch are a little apart, as the pressure inside the
+cells is not quite right. With pressures ``p`` of the load and ``r`` of a unit force, the work
+``<r, A p>`` is the position conjugate to that force, which errors of ``p`` and ``r`` enter as a
+product only (Thomson's principle, Betti's reciprocity). It is ``s + <r, e>``: the position ``s``
+by collocation and how far the ground lies below the punch, ``e``, at one point in each sector of
+the cells near the edge.
+
+Sources: C. E. Pearson, Theoretical Elasticity (1959), principles of work; R. Becker and
+R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import ndarray
+
+from ..elements.edge_weights import EdgeWeights
+from ..kernels.once import computed_once
+from ..operators.factors import Factors
+from ..operators.symmetric_matrix import SymmetricMatrix
+from .footprint import Footprint
+from .load import Constraints
+from .problem import DOZEN
+from .system import DENSE, ContactSystem
+
+#: cells over which the weight varies by less than this factor hardly part from the punch
+VARIATION = 1.5
+#: where ground and punch are apart by more than so much of a unit motion, on average over a cell,
+#: the pressure in the cell is of another kind, as in corners of triangles: it is left out
+APART = 0.025
+
+
+class Sectors(NamedTuple):
+    """Parts of cells near the edge, one for each triangle of the mesh in which the cell has one.
+
+    Attributes
+    ----------
+    x : (2, m) array of float
+        Where the load of the sector acts.
+    cell : (m,) array of int
+        Its cell.
+    load : (m,) array of float
+        Its load by unit mean pressure on the cell.
+    """
+
+    x: ndarray
+    cell: ndarray
+    load: ndarray
+
+
+def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
+    """The sectors of dual cells; of other cells the triangles of their fan."""
+    fan, (mean, off) = weights.fan, weights.of_triangles
+    least, most = np.full(len(weights.weighted), np.inf), np.zeros(len(weights.weighted))
+    np.minimum.at(least, fan.cell, weights.root[fan.t].min(axis=0))
+    np.maximum.at(most, fan.cell, weights.root[fan.t].max(axis=0))
+    own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
+    cell, load = fan.cell[own], (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
+    x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
+    # of the points of a fan barycentres come last
+    key = np.stack([cell, fan.t[:, own].max(axis=0) if on_dual_cells else own])
+    (cell, _), sector = np.unique(key, axis=1, return_inverse=True)
+    total = np.bincount(sector.ravel(), load, len(cell))
+    x = np.stack([np.bincount(sector.ravel(), load * a, len(cell)) for a in x]) / total
+    return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+class Part(NamedTuple):
+    """Cells of one punch of a body.
+
+    Attributes
+    ----------
+    footprint : Footprint
+        The cells.
+    body : int
+        Number of the body.
+    centre : (2,) array of float
+        Point of the body to which its position refers.
+    """
+
+    footprint: Footprint
+    body: int
+    centre: ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """Positions of flat punches with edge-weighted cells by the work of their pressures.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+        The punches, their cells one after the other.
+    system : ContactSystem
+        Their equations; three components of the position for each body.
+    """
+
+    parts: tuple[Part, ...]
+    system: ContactSystem
+
+    @computed_once
+    def sectors(self) -> Sectors:
+        """Where the ground is looked at; of punches with constant pressures nowhere."""
+        first, found = 0, [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
+        for cells, *_ in self.parts:
+            if cells.weights is not None:
+                x, cell, load = sectors(cells.weights, cells.on_dual_cells)
+                found.append(Sectors(x, cell + first, load))
+            first += len(cells)
+        x, cell, load = zip(*found, strict=True)
+        return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
+
+    @computed_once
+    def planes(self) -> ndarray:
+        """Settlement of the sectors by motions of unit size, shape (m, nsectors)."""
+        starts = np.cumsum([0, *(len(part.footprint) for part in self.parts)])
+        x, cell, _ = self.sectors
+        planes = np.zeros((len(self._unit), len(cell)))
+        for number, (_, body, centre) in enumerate(self.parts):
+            own = (starts[number] <= cell) & (cell < starts[number + 1])
+            planes[3 * body, own] = 1.0
+            planes[3 * body + 1 : 3 * body + 3, own] = x[:, own] - centre[:, None]
+        return planes / self._unit[:, None]
+
+    @computed_once
+    def rows(self) -> ndarray:
+        """Settlement of the sectors under unit pressure on each cell, if these are few."""
+        return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
+
+    def positions(self, constraints: Constraints, touching: ndarray) -> ndarray | None:
+        """Positions under a load with contact on some cells.
+
+        Parameters
+        ----------
+        constraints : Constraints
+            What is imposed.
+        touching : (n,) array of bool
+            The cells in contact.
+
+        Returns
+        -------
+        (2, m) array of float or None
+            Leaving out cells where the punch is too far from the ground, and with all cells;
+            None on fewer than a dozen cells, or where only products with a matrix are known and
+            contact is not full.
+        """
+        if touching.sum() < min(DOZEN, len(touching)):
+            return None
+        if touching.all():
+            compliances = self._in_full_contact
+        elif isinstance(self.system.matrix, (np.ndarray, SymmetricMatrix)):
+            compliances = self._compliances(self._pressures(touching), touching)
+        else:
+            return None
+        unit = self._unit
+        motions, fixed = unit[:, None] * constraints.motions, unit * constraints.fixed
+        balance = constraints.balance * unit
+        found = []
+        for compliance in compliances:
+            stiffness = np.linalg.inv(compliance)
+            given = constraints.given - balance @ stiffness @ fixed
+            y = np.linalg.solve(balance @ stiffness @ motions, given)
+            found.append((fixed + motions @ y) / unit)
+        return np.array(found)
+
+    @computed_once
+    def _unit(self) -> ndarray:
+        """Largest settlements by the components of the position, the same for both tilts."""
+        planes = self.system.planes.reshape(-1, 3, self.system.planes.shape[1])
+        radius = np.hypot(planes[:, 1], planes[:, 2]).max(axis=1)
+        return np.column_stack([np.ones_like(radius), radius, radius]).ravel()
+
+    @computed_once
+    def _in_full_contact(self) -> tuple[ndarray, ndarray]:
+        pressures = self.system.unit_pressures / self._unit
+        return self._compliances(pressures, np.ones(len(pressures), dtype=bool))
+
+    def _pressures(self, touching: ndarray) -> ndarray:
+        """Pressures by motions of unit size with contact on some cells, shape (n, m)."""
+        cells = np.nonzero(touching)[0]
+        matrix = np.asarray(self.system.matrix)[np.ix_(cells, cells)]
+        pressures = np.zeros((len(touching), len(self._unit)))
+        pressures[cells] = Factors.from_matrix(matrix).solve(self.system.planes[:, cells].T)
+        return pressures / self._unit
+
+    def _settled(self, pressures: ndarray) -> ndarray:
+        """Settlement of the sectors under some pressures, shape (nsectors, m)."""
+        if len(pressures) <= DENSE:
+            return self.rows @ pressures
+        first, settled = 0, np.zeros((len(self.sectors.cell), pressures.shape[1]))
+        for cells, *_ in self.parts:
+            operator = cells.fast_operator(self.sectors.x, cells.tolerance)
+            for column, own in zip(settled.T, pressures[first : first + len(cells)].T):
+                column += operator @ np.ascontiguousarray(own)
+            first += len(cells)
+        return settled
+
+    def _compliances(self, pressures: ndarray, touching: ndarray) -> tuple[ndarray, ndarray]:
+        """Motions of unit size by forces on them; without the cells that are apart, and with."""
+        _, cell, load = self.sectors
+        apart = np.where(touching[cell], self._settled(pressures).T - self.planes, 0.0)
+        mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
+        mean = (mean / self.system.areas).reshape(-1, 3, len(touching))
+        near = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])) < APART
+        by_points = np.linalg.inv((self.system.resultants / self._unit[:, None]) @ pressures)
+        unit_forces = (pressures @ by_points)[cell].T * load
+        kept, every = (
+            by_points + (unit_forces * some) @ apart.T @ by_points
+            for some in (near.all(axis=0)[cell], 1.0)
+        )
+        return kept, every
+
+
+def moved(positions: ndarray, by: ndarray) -> ndarray:
+    """Positions (W0, Lx, Ly) of shape (k, 3) of a point farther on by some way."""
+    return positions @ np.vstack([[1.0, 0.0, 0.0], np.column_stack([by, np.eye(2)])])
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A punch of a group, whose position follows from the work of all pressures.
+
+    Attributes
+    ----------
+    answer : GroupAnswer
+        That of the group.
+    body : int
+        Number of its body.
+    origin : (2,) array of float
+        Its origin from the point to which the position of the body refers.
+    """
+
+    answer: Any
+    body: int
+    origin: ndarray
+
+    @property
+    def positions(self) -> ndarray | None:
+        """(W0, Lx, Ly), see `Work.positions`; shape (2, 3)."""
+        found = self.answer.positions
+        own = slice(3 * self.body, 3 * self.body + 3)
+        return None if found is None else moved(found[:, own], self.origin)
