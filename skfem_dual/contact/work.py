@@ -198,6 +198,21 @@ class Work:
             first += len(cells)
         return settled
 
+    def _loads(self, pressures: ndarray) -> ndarray:
+        """Loads of the sectors under some pressures of shape (n, m), slopes too; (m, nsectors)."""
+        first, (x, cell, load) = 0, self.sectors
+        inside = pressures[cell].T
+        for cells, *_ in self.parts:
+            own = (first <= cell) & (cell < first + len(cells))
+            if cells.slopes is not None and cells.weights is not None:
+                at = cell[own] - first
+                arm = x[:, own] - cells.weights.centroids[:, at]
+                slopes = cells.slopes.matrix @ pressures[first : first + len(cells)]
+                rise = slopes.reshape(2, len(cells), -1)[:, at]
+                inside[:, own] += np.einsum("ik,ikm->mk", arm, rise)
+            first += len(cells)
+        return inside * load
+
     def _compliances(self, pressures: ndarray, touching: ndarray) -> tuple[ndarray, ndarray]:
         """Motions of unit size by forces on them; without the cells that are apart, and with."""
         _, cell, load = self.sectors
@@ -206,7 +221,7 @@ class Work:
         mean = (mean / self.system.areas).reshape(-1, 3, len(touching))
         near = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])) < APART
         by_points = np.linalg.inv((self.system.resultants / self._unit[:, None]) @ pressures)
-        unit_forces = (pressures @ by_points)[cell].T * load
+        unit_forces = self._loads(pressures @ by_points)
         kept, every = (
             by_points + (unit_forces * some) @ apart.T @ by_points
             for some in (near.all(axis=0)[cell], 1.0)
