@@ -26,12 +26,15 @@ from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
-from ..operators.entries import SAMPLES
+from ..operators.entries import sample
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .load import Hull
 from .system import DENSE
+
+#: from so many cells on a regular grid on products are those of transforms
+REGULAR = 256
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
@@ -43,11 +46,6 @@ class ExactRows(NamedTuple):
 
     numbers: ndarray
     rows: ndarray
-
-
-def sample(n: int) -> ndarray:
-    """Numbers of some of n cells, at random but the same every time."""
-    return np.random.default_rng(0).choice(n, min(SAMPLES, n), replace=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,6 +93,11 @@ class LoadedCells:
             self.weights, self.substrate.singular_coefficient, as_points(x)
         )
 
+    @property
+    def regular(self) -> bool:
+        """Whether transforms are sooner done than a matrix is made."""
+        return self.weights is None and len(self) >= REGULAR and self.partition.lattice is not None
+
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
         """From the cells to points of shape (2, m), to a tolerance."""
         cells = self.substrate, self.partition, x, self.weights
@@ -115,7 +118,7 @@ class LoadedCells:
     @computed_once
     def exact_rows(self) -> "ExactRows":
         """Some rows of the matrix."""
-        i = sample(len(self))
+        i = sample(len(self), len(self))
         return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
 
     def usable_symmetry(self) -> Symmetry | None:

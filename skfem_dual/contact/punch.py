@@ -138,7 +138,7 @@ class RigidPunch(Body):
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
         symmetry, cells = self._symmetry, self.footprint
-        if symmetry is None and self.rtol is None and cells.few:
+        if symmetry is None and self.rtol is None and cells.few and not cells.regular:
             return self.matrix
         with timed(self.timings, "assembly"):
             if symmetry is not None:

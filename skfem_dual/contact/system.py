@@ -21,8 +21,9 @@ from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
-from ..operators.preconditioner import Preconditioner
+from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
+from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import YieldingOperator
 from .load import Constraints
 from .positions import apart, by_force
@@ -52,7 +53,7 @@ class ContactSystem:
     ----------
     matrix : (n, n) array of float, SymmetricMatrix, InfluenceOperator or YieldingOperator
         Settlement of each collocation point under unit pressure on each cell. The first two
-        are factorised, operators only multiplied by.
+        are factorised, operators only multiplied by but for those of few cells on a regular grid.
     planes : (m, n) array of float
         Settlement of the collocation points by each component of the position.
     resultants : (m, n) array of float
@@ -76,7 +77,7 @@ class ContactSystem:
     def factors(self) -> Factors:
         """Factors of the matrix, if that is an array."""
         with timed(self.timings, "factorisation"):
-            return Factors.from_matrix(np.asarray(self.matrix))
+            return Factors.from_matrix(np.asarray(self._array))
 
     @computed_once
     def preconditioner(self) -> Any:
@@ -85,13 +86,28 @@ class ContactSystem:
             if isinstance(self.matrix, YieldingOperator):
                 return self.matrix.preconditioner
             if isinstance(self.matrix, InfluenceOperator):
-                return Preconditioner.from_operator(self.matrix)
+                return approximate_inverse(self.matrix)
         raise TypeError("expected an operator, got a matrix, which is factorised")
 
     @property
     def _dense(self) -> bool:
         """Whether the matrix can be factorised."""
+        return self._given or (self._regular is not None and len(self.areas) <= DENSE)
+
+    @property
+    def _given(self) -> bool:
+        """Whether the matrix is not an operator."""
         return isinstance(self.matrix, (np.ndarray, SymmetricMatrix))
+
+    @property
+    def _regular(self) -> BlockToeplitz | None:
+        """The matrix, if it is that of cells on a regular grid."""
+        return self.matrix.toeplitz if isinstance(self.matrix, InfluenceOperator) else None
+
+    @computed_once
+    def _array(self) -> Any:
+        """The matrix as something that can be factorised, if it can be."""
+        return self.matrix if self._given or self._regular is None else self._regular.to_dense()
 
     @property
     def unit_pressures(self) -> ndarray:
@@ -121,7 +137,7 @@ class ContactSystem:
             with timed(self.timings, "factorisation"):
                 factors = self.matrix.factors
             return factors.solve(rhs), ""
-        if isinstance(self.matrix, np.ndarray):
+        if self._dense or isinstance(self.matrix, np.ndarray):
             return self.factors.solve(rhs), ""
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
@@ -145,12 +161,12 @@ class ContactSystem:
         """
         if isinstance(self.matrix, SymmetricMatrix):
             return self.matrix.condition_number
-        if not isinstance(self.matrix, np.ndarray):
+        if not self._dense:
             raise ValueError(
                 "expected a dense matrix for the condition number, got an operator. Remedy: a "
                 f"coarser mesh; up to {DENSE} cells the matrix is dense"
             )
-        matrix, factors = self.matrix, self.factors
+        matrix, factors = self._array, self.factors
 
         def largest(product: Callable[[ndarray], ndarray]) -> float:
             gram = LinearOperator(matrix.shape, matvec=product, dtype=float)
@@ -256,7 +272,12 @@ class ContactSystem:
             planes=motions.T @ self.planes,
             resultants=balance @ self.resultants,
             given=constraints.given / unit,
+            smoother=None if self._regular is None else self._regular.inverse,
         )
+
+    def _as_array(self, problem: ContactProblem) -> ContactProblem:
+        """The problem with a matrix that can be factorised."""
+        return replace(problem, matrix=self._array)
 
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""
@@ -265,7 +286,7 @@ class ContactSystem:
         contact = conjugate_gradients(problem, start, gap_rtol)
         if not contact.success:
             return None
-        if self._dense:
+        if self._given:
             polished = active_set(problem, contact.pressure > 0)
             return polished if polished.success else contact
         return contact
@@ -292,7 +313,7 @@ class ContactSystem:
             return None
         contact, position = found
         if exact:
-            polished = active_set(problem, contact.pressure > 0)
+            polished = active_set(self._as_array(problem), contact.pressure > 0)
             if polished.success:
                 return polished
         motions = self._scaled(constraints)[0]
@@ -316,8 +337,8 @@ class ContactSystem:
         if not conjugate and (method == "cg" or not self._dense):
             return None
         if method == "active-set" or not conjugate:
-            return active_set(problem, _beginning(start, n))
-        if not (method == "auto" and self._dense and n <= POLISHED):
+            return active_set(self._as_array(problem), _beginning(start, n))
+        if not (method == "auto" and self._given and n <= POLISHED):
             return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
         rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
         polished = active_set(problem, _beginning(rough.pressure if rough.success else start, n))

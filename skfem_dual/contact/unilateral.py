@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 from ..arguments import checked_number
 from ..errors import ConvergenceError
+from ..kernels.once import computed_once
 from .problem import Contact, ContactProblem
 
 #: the largest tolerance of gaps
@@ -89,7 +90,8 @@ def conjugate_gradients(
     """Projected conjugate gradients for any matrix or LinearOperator.
 
     The unknowns are the forces on the cells, so that the matrix is nearly symmetric, and the
-    square roots of the areas precondition it. In every iteration the motions are those that
+    square roots of the areas precondition it, and its smoother if the problem has one, between
+    the cells in contact. In every iteration the motions are those that
     leave the gaps in contact without a resultant, and the step ends on the forces that balance
     the load and do not pull, the nearest ones in the norm of the preconditioner.
 
@@ -167,7 +169,7 @@ class CellForces:
     acting : (k, n) array of float
         Resultants of unit forces on the cells.
     scale : (n,) array of float
-        Inverse of the preconditioner.
+        Inverse of the preconditioner, which is diagonal.
     """
 
     problem: ContactProblem
@@ -179,6 +181,18 @@ class CellForces:
         """With the square roots of the areas as preconditioner."""
         return cls(problem, problem.resultants / problem.areas, np.sqrt(problem.areas))
 
+    @computed_once
+    def sides(self) -> ndarray:
+        """Resultants of forces as large as the preconditioner has it, shape (k, n)."""
+        return self.acting * self.scale
+
+    @computed_once
+    def _response(self) -> float:
+        """What the smoother makes of a unit settlement of one cell there."""
+        one, middle = np.zeros(len(self.scale)), len(self.scale) // 2
+        one[middle] = 1.0
+        return float((self.problem.smoother @ one)[middle]) if self.problem.smoother else 1.0
+
     def settlement(self, force: ndarray) -> ndarray:
         """Of the collocation points under forces on the cells."""
         return self.problem.matrix @ (force / self.problem.areas)
@@ -186,10 +200,11 @@ class CellForces:
     def rigid_motion(self, settlement: ndarray, contact: ndarray) -> tuple[ndarray, ndarray]:
         """Motions that leave the gaps in contact without a resultant, and the gaps they leave."""
         gap, planes = settlement + self.problem.gap, self.problem.planes
-        sides = self.acting[:, contact] * self.scale[contact]
+        sides = np.where(contact, self.sides, 0.0)
         # of cells that cannot tell some motion, the least one
-        motion = np.linalg.pinv(sides @ planes[:, contact].T) @ (sides @ gap[contact])
-        return motion, gap - motion @ planes
+        motion = np.linalg.pinv(sides @ planes.T) @ (sides @ gap)
+        gap -= motion @ planes
+        return motion, gap
 
     def descent(self, gap: ndarray, contact: ndarray, before: Step | None) -> Step:
         """The next direction, conjugate to the one before while no cell comes back.
@@ -199,6 +214,9 @@ class CellForces:
         overlap = ~contact & (gap < 0)
         working = contact | overlap
         slope = self.without_resultant(self.scale * gap, working)
+        if (smoother := self.problem.smoother) is not None:
+            # between projections on both sides it is symmetric
+            slope = self.without_resultant((smoother @ slope) / self._response, working)
         direction = slope
         if before is not None and not overlap.any():
             beta = max(0.0, slope @ (gap - before.gap) / before.decrease)
@@ -228,9 +246,8 @@ class CellForces:
 
     def without_resultant(self, force: ndarray, working: ndarray) -> ndarray:
         """``force`` on the working cells, changed so that it has no resultant."""
-        acting, out = self.acting, np.where(working, force, 0.0)
-        sides = acting[:, working] * self.scale[working]
-        out[working] -= np.linalg.pinv(sides @ acting[:, working].T) @ (acting @ out) @ sides
+        sides, out = np.where(working, self.sides, 0.0), np.where(working, force, 0.0)
+        out -= np.linalg.pinv(sides @ self.acting.T) @ (self.acting @ out) @ sides
         return out
 
     def balanced(self, force: ndarray) -> ndarray | None:
@@ -240,7 +257,7 @@ class CellForces:
         concave function, by Newton's method. None if there are no such forces.
         """
         acting, scale, given = self.acting, self.scale, self.problem.given
-        sides = acting * scale
+        sides, extent = self.sides, np.abs(acting)
         # a little of all cells: those pressed on may be too few to balance anything
         spare = 1e-8 * sides @ acting.T
 
@@ -252,7 +269,7 @@ class CellForces:
         mu = np.zeros(len(given))
         pressed, error, dual = state(mu)
         for _ in range(200):
-            size = np.abs(given).max(initial=0.0) + (np.abs(acting) @ pressed).max(initial=0.0)
+            size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
             if np.abs(error).max(initial=0.0) <= 1e-14 * size:
                 break
             free = pressed > 0

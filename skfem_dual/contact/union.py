@@ -66,7 +66,7 @@ def joint_operator(parts: Sequence[Footprint], cells: LoadedCells) -> ndarray | 
 def rows_of(parts: Sequence[LoadedCells]) -> ExactRows:
     """Some rows of that matrix."""
     x = np.hstack([part.collocation_points for part in parts])
-    i = sample(x.shape[1])
+    i = sample(x.shape[1], x.shape[1])
     x = np.ascontiguousarray(x[:, i])
     return ExactRows(i, np.hstack([part.influence(x) for part in parts]))
 

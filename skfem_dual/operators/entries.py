@@ -16,8 +16,8 @@ from ..kernels.once import computed_once
 
 #: tolerances below it are for exact entries
 EXACT = 1e-8
-#: rows that are compared with exact ones
-SAMPLES = 16
+#: rows that are compared with exact ones, and entries from which on they are fewer
+SAMPLES, MANY = 16, 2**22
 #: errors do not refer to less than so many times what homogeneous ground would settle
 FLOOR = 0.01
 
@@ -75,6 +75,12 @@ class Entries:
         return out if self.correction is None else out + self.correction.near.diagonal()
 
 
+def sample(points: int, cells: int) -> ndarray:
+    """Numbers of some rows, at random but the same every time."""
+    count = min(SAMPLES, max(MANY // cells, 2), points)
+    return np.random.default_rng(0).choice(points, count, replace=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Sample:
     """Some exact rows, against which products are checked.
@@ -97,9 +103,8 @@ class Sample:
 
     @classmethod
     def from_entries(cls, entries: Entries) -> "Sample":
-        """`SAMPLES` rows at random, the same every time."""
-        m = entries.x.shape[1]
-        numbers = np.random.default_rng(0).choice(m, min(SAMPLES, m), replace=False)
+        """Some rows, see `sample`."""
+        numbers = sample(entries.x.shape[1], len(entries.partition))
         rows = entries.rows(numbers)
         total, norm, least = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0
         if entries.substrate.remainder is not None:

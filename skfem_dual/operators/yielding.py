@@ -11,7 +11,7 @@ from ..kernels.once import computed_once
 from .compliance import Compliance, Structures
 from .factors import Factors
 from .influence_operator import InfluenceOperator
-from .preconditioner import Preconditioner
+from .preconditioner import approximate_inverse
 
 #: columns of the structure's part of a dense matrix that are solved for together
 TOGETHER = 64
@@ -76,5 +76,5 @@ class YieldingOperator:
         """Approximate inverse: that of the ground alone, beside which a structure yields to few
         shapes of pressure only."""
         if isinstance(self.ground, InfluenceOperator):
-            return Preconditioner.from_operator(self.ground)
+            return approximate_inverse(self.ground)
         return Factors.from_matrix(np.asarray(self.ground))
