@@ -163,6 +163,7 @@ LAYERS = [
         "io.polygons",
         "io.fields",
         "io.structures",
+        "io.surfaces",
         "io",
     ],
     ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.run"],
@@ -184,6 +185,7 @@ ORDER = [module for layer in LAYERS for module in layer]
 LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
     ("contact.pressures", "post.fields"),
+    ("contact.shapes", "io.surfaces"),
     ("ground.substrates", "ground.hankel"),
     ("contact.pressures", "visuals.matplotlib"),
     ("contact.pressures", "visuals.notebook"),

@@ -187,6 +187,10 @@ class CellForces:
         return self.acting * self.scale
 
     @computed_once
+    def _extent(self) -> ndarray:
+        return np.abs(self.acting)
+
+    @computed_once
     def _response(self) -> float:
         """What the smoother makes of a unit settlement of one cell there."""
         one, middle = np.zeros(len(self.scale)), len(self.scale) // 2
@@ -257,32 +261,35 @@ class CellForces:
         concave function, by Newton's method. None if there are no such forces.
         """
         acting, scale, given = self.acting, self.scale, self.problem.given
-        sides, extent = self.sides, np.abs(acting)
+        sides, extent = self.sides, self._extent
         # a little of all cells: those pressed on may be too few to balance anything
         spare = 1e-8 * sides @ acting.T
 
-        def state(mu: ndarray) -> tuple[ndarray, ndarray, float]:
+        def state(mu: ndarray) -> tuple[ndarray, ndarray]:
             pressed = (force + mu @ sides).clip(0)
-            dual = 0.5 * np.sum(pressed**2 / scale) - mu @ given
-            return pressed, acting @ pressed - given, dual
+            return pressed, acting @ pressed - given
+
+        def dual(mu: ndarray, pressed: ndarray) -> float:
+            return 0.5 * np.sum(pressed**2 / scale) - mu @ given
 
         mu = np.zeros(len(given))
-        pressed, error, dual = state(mu)
+        pressed, error = state(mu)
         for _ in range(200):
             size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
             if np.abs(error).max(initial=0.0) <= 1e-14 * size:
                 break
-            free = pressed > 0
-            step = np.linalg.pinv(sides[:, free] @ acting[:, free].T + spare) @ error
+            free = np.where(pressed > 0, sides, 0.0)
+            step = np.linalg.pinv(free @ acting.T + spare) @ error
             for _ in range(40):
                 trial = state(mu - step)
-                if trial[2] < dual or np.abs(trial[1]).max() < np.abs(error).max():
+                nearer = np.abs(trial[1]).max() < np.abs(error).max()
+                if nearer or dual(mu - step, trial[0]) < dual(mu, pressed):
                     break
                 step = step / 2
             else:
                 break  # as near as rounding lets
             mu = mu - step
-            pressed, error, dual = trial
+            pressed, error = trial
         return pressed if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
 
 

@@ -1,6 +1,7 @@
 """Cells that are rectangles of one size in the places of a regular grid."""
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import Self
 
 import numpy as np
@@ -54,7 +55,7 @@ class Lattice:
         if n == 0 or not (polygons.sizes == 4).all():
             return None
         corners = polygons.p[:, polygons.indices].reshape(2, n, 4)
-        low, high = corners.min(axis=2), corners.max(axis=2)
+        low, high = (reduce(f, np.moveaxis(corners, 2, 0)) for f in (np.minimum, np.maximum))
         sides = high - low
         middle = (low + high) / 2
         first = middle.min(axis=1, keepdims=True)
