@@ -39,6 +39,7 @@ from .grids.trace import trace
 from .grids.voronoi import delaunay_voronoi
 from .ground.graded import GradedHalfSpace
 from .ground.layered import Layer, LayeredHalfSpace
+from .ground.periodic import PeriodicGround
 from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
@@ -78,6 +79,7 @@ __all__ = [
     "MomentRotation",
     "Outcome",
     "Paraboloid",
+    "PeriodicGround",
     "PostprocessedPressure",
     "PreprocessReport",
     "PunchSolution",

@@ -57,6 +57,7 @@ LAYERS = [
         "ground.stratified",
         "ground.graded",
         "ground.layered",
+        "ground.periodic",
     ],
     [
         "elements.edge_weights",

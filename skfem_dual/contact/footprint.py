@@ -24,9 +24,10 @@ from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate, checked_substrate
+from ..ground.periodic import PeriodicGround, checked_ground
+from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.entries import sample
+from ..operators.entries import some_rows
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
@@ -116,13 +117,17 @@ class LoadedCells:
         )
 
     @computed_once
-    def exact_rows(self) -> "ExactRows":
-        """Some rows of the matrix."""
-        i = sample(len(self), len(self))
+    def exact_rows(self) -> "ExactRows | None":
+        """Some rows of the matrix; None on periodic ground, whose products are the only ones."""
+        if isinstance(self.substrate, PeriodicGround):
+            return None
+        i = some_rows(len(self), len(self))
         return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
 
     def usable_symmetry(self) -> Symmetry | None:
         """The symmetry of the cells; None if they have none, or too little for their number."""
+        if isinstance(self.substrate, PeriodicGround):
+            return None
         symmetry = Symmetry.detect(self.partition, self.collocation_points, self.weights)
         small = len(self) ** 2 <= DENSE**2 * symmetry.saving.memory
         return symmetry if len(symmetry.permutations) > 1 and small else None
@@ -168,7 +173,7 @@ class Footprint(LoadedCells):
         TypeError, ValueError, MeshError
             If an argument is not what it must be, or they contradict each other.
         """
-        checked_substrate(substrate)
+        checked_ground(substrate)
         checked_choice("collocation", collocation, ("centroid", "node"))
         checked_choice("edge", edge, ("singular", "constant"))
         if edge == "singular" and collocation == "node":
@@ -176,6 +181,8 @@ class Footprint(LoadedCells):
                 'expected collocation "centroid" with edge "singular", got "node". Remedy: '
                 'edge="constant" for the paper\'s scheme'
             )
+        if edge == "singular" and isinstance(substrate, PeriodicGround):
+            raise ValueError('expected edge "constant" on a PeriodicGround, which has no edge')
         if edge == "constant" and edge_boundaries is not None:
             raise ValueError('expected edge "singular" where edge_boundaries are named')
         origin = checked_pair("origin", origin)

@@ -104,6 +104,11 @@ class ContactSystem:
         """The matrix, if it is that of cells on a regular grid."""
         return self.matrix.toeplitz if isinstance(self.matrix, InfluenceOperator) else None
 
+    @property
+    def _singular(self) -> bool:
+        """Whether a uniform pressure settles nothing, as on periodic ground."""
+        return self._regular is not None and self._regular.singular
+
     @computed_once
     def _array(self) -> Any:
         """The matrix as something that can be factorised, if it can be."""
@@ -133,6 +138,11 @@ class ContactSystem:
 
         With them why iterations did not converge, if they did not.
         """
+        if self._singular:
+            raise ValueError(
+                "expected ground without a period: on a PeriodicGround settlements do not tell "
+                "the pressures. Remedy: solve under a force"
+            )
         if isinstance(self.matrix, SymmetricMatrix):
             with timed(self.timings, "factorisation"):
                 factors = self.matrix.factors
@@ -159,6 +169,8 @@ class ContactSystem:
         ValueError
             If the matrix is not an array.
         """
+        if self._singular:
+            return float("inf")
         if isinstance(self.matrix, SymmetricMatrix):
             return self.matrix.condition_number
         if not self._dense:
@@ -275,10 +287,6 @@ class ContactSystem:
             smoother=None if self._regular is None else self._regular.inverse,
         )
 
-    def _as_array(self, problem: ContactProblem) -> ContactProblem:
-        """The problem with a matrix that can be factorised."""
-        return replace(problem, matrix=self._array)
-
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""
         every = np.ones(len(self.areas))
@@ -313,7 +321,7 @@ class ContactSystem:
             return None
         contact, position = found
         if exact:
-            polished = active_set(self._as_array(problem), contact.pressure > 0)
+            polished = active_set(replace(problem, matrix=self._array), contact.pressure > 0)
             if polished.success:
                 return polished
         motions = self._scaled(constraints)[0]
@@ -337,7 +345,7 @@ class ContactSystem:
         if not conjugate and (method == "cg" or not self._dense):
             return None
         if method == "active-set" or not conjugate:
-            return active_set(self._as_array(problem), _beginning(start, n))
+            return active_set(replace(problem, matrix=self._array), _beginning(start, n))
         if not (method == "auto" and self._given and n <= POLISHED):
             return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
         rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())

@@ -75,7 +75,7 @@ class Entries:
         return out if self.correction is None else out + self.correction.near.diagonal()
 
 
-def sample(points: int, cells: int) -> ndarray:
+def some_rows(points: int, cells: int) -> ndarray:
     """Numbers of some rows, at random but the same every time."""
     count = min(SAMPLES, max(MANY // cells, 2), points)
     return np.random.default_rng(0).choice(points, count, replace=False)
@@ -103,8 +103,8 @@ class Sample:
 
     @classmethod
     def from_entries(cls, entries: Entries) -> "Sample":
-        """Some rows, see `sample`."""
-        numbers = sample(entries.x.shape[1], len(entries.partition))
+        """Some rows, see `some_rows`."""
+        numbers = some_rows(entries.x.shape[1], len(entries.partition))
         rows = entries.rows(numbers)
         total, norm, least = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0
         if entries.substrate.remainder is not None:
@@ -115,6 +115,11 @@ class Sample:
             norm = np.maximum(norm, FLOOR * np.linalg.norm(alone, axis=1))
             least = float(np.min(total / alone.sum(axis=1)))
         return cls(numbers, rows, total, norm, least)
+
+    @classmethod
+    def from_rows(cls, numbers: ndarray, rows: ndarray) -> "Sample":
+        """Some rows that are known."""
+        return cls(numbers, rows, np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0)
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""

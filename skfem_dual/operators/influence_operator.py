@@ -22,13 +22,14 @@ from ..errors import ConvergenceError
 from ..grids.lattice import Lattice
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate, checked_substrate
+from ..ground.periodic import PeriodicGround, checked_ground
+from ..ground.substrates import Substrate
 from ..messages import shown
 from .dense import moment_matrix
-from .entries import EXACT, Entries, Sample
+from .entries import EXACT, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
 from .resources import choose
-from .toeplitz import BlockToeplitz
+from .toeplitz import BlockToeplitz, require_period
 
 Method = Literal["auto", "dense", "fast", "toeplitz"]
 #: tolerance of operators if none is given
@@ -50,8 +51,8 @@ class InfluenceOperator(LinearOperator):
 
     Parameters
     ----------
-    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
-        The ground.
+    substrate : HalfSpace, GradedHalfSpace, LayeredHalfSpace or PeriodicGround
+        The ground; the last under constant pressures on a regular grid that covers its period.
     basis : CellwiseBasis, CellBasis or Partition
         Piecewise constants, see `RigidPunch`, or the loaded cells themselves.
     rtol : float
@@ -119,7 +120,7 @@ class InfluenceOperator(LinearOperator):
         edge: Literal["singular", "constant"] | EdgeWeights = "singular",
         collocation: Literal["centroid", "node"] | ndarray = "centroid",
     ) -> None:
-        checked_substrate(substrate)
+        checked_ground(substrate)
         rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         checked_choice("method", method, ("auto", "dense", "fast", "toeplitz"))
         if method == "fast" and rtol < EXACT:
@@ -140,7 +141,10 @@ class InfluenceOperator(LinearOperator):
                 'and their centroids. Remedy: edge="constant" on a uniform MeshQuad, or '
                 'method="auto"'
             )
-        layered = substrate.remainder is not None
+        if periodic := isinstance(substrate, PeriodicGround):
+            require_period(substrate, lattice)
+            checked_choice("method", method, ("auto", "toeplitz"))
+        layered = not periodic and substrate.remainder is not None
         places = None if lattice is None else prod(lattice.shape)
         self.method, self.estimate = choose(method, m, n, float(rtol), layered, places)
         self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
@@ -305,6 +309,8 @@ Kept = ndarray | FastSummation | BlockToeplitz
 
 def _within(entries: Entries, method: str, rtol: float) -> tuple[Kept, float, float]:
     """What is made with tolerances from ``rtol`` on down until its error is less; its errors."""
+    if isinstance(entries.substrate, PeriodicGround):
+        return _periodic(entries.substrate, entries.partition)
     make = _MAKERS[method]
     sample = Sample.from_entries(entries)
     tolerance = rtol
@@ -345,6 +351,14 @@ def _dense(entries: Entries, tolerance: float, rtol: float) -> ndarray:
 def _fast(entries: Entries, tolerance: float, rtol: float) -> FastSummation:
     cells = entries.substrate, entries.partition, entries.x, entries.weights
     return FastSummation.from_partition(*cells, tolerance)
+
+
+def _periodic(ground: PeriodicGround, partition: Partition) -> tuple[Kept, float, float]:
+    """The products with their errors of rounding."""
+    kept = BlockToeplitz.from_period(ground, cast(Lattice, partition.lattice))
+    numbers = some_rows(len(partition), len(partition))
+    error, row_error = Sample.from_rows(numbers, kept.rows(numbers)).errors(kept.__matmul__)
+    return kept, error, row_error
 
 
 def _transforms(entries: Entries, tolerance: float, rtol: float) -> BlockToeplitz:

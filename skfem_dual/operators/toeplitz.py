@@ -21,6 +21,7 @@ from ..elements.influence import influence_matrix
 from ..grids.lattice import Lattice
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
+from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..kernels.threads import threads_for
@@ -86,7 +87,7 @@ class BlockToeplitz:
         Places of the n cells.
     entries : (nx, ny) array of float
         Settlement of a centroid under unit pressure on the cell so many places away along x and
-        along y.
+        along y, on either side.
     convolution, inverse : Convolution
         What multiplies, and an approximate inverse of it: that of the symbol.
     """
@@ -111,10 +112,27 @@ class BlockToeplitz:
         entries.setflags(write=False)
         return cls(lattice, entries, products, inverse)
 
+    @classmethod
+    def from_period(cls, ground: PeriodicGround, lattice: Lattice) -> Self:
+        """By the symbol of the ground at the wave numbers of the grid, which covers a period."""
+        k = wave_numbers(lattice.shape, lattice.spacing)
+        k[0, 0] = np.min(k[k > 0], initial=1 / max(lattice.spacing))
+        symbol = symbol_on(ground.ground, k)
+        inverse = Convolution(lattice, lattice.shape, 1 / symbol)
+        symbol[0, 0] = 0.0
+        entries = fft.irfft2(symbol, lattice.shape)
+        entries.setflags(write=False)
+        return cls(lattice, entries, Convolution(lattice, lattice.shape, symbol), inverse)
+
     @property
     def shape(self) -> tuple[int, int]:
         """Shape of the matrix."""
         return len(self.lattice), len(self.lattice)
+
+    @property
+    def singular(self) -> bool:
+        """Whether uniform pressure on all cells settles nothing, by convention on a period."""
+        return bool(self.convolution.spectrum[0, 0] == 0)
 
     @property
     def nbytes(self) -> int:
@@ -192,3 +210,19 @@ def symbol_on(substrate: Substrate, k: ndarray, density: int = FINE) -> ndarray:
     # times k it varies little
     smooth = CubicSpline(nodes, 2**nodes * substrate.symbol(2**nodes))
     return smooth(np.log2(k)) / k
+
+
+def require_period(ground: PeriodicGround, lattice: Lattice | None) -> None:
+    """Refuse what is not the whole period of a ground, cut into equal rectangles."""
+    if lattice is None:
+        raise ValueError(
+            "expected constant pressures on a regular grid of rectangles, and their centroids, on "
+            'a PeriodicGround, got other cells or points. Remedy: edge="constant" and a uniform '
+            "MeshQuad over a period"
+        )
+    sides, places = np.array(lattice.shape) * lattice.spacing, int(np.prod(lattice.shape))
+    if len(lattice) < places or not np.allclose(sides, ground.period, 1e-9, 0):
+        raise ValueError(
+            f"expected cells that cover the period {ground.period[0]:g} x {ground.period[1]:g} of "
+            f"the ground, got {len(lattice)} of {places} cells on {sides[0]:g} x {sides[1]:g}"
+        )
