@@ -24,6 +24,8 @@ from .problem import Contact, ContactProblem
 
 #: the largest tolerance of gaps
 COARSEST = 1e-2
+#: few equations are told apart from singular ones by the determinant over the diagonal
+CLEAR = 1e-8
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
@@ -206,7 +208,7 @@ class CellForces:
         gap, planes = settlement + self.problem.gap, self.problem.planes
         sides = np.where(contact, self.sides, 0.0)
         # of cells that cannot tell some motion, the least one
-        motion = np.linalg.pinv(sides @ planes.T) @ (sides @ gap)
+        motion = _least(sides @ planes.T, sides @ gap)
         gap -= motion @ planes
         return motion, gap
 
@@ -251,7 +253,7 @@ class CellForces:
     def without_resultant(self, force: ndarray, working: ndarray) -> ndarray:
         """``force`` on the working cells, changed so that it has no resultant."""
         sides, out = np.where(working, self.sides, 0.0), np.where(working, force, 0.0)
-        out -= np.linalg.pinv(sides @ self.acting.T) @ (self.acting @ out) @ sides
+        out -= _least(sides @ self.acting.T, self.acting @ out) @ sides
         return out
 
     def balanced(self, force: ndarray) -> ndarray | None:
@@ -279,7 +281,7 @@ class CellForces:
             if np.abs(error).max(initial=0.0) <= 1e-14 * size:
                 break
             free = np.where(pressed > 0, sides, 0.0)
-            step = np.linalg.pinv(free @ acting.T + spare) @ error
+            step = _least(free @ acting.T + spare, error)
             for _ in range(40):
                 trial = state(mu - step)
                 nearer = np.abs(trial[1]).max() < np.abs(error).max()
@@ -298,6 +300,13 @@ def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:
     wrong = np.where(contact, np.abs(gap), -gap).max()
     largest = max(np.abs(settlement).max(), wrong)
     return float(wrong / largest) if largest > 0 else 0.0
+
+
+def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
+    """Solution of a few equations, the least one where they do not tell it."""
+    if np.linalg.det(matrix) > CLEAR * np.prod(np.diagonal(matrix)):
+        return np.linalg.solve(matrix, rhs)
+    return np.linalg.pinv(matrix) @ rhs
 
 
 def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
