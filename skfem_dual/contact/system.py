@@ -6,7 +6,7 @@ Schur complement, the stiffness ``resultants D^-1 planes'``.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -17,6 +17,7 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..arguments import checked_choice, checked_number
+from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
@@ -26,7 +27,7 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import YieldingOperator
 from .load import Constraints
-from .positions import apart, by_force
+from .positions import apart, by_force, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
@@ -272,7 +273,7 @@ class ContactSystem:
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
             contact = other or contact
-            contact = contact or _nothing(problem)
+            contact = contact or unanswered(problem)
         return contact, constraints.fixed + self._scaled(constraints)[0] @ contact.motion
 
     def _problem(self, constraints: Constraints) -> ContactProblem:
@@ -291,7 +292,7 @@ class ContactSystem:
         """Contact found from pressures on all cells: from too few no descent leads on."""
         every = np.ones(len(self.areas))
         start = np.abs(problem.gap.min()) / np.abs(self.matrix @ every).max() * every
-        contact = conjugate_gradients(problem, start, gap_rtol)
+        contact = self._gradients(problem, start, gap_rtol)
         if not contact.success:
             return None
         if self._given:
@@ -347,10 +348,18 @@ class ContactSystem:
         if method == "active-set" or not conjugate:
             return active_set(replace(problem, matrix=self._array), _beginning(start, n))
         if not (method == "auto" and self._given and n <= POLISHED):
-            return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
+            return self._gradients(problem, start, gap_rtol)
         rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
         polished = active_set(problem, _beginning(rough.pressure if rough.success else start, n))
         return replace(polished, history=rough.history + polished.history)
+
+    def _gradients(
+        self, problem: ContactProblem, start: ndarray | None, gap_rtol: float
+    ) -> Contact:
+        """Conjugate gradients, however many cells."""
+        # threads of BLAS go on waiting for work, in the way of those of the products
+        with nullcontext() if self._dense else limited_threads(1, "blas"):
+            return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
 
     def _scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""
@@ -365,14 +374,6 @@ def _noise(constraints: Constraints, problem: ContactProblem, contact: Contact) 
         return False
     settled = contact.gap - problem.gap + contact.motion @ problem.planes
     return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())
-
-
-def _nothing(problem: ContactProblem) -> Contact:
-    """No answer where no force leads to what is imposed."""
-    nothing = np.zeros(len(problem.areas))
-    message = "no force was found under which the settlement is the one imposed"
-    motion = np.zeros(len(problem.given))
-    return Contact(nothing, motion, problem.gap, nothing > 0, False, message)
 
 
 def _beginning(start: ndarray | None, n: int) -> ndarray:
