@@ -9,6 +9,7 @@ import pytest
 from skfem_dual import MeasuredProfile
 
 HEIGHTS = np.arange(12.0).reshape(3, 4) ** 1.5
+SCALE = {"m": 1.0, "mm": 1e-3}
 SPACING, ORIGIN = (0.5, 0.25), (-1.0, 2.0)
 
 
@@ -68,10 +69,17 @@ def fake(monkeypatch, found):
     monkeypatch.setitem(sys.modules, "SurfaceTopography.Exceptions", exceptions)
 
 
-def topography(heights=HEIGHTS, sizes=(1.5, 1.0), dim=2, uniform=True):
-    return SimpleNamespace(
-        dim=dim, is_uniform=uniform, physical_sizes=sizes, heights=lambda: heights
+def topography(heights=HEIGHTS, sizes=(1.5, 1.0), dim=2, uniform=True, unit=None):
+    made = SimpleNamespace(
+        dim=dim, is_uniform=uniform, physical_sizes=sizes, heights=lambda: heights, unit=None
     )
+    if unit is not None:
+        made.unit = unit
+        scaled = np.array(sizes) * SCALE[unit], heights * SCALE[unit]
+        made.to_unit = lambda other: topography(
+            scaled[1] / SCALE[other], tuple(scaled[0] / SCALE[other])
+        )
+    return made
 
 
 def test_instruments(tmp_path, monkeypatch):
@@ -79,6 +87,13 @@ def test_instruments(tmp_path, monkeypatch):
     file.write_bytes(b"...")
     fake(monkeypatch, topography())
     check(MeasuredProfile.read(file, origin=ORIGIN))
+    fake(monkeypatch, topography(1e3 * HEIGHTS, (1.5e3, 1e3), unit="mm"))
+    check(MeasuredProfile.read(file, origin=ORIGIN))
+    in_mm = MeasuredProfile.read(file, unit="mm")
+    assert in_mm.height.max() == pytest.approx(1e3 * HEIGHTS.max())
+    assert in_mm.x[0][0] == pytest.approx(250.0)
+    with pytest.raises(ValueError, match='expected unit "m", "mm" or "µm", got \'inch\''):
+        MeasuredProfile.read(file, unit="inch")
     fake(monkeypatch, topography(sizes=None))
     check(MeasuredProfile.read(file, SPACING, ORIGIN))
     for found, message in (

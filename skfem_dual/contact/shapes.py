@@ -14,6 +14,7 @@ from skfem import CellBasis
 from ..arguments import (
     Pair,
     checked_array,
+    checked_choice,
     checked_flag,
     checked_number,
     checked_pair,
@@ -205,6 +206,7 @@ class MeasuredProfile:
         spacing: Pair | None = None,
         origin: Pair = (0.0, 0.0),
         *,
+        unit: str = "m",
         peaks: bool = True,
     ) -> Self:
         """The surface of a punch from a file of heights, as instruments write them.
@@ -215,12 +217,14 @@ class MeasuredProfile:
             ``.npy``, or ``.csv`` and ``.txt``: with ``spacing`` a grid of heights, the first index
             (of a text the line) along x and the second along y; without it three columns x, y
             and height. All other formats, ``.x3p`` and ``.sdf`` among them, through
-            SurfaceTopography, with the spacing in the file.
+            SurfaceTopography, with the spacing of the file.
         spacing : pair of float, optional
             Distances of the heights along x and along y.
         origin : pair of float
             Corner of the rectangle of which the heights of a grid are in the middles of equal
             parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on.
+        unit : str
+            Unit of lengths that formats with a unit are turned into, "m", "mm" or "µm".
         peaks : bool
             Whether the highest points touch first, as of a surface measured face up that is then
             turned over: the gap is the largest height less the height. If not, heights are gaps.
@@ -234,7 +238,8 @@ class MeasuredProfile:
         """
         from ..io.surfaces import read_heights
 
-        x, height = read_heights(path, spacing, checked_pair("origin", origin))
+        checked_choice("unit", unit, ("m", "mm", "µm"))
+        x, height = read_heights(path, spacing, checked_pair("origin", origin), unit)
         return cls(x, height.max() - height if checked_flag("peaks", peaks) else height)
 
     def __call__(self, x: ArrayLike) -> ndarray:

@@ -15,7 +15,9 @@ SEPARATORS = ";", ",", "\t"
 Points = ndarray | tuple[ndarray, ndarray]
 
 
-def read_heights(path: PathLike, spacing: Pair | None, origin: Pair) -> tuple[Points, ndarray]:
+def read_heights(
+    path: PathLike, spacing: Pair | None, origin: Pair, unit: str
+) -> tuple[Points, ndarray]:
     """Points and heights of a file, as `MeasuredProfile.read` takes them."""
     file = require_file(path, "a file of heights")
     if spacing is not None:
@@ -28,7 +30,7 @@ def read_heights(path: PathLike, spacing: Pair | None, origin: Pair) -> tuple[Po
     elif kind in (".csv", ".txt"):
         values = _text(file)
     else:
-        values, inside = _topography(file)
+        values, inside = _topography(file, unit)
         spacing = spacing or inside
         if spacing is None:
             raise ValueError(f"expected spacing=(dx, dy) for {file}, which tells no sizes")
@@ -94,8 +96,8 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _topography(file: Any) -> tuple[ndarray, Pair | None]:
-    """Heights, NaN where there are none, and their distances, in the unit of the file."""
+def _topography(file: Any, unit: str) -> tuple[ndarray, Pair | None]:
+    """Heights, NaN where there are none, and their distances, in a unit if the file has one."""
     try:
         import SurfaceTopography
         from SurfaceTopography.Exceptions import CannotDetectFileFormat
@@ -111,6 +113,8 @@ def _topography(file: Any) -> tuple[ndarray, Pair | None]:
         raise ValueError(f"expected heights that can be read in {file}: {reason}") from error
     if found.dim != 2 or not found.is_uniform:
         raise ValueError(f"expected a map of heights in {file}, got a line")
+    if found.unit is not None:
+        found = found.to_unit(unit)
     heights: ndarray = np.ma.filled(np.ma.asarray(found.heights(), dtype=float), np.nan)
     sizes = found.physical_sizes
     if sizes is None:
