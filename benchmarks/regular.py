@@ -6,7 +6,8 @@
 
 Every package runs in a process of its own with two threads and answers in turn, so that ratios
 are of one run; what is not installed is skipped. The first call of every kind is not timed; of
-the others the least time counts, from nothing to the pressures.
+the others the least time counts, from nothing to the pressures, and beside it the time of the
+processors, which other work on the machine changes less.
 
 1. A rough surface pressed on a half-space, free or periodic, with the same tolerance for all. Each
    package measures it in its own way, so the error of its pressures tells how far it has come: the
@@ -35,7 +36,7 @@ def rough(found: dict, folder: Path, n: int, tolerances=TOLERANCES, repeat: floa
     """Print the table; return {(periodic, tolerance, package): (answer, error)}."""
     print(
         f"\n1. Rough surface, {n} x {n} points\n{'':10}{'tolerance':>10}{'package':>18}"
-        f"{'contact':>9}{'seconds':>9}{'ratio':>7}{'threads':>9}{'error':>9}"
+        f"{'contact':>9}{'seconds':>9}{'ratio':>7}{'processor':>11}{'ratio':>7}{'error':>9}"
     )
     rows: dict = {}
     path = str(folder / "pressures.npy")
@@ -50,11 +51,16 @@ def rough(found: dict, folder: Path, n: int, tolerances=TOLERANCES, repeat: floa
                 answer = process.ask("rough", repeat, n=n, tolerance=tolerance, **setting)
                 error = np.sqrt(np.mean((np.load(path) - exact) ** 2)) / exact.mean()
                 rows[periodic, tolerance, name] = answer, float(error)
-                ratio = answer["seconds"] / rows[periodic, tolerance, "skfem_dual"][0]["seconds"]
+                own = rows[periodic, tolerance, "skfem_dual"][0]
+                work = answer["seconds"] * answer["parallel"]
+                ratios = (
+                    answer["seconds"] / own["seconds"],
+                    work / own["seconds"] / own["parallel"],
+                )
                 print(
                     f"{'periodic' if periodic else 'free':10}{tolerance:>10.0e}{name:>18}"
-                    f"{100 * answer['contact']:>7.1f} %{answer['seconds']:>9.3g}{ratio:>7.2f}"
-                    f"{answer['parallel']:>9.1f}{error:>9.0e}",
+                    f"{100 * answer['contact']:>7.1f} %{answer['seconds']:>9.3g}{ratios[0]:>7.2f}"
+                    f"{work:>11.3g}{ratios[1]:>7.2f}{error:>9.0e}",
                     flush=True,
                 )
     return rows

@@ -278,14 +278,13 @@ class CellForces:
         pressed, error = state(mu)
         for _ in range(200):
             size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
-            if np.abs(error).max(initial=0.0) <= 1e-14 * size:
+            if (off := np.abs(error).max(initial=0.0)) <= 1e-14 * size:
                 break
             free = np.where(pressed > 0, sides, 0.0)
             step = _least(free @ acting.T + spare, error)
-            for _ in range(40):
+            for _ in range(40 if off > 1e-12 * size else 1):  # rounding is not searched
                 trial = state(mu - step)
-                nearer = np.abs(trial[1]).max() < np.abs(error).max()
-                if nearer or dual(mu - step, trial[0]) < dual(mu, pressed):
+                if np.abs(trial[1]).max() < off or dual(mu - step, trial[0]) < dual(mu, pressed):
                     break
                 step = step / 2
             else:
