@@ -280,7 +280,8 @@ class CellForces:
             size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
             if (off := np.abs(error).max(initial=0.0)) <= 1e-14 * size:
                 break
-            free = np.where(pressed > 0, sides, 0.0)
+            # from nothing on all cells are pressed on
+            free = np.where(pressed > 0, sides, 0.0) if pressed.any() else sides
             step = _least(free @ acting.T + spare, error)
             for _ in range(40 if off > 1e-12 * size else 1):  # rounding is not searched
                 trial = state(mu - step)
