@@ -27,7 +27,7 @@ from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.entries import some_rows
+from ..operators.entries import ALIKE, SAMPLES, some_rows
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
@@ -121,7 +121,7 @@ class LoadedCells:
         """Some rows of the matrix; None on periodic ground, whose products are the only ones."""
         if isinstance(self.substrate, PeriodicGround):
             return None
-        i = some_rows(len(self), len(self))
+        i = some_rows(len(self), len(self), ALIKE if self.regular else SAMPLES)
         return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
 
     def usable_symmetry(self) -> Symmetry | None:

@@ -18,6 +18,8 @@ from ..kernels.once import computed_once
 EXACT = 1e-8
 #: rows that are compared with exact ones, and entries from which on they are fewer
 SAMPLES, MANY = 16, 2**22
+#: rows on a regular grid, which are all alike
+ALIKE = 3
 #: errors do not refer to less than so many times what homogeneous ground would settle
 FLOOR = 0.01
 
@@ -75,9 +77,9 @@ class Entries:
         return out if self.correction is None else out + self.correction.near.diagonal()
 
 
-def some_rows(points: int, cells: int) -> ndarray:
+def some_rows(points: int, cells: int, most: int = SAMPLES) -> ndarray:
     """Numbers of some rows, at random but the same every time."""
-    count = min(SAMPLES, max(MANY // cells, 2), points)
+    count = min(most, max(MANY // cells, 2), points)
     return np.random.default_rng(0).choice(points, count, replace=False)
 
 
@@ -102,9 +104,9 @@ class Sample:
     least: float
 
     @classmethod
-    def from_entries(cls, entries: Entries) -> "Sample":
+    def from_entries(cls, entries: Entries, most: int = SAMPLES) -> "Sample":
         """Some rows, see `some_rows`."""
-        numbers = some_rows(entries.x.shape[1], len(entries.partition))
+        numbers = some_rows(entries.x.shape[1], len(entries.partition), most)
         rows = entries.rows(numbers)
         total, norm, least = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0
         if entries.substrate.remainder is not None:

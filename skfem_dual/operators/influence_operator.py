@@ -26,7 +26,7 @@ from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..messages import shown
 from .dense import moment_matrix
-from .entries import EXACT, Entries, Sample, some_rows
+from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
 from .resources import choose
 from .toeplitz import BlockToeplitz, require_period
@@ -312,7 +312,7 @@ def _within(entries: Entries, method: str, rtol: float) -> tuple[Kept, float, fl
     if isinstance(entries.substrate, PeriodicGround):
         return _periodic(entries.substrate, entries.partition)
     make = _MAKERS[method]
-    sample = Sample.from_entries(entries)
+    sample = Sample.from_entries(entries, ALIKE if method == "toeplitz" else SAMPLES)
     tolerance = rtol
     if method == "toeplitz":  # its errors are those of rounding and of the exact rows
         rtol = max(rtol, EXACT)
@@ -356,7 +356,7 @@ def _fast(entries: Entries, tolerance: float, rtol: float) -> FastSummation:
 def _periodic(ground: PeriodicGround, partition: Partition) -> tuple[Kept, float, float]:
     """The products with their errors of rounding."""
     kept = BlockToeplitz.from_period(ground, cast(Lattice, partition.lattice))
-    numbers = some_rows(len(partition), len(partition))[:3]
+    numbers = some_rows(len(partition), len(partition), ALIKE)
     error, row_error = Sample.from_rows(numbers, kept.rows(numbers)).errors(kept.__matmul__)
     return kept, error, row_error
 
