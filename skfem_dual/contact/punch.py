@@ -110,7 +110,8 @@ class RigidPunch(Body):
             raise TypeError(f'expected symmetry "auto" or a Symmetry, got {shown(symmetry)}')
         # a basis that cannot be used is refused now, and so is a shape
         object.__setattr__(self, "origin", self.footprint.origin)
-        if self._periodic and not np.ptp(self.initial_gap) > 0:
+        gap = self.initial_gap
+        if self._periodic and not np.ptp(gap) > 0:
             raise ValueError(
                 "expected a shape for gap on a PeriodicGround, got a flat punch, under which the "
                 "pressure is uniform"
