@@ -269,7 +269,8 @@ class CellForces:
 
         def state(mu: ndarray) -> tuple[ndarray, ndarray]:
             pressed = (force + mu @ sides).clip(0)
-            return pressed, acting @ pressed - given
+            # pairwise sums: those of BLAS lose four digits of millions of forces
+            return pressed, (acting * pressed).sum(axis=1) - given
 
         def dual(mu: ndarray, pressed: ndarray) -> float:
             return 0.5 * np.sum(pressed**2 / scale) - mu @ given
