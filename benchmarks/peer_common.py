@@ -37,6 +37,21 @@ def heights(plan: str, n: int, margin: float) -> tuple[float, np.ndarray]:
     return side, np.where(inside, 0.0, -1.0)
 
 
+def rough(n: int) -> np.ndarray:
+    """Heights of a random surface on n x n points of a unit square, with a mean slope of 1.
+
+    Self-affine with a Hurst exponent of 0.8, waves of 1/4 to 1/64 of the side, none shorter than
+    8 points; the same every time.
+    """
+    k = np.hypot(np.fft.fftfreq(n, 1 / n)[:, None], np.fft.rfftfreq(n, 1 / n))
+    inside = (k >= 4) & (k <= min(64, n / 8))
+    amplitudes = np.where(inside, np.maximum(k, 1) ** -1.8, 0)
+    phases = np.random.default_rng(0).random(k.shape)
+    surface = np.fft.irfft2(amplitudes * np.exp(2j * np.pi * phases), (n, n))
+    slope = [np.diff(surface, axis=axis, append=surface.take([0], axis)) * n for axis in (0, 1)]
+    return surface / np.sqrt(np.mean(slope[0] ** 2 + slope[1] ** 2))
+
+
 def best(work: Callable, seconds: float, most: int = 5):
     """The quickest of runs in some seconds: its result, time, and processor time over time."""
     begin, runs = perf_counter(), []
@@ -63,6 +78,18 @@ def contact(solve: Callable) -> Callable:
             "seconds": seconds,
             "parallel": parallel,
         }
+
+    return answer
+
+
+def roughness(solve: Callable) -> Callable:
+    """Answer of ``solve(n, force, tolerance, periodic) -> pressures``, saved at ``path``."""
+
+    def answer(path: str, repeat: float, **setting) -> dict:
+        pressures, seconds, parallel = best(lambda: solve(**setting), repeat, 3)
+        np.save(path, pressures)
+        share = float(np.mean(np.asarray(pressures) > 0))
+        return {"seconds": seconds, "parallel": parallel, "contact": share}
 
     return answer
 

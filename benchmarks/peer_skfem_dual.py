@@ -4,10 +4,10 @@ from time import perf_counter
 
 import numpy as np
 from eight_plans import make
-from peer_common import PROBLEMS, best, contact, serve
-from skfem import MeshTri
+from peer_common import PROBLEMS, best, contact, rough, roughness, serve
+from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
+from skfem_dual import DualMesh, HalfSpace, Paraboloid, PeriodicGround, RigidPunch
 from skfem_dual.grids.generate import disc, rectangle
 from skfem_dual.operators.dense import moment_matrix
 from skfem_dual.operators.influence_operator import InfluenceOperator
@@ -44,6 +44,45 @@ def solve(
     return len(solution.pressure), meshed, solution.settlement
 
 
+def regular(n: int, low: float, high: float) -> CellBasis:
+    """n x n equal squares."""
+    side = np.linspace(low, high, n + 1)
+    return CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+
+
+def press(n: int, force: float, tolerance: float, periodic: bool) -> np.ndarray:
+    """Pressures under a rough surface on the unit square, which does not tilt."""
+    ground = PeriodicGround(SOIL, (1.0, 1.0)) if periodic else SOIL
+    surface = rough(n)
+    punch = RigidPunch(ground, regular(n, 0, 1), gap=(surface.max() - surface).ravel())
+    solution = punch.solve(force, tilt=(0, 0), gap_rtol=tolerance)
+    if not solution.success:
+        raise RuntimeError(solution.message)
+    return solution.pressure.reshape(n, n)
+
+
+def sphere(n: int, tolerance: float, margin: float, repeat: float, plan: str = "Hertz") -> dict:
+    """Approach of a sphere on a regular grid; seconds from nothing, and of the solution alone."""
+
+    def punched() -> RigidPunch:
+        return RigidPunch(SOIL, regular(n, -margin, margin), gap=Paraboloid(1.0))
+
+    force, exact = PROBLEMS[plan]
+    solution, seconds, parallel = best(
+        lambda: punched().solve(force, gap_rtol=tolerance), repeat, 20
+    )
+    punch = solution.punch
+    _, alone, _ = best(lambda: punch.solve(force, gap_rtol=tolerance), repeat, 20)
+    return {
+        "cells": n * n,
+        "error": solution.settlement / exact - 1,
+        "mesh": 0.0,
+        "seconds": seconds,
+        "parallel": parallel,
+        "alone": alone,
+    }
+
+
 def mesh(plan: str, n: int, kind: str, path: str, repeat: float) -> dict:
     """Write a mesh for the others."""
     made, seconds, _ = best(lambda: plan_mesh(plan, n, kind), repeat)
@@ -73,4 +112,10 @@ def assembly(mesh: str, repeat: float) -> dict:
 
 
 if __name__ == "__main__":
-    serve(contact=contact(solve), mesh=mesh, assembly=assembly)
+    serve(
+        contact=contact(solve),
+        mesh=mesh,
+        assembly=assembly,
+        rough=roughness(press),
+        sphere=sphere,
+    )

@@ -2,7 +2,7 @@
 
 import numpy as np
 import tamaas as tm
-from peer_common import PROBLEMS, contact, heights, serve
+from peer_common import PROBLEMS, contact, heights, rough, roughness, serve
 
 
 def solve(plan: str, n: int, tolerance: float, margin: float) -> tuple[int, float, float]:
@@ -22,7 +22,21 @@ def solve(plan: str, n: int, tolerance: float, margin: float) -> tuple[int, floa
     return n * n, 0.0, float(np.average(settlement - surface, weights=pressure))
 
 
+def press(n: int, force: float, tolerance: float, periodic: bool) -> np.ndarray:
+    """Pressures under a rough surface on the unit square."""
+    model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [1.0, 1.0], [n, n])
+    model.E, model.nu = 1.0, 0.0
+    if not periodic:
+        tm.ModelFactory.registerNonPeriodic(model, "dcfft")
+    solver = tm.PolonskyKeerRey(model, rough(n), tolerance)
+    if not periodic:
+        solver.setIntegralOperator("dcfft")
+    solver.max_iter = 5000
+    solver.solve(force)
+    return model.traction
+
+
 if __name__ == "__main__":
     tm.set_log_level(tm.LogLevel.error)
     tm.initialize(2)
-    serve(contact=contact(solve))
+    serve(contact=contact(solve), rough=roughness(press))

@@ -139,11 +139,13 @@ class Process:
 
 
 @contextmanager
-def processes(python: str) -> Iterator[dict[str, Process]]:
-    """All packages that are installed; prints which are not."""
+def processes(
+    python: str, names: tuple[str, ...] = ("skfem_dual", "bempp", "tamaas", "contactmechanics")
+) -> Iterator[dict[str, Process]]:
+    """Those packages that are installed; prints which are not."""
     with ExitStack() as stack:
         found = {}
-        for name in ("skfem_dual", "bempp", "tamaas", "contactmechanics"):
+        for name in names:
             errors = stack.enter_context(tempfile.TemporaryFile("w+"))
             process = Process(name, sys.executable if name == "skfem_dual" else python, errors)
             stack.callback(process.close)

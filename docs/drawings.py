@@ -14,7 +14,7 @@ import numpy as np
 from imports import House, floor_plan
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
-from skfem import MeshTri
+from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
 from skfem_dual import (
     DualMesh,
@@ -460,6 +460,25 @@ def picture_lifted() -> Axes:
     dual = DualMesh.from_mesh(disc(n=600))
     s = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
     return isobars(s, ax=sheet(4.2, 3.4))
+
+
+@drawing
+def picture_rough() -> Axes:
+    """Pressures under a rough surface, cells without any left white."""
+    n, side = 128, np.linspace(0, 1, 129)
+    k = np.hypot(np.fft.fftfreq(n, 1 / n)[:, None], np.fft.rfftfreq(n, 1 / n))
+    waves = np.where((k >= 4) & (k <= 16), np.maximum(k, 1) ** -1.8, 0)
+    heights = np.fft.irfft2(waves * np.exp(2j * np.pi * np.random.default_rng(0).random(k.shape)))
+    gap = 1e-3 * (heights.max() - heights).ravel() / heights.std()
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    punch = RigidPunch(HalfSpace(2000.0, 0.35), cells, gap=gap)
+    p = punch.solve(10.0, tilt=(0, 0), gap_rtol=1e-6).pressure.reshape(n, n)
+    ax = diagram(4.4, 3.6)
+    ax.spines[["top", "right"]].set_visible(True)
+    image = ax.imshow(np.where(p > 0, p, np.nan).T, extent=(0, 1, 0, 1), origin="lower")
+    ax.figure.colorbar(image, label="pressure [MPa]")
+    ax.set(xlabel="x [mm]", ylabel="y [mm]")
+    return ax
 
 
 @drawing

@@ -31,6 +31,7 @@ BENCHMARKS: dict[str, list[str]] = {
     "unilateral": ["unilateral.py"],
     "postprocess": ["postprocess.py"],
     "peers": ["peers.py"],
+    "regular": ["regular.py"],
     "campaign": ["campaign.py"],
 }
 PACKAGES = ("skfem-dual", "numpy", "scipy", "numba", "scikit-fem")

@@ -40,6 +40,7 @@ from .grids.trace import trace
 from .grids.voronoi import delaunay_voronoi
 from .ground.graded import GradedHalfSpace
 from .ground.layered import Layer, LayeredHalfSpace
+from .ground.periodic import PeriodicGround
 from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
@@ -80,6 +81,7 @@ __all__ = [
     "MomentRotation",
     "Outcome",
     "Paraboloid",
+    "PeriodicGround",
     "PostprocessedPressure",
     "PreprocessReport",
     "PunchSolution",

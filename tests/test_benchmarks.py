@@ -76,6 +76,21 @@ def test_unilateral(load, capsys):
     assert "conj. gradients" in capsys.readouterr().out
 
 
+def test_regular(load, capsys, tmp_path):
+    """Without peers; both tolerances are met, and a sphere as far as its grids go."""
+    regular = load("regular")
+    with load("peers").processes(sys.executable, ("skfem_dual",)) as found:
+        rows = regular.rough(found, tmp_path, 32, (1e-2, 1e-4), repeat=0.0)
+        runs = regular.hertz(found, (8, 16), repeat=0.0)
+    for periodic in (False, True):
+        loose, strict = (rows[periodic, t, "skfem_dual"] for t in (1e-2, 1e-4))
+        assert 0.05 < strict[0]["contact"] < 0.5
+        assert strict[1] < 2e-2
+        assert strict[1] <= loose[1]
+    assert min(abs(run.error) for part in runs["ours"].values() for run in part) < 1e-3
+    assert "solution alone" in capsys.readouterr().out
+
+
 def test_structures(load, capsys):
     structures = load("structures")
     rows = structures.main((150,), (6,), 0)

@@ -1,8 +1,11 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
 
 from skfem_dual import Load
-from skfem_dual.contact.load import Constraints
+from skfem_dual.contact.load import Constraints, Hull
 
 ORIGIN = np.array([0.3, -0.2])
 LOADS = {
@@ -62,3 +65,23 @@ def test_where_the_resultant_must_act():
     assert Load(force=0.0).point is None
     assert Load(force=1.0, tilt=(0, 0)).point is None
     assert Load(settlement=1.0).point is None
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10**6), st.integers(3, 200), st.floats(0.0, 3.0))
+def test_hull_of_few_points_is_that_of_all(seed, n, squareness):
+    """Points in a square or a disc, many on its edge or in one place."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1, 1, (2, n)).round(1 if squareness > 1 else 15)
+    points = np.hstack([points, points[:, :2]])
+    if squareness > 2:
+        points /= np.hypot(*points).clip(1)
+    hull, expected = Hull.of(points), ConvexHull(points.T).equations
+    x = rng.uniform(-2, 2, (2, 20))
+    for at in x.T:
+        assert hull.beyond(at) == pytest.approx((expected @ [*at, 1.0]).max(), abs=1e-9)
+
+
+def test_points_on_a_line_have_no_hull():
+    for points in (np.zeros((2, 1)), np.ones((2, 9)), np.array([[0.0, 1, 2], [0, 1, 2]])):
+        assert Hull.of(points).beyond(np.array([5.0, 3.0])) == -np.inf

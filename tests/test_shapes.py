@@ -15,6 +15,7 @@ from skfem_dual import (
     RoundedCylinder,
     Sphere,
 )
+from skfem_dual.contact import shapes
 
 X = np.random.default_rng(0).uniform(-1, 1, (2, 50))
 R = np.hypot(X[0] - 0.2, X[1] + 0.1)
@@ -41,6 +42,37 @@ def test_measured_profile():
     assert shape(X) == pytest.approx(1 + 2 * X[0] - X[1])
     with pytest.raises(ValueError, match=r"outside them"):
         shape([[3.0], [0.0]])
+
+
+AXES = np.array([-1.2, -0.3, 0.1, 1.4]), np.array([-1.0, 0.0, 0.5, 1.0, 1.6])
+
+
+def test_a_grid_of_heights_is_bilinear():
+    """Exact for a + bx + cy + dxy, by axes and by points in any order; on the rim as well."""
+    x, y = np.meshgrid(*AXES, indexing="ij")
+    heights = 1 + 2 * x - y + 3 * x * y
+    order = np.random.default_rng(0).permutation(x.size)
+    points = np.stack([x.ravel(), y.ravel()])[:, order]
+    expected = 1 + 2 * X[0] - X[1] + 3 * X[0] * X[1]
+    for shape in (MeasuredProfile(AXES, heights), MeasuredProfile(points, heights.ravel()[order])):
+        assert shape(X) == pytest.approx(expected, abs=1e-14)
+        assert shape(X.reshape(2, 5, 10)) == pytest.approx(expected.reshape(5, 10), abs=1e-14)
+        assert float(shape([1.4 + 1e-13, -1.0 - 1e-13])) == pytest.approx(0.6, abs=1e-10)
+        assert pickle.loads(pickle.dumps(shape))(X) == pytest.approx(expected, abs=1e-14)
+        with pytest.raises(ValueError, match=r"\(1.5, 0\) is outside them"):
+            shape([[0.0, 1.5], [0.0, 0.0]])
+
+
+def test_scattered_points_are_triangulated_once(monkeypatch):
+    made = []
+    triangulated = shapes.LinearNDInterpolator
+    monkeypatch.setattr(
+        shapes, "LinearNDInterpolator", lambda *a: made.append(1) or triangulated(*a)
+    )
+    shape = MeasuredProfile(X, X[0])
+    middle = X[:, :3].mean(axis=1)
+    assert [float(shape(middle)) for _ in range(3)] == pytest.approx([middle[0]] * 3)
+    assert len(made) == 1
 
 
 def test_a_gap_in_every_form():
@@ -71,6 +103,17 @@ def test_a_gap_in_every_form():
             "x with at least 3 items, got 2",
         ),
         (lambda: MeasuredProfile(X, [0.0]), ValueError, r"height of shape \(50,\), got \(1,\)"),
+        (lambda: MeasuredProfile(X, np.zeros((5, 10))), TypeError, "coordinates of a grid"),
+        (
+            lambda: MeasuredProfile(AXES, np.zeros((5, 4))),
+            ValueError,
+            r"height of shape \(4, 5\), got \(5, 4\). Remedy: transpose",
+        ),
+        (
+            lambda: MeasuredProfile((AXES[0], AXES[1][::-1]), np.zeros((4, 5))),
+            ValueError,
+            r"ascending coordinates x\[1\] of a grid, got 1 after 1.6 at index 1",
+        ),
         (
             lambda: MeasuredProfile(X, np.full(50, np.nan)),
             ValueError,

@@ -17,7 +17,12 @@ from skfem_dual import (
     RigidPunch,
 )
 from skfem_dual.contact import exact, system
-from skfem_dual.contact.unilateral import ContactProblem, active_set, conjugate_gradients
+from skfem_dual.contact.unilateral import (
+    CellForces,
+    ContactProblem,
+    active_set,
+    conjugate_gradients,
+)
 from skfem_dual.grids.generate import disc as fine_disc
 
 UNIT = HalfSpace(1.0, 0.0)
@@ -345,3 +350,16 @@ def test_bad_accuracy_of_the_gaps(gap_rtol):
             of.solve(1.0, at=(0.5, 0.0), method=method, gap_rtol=gap_rtol)
     with pytest.raises(TypeError, match="number for gap_rtol, got 'fine'"):
         of.solve(1.0, gap_rtol="fine")
+
+
+def test_forces_on_millions_of_cells_balance():
+    """From nothing, and from forces of which half pull."""
+    n = 2**22
+    ones, areas = np.ones((1, n)), np.full(n, 1 / n)
+    forces = CellForces.from_problem(
+        ContactProblem(np.empty(0), areas, np.zeros(n), ones, ones * areas, np.array([0.08]))
+    )
+    for start in (np.zeros(n), np.linspace(-1, 1, n) / n):
+        force = forces.balanced(start)
+        assert force.min() >= 0
+        assert force.sum() == pytest.approx(0.08, rel=1e-12)

@@ -27,7 +27,7 @@ from ..arguments import checked_array, checked_flag, checked_instance, checked_s
 from ..elements.point_values import value_matrix
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
@@ -129,6 +129,7 @@ class ElasticPunch(Body):
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
+        checked_substrate(self.substrate)
         if self.edge is None:
             object.__setattr__(self, "edge", "singular" if self.gap is None else "constant")
         remedy = "name the facets of a solid by boundary="

@@ -29,15 +29,19 @@ from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..ground.substrates import Substrate, checked_substrate
+from ..ground.periodic import PeriodicGround, checked_ground
+from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.entries import SAMPLES, Entries
+from ..operators.entries import ALIKE, SAMPLES, Entries, some_rows
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .load import Hull
 from .system import DENSE
+
+#: from so many cells on a regular grid on products are those of transforms
+REGULAR = 256
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
@@ -51,11 +55,6 @@ class ExactRows(NamedTuple):
 
     numbers: ndarray
     rows: ndarray
-
-
-def sample(n: int) -> ndarray:
-    """Numbers of some of n cells, at random but the same every time."""
-    return np.random.default_rng(0).choice(n, min(SAMPLES, n), replace=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,6 +101,11 @@ class LoadedCells:
         return EdgeCorrection.from_weights(
             self.weights, self.substrate.singular_coefficient, as_points(x)
         )
+
+    @property
+    def regular(self) -> bool:
+        """Whether transforms are sooner done than a matrix is made."""
+        return self.weights is None and len(self) >= REGULAR and self.partition.lattice is not None
 
     def slope_correction(self, x: ndarray) -> SlopeCorrection | None:
         """What its slopes inside the cells add."""
@@ -159,13 +163,17 @@ class LoadedCells:
         )
 
     @computed_once
-    def exact_rows(self) -> "ExactRows":
-        """Some rows of the matrix."""
-        i = sample(len(self))
+    def exact_rows(self) -> "ExactRows | None":
+        """Some rows of the matrix; None on periodic ground, whose products are the only ones."""
+        if isinstance(self.substrate, PeriodicGround):
+            return None
+        i = some_rows(len(self), len(self), ALIKE if self.regular else SAMPLES)
         return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
 
     def usable_symmetry(self) -> Symmetry | None:
         """The symmetry of the cells; None if they have none, or too little for their number."""
+        if isinstance(self.substrate, PeriodicGround):
+            return None
         symmetry = Symmetry.detect(self.partition, self.collocation_points, self.weights)
         small = len(self) ** 2 <= DENSE**2 * symmetry.saving.memory
         return symmetry if len(symmetry.permutations) > 1 and small else None
@@ -211,7 +219,7 @@ class Footprint(LoadedCells):
         TypeError, ValueError, MeshError
             If an argument is not what it must be, or they contradict each other.
         """
-        checked_substrate(substrate)
+        checked_ground(substrate)
         checked_choice("collocation", collocation, ("centroid", "node"))
         checked_choice("edge", edge, ("singular", "constant"))
         if edge == "singular" and collocation == "node":
@@ -219,6 +227,8 @@ class Footprint(LoadedCells):
                 'expected collocation "centroid" with edge "singular", got "node". Remedy: '
                 'edge="constant" for the paper\'s scheme'
             )
+        if edge == "singular" and isinstance(substrate, PeriodicGround):
+            raise ValueError('expected edge "constant" on a PeriodicGround, which has no edge')
         if edge == "constant" and edge_boundaries is not None:
             raise ValueError('expected edge "singular" where edge_boundaries are named')
         origin = checked_pair("origin", origin)

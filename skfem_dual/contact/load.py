@@ -10,7 +10,11 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair
+from ..grids.planar import cross
 from ..messages import shown
+
+#: points so near to a side of a polygon, by areas, are not inside
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,7 @@ class Hull:
     def of(cls, points: ndarray) -> "Hull":
         """Of points of shape (2, n)."""
         try:
-            equations = ConvexHull(points.T).equations
+            equations = ConvexHull(_outer(points).T).equations
         except QhullError:
             equations = np.empty((0, 3))
         return cls(equations[:, :2], equations[:, 2])
@@ -194,6 +198,19 @@ class Hull:
             bounds=[(0, None), (None, None)],
         )
         return float(found.x[1])
+
+
+def _outer(points: ndarray) -> ndarray:
+    """The points without those inside the octagon of the farthest ones in eight directions."""
+    angles = np.pi / 4 * np.arange(8)
+    along = np.column_stack([np.cos(angles), np.sin(angles)])
+    corners = points[:, np.argmax(along @ points, axis=1)]
+    area = np.ptp(points, axis=1).prod()
+    inside = np.full(points.shape[1], area > 0)
+    for a, b in zip(corners.T, np.roll(corners, -1, axis=1).T):
+        if (a != b).any():
+            inside &= cross((b - a)[:, None], points - a[:, None]) > ROUNDING * area
+    return points[:, ~inside]
 
 
 def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], flat: bool) -> None:

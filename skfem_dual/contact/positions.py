@@ -38,6 +38,14 @@ def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
     return Contact(nothing, motion, problem.gap - motion @ problem.planes, nothing > 0)
 
 
+def unanswered(problem: ContactProblem) -> Contact:
+    """No answer where no force leads to what is imposed."""
+    nothing = np.zeros(len(problem.areas))
+    message = "no force was found under which the settlement is the one imposed"
+    motion = np.zeros(len(problem.given))
+    return Contact(nothing, motion, problem.gap, nothing > 0, False, message)
+
+
 def by_force(
     constraints: Constraints, stiffness: ndarray, height: float, solve: Solve, rtol: float
 ) -> tuple[Contact, ndarray] | None:

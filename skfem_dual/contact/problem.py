@@ -54,6 +54,8 @@ class ContactProblem:
         Force or moment conjugate to each motion by unit pressure on each cell.
     given : (k,) array of float
         The forces and moments imposed.
+    smoother : LinearOperator, optional
+        Approximate inverse of the matrix, symmetric and positive, if all areas are the same.
     """
 
     matrix: ndarray | Product
@@ -62,6 +64,7 @@ class ContactProblem:
     planes: ndarray
     resultants: ndarray
     given: ndarray
+    smoother: Product | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from skfem import CellBasis
 from ..arguments import Pair, checked_flag, checked_number
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
+from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..messages import shown
@@ -104,7 +105,7 @@ class RigidPunch(Body):
 
     def __post_init__(self) -> None:
         if self.edge is None:
-            flat = self.gap is None
+            flat = self.gap is None and not self._periodic
             object.__setattr__(self, "edge", "singular" if flat else "constant")
         symmetry = self.symmetry
         auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
@@ -112,11 +113,20 @@ class RigidPunch(Body):
             raise TypeError(f'expected symmetry "auto" or a Symmetry, got {shown(symmetry)}')
         # a basis that cannot be used is refused now, and so is a shape
         object.__setattr__(self, "origin", self.footprint.origin)
-        self.initial_gap  # noqa: B018
+        gap = self.initial_gap
+        if self._periodic and not np.ptp(gap) > 0:
+            raise ValueError(
+                "expected a shape for gap on a PeriodicGround, got a flat punch, under which the "
+                "pressure is uniform"
+            )
 
     def __getstate__(self) -> dict:
         """What makes the punch; matrix and factors, many times larger, are computed again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @property
+    def _periodic(self) -> bool:
+        return isinstance(self.substrate, PeriodicGround)
 
     @computed_once
     def footprint(self) -> Footprint:
@@ -141,7 +151,8 @@ class RigidPunch(Body):
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
         """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
         symmetry, cells = self._symmetry, self.footprint
-        if symmetry is None and self.rtol is None and cells.few:
+        regular = cells.regular or self._periodic
+        if symmetry is None and self.rtol is None and cells.few and not regular:
             return self.matrix
         with timed(self.timings, "assembly"):
             if symmetry is not None:
@@ -308,6 +319,8 @@ class RigidPunch(Body):
         load = Load(force, at, moments, settlement, tilt)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
+        if self._periodic:
+            load = _between_waves(load, unilateral)
         progress = checked_flag("progress", progress)
         origin = self.origin - self.centre
         if unilateral:
@@ -412,3 +425,14 @@ class RigidPunch(Body):
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
+
+
+def _between_waves(load: Load, unilateral: bool) -> Load:
+    """A load on periodic ground, which neither tilts nor has a place of its own."""
+    untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
+    if load.force is None or not untilted or not unilateral:
+        raise ValueError(
+            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
+            "periodic, and a settlement relative to the mean of the surface imposes no force"
+        )
+    return Load(force=load.force, tilt=(0.0, 0.0))

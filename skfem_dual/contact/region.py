@@ -21,6 +21,9 @@ from ..kernels.once import computed_once
 
 #: neighbours over which planes are fitted and strengths averaged
 AROUND = 7
+#: planes through points nearly on one line, by the determinant of their equations, are fitted
+#: with more care
+FLAT = 1e-5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -193,9 +196,26 @@ def fitted_planes(x: ndarray, values: ndarray, at: ndarray, around: int = AROUND
         Value and both slopes of each plane.
     """
     near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
+    out = np.zeros((3, at.shape[1]))
+    out[0] = values[near[:, 0]]
+    sloping = np.nonzero((values[near] != out[0][:, None]).any(axis=1))[0]
+    out[:, sloping] = _planes(x, values, at[:, sloping], near[sloping])
+    return out
+
+
+def _planes(x: ndarray, values: ndarray, at: ndarray, near: ndarray) -> ndarray:
+    """Values and gradients at points ``at`` of planes fitted to the values with numbers ``near``.
+
+    ``near`` has a row for each point.
+    """
     arm = x[:, near] - at[:, :, None]
     reach = np.hypot(*arm).max(axis=1, keepdims=True)
     columns = np.stack([np.ones(near.shape), *(arm / reach)], axis=-1)
+    rows = columns.swapaxes(1, 2)
+    normal, right = rows @ columns, rows @ values[near][..., None]
+    flat = np.linalg.det(normal) < FLAT * near.shape[1] ** 3
+    planes = np.empty(right.shape)
+    planes[~flat] = np.linalg.solve(normal[~flat], right[~flat])
     # points on one line give no slope across it
-    planes = np.linalg.pinv(columns, rcond=1e-6) @ values[near][..., None]
+    planes[flat] = np.linalg.pinv(columns[flat], rcond=1e-6) @ values[near[flat]][..., None]
     return planes[..., 0].T / np.vstack([np.ones(len(near)), reach.T, reach.T])

@@ -2,16 +2,30 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from os import PathLike
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.interpolate import LinearNDInterpolator
+from scipy.interpolate import LinearNDInterpolator, RegularGridInterpolator
 from skfem import CellBasis
 
-from ..arguments import Pair, checked_array, checked_number, checked_pair, checked_size
+from ..arguments import (
+    Pair,
+    checked_array,
+    checked_choice,
+    checked_flag,
+    checked_number,
+    checked_pair,
+    checked_size,
+)
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 from ..messages import shown
+
+#: points so many distances of heights beyond a grid of them are on its rim
+OUTSIDE = 1e-9
 
 Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
 
@@ -151,29 +165,87 @@ class RoundedCylinder:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredProfile:
-    """Heights measured at scattered points, linear between them.
+    """Heights measured at points, linear between them.
+
+    Points that fill a rectangular grid are found to do so, in whatever order they come: between
+    them heights are bilinear. Others are triangulated, once.
 
     Parameters
     ----------
-    x : (2, m) array of float
-        The points; their convex hull must cover the plan.
-    height : (m,) array of float
+    x : (2, m) array of float, or pair of arrays of shape (nx,) and (ny,)
+        The points; their convex hull must cover the plan. Or the coordinates, each ascending, of
+        a grid of them.
+    height : (m,) or (nx, ny) array of float
         Heights of the punch's surface above any level, positive away from the ground.
+
+    Examples
+    --------
+    >>> profile = MeasuredProfile(([0.0, 1.0], [0.0, 1.0, 2.0]), [[0, 1, 2], [1, 2, 3]])
+    >>> float(profile([0.5, 1.5]))
+    2.0
     """
 
-    x: ndarray
+    x: ndarray | tuple[ndarray, ndarray]
     height: ndarray
 
     def __post_init__(self) -> None:
-        x = checked_array("x", self.x, (2, "m"), least=3, each="point")
-        height = checked_array("height", self.height, x.shape[1:], each="point")
-        object.__setattr__(self, "x", readonly(x))
+        if np.ndim(self.height) == 2:
+            axes = _axes(self.x)
+            height = checked_array("height", self.height, (len(axes[0]), len(axes[1])))
+            object.__setattr__(self, "x", axes)
+        else:
+            x = checked_array("x", self.x, (2, "m"), least=3, each="point")
+            height = checked_array("height", self.height, x.shape[1:], each="point")
+            object.__setattr__(self, "x", readonly(x))
         object.__setattr__(self, "height", readonly(height))
+
+    @classmethod
+    def read(
+        cls,
+        path: str | PathLike[str],
+        spacing: Pair | None = None,
+        origin: Pair = (0.0, 0.0),
+        *,
+        unit: str = "m",
+        peaks: bool = True,
+    ) -> Self:
+        """The surface of a punch from a file of heights, as instruments write them.
+
+        Parameters
+        ----------
+        path : path
+            ``.npy``, or ``.csv`` and ``.txt``: with ``spacing`` a grid of heights, the first index
+            (of a text the line) along x and the second along y; without it three columns x, y
+            and height. All other formats, ``.x3p`` and ``.sdf`` among them, through
+            SurfaceTopography, with the spacing of the file.
+        spacing : pair of float, optional
+            Distances of the heights along x and along y.
+        origin : pair of float
+            Corner of the rectangle of which the heights of a grid are in the middles of equal
+            parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on.
+        unit : str
+            Unit of lengths that formats with a unit are turned into, "m", "mm" or "µm".
+        peaks : bool
+            Whether the highest points touch first, as of a surface measured face up that is then
+            turned over: the gap is the largest height less the height. If not, heights are gaps.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError, TypeError
+            If there is no such file, or it is something else; the first height that is no number.
+        ImportError
+            If SurfaceTopography is needed and missing.
+        """
+        from ..io.surfaces import read_heights
+
+        checked_choice("unit", unit, ("m", "mm", "µm"))
+        x, height = read_heights(path, spacing, checked_pair("origin", origin), unit)
+        return cls(x, height.max() - height if checked_flag("peaks", peaks) else height)
 
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         x = checked_array("x", x, (2, "..."), each="point")
-        height = LinearNDInterpolator(self.x.T, self.height)(x[0], x[1])
+        height = self._between(x)
         if np.isnan(height).any():
             bad = np.argmax(np.isnan(height))
             raise ValueError(
@@ -181,3 +253,58 @@ class MeasuredProfile:
                 f"{x[1].flat[bad]:.6g}) is outside them"
             )
         return height
+
+    @computed_once
+    def _grid(self) -> tuple[tuple[ndarray, ndarray], ndarray] | None:
+        """Coordinates and heights (nx, ny) of a grid; None if the points are none."""
+        if isinstance(self.x, tuple):
+            return self.x, self.height
+        (x, i), (y, j) = (np.unique(part, return_inverse=True) for part in self.x)
+        place = i * len(y) + j
+        if min(len(x), len(y)) < 2 or len(x) * len(y) != len(place):
+            return None
+        if (np.bincount(place, minlength=len(place)) != 1).any():
+            return None
+        height = np.empty(len(place))
+        height[place] = self.height
+        return (x, y), height.reshape(len(x), len(y))
+
+    @computed_once
+    def _between(self) -> Callable[[ndarray], ndarray]:
+        """Heights between the points; NaN outside."""
+        if self._grid is None:
+            triangles = LinearNDInterpolator(self.x.T, self.height)  # type: ignore[union-attr]
+            return lambda x: triangles(x[0], x[1])
+        grid, height = self._grid
+        bilinear = RegularGridInterpolator(grid, height, bounds_error=False, fill_value=np.nan)
+        ends = np.array([[part[0], part[-1]] for part in grid])
+        slack = OUTSIDE * np.array([part[1] - part[0] for part in grid])
+
+        def between(x: ndarray) -> ndarray:
+            # on the rim but for rounding is not outside
+            near = [np.clip(part, *end) for part, end in zip(x, ends)]
+            kept = [np.where(np.abs(n - p) <= s, n, p) for n, p, s in zip(near, x, slack)]
+            return bilinear(np.stack(kept, axis=-1)).reshape(x.shape[1:])
+
+        return between
+
+    def __getstate__(self) -> dict:
+        return {"x": self.x, "height": self.height}
+
+
+def _axes(x: object) -> tuple[ndarray, ndarray]:
+    """The coordinates of a grid along x and along y."""
+    if not isinstance(x, (tuple, list)) or len(x) != 2:
+        raise TypeError(
+            "expected the coordinates of a grid along x and along y for x, with heights of "
+            f"shape (nx, ny), got {shown(x)}"
+        )
+    axes = tuple(checked_array(f"x[{i}]", x[i], ("n",), least=2) for i in (0, 1))
+    for i, part in enumerate(axes):
+        if (np.diff(part) <= 0).any():
+            bad = int(np.argmax(np.diff(part) <= 0))
+            raise ValueError(
+                f"expected ascending coordinates x[{i}] of a grid, got {part[bad + 1]:g} after "
+                f"{part[bad]:g} at index {bad + 1}"
+            )
+    return readonly(axes[0]), readonly(axes[1])

@@ -6,7 +6,7 @@ Schur complement, the stiffness ``resultants D^-1 planes'``.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -17,16 +17,18 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..arguments import checked_choice, checked_number
+from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.iterative import solve_many
-from ..operators.preconditioner import Preconditioner
+from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
+from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import YieldingOperator
 from .load import Constraints
-from .positions import apart, by_force
+from .positions import apart, by_force, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
@@ -53,7 +55,7 @@ class ContactSystem:
     ----------
     matrix : (n, n) array of float, SymmetricMatrix or operator
         Settlement of each collocation point under unit pressure on each cell. The first two
-        are factorised, operators only multiplied by.
+        are factorised, operators only multiplied by but for those of few cells on a regular grid.
     planes : (m, n) array of float
         Settlement of the collocation points by each component of the position.
     resultants : (m, n) array of float
@@ -77,7 +79,7 @@ class ContactSystem:
     def factors(self) -> Factors:
         """Factors of the matrix, if that is an array."""
         with timed(self.timings, "factorisation"):
-            return Factors.from_matrix(np.asarray(self.matrix))
+            return Factors.from_matrix(np.asarray(self._array))
 
     @computed_once
     def preconditioner(self) -> Any:
@@ -86,13 +88,33 @@ class ContactSystem:
             if isinstance(self.matrix, (YieldingOperator, FlattenedOperator)):
                 return self.matrix.preconditioner
             if isinstance(self.matrix, InfluenceOperator):
-                return Preconditioner.from_operator(self.matrix)
+                return approximate_inverse(self.matrix)
         raise TypeError("expected an operator, got a matrix, which is factorised")
 
     @property
     def _dense(self) -> bool:
         """Whether the matrix can be factorised."""
+        return self._given or (self._regular is not None and len(self.areas) <= DENSE)
+
+    @property
+    def _given(self) -> bool:
+        """Whether the matrix is not an operator."""
         return isinstance(self.matrix, (np.ndarray, SymmetricMatrix))
+
+    @property
+    def _regular(self) -> BlockToeplitz | None:
+        """The matrix, if it is that of cells on a regular grid."""
+        return self.matrix.toeplitz if isinstance(self.matrix, InfluenceOperator) else None
+
+    @property
+    def _singular(self) -> bool:
+        """Whether a uniform pressure settles nothing, as on periodic ground."""
+        return self._regular is not None and self._regular.singular
+
+    @computed_once
+    def _array(self) -> Any:
+        """The matrix as something that can be factorised, if it can be."""
+        return self.matrix if self._given or self._regular is None else self._regular.to_dense()
 
     @property
     def unit_pressures(self) -> ndarray:
@@ -118,11 +140,16 @@ class ContactSystem:
 
         With them why iterations did not converge, if they did not.
         """
+        if self._singular:
+            raise ValueError(
+                "expected ground without a period: on a PeriodicGround settlements do not tell "
+                "the pressures. Remedy: solve under a force"
+            )
         if isinstance(self.matrix, SymmetricMatrix):
             with timed(self.timings, "factorisation"):
                 factors = self.matrix.factors
             return factors.solve(rhs), ""
-        if isinstance(self.matrix, np.ndarray):
+        if self._dense or isinstance(self.matrix, np.ndarray):
             return self.factors.solve(rhs), ""
         rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
         preconditioner = self.preconditioner
@@ -144,14 +171,16 @@ class ContactSystem:
         ValueError
             If the matrix is not an array.
         """
+        if self._singular:
+            return float("inf")
         if isinstance(self.matrix, SymmetricMatrix):
             return self.matrix.condition_number
-        if not isinstance(self.matrix, np.ndarray):
+        if not self._dense:
             raise ValueError(
                 "expected a dense matrix for the condition number, got an operator. Remedy: a "
                 f"coarser mesh; up to {DENSE} cells the matrix is dense"
             )
-        matrix, factors = self.matrix, self.factors
+        matrix, factors = self._array, self.factors
 
         def largest(product: Callable[[ndarray], ndarray]) -> float:
             gram = LinearOperator(matrix.shape, matvec=product, dtype=float)
@@ -245,7 +274,7 @@ class ContactSystem:
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
             contact = other or contact
-            contact = contact or _nothing(problem)
+            contact = contact or unanswered(problem)
         return contact, constraints.fixed + self._scaled(constraints)[0] @ contact.motion
 
     def _problem(self, constraints: Constraints) -> ContactProblem:
@@ -257,16 +286,17 @@ class ContactSystem:
             planes=motions.T @ self.planes,
             resultants=balance @ self.resultants,
             given=constraints.given / unit,
+            smoother=None if self._regular is None else self._regular.inverse,
         )
 
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""
         every = np.ones(len(self.areas))
         start = np.abs(problem.gap.min()) / np.abs(self.matrix @ every).max() * every
-        contact = conjugate_gradients(problem, start, gap_rtol)
+        contact = self._gradients(problem, start, gap_rtol)
         if not contact.success:
             return None
-        if self._dense:
+        if self._given:
             polished = active_set(problem, contact.pressure > 0)
             return polished if polished.success else contact
         return contact
@@ -293,7 +323,7 @@ class ContactSystem:
             return None
         contact, position = found
         if exact:
-            polished = active_set(problem, contact.pressure > 0)
+            polished = active_set(replace(problem, matrix=self._array), contact.pressure > 0)
             if polished.success:
                 return polished
         motions = self._scaled(constraints)[0]
@@ -317,12 +347,20 @@ class ContactSystem:
         if not conjugate and (method == "cg" or not self._dense):
             return None
         if method == "active-set" or not conjugate:
-            return active_set(problem, _beginning(start, n))
-        if not (method == "auto" and self._dense and n <= POLISHED):
-            return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
+            return active_set(replace(problem, matrix=self._array), _beginning(start, n))
+        if not (method == "auto" and self._given and n <= POLISHED):
+            return self._gradients(problem, start, gap_rtol)
         rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
         polished = active_set(problem, _beginning(rough.pressure if rough.success else start, n))
         return replace(polished, history=rough.history + polished.history)
+
+    def _gradients(
+        self, problem: ContactProblem, start: ndarray | None, gap_rtol: float
+    ) -> Contact:
+        """Conjugate gradients, however many cells."""
+        # threads of BLAS go on waiting for work, in the way of those of the products
+        with nullcontext() if self._dense else limited_threads(1, "blas"):
+            return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
 
     def _scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""
@@ -337,14 +375,6 @@ def _noise(constraints: Constraints, problem: ContactProblem, contact: Contact) 
         return False
     settled = contact.gap - problem.gap + contact.motion @ problem.planes
     return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())
-
-
-def _nothing(problem: ContactProblem) -> Contact:
-    """No answer where no force leads to what is imposed."""
-    nothing = np.zeros(len(problem.areas))
-    message = "no force was found under which the settlement is the one imposed"
-    motion = np.zeros(len(problem.given))
-    return Contact(nothing, motion, problem.gap, nothing > 0, False, message)
 
 
 def _beginning(start: ndarray | None, n: int) -> ndarray:

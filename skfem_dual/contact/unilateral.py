@@ -19,10 +19,13 @@ from tqdm import tqdm
 
 from ..arguments import checked_number
 from ..errors import ConvergenceError
+from ..kernels.once import computed_once
 from .problem import Contact, ContactProblem
 
 #: the largest tolerance of gaps
 COARSEST = 1e-2
+#: few equations are told apart from singular ones by the determinant over the diagonal
+CLEAR = 1e-8
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
@@ -89,7 +92,8 @@ def conjugate_gradients(
     """Projected conjugate gradients for any matrix or LinearOperator.
 
     The unknowns are the forces on the cells, so that the matrix is nearly symmetric, and the
-    square roots of the areas precondition it. In every iteration the motions are those that
+    square roots of the areas precondition it, and its smoother if the problem has one, between
+    the cells in contact. In every iteration the motions are those that
     leave the gaps in contact without a resultant, and the step ends on the forces that balance
     the load and do not pull, the nearest ones in the norm of the preconditioner.
 
@@ -167,7 +171,7 @@ class CellForces:
     acting : (k, n) array of float
         Resultants of unit forces on the cells.
     scale : (n,) array of float
-        Inverse of the preconditioner.
+        Inverse of the preconditioner, which is diagonal.
     """
 
     problem: ContactProblem
@@ -179,6 +183,22 @@ class CellForces:
         """With the square roots of the areas as preconditioner."""
         return cls(problem, problem.resultants / problem.areas, np.sqrt(problem.areas))
 
+    @computed_once
+    def sides(self) -> ndarray:
+        """Resultants of forces as large as the preconditioner has it, shape (k, n)."""
+        return self.acting * self.scale
+
+    @computed_once
+    def _extent(self) -> ndarray:
+        return np.abs(self.acting)
+
+    @computed_once
+    def _response(self) -> float:
+        """What the smoother makes of a unit settlement of one cell there."""
+        one, middle = np.zeros(len(self.scale)), len(self.scale) // 2
+        one[middle] = 1.0
+        return float((self.problem.smoother @ one)[middle]) if self.problem.smoother else 1.0
+
     def settlement(self, force: ndarray) -> ndarray:
         """Of the collocation points under forces on the cells."""
         return self.problem.matrix @ (force / self.problem.areas)
@@ -186,10 +206,11 @@ class CellForces:
     def rigid_motion(self, settlement: ndarray, contact: ndarray) -> tuple[ndarray, ndarray]:
         """Motions that leave the gaps in contact without a resultant, and the gaps they leave."""
         gap, planes = settlement + self.problem.gap, self.problem.planes
-        sides = self.acting[:, contact] * self.scale[contact]
+        sides = np.where(contact, self.sides, 0.0)
         # of cells that cannot tell some motion, the least one
-        motion = np.linalg.pinv(sides @ planes[:, contact].T) @ (sides @ gap[contact])
-        return motion, gap - motion @ planes
+        motion = _least(sides @ planes.T, sides @ gap)
+        gap -= motion @ planes
+        return motion, gap
 
     def descent(self, gap: ndarray, contact: ndarray, before: Step | None) -> Step:
         """The next direction, conjugate to the one before while no cell comes back.
@@ -199,6 +220,9 @@ class CellForces:
         overlap = ~contact & (gap < 0)
         working = contact | overlap
         slope = self.without_resultant(self.scale * gap, working)
+        if (smoother := self.problem.smoother) is not None:
+            # between projections on both sides it is symmetric
+            slope = self.without_resultant((smoother @ slope) / self._response, working)
         direction = slope
         if before is not None and not overlap.any():
             beta = max(0.0, slope @ (gap - before.gap) / before.decrease)
@@ -228,9 +252,8 @@ class CellForces:
 
     def without_resultant(self, force: ndarray, working: ndarray) -> ndarray:
         """``force`` on the working cells, changed so that it has no resultant."""
-        acting, out = self.acting, np.where(working, force, 0.0)
-        sides = acting[:, working] * self.scale[working]
-        out[working] -= np.linalg.pinv(sides @ acting[:, working].T) @ (acting @ out) @ sides
+        sides, out = np.where(working, self.sides, 0.0), np.where(working, force, 0.0)
+        out -= _least(sides @ self.acting.T, self.acting @ out) @ sides
         return out
 
     def balanced(self, force: ndarray) -> ndarray | None:
@@ -240,32 +263,36 @@ class CellForces:
         concave function, by Newton's method. None if there are no such forces.
         """
         acting, scale, given = self.acting, self.scale, self.problem.given
-        sides = acting * scale
+        sides, extent = self.sides, self._extent
         # a little of all cells: those pressed on may be too few to balance anything
         spare = 1e-8 * sides @ acting.T
 
-        def state(mu: ndarray) -> tuple[ndarray, ndarray, float]:
+        def state(mu: ndarray) -> tuple[ndarray, ndarray]:
             pressed = (force + mu @ sides).clip(0)
-            dual = 0.5 * np.sum(pressed**2 / scale) - mu @ given
-            return pressed, acting @ pressed - given, dual
+            # pairwise sums: those of BLAS lose four digits of millions of forces
+            return pressed, (acting * pressed).sum(axis=1) - given
+
+        def dual(mu: ndarray, pressed: ndarray) -> float:
+            return 0.5 * np.sum(pressed**2 / scale) - mu @ given
 
         mu = np.zeros(len(given))
-        pressed, error, dual = state(mu)
+        pressed, error = state(mu)
         for _ in range(200):
-            size = np.abs(given).max(initial=0.0) + (np.abs(acting) @ pressed).max(initial=0.0)
-            if np.abs(error).max(initial=0.0) <= 1e-14 * size:
+            size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
+            if (off := np.abs(error).max(initial=0.0)) <= 1e-14 * size:
                 break
-            free = pressed > 0
-            step = np.linalg.pinv(sides[:, free] @ acting[:, free].T + spare) @ error
-            for _ in range(40):
+            # from nothing on all cells are pressed on
+            free = np.where(pressed > 0, sides, 0.0) if pressed.any() else sides
+            step = _least(free @ acting.T + spare, error)
+            for _ in range(40 if off > 1e-12 * size else 1):  # rounding is not searched
                 trial = state(mu - step)
-                if trial[2] < dual or np.abs(trial[1]).max() < np.abs(error).max():
+                if np.abs(trial[1]).max() < off or dual(mu - step, trial[0]) < dual(mu, pressed):
                     break
                 step = step / 2
             else:
                 break  # as near as rounding lets
             mu = mu - step
-            pressed, error, dual = trial
+            pressed, error = trial
         return pressed if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
 
 
@@ -274,6 +301,13 @@ def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:
     wrong = np.where(contact, np.abs(gap), -gap).max()
     largest = max(np.abs(settlement).max(), wrong)
     return float(wrong / largest) if largest > 0 else 0.0
+
+
+def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
+    """Solution of a few equations, the least one where they do not tell it."""
+    if np.linalg.det(matrix) > CLEAR * np.prod(np.diagonal(matrix)):
+        return np.linalg.solve(matrix, rhs)
+    return np.linalg.pinv(matrix) @ rhs
 
 
 def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:

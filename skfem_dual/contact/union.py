@@ -14,9 +14,10 @@ from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons, readonly
 from ..kernels.once import computed_once
+from ..operators.entries import some_rows
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import available_memory
-from .footprint import ExactRows, Footprint, LoadedCells, sample
+from .footprint import ExactRows, Footprint, LoadedCells
 
 
 def union(parts: Sequence[LoadedCells]) -> LoadedCells:
@@ -69,7 +70,7 @@ def joint_operator(parts: Sequence[Footprint], cells: LoadedCells) -> ndarray | 
 def rows_of(parts: Sequence[LoadedCells]) -> ExactRows:
     """Some rows of that matrix."""
     x = np.hstack([part.collocation_points for part in parts])
-    i = sample(x.shape[1])
+    i = some_rows(x.shape[1], x.shape[1])
     x = np.ascontiguousarray(x[:, i])
     return ExactRows(i, np.hstack([part.influence(x) for part in parts]))
 

@@ -8,8 +8,10 @@ from numpy import ndarray
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..errors import MeshError
+from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
+from .lattice import Lattice
 from .planar import covered_twice, cross
 from .polygons import Polygons, readonly
 from .report import Condition, require
@@ -63,6 +65,11 @@ class Partition:
     def centroids(self) -> ndarray:
         """Area centroid of each cell, shape (2, ncells)."""
         return self.polygons.centroids
+
+    @computed_once
+    def lattice(self) -> Lattice | None:
+        """The regular grid the cells are on; None if there is none."""
+        return Lattice.detect(self.polygons)
 
     @classmethod
     def from_mesh(cls, mesh: Mesh) -> "Partition":

@@ -11,6 +11,13 @@ PIECES = 16
 #: items of a piece are a multiple of the first, and not more than the second: arrays for
 #: temporary use stay small
 GRAIN, MOST = 64, 256
+#: transforms of up to so many items take less than a millisecond
+ALONE = 2**16
+
+
+def threads_for(items: int) -> int:
+    """Threads for arithmetic on so many items: one where it is shorter than starting others."""
+    return int(numba.config.NUMBA_NUM_THREADS) if items > ALONE else 1
 
 
 class Threads:

@@ -18,8 +18,10 @@ from ..kernels.once import computed_once
 
 #: tolerances below it are for exact entries
 EXACT = 1e-8
-#: rows that are compared with exact ones
-SAMPLES = 16
+#: rows that are compared with exact ones, and entries from which on they are fewer
+SAMPLES, MANY = 16, 2**22
+#: rows on a regular grid, which are all alike
+ALIKE = 3
 #: errors do not refer to less than so many times what homogeneous ground would settle
 FLOOR = 0.01
 
@@ -95,6 +97,12 @@ class Entries:
         return out
 
 
+def some_rows(points: int, cells: int, most: int = SAMPLES) -> ndarray:
+    """Numbers of some rows, at random but the same every time."""
+    count = min(most, max(MANY // cells, 2), points)
+    return np.random.default_rng(0).choice(points, count, replace=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Sample:
     """Some exact rows, against which products are checked.
@@ -116,10 +124,9 @@ class Sample:
     least: float
 
     @classmethod
-    def from_entries(cls, entries: Entries) -> "Sample":
-        """`SAMPLES` rows at random, the same every time."""
-        m = entries.x.shape[1]
-        numbers = np.random.default_rng(0).choice(m, min(SAMPLES, m), replace=False)
+    def from_entries(cls, entries: Entries, most: int = SAMPLES) -> "Sample":
+        """Some rows, see `some_rows`."""
+        numbers = some_rows(entries.x.shape[1], len(entries.partition), most)
         rows = entries.rows(numbers)
         total, norm, least = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0
         if entries.substrate.remainder is not None:
@@ -130,6 +137,11 @@ class Sample:
             norm = np.maximum(norm, FLOOR * np.linalg.norm(alone, axis=1))
             least = float(np.min(total / alone.sum(axis=1)))
         return cls(numbers, rows, total, norm, least)
+
+    @classmethod
+    def from_rows(cls, numbers: ndarray, rows: ndarray) -> "Sample":
+        """Some rows that are known."""
+        return cls(numbers, rows, np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0)
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""

@@ -6,8 +6,9 @@ stands for it is made to a tolerance and checked on exact rows.
 
 from collections.abc import Callable
 from functools import partial
+from math import prod
 from time import perf_counter
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy import ndarray
@@ -19,16 +20,19 @@ from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..elements.slopes import Slopes
 from ..errors import ConvergenceError
+from ..grids.lattice import Lattice
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.substrates import Substrate, checked_substrate
+from ..ground.periodic import PeriodicGround, checked_ground
+from ..ground.substrates import Substrate
 from ..messages import shown
 from .dense import moment_matrix
-from .entries import EXACT, Entries, Sample
+from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
 from .resources import choose
+from .toeplitz import BlockToeplitz, require_period
 
-Method = Literal["auto", "dense", "fast"]
+Method = Literal["auto", "dense", "fast", "toeplitz"]
 #: tolerance of operators if none is given
 RTOL = 1e-6
 #: the largest tolerance
@@ -39,6 +43,8 @@ ROWS = 10.0
 REMAINDER = 0.4
 #: attempts to reach a tolerance
 ATTEMPTS = 4
+#: tolerance of transforms on a regular grid: their errors are those of rounding
+ROUNDING = 1e-10
 
 
 class InfluenceOperator(LinearOperator):
@@ -46,8 +52,8 @@ class InfluenceOperator(LinearOperator):
 
     Parameters
     ----------
-    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
-        The ground.
+    substrate : HalfSpace, GradedHalfSpace, LayeredHalfSpace or PeriodicGround
+        The ground; the last under constant pressures on a regular grid that covers its period.
     basis : CellwiseBasis, CellBasis or Partition
         Piecewise constants, see `RigidPunch`, or the loaded cells themselves.
     rtol : float
@@ -55,9 +61,11 @@ class InfluenceOperator(LinearOperator):
         taken positive, which is no less than a hundredth of that on homogeneous ground with the
         moduli of the surface. It is verified on some rows. Below 1e-8, for dense matrices only:
         exact entries.
-    method : {"auto", "dense", "fast"}
-        A matrix, a fast summation in linear time and memory, or what is sooner ready for some
-        twenty products and fits into the memory.
+    method : {"auto", "dense", "fast", "toeplitz"}
+        A matrix; a fast summation in linear time and memory; transforms, exact but for rounding,
+        of cells on a regular grid under constant pressure and their centroids; or what is sooner
+        ready for some twenty products and fits into the memory. The grid is that of rectangles
+        along the axes, all of one size, in any of its places: a uniform MeshQuad or a part of it.
     edge : {"singular", "constant"}, EdgeWeights or Slopes
         How the pressure varies inside cells, see `RigidPunch`; with weights alone by them alone.
     collocation : {"centroid", "node"} or (2, m) array of float
@@ -65,7 +73,7 @@ class InfluenceOperator(LinearOperator):
 
     Attributes
     ----------
-    method : {"dense", "fast"}
+    method : {"dense", "fast", "toeplitz"}
         What was chosen.
     estimate : Estimate
         Memory and time expected before the work.
@@ -115,9 +123,9 @@ class InfluenceOperator(LinearOperator):
         edge: Literal["singular", "constant"] | EdgeWeights | Slopes = "singular",
         collocation: Literal["centroid", "node"] | ndarray = "centroid",
     ) -> None:
-        checked_substrate(substrate)
+        checked_ground(substrate)
         rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
-        checked_choice("method", method, ("auto", "dense", "fast"))
+        checked_choice("method", method, ("auto", "dense", "fast", "toeplitz"))
         if method == "fast" and rtol < EXACT:
             raise ValueError(
                 f"expected a tolerance of at least {EXACT:g} of the fast summation, got {rtol:g}. "
@@ -130,9 +138,20 @@ class InfluenceOperator(LinearOperator):
         super().__init__(np.dtype(float), (m, n))
         self.substrate, self.partition, self.x = substrate, partition, x
         self.weights, self.slopes = weights, slopes
-        self.rtol = float(rtol)
-        layered = substrate.remainder is not None
-        self.method, self.estimate = choose(method, m, n, self.rtol, layered)
+        lattice = self._lattice
+        if method == "toeplitz" and lattice is None:
+            raise ValueError(
+                'expected constant pressures on a regular grid of cells for method="toeplitz", '
+                'and their centroids. Remedy: edge="constant" on a uniform MeshQuad, or '
+                'method="auto"'
+            )
+        if periodic := isinstance(substrate, PeriodicGround):
+            require_period(substrate, lattice)
+            checked_choice("method", method, ("auto", "toeplitz"))
+        layered = not periodic and substrate.remainder is not None
+        places = None if lattice is None else prod(lattice.shape)
+        self.method, self.estimate = choose(method, m, n, float(rtol), layered, places)
+        self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
         start = perf_counter()
         self._entries = Entries(substrate, partition, x, weights, slopes)
         self.correction, self.sloping = self._entries.correction, self._entries.sloping
@@ -183,25 +202,46 @@ class InfluenceOperator(LinearOperator):
         return self.weights if self.slopes is None else self.slopes
 
     @property
+    def _lattice(self) -> Lattice | None:
+        """The regular grid on which the matrix is Toeplitz."""
+        if self.weights is None and np.array_equal(self.x, self.partition.centroids):
+            return self.partition.lattice
+        return None
+
+    @property
+    def toeplitz(self) -> BlockToeplitz | None:
+        """What an operator on a regular grid multiplies with."""
+        return self._kept if isinstance(self._kept, BlockToeplitz) else None
+
+    @property
     def summation(self) -> FastSummation | None:
         """What a fast operator multiplies with."""
         return self._kept if isinstance(self._kept, FastSummation) else None
 
     def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
-        return self._entries.rows(checked_indices("i", np.atleast_1d(i), self.shape[0]))
+        i = checked_indices("i", np.atleast_1d(i), self.shape[0])
+        return (
+            self._kept.rows(i) if isinstance(self._kept, BlockToeplitz) else self._entries.rows(i)
+        )
 
     def diagonal(self) -> ndarray:
         """Settlement of each cell's own point under unit pressure on it, exact; shape (n,)."""
         m, n = self.shape
         if m != n:
             raise ValueError(f"expected a square operator, got shape {self.shape}")
+        if isinstance(self._kept, BlockToeplitz):
+            return self._kept.diagonal()
         return self._entries.diagonal()
 
     def to_dense(self) -> ndarray:
         """The matrix, read-only; made by a dense operator of the same tolerance if need be."""
         if isinstance(self._kept, ndarray):
             return self._kept
+        if isinstance(self._kept, BlockToeplitz):
+            matrix = self._kept.to_dense()
+            matrix.setflags(write=False)
+            return matrix
         cells = self.substrate, self.partition, self.x, self._law
         return self.from_partition(*cells, self.rtol, "dense").to_dense()
 
@@ -220,6 +260,8 @@ class InfluenceOperator(LinearOperator):
     def _rmatvec(self, w: ndarray) -> ndarray:
         if isinstance(self._kept, FastSummation):
             raise NotImplementedError("the fast summation has no transpose")
+        if isinstance(self._kept, BlockToeplitz):
+            return self._kept @ w  # symmetric
         return self._kept.T @ w
 
     def __repr__(self) -> str:
@@ -273,15 +315,19 @@ def _points(partition: Partition, collocation: Literal["centroid", "node"] | nda
     return partition.nodes if collocation == "node" else partition.centroids
 
 
-Kept = ndarray | FastSummation
+Kept = ndarray | FastSummation | BlockToeplitz
 
 
 def _within(entries: Entries, method: str, rtol: float) -> tuple[Kept, float, float]:
     """What is made with tolerances from ``rtol`` on down until its error is less; its errors."""
-    make: Callable[[Entries, float, float], Kept] = _dense if method == "dense" else _fast
-    sample = Sample.from_entries(entries)
+    if isinstance(entries.substrate, PeriodicGround):
+        return _periodic(entries.substrate, entries.partition)
+    make = _MAKERS[method]
+    sample = Sample.from_entries(entries, ALIKE if method == "toeplitz" else SAMPLES)
     tolerance = rtol
-    if rtol >= EXACT and entries.substrate.remainder is not None:  # and errors add up
+    if method == "toeplitz":  # its errors are those of rounding and of the exact rows
+        rtol = max(rtol, EXACT)
+    elif rtol >= EXACT and entries.substrate.remainder is not None:  # and errors add up
         tolerance *= REMAINDER * min(1.0, sample.least)
     for _ in range(ATTEMPTS):
         kept = make(entries, tolerance, rtol)
@@ -320,9 +366,30 @@ def _fast(entries: Entries, tolerance: float, rtol: float) -> FastSummation:
     return FastSummation.from_partition(*cells, tolerance)
 
 
+def _periodic(ground: PeriodicGround, partition: Partition) -> tuple[Kept, float, float]:
+    """The products with their errors of rounding."""
+    kept = BlockToeplitz.from_period(ground, cast(Lattice, partition.lattice))
+    numbers = some_rows(len(partition), len(partition), ALIKE)
+    error, row_error = Sample.from_rows(numbers, kept.rows(numbers)).errors(kept.__matmul__)
+    return kept, error, row_error
+
+
+def _transforms(entries: Entries, tolerance: float, rtol: float) -> BlockToeplitz:
+    return BlockToeplitz.from_substrate(
+        entries.substrate, cast(Lattice, entries.partition.lattice)
+    )
+
+
+_MAKERS: dict[str, Callable[[Entries, float, float], Kept]] = {
+    "dense": _dense,
+    "fast": _fast,
+    "toeplitz": _transforms,
+}
+
+
 def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
     """Settlements under pressures of shape (n,) or (n, k)."""
-    if isinstance(kept, ndarray):
+    if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
     if q.ndim == 2:
         return np.stack([_product(entries, kept, column) for column in q.T], axis=1)

@@ -15,7 +15,7 @@ from tqdm import tqdm
 from ..arguments import checked_array, checked_instance, checked_number
 from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
-from .preconditioner import Preconditioner
+from .preconditioner import approximate_inverse
 
 #: directions that GMRES keeps before it starts anew
 RESTART = 60
@@ -81,7 +81,7 @@ def solve_many(
         Residual allowed, relative to the right-hand side, in the 2-norm.
     progress : bool
         Whether to show a progress bar.
-    preconditioner : Preconditioner, optional
+    preconditioner : Preconditioner or Convolution, optional
         Approximate inverse, as of an earlier solution with the same cells; by default that of
         an `InfluenceOperator`.
 
@@ -115,7 +115,7 @@ def solve_many(
     if inverse is None:
         remedy = "give a preconditioner of it"
         checked_instance("operator", operator, InfluenceOperator, remedy)
-        inverse = Preconditioner.from_operator(cast(InfluenceOperator, operator))
+        inverse = approximate_inverse(cast(InfluenceOperator, operator))
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products

@@ -25,6 +25,7 @@ from .fmm.loops import Layout
 from .fmm.quadtree import Quadtree
 from .fmm.summation import FastSummation
 from .influence_operator import InfluenceOperator
+from .toeplitz import Convolution
 
 #: mean number of cells in a group of a uniform mesh
 GROUP = 10
@@ -34,6 +35,13 @@ OVERLAP = 0.9
 AROUND = 100
 #: large boxes, about, and the fewest cells in one
 COARSE, FEWEST = 1000, 30
+
+
+def approximate_inverse(operator: InfluenceOperator) -> "Preconditioner | Convolution":
+    """What is nearly the inverse of a square operator: on a regular grid that of its symbol."""
+    if operator.toeplitz is not None:
+        return operator.toeplitz.inverse
+    return Preconditioner.from_operator(operator)
 
 
 @dataclass(frozen=True, eq=False)

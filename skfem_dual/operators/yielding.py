@@ -12,7 +12,7 @@ from .compliance import Compliance, Structures
 from .factors import Factors
 from .flattened import FlattenedOperator
 from .influence_operator import InfluenceOperator
-from .preconditioner import Preconditioner
+from .preconditioner import approximate_inverse
 
 #: columns of the structure's part of a dense matrix that are solved for together
 TOGETHER = 64
@@ -76,7 +76,7 @@ class YieldingOperator:
         """Approximate inverse: that of the ground alone, beside which a structure yields to few
         shapes of pressure only."""
         if isinstance(self.ground, InfluenceOperator):
-            return Preconditioner.from_operator(self.ground)
+            return approximate_inverse(self.ground)
         if isinstance(self.ground, FlattenedOperator):
             return self.ground.preconditioner
         return Factors.from_matrix(np.asarray(self.ground))

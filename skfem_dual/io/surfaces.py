@@ -1,0 +1,122 @@
+"""Heights of measured surfaces."""
+
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import Pair, checked_pair
+from .guarded import require_file, shortened
+from .writing import PathLike
+
+#: separators between the numbers of a text that are tried: the first that is in its first line
+SEPARATORS = ";", ",", "\t"
+
+Points = ndarray | tuple[ndarray, ndarray]
+
+
+def read_heights(
+    path: PathLike, spacing: Pair | None, origin: Pair, unit: str
+) -> tuple[Points, ndarray]:
+    """Points and heights of a file, as `MeasuredProfile.read` takes them."""
+    file = require_file(path, "a file of heights")
+    if spacing is not None:
+        spacing = checked_pair("spacing", spacing)
+        if min(spacing) <= 0:
+            raise ValueError(f"expected positive distances for spacing, got {spacing}")
+    kind = file.suffix.lower()
+    if kind == ".npy":
+        values = _array(file)
+    elif kind in (".csv", ".txt"):
+        values = _text(file)
+    else:
+        values, inside = _topography(file, unit)
+        spacing = spacing or inside
+        if spacing is None:
+            raise ValueError(f"expected spacing=(dx, dy) for {file}, which tells no sizes")
+    if spacing is None:
+        if values.shape[1] != 3:
+            raise ValueError(
+                f"expected three columns x, y and height in {file}, got {values.shape[1]}. "
+                "Remedy: spacing=(dx, dy) for a grid of heights"
+            )
+        _require_finite(file, values)
+        return values[:, :2].T, values[:, 2]
+    if min(values.shape) < 2:
+        raise ValueError(
+            f"expected a grid of two heights or more in both directions in {file}, got shape "
+            f"{values.shape}"
+        )
+    _require_finite(file, values)
+    x, y = (o + d * (np.arange(n) + 0.5) for o, d, n in zip(origin, spacing, values.shape))
+    return (x, y), values
+
+
+def _require_finite(file: Any, values: ndarray) -> None:
+    if not np.isfinite(values).all():
+        i, j = (int(k[0]) for k in np.nonzero(~np.isfinite(values)))
+        raise ValueError(
+            f"expected finite heights in {file}, got {values[i, j]} at index ({i}, {j}), "
+            f"{np.sum(~np.isfinite(values))} in all. Remedy: fill what was not measured"
+        )
+
+
+def _array(file: Any) -> ndarray:
+    try:
+        values = np.load(file, allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise ValueError(f"expected numbers in {file}: {shortened(str(error), 160)}") from error
+    if not isinstance(values, ndarray) or values.ndim != 2 or values.dtype.kind not in "iuf":
+        what = f"shape {values.shape} of {values.dtype}" if isinstance(values, ndarray) else "more"
+        raise ValueError(f"expected one array of numbers with two axes in {file}, got {what}")
+    return values.astype(float)
+
+
+def _text(file: Any) -> ndarray:
+    """Numbers of a text, in columns; a first line of words is skipped."""
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+        separator = next((s for s in SEPARATORS if lines and s in lines[0]), None)
+        words = [w for w in lines[0].split(separator) if w.strip()] if lines else []
+        skipped = int(bool(words) and not any(_is_number(word) for word in words))
+        if not any(line.strip() for line in lines[skipped:]):
+            raise ValueError("there are none")
+        return np.loadtxt(lines[skipped:], delimiter=separator, ndmin=2)
+    except ValueError as error:
+        raise ValueError(
+            f"expected numbers in columns in {file}: {shortened(str(error), 160)}"
+        ) from error
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _topography(file: Any, unit: str) -> tuple[ndarray, Pair | None]:
+    """Heights, NaN where there are none, and their distances, in a unit if the file has one."""
+    try:
+        import SurfaceTopography
+        from SurfaceTopography.Exceptions import CannotDetectFileFormat
+    except ImportError as error:
+        raise ImportError(
+            f"SurfaceTopography is needed for {file}: pip install 'skfem-dual[surfaces]'. "
+            "Without it .npy, .csv and .txt are read"
+        ) from error
+    try:
+        found = SurfaceTopography.read_topography(str(file))
+    except (CannotDetectFileFormat, ValueError, KeyError, OSError, EOFError) as error:
+        reason = shortened(str(error), 160) or type(error).__name__
+        raise ValueError(f"expected heights that can be read in {file}: {reason}") from error
+    if found.dim != 2 or not found.is_uniform:
+        raise ValueError(f"expected a map of heights in {file}, got a line")
+    if found.unit is not None:
+        found = found.to_unit(unit)
+    heights: ndarray = np.ma.filled(np.ma.asarray(found.heights(), dtype=float), np.nan)
+    sizes = found.physical_sizes
+    if sizes is None:
+        return heights, None
+    return heights, (float(sizes[0]) / heights.shape[0], float(sizes[1]) / heights.shape[1])

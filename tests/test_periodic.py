@@ -1,0 +1,201 @@
+"""Periodic contact against exact solutions of wavy surfaces.
+
+References: H. M. Westergaard, Bearing pressures and cracks, J. Appl. Mech. 6 (1939), for a
+surface wavy in one direction; K. L. Johnson, J. A. Greenwood and J. G. Higginson, The contact of
+elastic regular wavy surfaces, Int. J. Mech. Sci. 27 (1985), for one wavy in two.
+"""
+
+import pickle
+
+import numpy as np
+import pytest
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
+
+from skfem_dual import (
+    ElasticPunch,
+    GradedHalfSpace,
+    HalfSpace,
+    InfluenceOperator,
+    Layer,
+    LayeredHalfSpace,
+    PeriodicGround,
+    RigidPunch,
+    RigidPunches,
+    flexible_settlement,
+)
+
+SOIL = HalfSpace(3.0, 0.3)
+MODULUS = SOIL.contact_modulus
+GROUNDS = (
+    SOIL,
+    GradedHalfSpace.init_linear(2.0, 0.25, 1.5),
+    LayeredHalfSpace([Layer(0.3, 2.0, 0.3)], "bonded"),
+)
+
+
+def cells(nx, ny, lx=1.0, ly=1.0, order=None):
+    mesh = MeshQuad.init_tensor(lx * np.arange(nx + 1) / nx, ly * np.arange(ny + 1) / ny)
+    return CellBasis(mesh if order is None else mesh.restrict(order), ElementQuad0())
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.3, 0.8])
+def test_westergaard(ratio):
+    """Width of contact and pressures of ``amplitude (1 - cos(2 pi x / length))``."""
+    length, amplitude, n = 2.0, 0.01, 512
+    full = np.pi * MODULUS * amplitude / length
+    punch = RigidPunch(
+        PeriodicGround(SOIL, (length, 1.0)),
+        cells(n, 2, length),
+        gap=lambda x: amplitude * (1 - np.cos(2 * np.pi * x[0] / length)),
+    )
+    solution = punch.solve(ratio * full * length, gap_rtol=1e-9)
+    assert solution.success
+    s = np.sin(np.pi * punch.collocation_points[0] / length)
+    exact = 2 * full * np.sqrt((ratio - s**2).clip(0)) * np.sqrt(1 - s**2)
+    assert np.abs(solution.pressure - exact).mean() < 4e-3 * ratio * full
+    width = 2 * np.arcsin(np.sqrt(ratio)) / np.pi
+    assert len(solution.contact) / (2 * n) == pytest.approx(width, abs=2.5 / n)
+
+
+def egg_box(x):
+    return 0.02 * (1 - np.cos(2 * np.pi * x[0]) * np.cos(2 * np.pi * x[1]))
+
+
+def wavy(n, order=None):
+    """Two waves with an amplitude of 0.02 in all."""
+    punch = RigidPunch(
+        PeriodicGround(SOIL, (1.0, 1.0)),
+        cells(n, n, order=order),
+        gap=egg_box,
+    )
+    return punch, np.sqrt(2) * np.pi * MODULUS * 0.02
+
+
+def test_full_contact_of_a_surface_wavy_in_two_directions():
+    """From the mean pressure sqrt(2) pi E* amplitude / length on, exact; in any order of cells."""
+    punch, full = wavy(24, np.random.default_rng(0).permutation(576))
+    x = punch.collocation_points
+    wave = np.cos(2 * np.pi * x[0]) * np.cos(2 * np.pi * x[1])
+    solution = punch.solve(1.001 * full)
+    assert len(solution.contact) == 576
+    assert solution.pressure == pytest.approx(full * (1.001 + wave), abs=1e-8 * full)
+    assert solution.settlement == pytest.approx(0.02, rel=1e-8)  # the mean of the gap
+    assert len(punch.solve(0.95 * full).contact) < 576
+
+
+def test_light_and_nearly_full_contact_of_a_surface_wavy_in_two_directions():
+    """The asymptotes of Johnson, Greenwood and Higginson."""
+    punch, full = wavy(256)
+    light = punch.solve(0.002 * full, gap_rtol=1e-7)
+    hertz = np.pi * (3 / (8 * np.pi) * 0.002) ** (2 / 3)
+    assert light.contact_area == pytest.approx(hertz, rel=0.05)
+    nearly = punch.solve(0.97 * full, gap_rtol=1e-7)
+    assert 1 - len(nearly.contact) / 256**2 == pytest.approx(1.5 / np.pi * 0.03, rel=0.1)
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_products_are_those_of_the_symbol(ground):
+    """Each wave is only made larger or smaller, the mean taken away."""
+    basis = cells(20, 12, 2.0, 0.9)
+    periodic = PeriodicGround(ground, (2.0, 0.9))
+    operator = InfluenceOperator(periodic, basis, edge="constant")
+    assert operator.method == "toeplitz"
+    assert operator.error < 1e-13
+    x = operator.x
+    for i, j in ((1, 0), (0, 3), (4, 5), (9, 0)):
+        k = 2 * np.pi * np.array([i / 2.0, j / 0.9])
+        wave = np.cos(k @ x)
+        expected = ground.symbol(np.hypot(*k)) * wave
+        assert operator @ (7 + wave) == pytest.approx(expected, abs=1e-9 * expected.max())
+    assert periodic.symbol([0.0, 1.0]) == pytest.approx([0.0, ground.symbol(1.0)])
+
+
+def test_a_large_period_is_as_good_as_none():
+    """Cells around the middle of a wide period, against the same without one."""
+    n, side = 64, 1.0
+    x = np.random.default_rng(0).random(n * n)
+    basis = cells(n, n, side, side)
+    middle = np.hypot(*(basis.mesh.p[:, basis.mesh.t].mean(axis=1) - 0.5)) < 0.06
+    q = np.where(middle, x, 0.0)
+    alone = InfluenceOperator(SOIL, basis, edge="constant") @ q
+    periodic = InfluenceOperator(PeriodicGround(SOIL, (1, 1)), basis, edge="constant") @ q
+    less = (periodic - alone)[middle]
+    assert np.ptp(less) < 0.02 * alone.max()
+    assert less.mean() < 0
+
+
+def test_the_settlement_is_the_work_of_the_force():
+    """The energy's derivative by the force, and solutions in any units."""
+    punch, full = wavy(32)
+    loads = full * np.array([0.199, 0.2, 0.201])
+    solutions = [punch.solve(load) for load in loads]
+    energy = [
+        s.pressure @ (punch.operator @ s.pressure / 2 + punch.initial_gap) / 32**2
+        for s in solutions
+    ]
+    assert (energy[2] - energy[0]) / (loads[2] - loads[0]) == pytest.approx(
+        solutions[1].settlement, rel=1e-6
+    )
+    again = pickle.loads(pickle.dumps(punch)).solve(loads[1])
+    assert np.array_equal(again.pressure, solutions[1].pressure)
+    text = repr(again)
+    assert "PeriodicGround" in text
+    assert "inf" in text
+
+
+def flat(basis, **options):
+    return RigidPunch(PeriodicGround(SOIL, (1.0, 1.0)), basis, **options)
+
+
+GAP = {"gap": lambda x: x[0]}
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: PeriodicGround(SOIL, (1.0, 0.0)), "period"),
+        (lambda: PeriodicGround(PeriodicGround(SOIL, (1, 1)), (1, 1)), "ground without a period"),
+        (lambda: flat(cells(8, 8)), "a shape for gap"),
+        (lambda: flat(cells(8, 8), gap=np.ones(64)), "a shape for gap"),
+        (lambda: flat(cells(8, 8), edge="singular", **GAP), 'edge "constant"'),
+        (lambda: flat(cells(8, 8, 2.0), **GAP).operator, r"period 1 x 1 .* 64 of 64 .* on 2 x 1"),
+        (lambda: flat(cells(8, 8, order=np.arange(60)), **GAP).operator, "60 of 64 cells"),
+        (
+            lambda: flat(CellBasis(MeshTri(), ElementTriP0()), **GAP).operator,
+            "regular grid of rectangles",
+        ),
+        (lambda: flat(cells(8, 8), **GAP).solve(settlement=1.0), "a force alone"),
+        (lambda: flat(cells(8, 8), **GAP).solve(1.0, at=(0.1, 0)), "a force alone"),
+        (lambda: flat(cells(8, 8), **GAP).solve(1.0, tilt=(0.1, 0)), "a force alone"),
+        (lambda: flat(cells(8, 8), **GAP).solve(1.0, unilateral=False), "a force alone"),
+        (lambda: flat(cells(8, 8), **GAP).stiffness(), "solve under a force"),
+        (lambda: flat(cells(8, 8), **GAP).matrix, "ground without a period"),
+        (
+            lambda: flat(cells(8, 8), **GAP).solve(1.0).displacement([[0.5], [0.5]]),
+            "ground without a period",
+        ),
+        (
+            lambda: RigidPunches.from_subdomains(PeriodicGround(SOIL, (1.0, 1.0)), MeshTri()),
+            "ground without a period",
+        ),
+        (
+            lambda: flexible_settlement(
+                PeriodicGround(SOIL, (1.0, 1.0)), cells(8, 8), np.ones(64), [[0.0], [0.0]]
+            ),
+            "ground without a period",
+        ),
+        (
+            lambda: ElasticPunch(PeriodicGround(SOIL, (1, 1)), cells(8, 8), cells(8, 8), None),
+            "ground without a period",
+        ),
+        (
+            lambda: InfluenceOperator(
+                PeriodicGround(SOIL, (1, 1)), cells(8, 8), method="fast", edge="constant"
+            ),
+            '"auto" or "toeplitz"',
+        ),
+    ],
+)
+def test_what_a_period_does_not_allow(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

@@ -1,0 +1,147 @@
+"""Heights of measured surfaces from files."""
+
+import sys
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pytest
+
+from skfem_dual import MeasuredProfile
+
+HEIGHTS = np.arange(12.0).reshape(3, 4) ** 1.5
+SCALE = {"m": 1.0, "mm": 1e-3}
+SPACING, ORIGIN = (0.5, 0.25), (-1.0, 2.0)
+
+
+def points():
+    x, y = -1 + 0.5 * (np.arange(3) + 0.5), 2 + 0.25 * (np.arange(4) + 0.5)
+    return np.stack(np.meshgrid(x, y, indexing="ij"))
+
+
+def check(profile, heights=HEIGHTS):
+    assert profile(points()) == pytest.approx(heights.max() - heights, abs=1e-12)
+
+
+@pytest.mark.parametrize("dtype", [float, np.float32, int])
+def test_array(tmp_path, dtype):
+    file = tmp_path / "heights.npy"
+    np.save(file, HEIGHTS.astype(dtype))
+    check(MeasuredProfile.read(file, SPACING, ORIGIN), HEIGHTS.astype(dtype).astype(float))
+    gap = MeasuredProfile.read(file, SPACING, ORIGIN, peaks=False)
+    assert gap(points()) == pytest.approx(HEIGHTS.astype(dtype))
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+@pytest.mark.parametrize("header", ["", "x{0}y{0}height\n"])
+def test_text(tmp_path, separator, header):
+    """A grid of heights, or points with heights in any order."""
+    grid, scattered = tmp_path / "grid.csv", tmp_path / "points.txt"
+    np.savetxt(grid, HEIGHTS, delimiter=separator)
+    check(MeasuredProfile.read(str(grid), SPACING, ORIGIN))
+    rows = np.vstack([points().reshape(2, -1), HEIGHTS.ravel()]).T
+    rows = np.random.default_rng(0).permutation(rows)
+    np.savetxt(scattered, rows, delimiter=separator, header=header.format(separator), comments="")
+    check(MeasuredProfile.read(scattered))
+
+
+def test_three_lines_of_heights_with_spacing_are_a_grid(tmp_path):
+    file = tmp_path / "three.csv"
+    np.savetxt(file, HEIGHTS.T, delimiter=",")
+    profile = MeasuredProfile.read(file, SPACING[::-1], ORIGIN[::-1])
+    assert profile(points()[::-1]) == pytest.approx(HEIGHTS.max() - HEIGHTS)
+
+
+def fake(monkeypatch, found):
+    """SurfaceTopography in so far as it is used."""
+    package, exceptions = ModuleType("SurfaceTopography"), ModuleType("Exceptions")
+
+    class CannotDetectFileFormat(Exception):
+        pass
+
+    def read(path):
+        if found is None:
+            raise CannotDetectFileFormat("no reader knows it")
+        return found
+
+    exceptions.CannotDetectFileFormat = CannotDetectFileFormat
+    package.read_topography, package.Exceptions = read, exceptions
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", package)
+    monkeypatch.setitem(sys.modules, "SurfaceTopography.Exceptions", exceptions)
+
+
+def topography(heights=HEIGHTS, sizes=(1.5, 1.0), dim=2, uniform=True, unit=None):
+    made = SimpleNamespace(
+        dim=dim, is_uniform=uniform, physical_sizes=sizes, heights=lambda: heights, unit=None
+    )
+    if unit is not None:
+        made.unit = unit
+        scaled = np.array(sizes) * SCALE[unit], heights * SCALE[unit]
+        made.to_unit = lambda other: topography(
+            scaled[1] / SCALE[other], tuple(scaled[0] / SCALE[other])
+        )
+    return made
+
+
+def test_instruments(tmp_path, monkeypatch):
+    file = tmp_path / "surface.x3p"
+    file.write_bytes(b"...")
+    fake(monkeypatch, topography())
+    check(MeasuredProfile.read(file, origin=ORIGIN))
+    fake(monkeypatch, topography(1e3 * HEIGHTS, (1.5e3, 1e3), unit="mm"))
+    check(MeasuredProfile.read(file, origin=ORIGIN))
+    in_mm = MeasuredProfile.read(file, unit="mm")
+    assert in_mm.height.max() == pytest.approx(1e3 * HEIGHTS.max())
+    assert in_mm.x[0][0] == pytest.approx(250.0)
+    with pytest.raises(ValueError, match='expected unit "m", "mm" or "µm", got \'inch\''):
+        MeasuredProfile.read(file, unit="inch")
+    fake(monkeypatch, topography(sizes=None))
+    check(MeasuredProfile.read(file, SPACING, ORIGIN))
+    for found, message in (
+        (topography(sizes=None), "spacing=\\(dx, dy\\) for .*, which tells no sizes"),
+        (topography(dim=1), "map of heights"),
+        (topography(np.ma.masked_equal(HEIGHTS, 1.0)), r"nan at index \(0, 1\), 1 in all"),
+        (None, "can be read in .*: no reader knows it"),
+    ):
+        fake(monkeypatch, found)
+        with pytest.raises(ValueError, match=message):
+            MeasuredProfile.read(file)
+
+
+def test_an_instrument_without_the_package(tmp_path, monkeypatch):
+    file = tmp_path / "surface.sdf"
+    file.write_bytes(b"...")
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    with pytest.raises(ImportError, match=r"pip install 'skfem-dual\[surfaces\]'"):
+        MeasuredProfile.read(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "options", "message"),
+    [
+        ("a.csv", "1,2\n3,4\n", {}, "three columns x, y and height .*, got 2"),
+        ("a.csv", "1,2,3\n", {"spacing": (1, 1)}, r"two heights or more .* shape \(1, 3\)"),
+        ("a.csv", "", {}, "numbers in columns .*there are none"),
+        ("a.csv", "x,y,z\n", {}, "numbers in columns .*there are none"),
+        ("a.csv", "1,2,3\n4,5\n", {}, "numbers in columns"),
+        ("a.csv", "1,2\nnan,4\n", {"spacing": (1, 1)}, r"got nan at index \(1, 0\), 1 in all"),
+        ("a.csv", "1,2\n3,4\n", {"spacing": (1, 0)}, "positive distances for spacing"),
+        ("a.npy", "no array", {"spacing": (1, 1)}, "numbers in"),
+    ],
+)
+def test_bad_files(tmp_path, name, content, options, message):
+    file = tmp_path / name
+    file.write_text(content)
+    with pytest.raises(ValueError, match=message):
+        MeasuredProfile.read(file, **options)
+
+
+def test_bad_arrays(tmp_path):
+    file = tmp_path / "a.npy"
+    for values in (np.zeros(3), np.zeros((2, 2), dtype=complex), np.array(["a", "b"])):
+        np.save(file, values)
+        with pytest.raises(ValueError, match="one array of numbers with two axes"):
+            MeasuredProfile.read(file, (1, 1))
+    with pytest.raises(FileNotFoundError):
+        MeasuredProfile.read(tmp_path / "none.npy", (1, 1))
+    with pytest.raises(TypeError, match="two numbers for spacing"):
+        MeasuredProfile.read(file, 1.0)

@@ -1,0 +1,141 @@
+"""Regular grids: products by transforms against exact matrices of the same cells."""
+
+import numpy as np
+import pytest
+from skfem import CellBasis, ElementQuad0, MeshQuad
+
+from skfem_dual import (
+    GradedHalfSpace,
+    HalfSpace,
+    InfluenceOperator,
+    Layer,
+    LayeredHalfSpace,
+    Paraboloid,
+    RigidPunch,
+)
+from skfem_dual.operators.iterative import solve_many
+from skfem_dual.operators.toeplitz import symbol_on, wave_numbers
+
+GROUNDS = {
+    "homogeneous": (HalfSpace(2.0, 0.3), 1e-13),
+    "graded": (GradedHalfSpace.init_linear(2.0, 0.25, 1.5), 1e-9),
+    "layered": (LayeredHalfSpace([Layer(0.7, 2.0, 0.3)], "bonded"), 1e-9),
+}
+
+
+def plan(nx=24, ny=16, seed=0):
+    """Three quarters of the cells of a grid with dx != dy, in any order."""
+    mesh = MeshQuad.init_tensor(np.linspace(-1, 1, nx + 1), np.linspace(-1.2, 1.3, ny + 1))
+    cells = np.random.default_rng(seed).permutation(nx * ny)
+    return CellBasis(mesh.restrict(cells[: 3 * nx * ny // 4]), ElementQuad0())
+
+
+def square(n, half=1.0):
+    x = np.linspace(-half, half, n + 1)
+    return CellBasis(MeshQuad.init_tensor(x, x), ElementQuad0())
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_against_the_exact_matrix(ground):
+    ground, tolerance = GROUNDS[ground]
+    basis = plan()
+    matrix = RigidPunch(ground, basis, edge="constant").matrix
+    operator = InfluenceOperator(ground, basis, edge="constant")
+    assert operator.method == "toeplitz"
+    assert max(operator.error, operator.row_error) < tolerance
+    largest = matrix.max()
+    assert np.abs(operator.to_dense() - matrix).max() < tolerance * largest
+    assert np.abs(operator.rows([3, 200]) - matrix[[3, 200]]).max() < tolerance * largest
+    assert operator.diagonal() == pytest.approx(matrix.diagonal(), rel=10 * tolerance)
+    q = np.random.default_rng(0).normal(size=(len(matrix), 3))
+    expected = matrix @ q
+    assert np.abs(operator @ q - expected).max() < tolerance * np.abs(matrix).sum(axis=1).max()
+    assert operator.T @ q[:, 0] == pytest.approx(operator @ q[:, 0])
+
+
+def test_a_row_of_cells_and_a_single_one():
+    for nx, ny in ((1, 1), (5, 1), (1, 7)):
+        mesh = MeshQuad.init_tensor(np.arange(nx + 1.0), 2 * np.arange(ny + 1.0))
+        punch = RigidPunch(HalfSpace(1.0, 0.0), CellBasis(mesh, ElementQuad0()), edge="constant")
+        operator = InfluenceOperator(punch.substrate, punch.basis, edge="constant")
+        assert operator.toeplitz is not None
+        assert operator @ np.ones(nx * ny) == pytest.approx(punch.matrix.sum(axis=1), rel=1e-13)
+
+
+def test_what_is_not_toeplitz_keeps_its_road():
+    basis, ground = plan(), HalfSpace(1.0, 0.0)
+    assert InfluenceOperator(ground, basis).method == "dense"  # edge-weighted cells
+    x = basis.mesh.p[:, :300]
+    assert InfluenceOperator(ground, basis, edge="constant", collocation=x).method == "dense"
+    for options in ({}, {"edge": "constant", "collocation": x}):
+        with pytest.raises(ValueError, match='regular grid of cells for method="toeplitz"'):
+            InfluenceOperator(ground, basis, method="toeplitz", **options)
+    for method in ("dense", "fast"):
+        operator = InfluenceOperator(ground, basis, 1e-5, method, edge="constant")
+        assert operator.method == method
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_the_inverse_is_one_whatever_the_number_of_cells(ground):
+    """Symmetric and positive; iterations hardly grow."""
+    ground, _ = GROUNDS[ground]
+    counts = []
+    for n in (8, 16, 32):
+        operator = InfluenceOperator(ground, square(n), edge="constant")
+        inverse = operator.toeplitz.inverse
+        matrix = np.array([inverse @ one for one in np.eye(64)]) if n == 8 else None
+        if matrix is not None:
+            assert matrix == pytest.approx(matrix.T, abs=1e-12 * np.abs(matrix).max())
+            assert np.linalg.eigvalsh(matrix).min() > 0
+        found = solve_many(operator, np.ones((n * n, 1)), 1e-8)
+        assert found.success
+        counts += found.iterations
+    assert counts[-1] <= counts[0] + 8
+
+
+def test_symbols_from_few_values():
+    k = wave_numbers((30, 40), (0.1, 0.2))[3:]
+    assert k.max() == pytest.approx(np.hypot(np.pi / 0.1, np.pi / 0.2))
+    for ground, _ in GROUNDS.values():
+        assert symbol_on(ground, k) == pytest.approx(ground.symbol(k), rel=1e-9)
+
+
+def test_the_punch_is_the_same_on_both_roads():
+    """All that is imposed, and what only a matrix has, on few cells of a regular grid."""
+    ground, basis, gap = HalfSpace(1.0, 0.3), plan(), Paraboloid(2.0, (0.1, 0.0))
+    regular = RigidPunch(ground, basis, gap=gap)
+    direct = RigidPunch(ground, basis, gap=gap)
+    direct.__dict__["operator"] = direct.matrix
+    assert regular.operator.method == "toeplitz"
+    loads = (
+        {"force": 0.5, "at": (0.1, 0.1)},
+        {"force": 0.5, "tilt": (0.0, 0.1)},
+        {"settlement": 0.2},
+        {"settlement": 0.2, "tilt": (0.0, 0.0)},
+        {"settlement": 0.2, "at": (0.0, 0.1)},
+    )
+    for load in loads:
+        for options in ({}, {"method": "active-set"}, {"unilateral": False}):
+            if options and load.get("at") == (0.0, 0.1):
+                continue
+            found, expected = regular.solve(**load, **options), direct.solve(**load, **options)
+            assert found.success
+            largest = np.abs(expected.pressure).max()
+            assert found.pressure == pytest.approx(expected.pressure, abs=1e-7 * largest)
+            assert found.settlement == pytest.approx(expected.settlement, rel=1e-8)
+            assert found.tilt == pytest.approx(expected.tilt, abs=1e-8)
+    assert regular.condition_number == pytest.approx(direct.condition_number, rel=1e-5)
+    assert "Condition number" in repr(found)
+
+
+def test_hertz_on_a_regular_grid():
+    """A sphere of radius 1 pressed until the radius of contact is 1; h is 1/16 and 1/32."""
+    errors = []
+    for n in (40, 80):
+        solution = RigidPunch(HalfSpace(1.0, 0.0), square(n, 1.25), gap=Paraboloid(1.0)).solve(
+            4 / 3
+        )
+        assert solution.iterations < 30
+        errors.append([solution.settlement - 1, solution.pressure.max() * np.pi / 2 - 1])
+    assert np.abs(errors[1]).max() < 2e-3
+    assert np.abs(errors[1]).max() < 0.5 * np.abs(errors[0]).max()
