@@ -50,8 +50,9 @@ LAYERS = [
         "grids.trace",
     ],
     [
-        "ground.substrates",
         "ground.compliance",
+        "ground.strata",
+        "ground.substrates",
         "ground.hankel",
         "ground.stratified",
         "ground.graded",
