@@ -57,6 +57,7 @@ LAYERS = [
         "ground.stratified",
         "ground.graded",
         "ground.layered",
+        "ground.depths",
     ],
     [
         "elements.edge_weights",
@@ -76,6 +77,9 @@ LAYERS = [
         "elements.point_values",
         "elements.transfer",
         "elements.flexible",
+        "elements.boussinesq",
+        "elements.strips",
+        "elements.deep_remainder",
         "elements.stresses",
     ],
     [

@@ -54,7 +54,7 @@ def stress_below(solution: PunchSolution, x: ArrayLike) -> Stresses:
     0.50
     """
     checked_instance("solution", solution, CellPressures)
-    parts = [stresses(c.substrate, c.partition, p, x) for c, p in solution.all_pressures]
+    parts = [stresses(c.substrate, c.partition, p, x, c.weights) for c, p in solution.all_pressures]
     return Stresses(*np.sum(parts, axis=0))
 
 
@@ -65,7 +65,7 @@ def displacement_below(solution: PunchSolution, x: ArrayLike) -> ndarray:
     `stress_below`.
     """
     checked_instance("solution", solution, CellPressures)
-    parts = [displacements(c.substrate, c.partition, p, x) for c, p in solution.all_pressures]
+    parts = [displacements(c.substrate, c.partition, p, x, c.weights) for c, p in solution.all_pressures]
     return np.sum(parts, axis=0)
 
 

@@ -1,19 +1,9 @@
-"""Stresses and displacements in a homogeneous half-space below uniformly loaded cells.
+"""Stresses and displacements below cells, in any ground.
 
-The axes are x, y on the surface and z down into the ground. With the potentials V, the integral
-of p/R over the cells, and chi, that of p ln(R + z), Boussinesq's solution is::
-
-    2 pi sigma_z = z V_zz - V_z        2 pi tau_zx = z V_xz
-    2 pi sigma_x = z V_xx - 2 nu V_z + (1 - 2 nu) chi_xx
-    2 pi tau_xy  = z V_xy            + (1 - 2 nu) chi_xy
-    4 pi G u_z   = 2 (1 - nu) V - z V_z
-    4 pi G u_x   = -z V_x - (1 - 2 nu) chi_x
-
-By Gauss's theorem every derivative is a sum over ribs of elementary functions. As on the surface,
-neighbouring cells share ribs, so every rib counts once, with the jump of the pressure across it.
-
-Sources: A. E. H. Love, The stress produced in a semi-infinite solid by pressure on part of the
-boundary, Phil. Trans. R. Soc. A 228 (1929); K. L. Johnson, Contact Mechanics (1985), chapter 3.
+Uniform cells on the homogeneous half-space with the moduli of the surface are exact: neighbouring
+cells share ribs, so every rib counts once, with the jump of the pressure across it. Added to it are
+what the pressure varies inside edge-weighted cells, by strips near by and clouds of points from
+afar, and what the ground has beyond that half-space, see `deep_remainder`.
 """
 
 from typing import NamedTuple, Self
@@ -21,13 +11,27 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from ..arguments import checked_array
 from ..grids.partition import Partition
+from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace, Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from ..messages import shown
+from .boussinesq import (
+    force_displacements,
+    force_stresses,
+    rib_displacements,
+    rib_stresses,
+)
+from .clouds import Clouds
+from .deep_remainder import deep_remainder
+from .edge_weights import EdgeWeights
+from .moments import load_moments, reach_of
+from .pieces import Pieces
+from .strips import Strips
 
 
 class Stresses(NamedTuple):
@@ -55,50 +59,93 @@ class Stresses(NamedTuple):
 
 
 def stresses(
-    substrate: Substrate, partition: Partition, pressure: ndarray, x: ArrayLike
+    substrate: Substrate,
+    partition: Partition,
+    pressure: ndarray,
+    x: ArrayLike,
+    weights: EdgeWeights | None = None,
 ) -> Stresses:
-    """Stresses at points of shape (3, m) under one pressure per cell; see `stress_below`."""
-    ground, x = _checked(substrate, x)
-    out = np.empty((6, x.shape[1]))
-    ribs = _LoadedRibs.from_pressure(partition, pressure)
-    nu = ground.poisson
+    """Stresses at points below cells, see `stress_below`.
 
-    def work(rows: slice) -> None:
-        part = np.empty((6, rows.stop - rows.start))
-        _stresses(*inputs(x[:, rows]), ribs, nu, part)
-        out[:, rows] = part
+    Parameters
+    ----------
+    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+        The ground.
+    partition : Partition
+        The n cells.
+    pressure : (n,) array of float
+        Their mean pressures.
+    x : (3, m) array of float
+        Points in the ground, depths ``x[2] > 0``.
+    weights : EdgeWeights, optional
+        How the pressure varies inside the cells; uniform without.
 
-    with Threads() as run:
-        run(work, x.shape[1])
-    return Stresses(*out / (2 * np.pi))
+    Raises
+    ------
+    TypeError, ValueError, ConvergenceError
+        As in `stress_below`.
+    """
+    return Stresses(*_fields(substrate, partition, pressure, x, weights, slice(0, 6)))
 
 
 def displacements(
-    substrate: Substrate, partition: Partition, pressure: ndarray, x: ArrayLike
+    substrate: Substrate,
+    partition: Partition,
+    pressure: ndarray,
+    x: ArrayLike,
+    weights: EdgeWeights | None = None,
 ) -> ndarray:
-    """Displacements at points of shape (3, m) under one pressure per cell; shape (3, m)."""
-    ground, x = _checked(substrate, x)
-    out = np.empty((3, x.shape[1]))
-    ribs = _LoadedRibs.from_pressure(partition, pressure)
-    nu = ground.poisson
+    """Displacements at points below cells, shape (3, m); as `stresses`."""
+    return _fields(substrate, partition, pressure, x, weights, slice(6, 9))
+
+
+def _fields(
+    substrate: Substrate,
+    partition: Partition,
+    pressure: ndarray,
+    x: ArrayLike,
+    weights: EdgeWeights | None,
+    wanted: slice,
+) -> ndarray:
+    """Some of six stresses and three displacements, shape (9, m)."""
+    x = checked_depths(substrate, x)
+    pressure = checked_array("pressure", pressure, (len(partition),), each="cell")
+    surface = substrate.surface
+    ribs, nu = _LoadedRibs.from_pressure(partition, pressure), surface.poisson
+    out = np.zeros((9, x.shape[1]))
+    correction = None if weights is None else _EdgeLoads.from_weights(weights, pressure, x)
 
     def work(rows: slice) -> None:
-        part = np.empty((3, rows.stop - rows.start))
-        _displacements(*inputs(x[:, rows]), ribs, nu, part)
+        at, part = np.ascontiguousarray(x[:, rows]), np.zeros((9, rows.stop - rows.start))
+        if wanted.start < 6:
+            _stresses(*inputs(at), ribs, nu, part)
+        if wanted.stop > 6:
+            _displacements(*inputs(at), ribs, nu, part[6:])
+        if correction is not None:
+            _add_edge(*inputs(at), correction, nu, part)
         out[:, rows] = part
 
     with Threads() as run:
         run(work, x.shape[1])
-    return out * (1 + nu) / (2 * np.pi * ground.young)
+    out[:6] /= 2 * np.pi
+    out[6:] *= (1 + nu) / (2 * np.pi * surface.young)
+    if isinstance(substrate, Stratified):
+        out += deep_remainder(substrate, partition, weights, pressure, x)
+    return out[wanted]
 
 
-def _checked(substrate: Substrate, x: ArrayLike) -> tuple[HalfSpace, ndarray]:
-    if not isinstance(substrate, HalfSpace):
-        raise ValueError(
-            f"expected a homogeneous HalfSpace, got {shown(substrate)}: the solution "
-            "below its surface is not closed. Remedy: skfem_dual.elements.stresses.stresses("
-            "HalfSpace(young, poisson), punch.partition, solution.pressure, x) lets the same "
-            "pressures act on a homogeneous ground"
+def checked_depths(substrate: Substrate, x: ArrayLike) -> ndarray:
+    """Points in the ground, shape (3, m).
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `stress_below`.
+    """
+    if isinstance(substrate, type) or not isinstance(substrate, (HalfSpace, Stratified)):
+        raise TypeError(
+            f"expected a HalfSpace, GradedHalfSpace or LayeredHalfSpace, got {shown(substrate)}: "
+            "of other grounds only the surface is known"
         )
     x = checked_array("x", x, (3, "m"), each="point")
     if (bad := np.nonzero(~(x[2] > 0))[0]).size:
@@ -106,7 +153,13 @@ def _checked(substrate: Substrate, x: ArrayLike) -> tuple[HalfSpace, ndarray]:
             "expected points in the ground, with finite depths z > 0; the first that is not: "
             f"{bad[0]}, with z={x[2, bad[0]]:g}"
         )
-    return substrate, x
+    bottom = substrate.strata.interfaces[-1]
+    if (bad := np.nonzero(x[2] > bottom * (1 + 1e-12))[0]).size:
+        raise ValueError(
+            f"expected points above the rigid base at depth {bottom:g}; the first that is not: "
+            f"{bad[0]}, with z={x[2, bad[0]]:g}"
+        )
+    return x
 
 
 class _LoadedRibs(NamedTuple):
@@ -139,35 +192,53 @@ class _LoadedRibs(NamedTuple):
         return cls(*inputs(a[:, loaded], along, length[loaded], (left - right)[loaded]))
 
 
-@compiled
-def _rib(dx, dy, z, tx, ty, length):
-    """What all sums consist of, for a point at (dx, dy, z) from the beginning of a rib.
+#: cells act from afar from so many of their radii on, strips nearer by; degrees of clouds and the
+#: radii from which on they serve
+IN_STRIPS = 3.0
+CLOUDS = {6: IN_STRIPS, 4: 6.0, 2: 20.0}
 
-    Returns
-    -------
-    h : float
-        Distance of the point to the left of the rib.
-    t1, t2, r1, r2 : float
-        The rib's ends seen from the point: coordinates along the rib, distances.
-    w : float
-        (t2 r1 - t1 r2) / (h^2 + z^2): the integral of 1 / R^3 is w / (r1 r2), that of 1 / R is
-        asinh(w).
-    angle : float
-        Solid angle of the rib and the point's projection, integral of h / (R (R + z)).
-    turn : float
-        ln((r2 + z) / (r1 + z)).
+
+class _EdgeLoads(NamedTuple):
+    """What the pressure of weighted cells is beyond its mean.
+
+    Attributes
+    ----------
+    pressure : (k,) array of float
+        Mean pressures of the weighted cells.
+    clouds : Clouds
+        Of the same cells.
+    strips : Strips
+        Of those near some point.
+    number : (k,) array of int
+        Of each cell in these, -1 for none.
     """
-    h = tx * dy - ty * dx
-    t1 = -(tx * dx + ty * dy)
-    t2 = t1 + length
-    ll = h * h + z * z
-    r1, r2 = np.sqrt(t1 * t1 + ll), np.sqrt(t2 * t2 + ll)
-    # without cancellation
-    w = length * (t1 + t2) / (t2 * r1 + t1 * r2) if t1 * t2 > 0 else (t2 * r1 - t1 * r2) / ll
-    # difference of atan(t h / (ll + z r)) at the ends
-    angle = np.arctan2(h * ll * (length + z * w), (ll + z * r1) * (ll + z * r2) + h * h * t1 * t2)
-    turn = np.log1p(length * abs(t1 + t2) / ((r1 + r2) * (min(r1, r2) + z)))
-    return h, t1, t2, r1, r2, w, angle, turn if t2 > -t1 else -turn
+
+    pressure: ndarray
+    clouds: Clouds
+    strips: Strips
+    number: ndarray
+
+    @classmethod
+    def from_weights(cls, weights: EdgeWeights, pressure: ndarray, x: ndarray) -> Self | None:
+        """Of the cells that are weighted and loaded; None without any."""
+        cells = np.nonzero(weights.weighted & (pressure != 0))[0]
+        if not len(cells):
+            return None
+        varying, uniform = (Pieces.from_partition(weights.partition, w).of(cells)
+                            for w in (weights, None))
+        centres = weights.centroids[:, cells]
+        radius = np.maximum(reach_of(varying, centres), reach_of(uniform, centres))
+        degree = max(CLOUDS)
+        moments = load_moments(varying, centres, degree) - load_moments(uniform, centres, degree)
+        least = {d: k * radius for d, k in CLOUDS.items()}
+        clouds = Clouds.from_moments(centres, radius, moments, least)
+        # points as near to a cell as strips need
+        distance, _ = cKDTree(x.T).query(np.vstack([centres, 0 * radius]).T)
+        near = np.nonzero(distance <= IN_STRIPS * radius)[0]
+        number = np.full(len(cells), -1)
+        number[near] = np.arange(len(near))
+        strips = Strips.from_weights(weights, cells[near])
+        return cls(*inputs(pressure[cells]), clouds, strips, *inputs(number))
 
 
 @compiled
@@ -175,24 +246,15 @@ def _stresses(x, ribs, nu, out):
     """2 pi times the stresses."""
     begin, along, length, jump = ribs
     for i in range(x.shape[1]):
-        z = x[2, i]
         sx = sy = sz = txy = tyz = tzx = 0.0
         for f in range(length.shape[0]):
-            tx, ty = along[0, f], along[1, f]
-            h, t1, t2, r1, r2, w, angle, turn = _rib(
-                x[0, i] - begin[0, f], x[1, i] - begin[1, f], z, tx, ty, length[f]
-            )
-            j = z * w / (r1 * r2)  # z times the integral of 1/R^3
-            k = z * length[f] * (t1 + t2) / ((r1 + r2) * r1 * r2)  # z (1/r1 - 1/r2)
-            normal = (1 - 2 * nu) * angle - h * j
-            shear = k - (1 - 2 * nu) * turn
             g = jump[f]
-            sx += g * (2 * nu * angle + ty * ty * normal - tx * ty * shear)
-            sy += g * (2 * nu * angle + tx * tx * normal + tx * ty * shear)
-            sz += g * (angle + h * j)
-            txy -= g * (tx * ty * normal + (ty * ty - tx * tx) / 2 * shear)
-            tyz -= g * tx * z * j
-            tzx += g * ty * z * j
+            a, b, c, d, e, h = rib_stresses(
+                x[0, i] - begin[0, f], x[1, i] - begin[1, f], x[2, i],
+                along[0, f], along[1, f], length[f], nu,
+            )  # fmt: skip
+            sx, sy, sz = sx + g * a, sy + g * b, sz + g * c
+            txy, tyz, tzx = txy + g * d, tyz + g * e, tzx + g * h
         out[0, i], out[1, i], out[2, i] = sx, sy, sz
         out[3, i], out[4, i], out[5, i] = txy, tyz, tzx
 
@@ -202,18 +264,46 @@ def _displacements(x, ribs, nu, out):
     """4 pi G times the displacements."""
     begin, along, length, jump = ribs
     for i in range(x.shape[1]):
-        z = x[2, i]
         ux = uy = uz = 0.0
         for f in range(length.shape[0]):
-            tx, ty = along[0, f], along[1, f]
-            h, t1, _, _, r2, w, angle, turn = _rib(
-                x[0, i] - begin[0, f], x[1, i] - begin[1, f], z, tx, ty, length[f]
-            )
-            inverse = np.arcsinh(w)  # integral of 1/R
-            # integral of 1 + ln(R + z): the 1 cancels around a cell
-            log = length[f] * np.log(r2 + z) + t1 * turn + z * inverse + h * angle
-            outward = jump[f] * ((1 - 2 * nu) * log + z * inverse)
-            ux += ty * outward
-            uy -= tx * outward
-            uz += jump[f] * (2 * (1 - nu) * h * inverse - (1 - 2 * nu) * z * angle)
+            a, b, c = rib_displacements(
+                x[0, i] - begin[0, f], x[1, i] - begin[1, f], x[2, i],
+                along[0, f], along[1, f], length[f], nu,
+            )  # fmt: skip
+            ux, uy, uz = ux + jump[f] * a, uy + jump[f] * b, uz + jump[f] * c
         out[0, i], out[1, i], out[2, i] = ux, uy, uz
+
+
+@compiled
+def _add_edge(x, loads, nu, out):
+    """Add 2 pi times the stresses and 4 pi G times the displacements of the variation."""
+    pressure, clouds, strips, number = loads
+    centres, radii, least, px, py, starts, weights = clouds
+    begin, along, length, jump, ribs = strips
+    for i in range(x.shape[1]):
+        z = x[2, i]
+        for j in range(pressure.shape[0]):
+            dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
+            r2, cloud = dx * dx + dy * dy + z * z, 0
+            while cloud < least.shape[0] and r2 > least[cloud, j]:
+                cloud += 1
+            if cloud > 0:
+                for k in range(starts[cloud - 1], starts[cloud]):
+                    a, b = dx - radii[j] * px[k], dy - radii[j] * py[k]
+                    _add_to(out, i, pressure[j] * weights[j, k],
+                            force_stresses(a, b, z, nu), force_displacements(a, b, z, nu))
+                continue
+            for f in range(ribs[number[j]], ribs[number[j] + 1]):
+                a, b = x[0, i] - begin[0, f], x[1, i] - begin[1, f]
+                tx, ty = along[0, f], along[1, f]
+                _add_to(out, i, pressure[j] * jump[f],
+                        rib_stresses(a, b, z, tx, ty, length[f], nu),
+                        rib_displacements(a, b, z, tx, ty, length[f], nu))
+
+
+@compiled
+def _add_to(out, i, factor, stress, displacement):
+    for c in range(6):
+        out[c, i] += factor * stress[c]
+    for c in range(3):
+        out[6 + c, i] += factor * displacement[c]

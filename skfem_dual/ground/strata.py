@@ -146,44 +146,43 @@ class Strata(NamedTuple):
         return None if self.base is None else rigid(self.base == "smooth", len(k))
 
     def amplitudes(self, k: ndarray, depths: ndarray) -> Amplitudes:
-        """Of waves at depths that ascend, none below a rigid base."""
-        cut, here = self._cut(depths)
+        """Of waves at depths that ascend, none of them below a rigid base."""
+        cut = self._cut(depths)
         pair = self._bottom(k)
         ways = []
-        for layer in reversed(cut):
-            q, down = layer.up(pair, k, down=True)
+        for top, layer, _ in reversed(cut):
+            # what is wrong about waves that have faded does not come up again
+            live = k * top < FADED
+            q = homogeneous(*(np.full(len(k), m[0]) for m in layer.moduli(np.zeros(1))))
+            down = np.zeros((len(k), 2, 2))
+            below = None if pair is None else (pair[0][live], pair[1][live])
+            q[:, live], down[live] = layer.up(below, k[live], down=True)
             ways.append((pair, down))
             pair = as_pair(q)
-        out = np.empty((len(depths), 4, len(k)))
+        out = []
         tractions = np.tile([[0.0], [-1.0]], (len(k), 1, 1))
-        number = 0
-        for (bottom, down), wanted in zip(reversed(ways), here, strict=True):
-            if bottom is None or number == len(depths):
+        for (bottom, down), (_, _, wanted) in zip(reversed(ways), cut, strict=True):
+            if bottom is None or len(out) == len(depths):
                 break
             multiples = down @ tractions
             x, y = bottom
             tractions = x @ multiples
             if wanted:
-                state = np.concatenate([tractions, -y @ multiples], axis=1)[..., 0]
-                out[number] = state.T
-                number += 1
-        return Amplitudes(*out.swapaxes(0, 1))
+                out.append(np.concatenate([tractions, -y @ multiples], axis=1)[..., 0].T)
+        return Amplitudes(*np.stack(out, axis=1))
 
-    def _cut(self, depths: ndarray) -> tuple[list[Stratum], list[bool]]:
-        """Layers cut at depths, and whether each ends in one of these."""
-        cut, here = [], []
-        top, rest = 0.0, list(depths)
-        for layer, bottom in zip(self.layers, self.interfaces, strict=True):
-            while rest and rest[0] < bottom:
-                cut.append(layer._replace(thickness=rest[0] - top))
-                here.append(True)
-                layer, top = layer.below(rest[0] - top), rest.pop(0)
-            cut.append(layer._replace(thickness=bottom - top))
-            here.append(bool(rest) and rest[0] == bottom)
-            if here[-1]:
-                rest.pop(0)
-            top = bottom
-        return cut, here
+    def _cut(self, depths: ndarray) -> list[tuple[float, Stratum, bool]]:
+        """Layers cut at depths: their tops, they themselves, whether they end at a depth."""
+        parts = []
+        begin = 0.0
+        for layer, end in zip(self.layers, self.interfaces, strict=True):
+            inside = depths[(depths > begin) & (depths < end)]
+            tops = [begin, *(float(z) for z in inside)]
+            for top, bottom in zip(tops, [*tops[1:], end], strict=True):
+                part = layer.below(top - begin)._replace(thickness=bottom - top)
+                parts.append((top, part, bool((depths == bottom).any())))
+            begin = float(end)
+        return parts
 
 
 def _last(bottoms: Sequence[float] | ndarray) -> float:

@@ -1,0 +1,205 @@
+"""Stresses and displacements below cells by what stratified ground has beyond the homogeneous.
+
+It is smooth over a length: cells far away, measured with it, act as clouds of points, others are
+cut until their parts are far away.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from ..grids.partition import Partition
+from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables, smoothness
+from ..ground.stratified import Stratified
+from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import Threads
+from .clouds import Clouds
+from .edge_weights import EdgeWeights
+from .moments import load_moments, reach_of
+from .pieces import Pieces
+
+#: degrees of clouds, and the radii of their cells from which on they serve
+CLOUDS = {8: 3.0, 6: 5.0, 4: 10.0, 3: 20.0, 2: 50.0}
+#: triangles are cut until their size over the distance is less; the rule for one; cuts at most
+FAR, RULE, CUTS = 0.5, 6, 12
+#: where moduli vary from the surface on, depths less than this part of a cell count as this
+SHALLOW = 1e-3
+#: depths whose tables are made at a time
+DEPTHS = 64
+
+
+class _Loads(NamedTuple):
+    """Cells and their pressures, as the kernel takes them."""
+
+    clouds: Clouds
+    pieces: Pieces
+    pressure: ndarray
+    rule: ndarray
+    rule_weights: ndarray
+
+
+def deep_remainder(
+    ground: Stratified,
+    partition: Partition,
+    weights: EdgeWeights | None,
+    pressure: ndarray,
+    x: ndarray,
+) -> ndarray:
+    """Six stresses and three displacements at points of shape (3, m), shape (9, m)."""
+    loads = _loads(partition, weights, pressure)
+    depths = _table_depths(ground, partition, x[2])
+    rows, number = np.unique(depths, return_inverse=True)
+    order = np.argsort(number, kind="stable")
+    starts = np.searchsorted(number[order], np.arange(0, len(rows) + DEPTHS, DEPTHS))
+    out = np.empty((9, x.shape[1]))
+    for chunk, (begin, end) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+        some = order[begin:end]
+        if not len(some):
+            continue
+        at = x[:2, some]
+        first = chunk * DEPTHS
+        reach = np.hypot(*np.ptp(np.hstack([partition.polygons.p, at]), axis=1))
+        farthest = reach + 2 * loads.clouds.radii.max()
+        tables = DepthTables.from_ground(ground, rows[first : first + DEPTHS], farthest)
+        table = tables.coefficients, tables.d
+        args = *inputs(at, number[some] - first), loads, *inputs(tables.coefficients)
+        part = np.zeros((9, len(some)))
+
+        def work(piece: slice, args=args, d=tables.d, part=part) -> None:
+            points, which, own, coefficients = args
+            _add(*inputs(points[:, piece], which[piece]), own, coefficients, d, part[:, piece])
+
+        with Threads() as run:
+            run(work, len(some))
+        out[:, some] = part
+    return out
+
+
+def _loads(partition: Partition, weights: EdgeWeights | None, pressure: ndarray) -> _Loads:
+    pieces = Pieces.from_partition(partition, weights)
+    centres = partition.centroids if weights is None else weights.centroids
+    radius = reach_of(pieces, centres)
+    moments = load_moments(pieces, centres, max(CLOUDS))
+    clouds = Clouds.from_moments(
+        centres, radius, moments, {degree: k * radius for degree, k in CLOUDS.items()}
+    )
+    at, rule_weights = get_quadrature(RefTri, RULE)
+    rule = np.vstack([1 - at.sum(axis=0), at])
+    return _Loads(clouds, pieces, *inputs(pressure, rule, 2 * rule_weights))
+
+
+def _table_depths(ground: Stratified, partition: Partition, z: ndarray) -> ndarray:
+    """Depths at which tables are made: interfaces as these are, none next to a varying surface."""
+    strata = ground.strata
+    for interface in strata.interfaces[np.isfinite(strata.interfaces)]:
+        z = np.where(np.abs(z - interface) <= 1e-12 * interface, interface, z)
+    if strata.layers[0].uniform:
+        return z
+    shallow = SHALLOW * min(np.sqrt(partition.areas.min()), ground.lengths[0])
+    return np.maximum(z, shallow)
+
+
+@compiled
+def _add(x, which, loads, coefficients, d, out):
+    """Add the remainder at points with tables of some numbers."""
+    clouds, pieces, pressure, rule, rule_weights = loads
+    centres, radii, least, px, py, starts, weights = clouds
+    vertices, offsets, density, first, last = pieces
+    sums, stack = np.empty(9), np.empty((3 * CUTS + 4, 6))
+    square = d * d
+    for i in range(x.shape[1]):
+        table = coefficients[which[i]]
+        sums[:] = 0.0
+        for j in range(pressure.shape[0]):
+            if pressure[j] == 0.0:
+                continue
+            dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
+            r2, cloud = dx * dx + dy * dy + square, 0
+            while cloud < least.shape[0] and r2 > least[cloud, j]:
+                cloud += 1
+            if cloud > 0:
+                for k in range(starts[cloud - 1], starts[cloud]):
+                    _add_force(
+                        dx - radii[j] * px[k], dy - radii[j] * py[k],
+                        pressure[j] * weights[j, k], table, square, sums,
+                    )  # fmt: skip
+                continue
+            for piece in range(first[j], last[j]):
+                a = offsets[piece]
+                for b in range(a + 1, offsets[piece + 1] - 1):
+                    stack[0, 0], stack[0, 1] = vertices[0, a], vertices[1, a]
+                    stack[0, 2], stack[0, 3] = vertices[0, b], vertices[1, b]
+                    stack[0, 4], stack[0, 5] = vertices[0, b + 1], vertices[1, b + 1]
+                    _add_triangle(
+                        x[0, i], x[1, i], pressure[j] * density[piece], stack,
+                        rule, rule_weights, table, square, sums,
+                    )  # fmt: skip
+        for q in range(9):
+            out[q, i] += sums[q]
+
+
+@compiled
+def _add_triangle(x, y, pressure, stack, rule, rule_weights, table, square, sums):
+    """Add a uniformly loaded triangle, the first of the stack, cut where it is near."""
+    height = 1
+    smallest = 0.0
+    while height > 0:
+        height -= 1
+        ax, ay, bx, by, cx, cy = stack[height]
+        ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
+        mx, my = (ax + bx + cx) / 3, (ay + by + cy) / 3
+        size = max(ux * ux + uy * uy, vx * vx + vy * vy, (cx - bx) ** 2 + (cy - by) ** 2)
+        if smallest == 0.0:
+            smallest = size * 0.25**CUTS
+        if size > FAR * FAR * ((x - mx) ** 2 + (y - my) ** 2 + square) and size > smallest:
+            dx, dy, ex, ey = (ax + bx) / 2, (ay + by) / 2, (bx + cx) / 2, (by + cy) / 2
+            fx, fy = (cx + ax) / 2, (cy + ay) / 2
+            for k, part in enumerate(
+                (
+                    (ax, ay, dx, dy, fx, fy),
+                    (dx, dy, bx, by, ex, ey),
+                    (fx, fy, ex, ey, cx, cy),
+                    (dx, dy, ex, ey, fx, fy),
+                )
+            ):
+                for c in range(6):
+                    stack[height + k, c] = part[c]
+            height += 4
+            continue
+        load = pressure * (ux * vy - uy * vx) / 2
+        for g in range(rule_weights.shape[0]):
+            px = rule[0, g] * ax + rule[1, g] * bx + rule[2, g] * cx
+            py = rule[0, g] * ay + rule[1, g] * by + rule[2, g] * cy
+            _add_force(x - px, y - py, load * rule_weights[g], table, square, sums)
+
+
+@compiled
+def _add_force(x, y, force, table, square, sums):
+    """Add the remainder of a force seen at (x, y) from it."""
+    v = 1.0 + (x * x + y * y) / square
+    bits = np.float64(v).view(np.int64)
+    panel = (bits - ONE) >> SHIFT
+    mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
+    t = (mantissa - 1.0) * (2 << BITS) - 1.0
+    polynomial = table[panel]
+    sz, total, difference = polynomial[DEGREE, 0], polynomial[DEGREE, 1], polynomial[DEGREE, 2]
+    shear, down, outward = polynomial[DEGREE, 3], polynomial[DEGREE, 4], polynomial[DEGREE, 5]
+    for power in range(DEGREE - 1, -1, -1):
+        sz = sz * t + polynomial[power, 0]
+        total = total * t + polynomial[power, 1]
+        difference = difference * t + polynomial[power, 2]
+        shear = shear * t + polynomial[power, 3]
+        down = down * t + polynomial[power, 4]
+        outward = outward * t + polynomial[power, 5]
+    sums[0] += force * (total + difference * (x * x - y * y)) / 2
+    sums[1] += force * (total - difference * (x * x - y * y)) / 2
+    sums[2] += force * sz
+    sums[3] += force * difference * x * y
+    sums[4] += force * shear * y
+    sums[5] += force * shear * x
+    sums[6] += force * outward * x
+    sums[7] += force * outward * y
+    sums[8] += force * down
