@@ -20,6 +20,7 @@ import numpy as np
 
 from ..kernels.compiled import compiled
 
+
 @compiled
 def _rib(dx, dy, z, tx, ty, length):
     """What all sums consist of, for a point at (dx, dy, z) from the beginning of a rib.

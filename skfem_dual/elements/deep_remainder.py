@@ -22,9 +22,9 @@ from .moments import load_moments, reach_of
 from .pieces import Pieces
 
 #: degrees of clouds, and the radii of their cells from which on they serve
-CLOUDS = {8: 3.0, 6: 5.0, 4: 10.0, 3: 20.0, 2: 50.0}
+CLOUDS = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
 #: triangles are cut until their size over the distance is less; the rule for one; cuts at most
-FAR, RULE, CUTS = 0.5, 6, 12
+FAR, RULE, CUTS = 0.7, 6, 12
 #: where moduli vary from the surface on, depths less than this part of a cell count as this
 SHALLOW = 1e-3
 #: depths whose tables are made at a time
@@ -64,17 +64,23 @@ def deep_remainder(
         reach = np.hypot(*np.ptp(np.hstack([partition.polygons.p, at]), axis=1))
         farthest = reach + 2 * loads.clouds.radii.max()
         tables = DepthTables.from_ground(ground, rows[first : first + DEPTHS], farthest)
-        table = tables.coefficients, tables.d
-        args = *inputs(at, number[some] - first), loads, *inputs(tables.coefficients)
-        part = np.zeros((9, len(some)))
+        out[:, some] = _below(loads, tables, at, number[some] - first)
+    return out
 
-        def work(piece: slice, args=args, d=tables.d, part=part) -> None:
-            points, which, own, coefficients = args
-            _add(*inputs(points[:, piece], which[piece]), own, coefficients, d, part[:, piece])
 
-        with Threads() as run:
-            run(work, len(some))
-        out[:, some] = part
+def _below(loads: _Loads, tables: DepthTables, x: ndarray, which: ndarray) -> ndarray:
+    """At points of shape (2, m), each with the number of its depth."""
+    out = np.zeros((9, x.shape[1]))
+    (coefficients,) = inputs(tables.coefficients)
+
+    def work(piece: slice) -> None:
+        at, own = inputs(x[:, piece], which[piece])
+        part = np.zeros((9, len(own)))
+        _add(at, own, loads, coefficients, tables.d, part)
+        out[:, piece] = part
+
+    with Threads() as run:
+        run(work, len(which))
     return out
 
 
@@ -157,17 +163,16 @@ def _add_triangle(x, y, pressure, stack, rule, rule_weights, table, square, sums
         if size > FAR * FAR * ((x - mx) ** 2 + (y - my) ** 2 + square) and size > smallest:
             dx, dy, ex, ey = (ax + bx) / 2, (ay + by) / 2, (bx + cx) / 2, (by + cy) / 2
             fx, fy = (cx + ax) / 2, (cy + ay) / 2
-            for k, part in enumerate(
-                (
-                    (ax, ay, dx, dy, fx, fy),
-                    (dx, dy, bx, by, ex, ey),
-                    (fx, fy, ex, ey, cx, cy),
-                    (dx, dy, ex, ey, fx, fy),
-                )
-            ):
+            parts = (
+                (ax, ay, dx, dy, fx, fy),
+                (dx, dy, bx, by, ex, ey),
+                (fx, fy, ex, ey, cx, cy),
+                (dx, dy, ex, ey, fx, fy),
+            )
+            for part in parts:
                 for c in range(6):
-                    stack[height + k, c] = part[c]
-            height += 4
+                    stack[height, c] = part[c]
+                height += 1
             continue
         load = pressure * (ux * vy - uy * vx) / 2
         for g in range(rule_weights.shape[0]):

@@ -85,7 +85,8 @@ def stresses(
     TypeError, ValueError, ConvergenceError
         As in `stress_below`.
     """
-    return Stresses(*_fields(substrate, partition, pressure, x, weights, slice(0, 6)))
+    kinds = True, False
+    return Stresses(*components(substrate, partition, pressure, x, weights, kinds)[:6])
 
 
 def displacements(
@@ -96,33 +97,37 @@ def displacements(
     weights: EdgeWeights | None = None,
 ) -> ndarray:
     """Displacements at points below cells, shape (3, m); as `stresses`."""
-    return _fields(substrate, partition, pressure, x, weights, slice(6, 9))
+    return components(substrate, partition, pressure, x, weights, (False, True))[6:]
 
 
-def _fields(
+def components(
     substrate: Substrate,
     partition: Partition,
     pressure: ndarray,
     x: ArrayLike,
-    weights: EdgeWeights | None,
-    wanted: slice,
+    weights: EdgeWeights | None = None,
+    kinds: tuple[bool, bool] = (True, True),
 ) -> ndarray:
-    """Some of six stresses and three displacements, shape (9, m)."""
+    """Six stresses and three displacements, shape (9, m), as `stresses`.
+
+    ``kinds`` tells whether stresses and displacements are wanted; what is not is of no use.
+    """
     x = checked_depths(substrate, x)
     pressure = checked_array("pressure", pressure, (len(partition),), each="cell")
     surface = substrate.surface
     ribs, nu = _LoadedRibs.from_pressure(partition, pressure), surface.poisson
+    stress, displacement = kinds
     out = np.zeros((9, x.shape[1]))
     correction = None if weights is None else _EdgeLoads.from_weights(weights, pressure, x)
 
     def work(rows: slice) -> None:
         at, part = np.ascontiguousarray(x[:, rows]), np.zeros((9, rows.stop - rows.start))
-        if wanted.start < 6:
+        if stress:
             _stresses(*inputs(at), ribs, nu, part)
-        if wanted.stop > 6:
+        if displacement:
             _displacements(*inputs(at), ribs, nu, part[6:])
         if correction is not None:
-            _add_edge(*inputs(at), correction, nu, part)
+            _add_edge(*inputs(at), correction, nu, stress, displacement, part)
         out[:, rows] = part
 
     with Threads() as run:
@@ -131,7 +136,7 @@ def _fields(
     out[6:] *= (1 + nu) / (2 * np.pi * surface.young)
     if isinstance(substrate, Stratified):
         out += deep_remainder(substrate, partition, weights, pressure, x)
-    return out[wanted]
+    return out
 
 
 def checked_depths(substrate: Substrate, x: ArrayLike) -> ndarray:
@@ -224,8 +229,9 @@ class _EdgeLoads(NamedTuple):
         cells = np.nonzero(weights.weighted & (pressure != 0))[0]
         if not len(cells):
             return None
-        varying, uniform = (Pieces.from_partition(weights.partition, w).of(cells)
-                            for w in (weights, None))
+        varying, uniform = (
+            Pieces.from_partition(weights.partition, w).of(cells) for w in (weights, None)
+        )
         centres = weights.centroids[:, cells]
         radius = np.maximum(reach_of(varying, centres), reach_of(uniform, centres))
         degree = max(CLOUDS)
@@ -275,7 +281,7 @@ def _displacements(x, ribs, nu, out):
 
 
 @compiled
-def _add_edge(x, loads, nu, out):
+def _add_edge(x, loads, nu, stress, displacement, out):
     """Add 2 pi times the stresses and 4 pi G times the displacements of the variation."""
     pressure, clouds, strips, number = loads
     centres, radii, least, px, py, starts, weights = clouds
@@ -290,20 +296,22 @@ def _add_edge(x, loads, nu, out):
             if cloud > 0:
                 for k in range(starts[cloud - 1], starts[cloud]):
                     a, b = dx - radii[j] * px[k], dy - radii[j] * py[k]
-                    _add_to(out, i, pressure[j] * weights[j, k],
-                            force_stresses(a, b, z, nu), force_displacements(a, b, z, nu))
+                    force = pressure[j] * weights[j, k]
+                    if stress:
+                        _add(out[:6], i, force, force_stresses(a, b, z, nu))
+                    if displacement:
+                        _add(out[6:], i, force, force_displacements(a, b, z, nu))
                 continue
             for f in range(ribs[number[j]], ribs[number[j] + 1]):
                 a, b = x[0, i] - begin[0, f], x[1, i] - begin[1, f]
-                tx, ty = along[0, f], along[1, f]
-                _add_to(out, i, pressure[j] * jump[f],
-                        rib_stresses(a, b, z, tx, ty, length[f], nu),
-                        rib_displacements(a, b, z, tx, ty, length[f], nu))
+                tx, ty, g = along[0, f], along[1, f], pressure[j] * jump[f]
+                if stress:
+                    _add(out[:6], i, g, rib_stresses(a, b, z, tx, ty, length[f], nu))
+                if displacement:
+                    _add(out[6:], i, g, rib_displacements(a, b, z, tx, ty, length[f], nu))
 
 
 @compiled
-def _add_to(out, i, factor, stress, displacement):
-    for c in range(6):
-        out[c, i] += factor * stress[c]
-    for c in range(3):
-        out[6 + c, i] += factor * displacement[c]
+def _add(out, i, factor, values):
+    for c in range(len(values)):
+        out[c, i] += factor * values[c]

@@ -100,8 +100,15 @@ def _cut(root: ndarray) -> tuple[ndarray, ndarray]:
             way = np.divide(way, sum_of_roots, out=np.ones_like(way), where=sum_of_roots > 0)
             ends.append(np.where(level == strips[own], 1.0, part * way))
         sides = [side[:, own] - apex[:, own] for side in (between, opposite)]
-        at = [apex[:, own] + t * side for t, side in
-              ((ends[0], sides[0]), (ends[1], sides[0]), (ends[1], sides[1]), (ends[0], sides[1]))]
+        at = [
+            apex[:, own] + t * side
+            for t, side in (
+                (ends[0], sides[0]),
+                (ends[1], sides[0]),
+                (ends[1], sides[1]),
+                (ends[0], sides[1]),
+            )
+        ]
         triangle.append(own)
         corners.append(np.stack(at, axis=1))
     return np.concatenate(triangle), np.concatenate(corners, axis=2)

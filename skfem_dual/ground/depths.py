@@ -167,7 +167,6 @@ def _transforms(nodes: _Waves, symbols: ndarray, r: ndarray) -> ndarray:
     return out
 
 
-
 def _rule(pieces: int) -> tuple[ndarray, ndarray, ndarray]:
     """Gauss rule on [-1, 1] in pieces, and the matrix that takes values in nodes to its points."""
     begin = -1 + 2 * np.arange(pieces)[:, None] / pieces
