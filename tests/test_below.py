@@ -90,7 +90,7 @@ def test_stiff_crust_spreads_the_load(on_crust):
     """On the axis, a radius below its interface, against homogeneous ground."""
     alone = RigidPunch(HalfSpace(1.0, 0.45), BASIS).solve(1.0)
     x = [[0.0], [0.0], [1.7]]
-    assert stress_below(on_crust, x).sigma_z < 0.8 * stress_below(alone, x).sigma_z
+    assert stress_below(on_crust, x).sigma_z < 0.9 * stress_below(alone, x).sigma_z
 
 
 def test_section_of_layered_ground(on_crust):
@@ -138,7 +138,7 @@ def stiffness(u, v, w):
 def test_finite_elements_of_graded_ground():
     """A uniform load on the unit circle, E = 1 + z: axisymmetric finite elements, whose cylinder
     ends 32 radii away."""
-    d = 2.0 ** (np.arange(-12, 16) / 3)
+    d = 2.0 ** (np.arange(-24, 31) / 6)
     lines = np.concatenate([(1 - d[d <= 1])[::-1], [1], 1 + d])
     mesh = MeshQuad.init_tensor(lines, np.append(0, d))
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=5)
@@ -158,7 +158,7 @@ def test_finite_elements_of_graded_ground():
     local = mesh.mapping().invF(at[:, :, None], tind=elements)
     strain, moved = [], []
     for i, e in enumerate(elements):
-        point = Basis(mesh, basis.elem, elements=np.array([e]), quadrature=(local[:, i], [1.0]))
+        point = Basis(mesh, basis.elem, elements=np.array([e]), quadrature=(local[:, i], np.ones(1)))
         field = point.interpolate(u)
         g, value = field.grad[..., 0, 0], np.array(field)[:, 0, 0]
         strain.append([g[0, 0], value[0] / at[0, i], g[1, 1], g[0, 1] + g[1, 0]])
@@ -173,5 +173,5 @@ def test_finite_elements_of_graded_ground():
     ground = GradedHalfSpace.init_linear(1.0, 0.25, 1.0)
     x = np.vstack([at[:1], 0 * at[:1], at[1:]])
     found = components(ground, partition, np.ones(len(partition)), x)
-    assert found[[0, 1, 2, 5]] == pytest.approx(expected, abs=1e-3)
+    assert found[[0, 1, 2, 5]] == pytest.approx(expected, abs=5e-4)
     assert found[[6, 8]] == pytest.approx(np.array(moved).T, abs=3e-3)

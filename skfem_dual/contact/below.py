@@ -145,7 +145,7 @@ def vertical_profile(solution: CellPressures, at: Pair, depths: ArrayLike) -> Pr
     >>> solution = RigidPunch(crust, dual.basis()).solve(force=1e6)
     >>> profile = vertical_profile(solution, (0.0, 0.0), [0.5, 1.0, 2.0])
     >>> print(np.round(profile.stresses.sigma_z / 1e3), np.round(1e3 * profile.strain, 1))
-    [149.  71.  40.] [2.6 2.4 2.9]
+    [73. 93. 59.] [0.7 3.2 5.1]
     """
     checked_instance("solution", solution, CellPressures)
     at = checked_pair("at", at)
@@ -186,13 +186,13 @@ def settlement_by_layers(
         Points of the surface.
     depths : (k,) array of float, optional
         Where one contribution ends and the next begins, ascending; by default the interfaces of
-        the layers, and the depth of a rigid base.
+        the layers.
 
     Returns
     -------
     (n, m) array of float
         The shortening between the surface and the first depth, between depths, and below the
-        last one, where that is not a rigid base. The sum is the settlement of the surface.
+        last one, down to a rigid base or for ever. The sum is the settlement of the surface.
 
     Raises
     ------
@@ -208,25 +208,25 @@ def settlement_by_layers(
     >>> solution = RigidPunch(crust, dual.basis()).solve(force=1e6)
     >>> parts = settlement_by_layers(solution, [[0.0], [0.0]])
     >>> print(np.round(1e3 * parts[:, 0], 1), f"{1e3 * solution.settlement:.1f}")
+    [ 0.7 24.1] 24.8
     """
     checked_instance("solution", solution, CellPressures)
     x = checked_points("x", x)
-    strata = solution.footprint.substrate.strata
-    bottom = strata.interfaces[-1]
-    if depths is None:
-        z = strata.interfaces[np.isfinite(strata.interfaces)]
-    else:
+    interfaces = solution.footprint.substrate.strata.interfaces
+    z = interfaces[:-1]
+    if depths is not None:
         z = checked_array("depths", depths, ("k",), each="depth")
         if (bad := np.nonzero(np.diff(z) <= 0)[0]).size:
             raise ValueError(
                 f"expected depths that ascend, got {z[bad[0] + 1]:g} after {z[bad[0]]:g} at "
                 f"index {bad[0] + 1}"
             )
+        if len(z) and abs(z[-1] - interfaces[-1]) <= 1e-12 * z[-1]:
+            z = z[:-1]  # a rigid base does not move
     points = np.vstack([np.tile(x, len(z)), np.repeat(z, x.shape[1])])
-    below = displacement_below(solution, points)[2].reshape(len(z), -1)
-    settled = np.vstack([solution.ground_displacement(x)[None], below])
-    ends = np.zeros((0 if len(z) and z[-1] >= bottom else 1, x.shape[1]))
-    return settled[: len(z) + len(ends)] - np.vstack([below, ends])
+    below = displacement_below(solution, points)[2].reshape(len(z), x.shape[1])
+    moved = np.vstack([solution.ground_displacement(x), below, np.zeros(x.shape[1])])
+    return moved[:-1] - moved[1:]
 
 
 def vertical_section(
