@@ -87,6 +87,7 @@ __all__ = [
     "Paraboloid",
     "PostprocessedPressure",
     "PreprocessReport",
+    "Profile",
     "PunchSolution",
     "Punches",
     "PunchesSolution",

@@ -4,6 +4,8 @@ Of Burmister (1945): ``phi = f(z) J0(k r)`` with ``f = (A + B x) e^-x + (C + D y
 layer, x and y k times the distances from its top and bottom.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 
@@ -53,7 +55,7 @@ def amplitudes(layers, base, k, depth):
     row((0, surface[0]))
     right[-1] = -1.0
     row((0, surface[1]))
-    for i, (upper, lower) in enumerate(zip(layers[:-1], layers[1:], strict=True)):
+    for i, (upper, lower) in enumerate(pairwise(layers)):
         above, below = _layer(upper[0], k, *upper), _layer(0.0, k, *lower)
         for q in range(4):
             row((i, above[q]), (i + 1, -below[q]))

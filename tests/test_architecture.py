@@ -151,6 +151,7 @@ LAYERS = [
         "visuals.subject",
         "visuals.axes",
         "visuals.curves",
+        "visuals.depth",
         "visuals.scene",
         "visuals.relief",
         "visuals.pyvista",

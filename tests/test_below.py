@@ -158,7 +158,9 @@ def test_finite_elements_of_graded_ground():
     local = mesh.mapping().invF(at[:, :, None], tind=elements)
     strain, moved = [], []
     for i, e in enumerate(elements):
-        point = Basis(mesh, basis.elem, elements=np.array([e]), quadrature=(local[:, i], np.ones(1)))
+        point = Basis(
+            mesh, basis.elem, elements=np.array([e]), quadrature=(local[:, i], np.ones(1))
+        )
         field = point.interpolate(u)
         g, value = field.grad[..., 0, 0], np.array(field)[:, 0, 0]
         strain.append([g[0, 0], value[0] / at[0, i], g[1, 1], g[0, 1] + g[1, 0]])

@@ -16,7 +16,7 @@ from ..arguments import (
     checked_points,
     checked_size,
 )
-from ..elements.stresses import Stresses, components, displacements, stresses
+from ..elements.stresses import Stresses, components, displacements, strata_of, stresses
 from ..grids.polygons import readonly
 from ..messages import shown
 from .pressures import CellPressures
@@ -159,10 +159,11 @@ def vertical_profile(solution: CellPressures, at: Pair, depths: ArrayLike) -> Pr
     found = np.sum(parts, axis=0)
     stress = Stresses(*found[:6])
     ground = solution.footprint.substrate
-    ratio, poisson = ground.strata.moduli(z)
+    strata = strata_of(ground)
+    ratio, poisson = strata.moduli(z)
     sides = stress.sigma_x + stress.sigma_y
     strain = (stress.sigma_z - poisson * sides) / (ratio * ground.surface.young)
-    interfaces = ground.strata.interfaces
+    interfaces = strata.interfaces
     return Profile(
         readonly(np.array(at)),
         readonly(z),
@@ -212,7 +213,7 @@ def settlement_by_layers(
     """
     checked_instance("solution", solution, CellPressures)
     x = checked_points("x", x)
-    interfaces = solution.footprint.substrate.strata.interfaces
+    interfaces = strata_of(solution.footprint.substrate).interfaces
     z = interfaces[:-1]
     if depths is not None:
         z = checked_array("depths", depths, ("k",), each="depth")

@@ -1,7 +1,7 @@
 """Boussinesq's solution: stresses and displacements in a homogeneous half-space.
 
-The axes are x, y on the surface and z down into the ground; stresses are compression positive. With
-the potentials V, the integral of p/R over the load, and chi, that of p ln(R + z)::
+The axes are x, y on the surface and z down into the ground; stresses are compression positive.
+With the potentials V, the integral of p/R over the load, and chi, that of p ln(R + z)::
 
     2 pi sigma_z = z V_zz - V_z        2 pi tau_zx = z V_xz
     2 pi sigma_x = z V_xx - 2 nu V_z + (1 - 2 nu) chi_xx

@@ -12,7 +12,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from ..grids.partition import Partition
-from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables, smoothness
+from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
@@ -53,16 +53,13 @@ def deep_remainder(
     depths = _table_depths(ground, partition, x[2])
     rows, number = np.unique(depths, return_inverse=True)
     order = np.argsort(number, kind="stable")
-    starts = np.searchsorted(number[order], np.arange(0, len(rows) + DEPTHS, DEPTHS))
     out = np.empty((9, x.shape[1]))
-    for chunk, (begin, end) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+    for first in range(0, len(rows), DEPTHS):
+        begin, end = np.searchsorted(number[order], [first, first + DEPTHS])
         some = order[begin:end]
-        if not len(some):
-            continue
         at = x[:2, some]
-        first = chunk * DEPTHS
         reach = np.hypot(*np.ptp(np.hstack([partition.polygons.p, at]), axis=1))
-        farthest = reach + 2 * loads.clouds.radii.max()
+        farthest = float(reach + 2 * loads.clouds.radii.max())
         tables = DepthTables.from_ground(ground, rows[first : first + DEPTHS], farthest)
         out[:, some] = _below(loads, tables, at, number[some] - first)
     return out

@@ -1,9 +1,9 @@
 """Stresses and displacements below cells, in any ground.
 
 Uniform cells on the homogeneous half-space with the moduli of the surface are exact: neighbouring
-cells share ribs, so every rib counts once, with the jump of the pressure across it. Added to it are
-what the pressure varies inside edge-weighted cells, by strips near by and clouds of points from
-afar, and what the ground has beyond that half-space, see `deep_remainder`.
+cells share ribs, so every rib counts once, with the jump of the pressure across it. To them are
+added what the pressure varies inside edge-weighted cells, by strips near by and clouds of points
+from afar, and what the ground has beyond that half-space, see `deep_remainder`.
 """
 
 from typing import NamedTuple, Self
@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..arguments import checked_array
 from ..grids.partition import Partition
+from ..ground.strata import Strata
 from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace, Substrate
 from ..kernels.compiled import compiled, inputs
@@ -139,6 +140,16 @@ def components(
     return out
 
 
+def strata_of(substrate: Substrate) -> Strata:
+    """Strata of a ground, or a TypeError if it has none."""
+    if isinstance(substrate, type) or not isinstance(substrate, (HalfSpace, Stratified)):
+        raise TypeError(
+            f"expected a HalfSpace, GradedHalfSpace or LayeredHalfSpace, got {shown(substrate)}: "
+            "of other grounds only the surface is known"
+        )
+    return substrate.strata
+
+
 def checked_depths(substrate: Substrate, x: ArrayLike) -> ndarray:
     """Points in the ground, shape (3, m).
 
@@ -147,18 +158,14 @@ def checked_depths(substrate: Substrate, x: ArrayLike) -> ndarray:
     TypeError, ValueError
         As in `stress_below`.
     """
-    if isinstance(substrate, type) or not isinstance(substrate, (HalfSpace, Stratified)):
-        raise TypeError(
-            f"expected a HalfSpace, GradedHalfSpace or LayeredHalfSpace, got {shown(substrate)}: "
-            "of other grounds only the surface is known"
-        )
+    strata = strata_of(substrate)
     x = checked_array("x", x, (3, "m"), each="point")
     if (bad := np.nonzero(~(x[2] > 0))[0]).size:
         raise ValueError(
             "expected points in the ground, with finite depths z > 0; the first that is not: "
             f"{bad[0]}, with z={x[2, bad[0]]:g}"
         )
-    bottom = substrate.strata.interfaces[-1]
+    bottom = strata.interfaces[-1]
     if (bad := np.nonzero(x[2] > bottom * (1 + 1e-12))[0]).size:
         raise ValueError(
             f"expected points above the rigid base at depth {bottom:g}; the first that is not: "
@@ -244,7 +251,8 @@ class _EdgeLoads(NamedTuple):
         number = np.full(len(cells), -1)
         number[near] = np.arange(len(near))
         strips = Strips.from_weights(weights, cells[near])
-        return cls(*inputs(pressure[cells]), clouds, strips, *inputs(number))
+        loaded, number = inputs(pressure[cells], number)
+        return cls(loaded, clouds, strips, number)
 
 
 @compiled

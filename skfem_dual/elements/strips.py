@@ -1,4 +1,4 @@
-"""Pressures of edge-weighted cells as strips, each uniformly loaded: exact integrals by their ribs.
+"""Pressures of edge-weighted cells as strips, each uniformly loaded, integrated by their ribs.
 
 Each triangle of a cell is cut along levels of the distance to the edge, equidistant in its root.
 """

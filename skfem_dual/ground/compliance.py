@@ -139,8 +139,8 @@ def through_graded(
             -2 * m * b - (1 + nu) * (1 - 2 * nu) / (1 - nu) / ratio + f * b * b,
         ]
         if rest:  # t' = -k (f Q11 t + (f Q12 - m) s), s' = -k t, of the tractions on the way
-            t, s, u, v = rest
-            dz += [t * f * a + s, t * (f * b - m), u * f * a + v, u * (f * b - m)]
+            t1, s1, t2, s2 = rest
+            dz += [t1 * f * a + s1, t1 * (f * b - m), t2 * f * a + s2, t2 * (f * b - m)]
         return (-k * height * np.stack(dz)).ravel()
 
     start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q

@@ -1,9 +1,9 @@
 """Influence functions of a point force below the surface, in tables over r at given depths.
 
-The solution of the homogeneous half-space with the moduli of the surface is split off. What is left
-is smooth over a length, the depth itself or, in a uniform top layer, the way to its bottom and
-back; so the Hankel transforms end at a finite wave number. They are linear: one matrix takes the
-amplitudes of some waves to all distances, for all depths.
+The solution of the homogeneous half-space with the moduli of the surface is split off. What is
+left is smooth over a length, the depth itself or, in a uniform top layer, the way to its bottom
+and back; so the Hankel transforms end at a finite wave number. They are linear: one matrix takes
+the amplitudes of some waves to all distances, for all depths.
 
 Sources: D. M. Burmister, The general theory of stresses and displacements in layered systems, J.
 Appl. Phys. 16 (1945); those of `hankel`.
@@ -159,10 +159,10 @@ def _transforms(nodes: _Waves, symbols: ndarray, r: ndarray) -> ndarray:
         k = edges[i] + (edges[i + 1] - edges[i]) * (t + 1) / 2
         part = w * (edges[i + 1] - edges[i]) / 2 * erfc(6 * (k / cut - 1.5)) / 2
         matrix[:, :, i] = np.stack(_bessel(k, r[:, None])) * part @ to_nodes
-    matrix = matrix.reshape(3, len(r), -1)
+    to_distances = matrix.reshape(3, len(r), -1)
     values = symbols[:, :, : octaves * NODES]
     orders = [0, 0, 2, 1, 0, 1]
-    out = np.stack([matrix[o] @ f.T for o, f in zip(orders, values, strict=True)], axis=1)
+    out = np.stack([to_distances[o] @ f.T for o, f in zip(orders, values, strict=True)], axis=1)
     out[:, 4] += edges[0] * symbols[4, :, NODES - 1]  # the longest waves, without sway
     return out
 

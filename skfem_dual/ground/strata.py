@@ -151,7 +151,7 @@ class Strata(NamedTuple):
         pair = self._bottom(k)
         ways = []
         for top, layer, _ in reversed(cut):
-            # what is wrong about waves that have faded does not come up again
+            # of waves that have faded nothing comes up again
             live = k * top < FADED
             q = homogeneous(*(np.full(len(k), m[0]) for m in layer.moduli(np.zeros(1))))
             down = np.zeros((len(k), 2, 2))
@@ -159,7 +159,7 @@ class Strata(NamedTuple):
             q[:, live], down[live] = layer.up(below, k[live], down=True)
             ways.append((pair, down))
             pair = as_pair(q)
-        out = []
+        out: list[ndarray] = []
         tractions = np.tile([[0.0], [-1.0]], (len(k), 1, 1))
         for (bottom, down), (_, _, wanted) in zip(reversed(ways), cut, strict=True):
             if bottom is None or len(out) == len(depths):
