@@ -80,6 +80,7 @@ LAYERS = [
         "elements.boussinesq",
         "elements.strips",
         "elements.deep_remainder",
+        "elements.depth",
         "elements.stresses",
     ],
     [

@@ -31,7 +31,7 @@ from skfem_dual import (
     vertical_profile,
     vertical_section,
 )
-from skfem_dual.elements.stresses import components
+from skfem_dual.elements.depth import components
 from skfem_dual.grids.generate import disc as round_disc
 from skfem_dual.grids.partition import Partition
 

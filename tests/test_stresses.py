@@ -20,8 +20,9 @@ from skfem_dual import (
     RigidPunches,
 )
 from skfem_dual.contact.below import displacement_below, stress_below, vertical_section
+from skfem_dual.elements.depth import components
 from skfem_dual.elements.influence import surface_displacement
-from skfem_dual.elements.stresses import components, displacements, stresses
+from skfem_dual.elements.stresses import displacements, stresses
 from skfem_dual.grids.generate import disc as polygon_of_disc
 from skfem_dual.grids.partition import Partition
 

@@ -16,7 +16,8 @@ from ..arguments import (
     checked_points,
     checked_size,
 )
-from ..elements.stresses import Stresses, components, displacements, strata_of, stresses
+from ..elements.depth import components, strata_of
+from ..elements.stresses import Stresses, displacements, stresses
 from ..grids.polygons import readonly
 from ..messages import shown
 from .pressures import CellPressures
