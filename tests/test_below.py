@@ -31,6 +31,7 @@ from skfem_dual import (
     vertical_profile,
     vertical_section,
 )
+from skfem_dual.elements.deep_remainder import CellLoads
 from skfem_dual.elements.depth import components
 from skfem_dual.grids.generate import disc as round_disc
 from skfem_dual.grids.partition import Partition
@@ -174,6 +175,6 @@ def test_finite_elements_of_graded_ground():
     partition = Partition.from_basis(cells)
     ground = GradedHalfSpace.init_linear(1.0, 0.25, 1.0)
     x = np.vstack([at[:1], 0 * at[:1], at[1:]])
-    found = components(ground, partition, np.ones(len(partition)), x)
+    found = components(ground, [CellLoads(partition, np.ones(len(partition)), None)], x)
     assert found[[0, 1, 2, 5]] == pytest.approx(expected, abs=5e-4)
     assert found[[6, 8]] == pytest.approx(np.array(moved).T, abs=3e-3)

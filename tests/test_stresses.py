@@ -20,6 +20,7 @@ from skfem_dual import (
     RigidPunches,
 )
 from skfem_dual.contact.below import displacement_below, stress_below, vertical_section
+from skfem_dual.elements.deep_remainder import CellLoads
 from skfem_dual.elements.depth import components
 from skfem_dual.elements.influence import surface_displacement
 from skfem_dual.elements.stresses import displacements, stresses
@@ -53,6 +54,11 @@ def point_force(x, nu):
         -(z**2 / R**3 + 2 * (1 - nu) / R),
     ]
     return -np.array(components) / (2 * np.pi)
+
+
+def all_fields(ground, partition, pressure, x):
+    """Six stresses and three displacements under uniform cells."""
+    return components(ground, [CellLoads(partition, pressure, None)], x)
 
 
 def by_quadrature(partition, pressure, x, nu, n=30):
@@ -169,7 +175,7 @@ def test_reciprocity(ground):
     """Betti's theorem for what lies below a plane: two loads work equally on each other there."""
     x, weight = whole_plane(1.0)
     other = DUAL.partition.centroids[0] ** 2
-    one, two = (components(ground, DUAL.partition, q, x) for q in (PRESSURE, other))
+    one, two = (all_fields(ground, DUAL.partition, q, x) for q in (PRESSURE, other))
     works = [
         (a[[5, 4, 2]] * b[[6, 7, 8]]).sum(axis=0) @ weight for a, b in ((one, two), (two, one))
     ]
@@ -234,7 +240,7 @@ def test_gibson():
 def test_interface_of_layers():
     """What acts across an interface is continuous, by Hooke's law the rest is not."""
     x = np.array([[0.2, 0.2, 0.2], [-0.3, -0.3, -0.3], [0.8 - 1e-9, 0.8, 0.8 + 1e-9]])
-    above, there, below = components(CRUST, DUAL.partition, PRESSURE, x).T
+    above, there, below = all_fields(CRUST, DUAL.partition, PRESSURE, x).T
     assert above == pytest.approx(there, rel=1e-6)
     same = [2, 4, 5, 6, 7, 8]
     assert below[same] == pytest.approx(there[same], rel=1e-6)
@@ -250,8 +256,8 @@ def test_units(scale):
     ground = LayeredHalfSpace([Layer(0.8 * scale, 5e6, 0.2)], HalfSpace(1e6, 0.4))
     mesh = MeshTri(scale * DUAL.mesh.p, DUAL.mesh.t)
     x = POINTS[:, :4]
-    one = components(CRUST, DUAL.partition, PRESSURE, x)
-    other = components(ground, DualMesh.from_mesh(mesh).partition, PRESSURE, scale * x)
+    one = all_fields(CRUST, DUAL.partition, PRESSURE, x)
+    other = all_fields(ground, DualMesh.from_mesh(mesh).partition, PRESSURE, scale * x)
     other[6:] *= 1e6 / scale
     assert other == pytest.approx(one, rel=1e-6, abs=1e-8)
 
@@ -276,7 +282,7 @@ def derivatives(f, x, h):
 )
 def test_balance_of_forces_and_law_of_hooke(ground, x, h, tolerance):
     tensor = lambda x: stresses(ground, DUAL.partition, PRESSURE, x).tensor  # noqa: E731
-    found = derivatives(lambda x: components(ground, DUAL.partition, PRESSURE, x), x, h)
+    found = derivatives(lambda x: all_fields(ground, DUAL.partition, PRESSURE, x), x, h)
     every = found[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(3, 3, 3, -1)
     assert np.einsum("iijm->jm", every) == pytest.approx(0, abs=tolerance)
     du = found[:, 6:]

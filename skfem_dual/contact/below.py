@@ -16,8 +16,9 @@ from ..arguments import (
     checked_points,
     checked_size,
 )
+from ..elements.deep_remainder import CellLoads
 from ..elements.depth import components, strata_of
-from ..elements.stresses import Stresses, displacements, stresses
+from ..elements.stresses import Stresses
 from ..grids.polygons import readonly
 from ..messages import shown
 from .pressures import CellPressures
@@ -70,11 +71,7 @@ def stress_below(solution: CellPressures, x: ArrayLike) -> Stresses:
     >>> print(f"{stress_below(solution, [[0.0], [0.0], [1.0]]).sigma_z[0]:.3f}")
     0.500
     """
-    checked_instance("solution", solution, CellPressures)
-    parts = [
-        stresses(c.substrate, c.partition, p, x, c.weights) for c, p in solution.all_pressures
-    ]
-    return Stresses(*np.sum(parts, axis=0))
+    return Stresses(*_fields(solution, x, (True, False))[:6])
 
 
 def displacement_below(solution: CellPressures, x: ArrayLike) -> ndarray:
@@ -83,11 +80,16 @@ def displacement_below(solution: CellPressures, x: ArrayLike) -> ndarray:
     The shape is (3, m), in the directions x, y, z; loads, points and errors are those of
     `stress_below`.
     """
+    return _fields(solution, x, (False, True))[6:]
+
+
+def _fields(
+    solution: CellPressures, x: ArrayLike, kinds: tuple[bool, bool] = (True, True)
+) -> ndarray:
+    """As `components`, under all bodies; they are on one ground."""
     checked_instance("solution", solution, CellPressures)
-    parts = [
-        displacements(c.substrate, c.partition, p, x, c.weights) for c, p in solution.all_pressures
-    ]
-    return np.sum(parts, axis=0)
+    loads = [CellLoads(cells.partition, p, cells.weights) for cells, p in solution.all_pressures]
+    return components(solution.footprint.substrate, loads, x, kinds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +153,7 @@ def vertical_profile(solution: CellPressures, at: Pair, depths: ArrayLike) -> Pr
     checked_instance("solution", solution, CellPressures)
     at = checked_pair("at", at)
     z = checked_array("depths", depths, ("m",), each="depth")
-    parts = [
-        components(
-            c.substrate, c.partition, p, np.vstack([np.tile(at, (len(z), 1)).T, z]), c.weights
-        )
-        for c, p in solution.all_pressures
-    ]
-    found = np.sum(parts, axis=0)
+    found = _fields(solution, np.vstack([np.tile(at, (len(z), 1)).T, z]))
     stress = Stresses(*found[:6])
     ground = solution.footprint.substrate
     strata = strata_of(ground)

@@ -4,6 +4,7 @@ It is smooth over a length: cells far away, measured with it, act as clouds of p
 cut until their parts are far away.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +32,25 @@ SHALLOW = 1e-3
 DEPTHS = 64
 
 
-class _Loads(NamedTuple):
+class CellLoads(NamedTuple):
+    """Pressures of cells.
+
+    Attributes
+    ----------
+    partition : Partition
+        The n cells.
+    pressure : (n,) array of float
+        Their mean pressures.
+    weights : EdgeWeights or None
+        How the pressure varies inside them; None if it does not.
+    """
+
+    partition: Partition
+    pressure: ndarray
+    weights: EdgeWeights | None
+
+
+class _Clouds(NamedTuple):
     """Cells and their pressures, as the kernel takes them."""
 
     clouds: Clouds
@@ -41,31 +60,27 @@ class _Loads(NamedTuple):
     rule_weights: ndarray
 
 
-def deep_remainder(
-    ground: Stratified,
-    partition: Partition,
-    weights: EdgeWeights | None,
-    pressure: ndarray,
-    x: ndarray,
-) -> ndarray:
+def deep_remainder(ground: Stratified, loads: Sequence[CellLoads], x: ndarray) -> ndarray:
     """Six stresses and three displacements at points of shape (3, m), shape (9, m)."""
-    loads = _loads(partition, weights, pressure)
-    depths = _table_depths(ground, partition, x[2])
-    rows, number = np.unique(depths, return_inverse=True)
+    clouds = [_clouds(*load) for load in loads]
+    plans = np.hstack([load.partition.polygons.p for load in loads])
+    beyond = 2 * max(c.clouds.radii.max() for c in clouds)
+    cell = np.sqrt(min(load.partition.areas.min() for load in loads))
+    rows, number = np.unique(_table_depths(ground, cell, x[2]), return_inverse=True)
     order = np.argsort(number, kind="stable")
-    out = np.empty((9, x.shape[1]))
+    out = np.zeros((9, x.shape[1]))
     for first in range(0, len(rows), DEPTHS):
         begin, end = np.searchsorted(number[order], [first, first + DEPTHS])
         some = order[begin:end]
         at = x[:2, some]
-        reach = np.hypot(*np.ptp(np.hstack([partition.polygons.p, at]), axis=1))
-        farthest = float(reach + 2 * loads.clouds.radii.max())
+        farthest = float(np.hypot(*np.ptp(np.hstack([plans, at]), axis=1)) + beyond)
         tables = DepthTables.from_ground(ground, rows[first : first + DEPTHS], farthest)
-        out[:, some] = _below(loads, tables, at, number[some] - first)
+        for own in clouds:
+            out[:, some] += _below(own, tables, at, number[some] - first)
     return out
 
 
-def _below(loads: _Loads, tables: DepthTables, x: ndarray, which: ndarray) -> ndarray:
+def _below(loads: _Clouds, tables: DepthTables, x: ndarray, which: ndarray) -> ndarray:
     """At points of shape (2, m), each with the number of its depth."""
     out = np.zeros((9, x.shape[1]))
     (coefficients,) = inputs(tables.coefficients)
@@ -81,7 +96,7 @@ def _below(loads: _Loads, tables: DepthTables, x: ndarray, which: ndarray) -> nd
     return out
 
 
-def _loads(partition: Partition, weights: EdgeWeights | None, pressure: ndarray) -> _Loads:
+def _clouds(partition: Partition, pressure: ndarray, weights: EdgeWeights | None) -> _Clouds:
     pieces = Pieces.from_partition(partition, weights)
     centres = partition.centroids if weights is None else weights.centroids
     radius = reach_of(pieces, centres)
@@ -91,17 +106,17 @@ def _loads(partition: Partition, weights: EdgeWeights | None, pressure: ndarray)
     )
     at, rule_weights = get_quadrature(RefTri, RULE)
     rule = np.vstack([1 - at.sum(axis=0), at])
-    return _Loads(clouds, pieces, *inputs(pressure, rule, 2 * rule_weights))
+    return _Clouds(clouds, pieces, *inputs(pressure, rule, 2 * rule_weights))
 
 
-def _table_depths(ground: Stratified, partition: Partition, z: ndarray) -> ndarray:
+def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:
     """Depths at which tables are made: interfaces as these are, none next to a varying surface."""
     strata = ground.strata
     for interface in strata.interfaces[np.isfinite(strata.interfaces)]:
         z = np.where(np.abs(z - interface) <= 1e-12 * interface, interface, z)
     if strata.layers[0].uniform:
         return z
-    shallow = SHALLOW * min(np.sqrt(partition.areas.min()), ground.lengths[0])
+    shallow = SHALLOW * min(cell, ground.lengths[0])
     return np.maximum(z, shallow)
 
 

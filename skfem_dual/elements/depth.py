@@ -6,6 +6,7 @@ added what the pressure varies inside edge-weighted cells, by strips near by and
 from afar, and what the ground has beyond that half-space, see `deep_remainder`.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -28,7 +29,7 @@ from .boussinesq import (
     rib_stresses,
 )
 from .clouds import Clouds
-from .deep_remainder import deep_remainder
+from .deep_remainder import CellLoads, deep_remainder
 from .edge_weights import EdgeWeights
 from .moments import load_moments, reach_of
 from .pieces import Pieces
@@ -37,19 +38,28 @@ from .strips import Strips
 
 def components(
     substrate: Substrate,
-    partition: Partition,
-    pressure: ndarray,
+    loads: Sequence[CellLoads],
     x: ArrayLike,
-    weights: EdgeWeights | None = None,
     kinds: tuple[bool, bool] = (True, True),
 ) -> ndarray:
-    """Six stresses and three displacements, shape (9, m), as `stresses`.
+    """Six stresses and three displacements, shape (9, m), under all loads; see `stresses`.
 
     ``kinds`` tells whether stresses and displacements are wanted; what is not is of no use.
     """
     x = checked_depths(substrate, x)
-    pressure = checked_array("pressure", pressure, (len(partition),), each="cell")
-    surface = substrate.surface
+    for load in loads:
+        checked_array("pressure", load.pressure, (len(load.partition),), each="cell")
+    out = sum((_homogeneous(substrate.surface, load, x, kinds) for load in loads), np.zeros(()))
+    if isinstance(substrate, Stratified):
+        out = out + deep_remainder(substrate, loads, x)
+    return out
+
+
+def _homogeneous(
+    surface: HalfSpace, load: CellLoads, x: ndarray, kinds: tuple[bool, bool]
+) -> ndarray:
+    """On the half-space with the moduli of the surface."""
+    partition, pressure, weights = load
     ribs, nu = _LoadedRibs.from_pressure(partition, pressure), surface.poisson
     stress, displacement = kinds
     out = np.zeros((9, x.shape[1]))
@@ -69,8 +79,6 @@ def components(
         run(work, x.shape[1])
     out[:6] /= 2 * np.pi
     out[6:] *= (1 + nu) / (2 * np.pi * surface.young)
-    if isinstance(substrate, Stratified):
-        out += deep_remainder(substrate, partition, weights, pressure, x)
     return out
 
 

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
+from .deep_remainder import CellLoads
 from .depth import components
 from .edge_weights import EdgeWeights
 
@@ -63,8 +64,8 @@ def stresses(
     TypeError, ValueError, ConvergenceError
         As in `stress_below`.
     """
-    kinds = True, False
-    return Stresses(*components(substrate, partition, pressure, x, weights, kinds)[:6])
+    load = CellLoads(partition, pressure, weights)
+    return Stresses(*components(substrate, [load], x, (True, False))[:6])
 
 
 def displacements(
@@ -75,4 +76,5 @@ def displacements(
     weights: EdgeWeights | None = None,
 ) -> ndarray:
     """Displacements at points below cells, shape (3, m); as `stresses`."""
-    return components(substrate, partition, pressure, x, weights, (False, True))[6:]
+    load = CellLoads(partition, pressure, weights)
+    return components(substrate, [load], x, (False, True))[6:]
