@@ -24,7 +24,7 @@ from .substrates import HalfSpace
 #: of tables: a panel is a part of an octave of r^2 + d^2 in which 2 to the power of BITS are
 BITS, DEGREE = 2, 8
 SHIFT, ONE = 52 - BITS, 1023 << 52
-#: waves count from the first over the farthest distance to the last over the length of smoothness
+#: waves count from the first over the longest distance or depth to the last over the length of smoothness
 FIRST, LAST = 1e-7, 40.0
 #: largest error of tables, relative to a point force on homogeneous ground
 TOLERANCE = 1e-6
@@ -67,7 +67,7 @@ class DepthTables(NamedTuple):
         """
         strata, surface = ground.strata, ground.surface
         d = float(smoothness(strata, depths).min())
-        nodes = _waves(d, farthest)
+        nodes = _waves(d, max(farthest, float(depths[-1])))
         panels = int(np.ceil(np.log2(1 + (farthest / d) ** 2) + 0.1)) << BITS
         symbols = _symbols(strata, surface, nodes.k, depths)
         edges = ((np.arange(panels + 1) << SHIFT) + ONE).view(np.float64)
@@ -109,9 +109,9 @@ class _Waves(NamedTuple):
         return len(self.edges) - 1
 
 
-def _waves(d: float, farthest: float) -> _Waves:
+def _waves(d: float, longest: float) -> _Waves:
     high = LAST / d
-    octaves = int(np.ceil(np.log2(high * max(farthest, d) / FIRST)))
+    octaves = int(np.ceil(np.log2(high * longest / FIRST)))
     edges = high * 2.0 ** np.arange(-octaves, 1)
     k = edges[:-1, None] + np.diff(edges)[:, None] * (_nodes(NODES) + 1) / 2
     return _Waves(edges, k.ravel())

@@ -73,7 +73,8 @@ class Stratum(NamedTuple):
             ratio, nu = (float(m[0]) for m in self.moduli(np.zeros(1)))
             if pair is None:
                 return homogeneous(np.full(len(k), ratio), nu), np.zeros((len(k), 2, 2))
-            return through_homogeneous(pair, k * self.thickness, ratio, nu)
+            # a thicker layer would be the same, its bottom is forgotten
+            return through_homogeneous(pair, (k * self.thickness).clip(max=2 * FADED), ratio, nu)
         bottom = np.minimum(self.thickness, (FADED if down else FORGOTTEN) / k)
         start = homogeneous(*self.moduli(bottom))
         reached = bottom == self.thickness
@@ -155,8 +156,9 @@ class Strata(NamedTuple):
             live = k * top < FADED
             q = homogeneous(*(np.full(len(k), m[0]) for m in layer.moduli(np.zeros(1))))
             down = np.zeros((len(k), 2, 2))
-            below = None if pair is None else (pair[0][live], pair[1][live])
-            q[:, live], down[live] = layer.up(below, k[live], down=True)
+            if live.any():
+                below = None if pair is None else (pair[0][live], pair[1][live])
+                q[:, live], down[live] = layer.up(below, k[live], down=True)
             ways.append((pair, down))
             pair = as_pair(q)
         out: list[ndarray] = []
