@@ -55,7 +55,8 @@ def stress_below(solution: CellPressures, x: ArrayLike) -> Stresses:
     TypeError
         If the ground is none of these.
     ValueError
-        If a point is not in the ground: above its surface, or in its rigid base.
+        If a point is not in the ground: above its surface, or in its rigid base; or if it lies
+        beyond a million times the greatest length of a stratified ground.
     ConvergenceError
         If moduli vary so that no good influence functions are found.
 

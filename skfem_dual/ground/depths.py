@@ -16,7 +16,7 @@ from numpy import ndarray
 from scipy.special import erfc, j0, j1
 
 from ..errors import ConvergenceError
-from .hankel import CUTOFF, GAUSS, GAUSS_WEIGHTS, NODES
+from .hankel import CUTOFF, FARTHEST, GAUSS, GAUSS_WEIGHTS, NODES
 from .strata import Amplitudes, Strata
 from .stratified import Stratified
 from .substrates import HalfSpace
@@ -24,7 +24,8 @@ from .substrates import HalfSpace
 #: of tables: a panel is a part of an octave of r^2 + d^2 in which 2 to the power of BITS are
 BITS, DEGREE = 2, 8
 SHIFT, ONE = 52 - BITS, 1023 << 52
-#: waves count from the first over the longest distance or depth to the last over the length of smoothness
+#: waves count from the first over the longest distance or depth to the last over the length of
+#: smoothness
 FIRST, LAST = 1e-7, 40.0
 #: largest error of tables, relative to a point force on homogeneous ground
 TOLERANCE = 1e-6
@@ -62,12 +63,20 @@ class DepthTables(NamedTuple):
 
         Raises
         ------
+        ValueError
+            If points lie beyond a million times the greatest length of the ground.
         ConvergenceError
             If the tables are not good, or the moduli vary so that amplitudes are not found.
         """
         strata, surface = ground.strata, ground.surface
         d = float(smoothness(strata, depths).min())
-        nodes = _waves(d, max(farthest, float(depths[-1])))
+        longest, limit = max(farthest, float(depths[-1])), FARTHEST * ground.lengths[1]
+        if not longest <= limit:
+            raise ValueError(
+                f"expected distances and depths up to {limit:.6g}, got {longest:.6g}. Remedy: "
+                "the deep ground alone has that answer"
+            )
+        nodes = _waves(d, longest)
         panels = int(np.ceil(np.log2(1 + (farthest / d) ** 2) + 0.1)) << BITS
         symbols = _symbols(strata, surface, nodes.k, depths)
         edges = ((np.arange(panels + 1) << SHIFT) + ONE).view(np.float64)
