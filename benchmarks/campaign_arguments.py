@@ -114,6 +114,8 @@ def overrides() -> dict[str, dict[str, Any]]:
         "stress_below": {"solution": s["solution"], "x": deep},
         "displacement_below": {"solution": s["solution"], "x": deep},
         "vertical_section": {"n": 8},
+        "vertical_profile": {"at": (0.1, 0.2), "depths": np.array([0.5, 1.0])},
+        "settlement_by_layers": {"x": deep[:2], "depths": np.array([0.5, 1.0])},
         "Load": {"force": 1.0, "at": (0.1, 0.0)},
         "RigidPunch": {"origin": (0.0, 0.0)},
         "RigidPunch.solve": {"force": 1.0, "at": (0.1, 0.0)},

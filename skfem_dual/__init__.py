@@ -1,7 +1,14 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from . import startup as startup  # first, it looks after the other imports
-from .contact.below import displacement_below, stress_below, vertical_section
+from .contact.below import (
+    Profile,
+    displacement_below,
+    settlement_by_layers,
+    stress_below,
+    vertical_profile,
+    vertical_section,
+)
 from .contact.bounds import Bounds
 from .contact.elastic import ElasticPunch
 from .contact.elastic_solution import ElasticSolution
@@ -84,6 +91,7 @@ __all__ = [
     "PeriodicGround",
     "PostprocessedPressure",
     "PreprocessReport",
+    "Profile",
     "PunchSolution",
     "Punches",
     "PunchesSolution",
@@ -119,10 +127,12 @@ __all__ = [
     "refine_to_contact",
     "relocate",
     "repair",
+    "settlement_by_layers",
     "smooth_couple",
     "stress_below",
     "sweep",
     "trace",
     "transfer",
+    "vertical_profile",
     "vertical_section",
 ]

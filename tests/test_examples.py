@@ -199,8 +199,13 @@ def check_ex21(result):
 def check_ex22(result):
     # far below, the force of one: 3 P / (2 pi z^2)
     expected = 3 / (2 * np.pi * result.depths[-1] ** 2)
-    assert result.below[-1] == pytest.approx(expected, rel=3e-2)
-    assert (np.diff(result.below[2:]) < 0).all()
+    assert result.below[0, -1] == pytest.approx(expected, rel=3e-2)
+    assert (np.diff(result.below[:, 2:]) < 0).all()
+    # a crust spreads the load and carries like a plate
+    assert (result.below[1] < result.below[0]).all()
+    assert result.profile.stresses.sigma_x[0] > 0 > result.profile.stresses.sigma_x[-2]
+    settled = result.solutions[1].ground_displacement(result.profile.x[:, None])
+    assert result.shares.sum() == pytest.approx(settled[0], rel=1e-9)
 
 
 def check_ex06(result):

@@ -1,16 +1,30 @@
-"""Stresses and displacements below uniformly loaded cells, against independent solutions."""
+"""Stresses and displacements below cells on any ground, against independent solutions."""
 
 import dataclasses
 
+import burmister
 import numpy as np
 import pytest
 from plans import disc, perturbed, polar, rectangle
-from skfem import MeshTri
+from scipy.integrate import simpson
+from scipy.special import j1
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    RigidPunch,
+    RigidPunches,
+)
 from skfem_dual.contact.below import displacement_below, stress_below, vertical_section
+from skfem_dual.elements.deep_remainder import CellLoads
+from skfem_dual.elements.depth import components
 from skfem_dual.elements.influence import surface_displacement
 from skfem_dual.elements.stresses import displacements, stresses
+from skfem_dual.grids.generate import disc as polygon_of_disc
 from skfem_dual.grids.partition import Partition
 
 SOIL = HalfSpace(2.0, 0.3)
@@ -18,6 +32,9 @@ DUAL = DualMesh.from_mesh(MeshTri.init_lshaped().refined(1))
 PRESSURE = np.random.default_rng(0).uniform(-1, 2, len(DUAL))
 POINTS = np.random.default_rng(1).uniform([-1.5, -1.5, 0.3], [1.5, 1.5, 2], (40, 3)).T
 FORCE = PRESSURE @ DUAL.partition.areas
+CRUST = LayeredHalfSpace([Layer(0.8, 5.0, 0.2)], HalfSpace(1.0, 0.4))
+ROCK = LayeredHalfSpace([Layer(0.5, 1.0, 0.3), Layer(1.5, 0.2, 0.4)], "bonded")
+LINEAR = GradedHalfSpace.init_linear(2.0, 0.3, 1.0)
 
 
 def point_force(x, nu):
@@ -37,6 +54,11 @@ def point_force(x, nu):
         -(z**2 / R**3 + 2 * (1 - nu) / R),
     ]
     return -np.array(components) / (2 * np.pi)
+
+
+def all_fields(ground, partition, pressure, x):
+    """Six stresses and three displacements under uniform cells."""
+    return components(ground, [CellLoads(partition, pressure, None)], x)
 
 
 def by_quadrature(partition, pressure, x, nu, n=30):
@@ -124,36 +146,151 @@ def test_surface_is_the_limit():
     assert u[2] == pytest.approx(w, abs=1e-7)
 
 
-def test_force_crosses_every_plane():
-    depth = 2.0
+def whole_plane(depth):
+    """Points at a depth and weights of a rule for all of their plane."""
     s, w = np.polynomial.legendre.leggauss(40)
     slope, turn = np.pi / 4 * (s + 1), 2 * np.pi * np.arange(80) / 80
     r = depth * np.tan(slope)
     x = np.stack([np.outer(r, np.cos(turn)), np.outer(r, np.sin(turn))]).reshape(2, -1)
     weight = np.repeat(np.pi / 4 * w * depth / np.cos(slope) ** 2 * r * 2 * np.pi / 80, 80)
-    found = stresses(SOIL, DUAL.partition, PRESSURE, np.vstack([x, np.full(len(weight), depth)]))
+    return np.vstack([x, np.full(len(weight), depth)]), weight
+
+
+@pytest.mark.parametrize(
+    ("ground", "tolerance"),
+    [(SOIL, 1e-11), (CRUST, 1e-6), (LINEAR, 1e-6), (ROCK, 1e-6)],
+    ids=["homogeneous", "layer", "linear", "rock"],
+)
+def test_force_crosses_every_plane(ground, tolerance):
+    x, weight = whole_plane(2.0)
+    found = stresses(ground, DUAL.partition, PRESSURE, x)
     moments = DUAL.partition.centroids @ (PRESSURE * DUAL.partition.areas)
-    assert found.sigma_z @ weight == pytest.approx(FORCE, rel=1e-11)
-    assert x @ (found.sigma_z * weight) == pytest.approx(moments, abs=1e-7)
-    assert [found.tau_zx @ weight, found.tau_yz @ weight] == pytest.approx([0, 0], abs=1e-12)
+    assert found.sigma_z @ weight == pytest.approx(FORCE, rel=tolerance)
+    assert x[:2] @ (found.sigma_z * weight) == pytest.approx(moments, abs=1e4 * tolerance)
+    assert [found.tau_zx @ weight, found.tau_yz @ weight] == pytest.approx([0, 0], abs=tolerance)
 
 
-def derivatives(f, h=4e-3):
-    """Derivatives of f(POINTS) by x, y, z in front, differences of sixth order."""
-    steps = h * np.eye(3)[:, :, None]
-    at = lambda k: np.array([f(POINTS + k * step) for step in steps])  # noqa: E731
-    return (45 * (at(1) - at(-1)) - 9 * (at(2) - at(-2)) + at(3) - at(-3)) / (60 * h)
+@pytest.mark.parametrize("ground", [CRUST, LINEAR], ids=["layer", "linear"])
+def test_reciprocity(ground):
+    """Betti's theorem for what lies below a plane: two loads work equally on each other there."""
+    x, weight = whole_plane(1.0)
+    other = DUAL.partition.centroids[0] ** 2
+    one, two = (all_fields(ground, DUAL.partition, q, x) for q in (PRESSURE, other))
+    works = [
+        (a[[5, 4, 2]] * b[[6, 7, 8]]).sum(axis=0) @ weight for a, b in ((one, two), (two, one))
+    ]
+    assert works[0] == pytest.approx(works[1], rel=1e-6)
+    assert abs(works[0]) > 1e-2
 
 
-def test_balance_of_forces_and_law_of_hooke():
-    tensor = lambda x: stresses(SOIL, DUAL.partition, PRESSURE, x).tensor  # noqa: E731
-    divergence = np.einsum("iijm->jm", derivatives(tensor))
-    assert divergence == pytest.approx(0, abs=1e-10)
-    du = derivatives(lambda x: displacements(SOIL, DUAL.partition, PRESSURE, x))
-    strain, nu = (du + du.swapaxes(0, 1)) / 2, SOIL.poisson
+@pytest.mark.parametrize(
+    ("ground", "weighted"),
+    [(CRUST, True), (ROCK, True), (ROCK, False), (LINEAR, False)],
+    ids=["crust, weighted", "rock, weighted", "rock", "linear"],
+)
+def test_surface_of_stratified_ground_is_the_limit(ground, weighted):
+    """The settlements have other tables, those of the surface."""
+    punch = RigidPunch(ground, DUAL.basis(), edge="singular" if weighted else "constant")
+    solution = punch.solve(1.0, at=(-0.1, -0.1), unilateral=False)
+    x = np.array([[-0.31, 0.23, -0.87, 0.48, 2.0], [0.12, -0.35, -0.74, 0.53, 3.0]])
+    deep = np.vstack([x, np.full(5, 1e-7)])
+    w, expected = displacement_below(solution, deep)[2], solution.ground_displacement(x)
+    # there the variation in these few cells acts from afar as a dipole
+    tolerance = (2e-3 if weighted else 1e-4) * expected.max()
+    assert w == pytest.approx(expected, abs=tolerance)
+    sigma = stress_below(solution, deep)
+    if not weighted:
+        expected = solution.pressure_at(x)
+        assert sigma.sigma_z == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
+    assert np.abs([sigma.tau_yz, sigma.tau_zx]).max() < 2e-3 * np.abs(solution.pressure).max()
+
+
+def round_polar(rings, sectors):
+    """Polar quadrilaterals with the area of the circle."""
+    angle = 2 * np.pi / sectors
+    mesh = polar(rings, sectors)
+    return MeshQuad(mesh.p * np.sqrt(angle / np.sin(angle)), mesh.t)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(1, 0.646), (10, 0.292), (100, 0.081)])
+def test_burmister(ratio, expected):
+    """sigma_z / q on the axis in the interface, a = h, nu = 1/2 (L. Fox, Computations of traffic
+    stresses in a simple road structure, 1948)."""
+    ground = LayeredHalfSpace([Layer(1.0, ratio, 0.5)], HalfSpace(1.0, 0.5))
+    partition = Partition.from_mesh(round_polar(2, 400))
+    x = [[0.0], [0.0], [1.0]]
+    s = stresses(ground, partition, np.ones(len(partition)), x)
+    assert s.sigma_z[0] == pytest.approx(expected, abs=1e-3)
+    layers = [(1.0, ratio, 0.5), (np.inf, 1.0, 0.5)]
+    k = 40 * np.linspace(0, 1, 3001)[1:] ** 2
+    symbol = np.array([-burmister.amplitudes(layers, None, q, 1.0)[1] for q in k])
+    exact = simpson(symbol * j1(k) * 2 * np.sqrt(40 * k), x=np.sqrt(k / 40))
+    assert s.sigma_z[0] == pytest.approx(exact, abs=2e-5)
+
+
+def test_gibson():
+    """nu = 1/2, E in proportion to z: Boussinesq's stresses, settlements only under the load."""
+    ground = GradedHalfSpace.init_linear(1e-3, 0.5, 1e3)
+    x = np.array([[-0.3, -0.2, 0.3, 1.7], [0.1, -0.4, 0.2, 0.2], [0.4, 0.8, 0.8, 0.5]])
+    found = np.array(stresses(ground, DUAL.partition, PRESSURE, x))
+    expected = np.array(stresses(HalfSpace(1.0, 0.5), DUAL.partition, PRESSURE, x))
+    assert found == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
+
+
+def test_interface_of_layers():
+    """What acts across an interface is continuous, by Hooke's law the rest is not."""
+    x = np.array([[0.2, 0.2, 0.2], [-0.3, -0.3, -0.3], [0.8 - 1e-9, 0.8, 0.8 + 1e-9]])
+    above, there, below = all_fields(CRUST, DUAL.partition, PRESSURE, x).T
+    assert above == pytest.approx(there, rel=1e-6)
+    same = [2, 4, 5, 6, 7, 8]
+    assert below[same] == pytest.approx(there[same], rel=1e-6)
+    assert np.abs(below[:2] - there[:2]).min() > 0.01
+    # strains along the interface
+    for young, nu, s in ((5.0, 0.2, above), (1.0, 0.4, below)):
+        along = (s[0] - nu * (s[1] + s[2])) / young
+        assert along == pytest.approx((above[0] - 0.2 * (above[1] + above[2])) / 5.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_units(scale):
+    ground = LayeredHalfSpace([Layer(0.8 * scale, 5e6, 0.2)], HalfSpace(1e6, 0.4))
+    mesh = MeshTri(scale * DUAL.mesh.p, DUAL.mesh.t)
+    x = POINTS[:, :4]
+    one = all_fields(CRUST, DUAL.partition, PRESSURE, x)
+    other = all_fields(ground, DualMesh.from_mesh(mesh).partition, PRESSURE, scale * x)
+    other[6:] *= 1e6 / scale
+    assert other == pytest.approx(one, rel=1e-6, abs=1e-8)
+
+
+def derivatives(f, x, h):
+    """Derivatives of f(x) by x, y, z in front, differences of sixth order."""
+    weights = np.array([45, -45, -9, 9, 1, -1]) / (60 * h)
+    steps = h * np.einsum("k,ij->kij", [1, -1, 2, -2, 3, -3], np.eye(3))
+    values = f((x[:, None, None] + steps.T[..., None]).reshape(3, -1))
+    values = values.reshape(*values.shape[:-1], 3, 6, x.shape[1])
+    return np.moveaxis(np.einsum("k,...dkm->...dm", weights, values), -2, 0)
+
+
+@pytest.mark.parametrize(
+    ("ground", "x", "h", "tolerance"),
+    [
+        (SOIL, POINTS, 4e-3, 1e-10),
+        (CRUST, POINTS[:, np.abs(POINTS[2] - 0.8) > 0.05][:, :6], 1e-2, 1e-5),
+        (LINEAR, POINTS[:, :1], 1e-2, 1e-5),
+    ],
+    ids=["homogeneous", "layer", "linear"],
+)
+def test_balance_of_forces_and_law_of_hooke(ground, x, h, tolerance):
+    tensor = lambda x: stresses(ground, DUAL.partition, PRESSURE, x).tensor  # noqa: E731
+    found = derivatives(lambda x: all_fields(ground, DUAL.partition, PRESSURE, x), x, h)
+    every = found[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(3, 3, 3, -1)
+    assert np.einsum("iijm->jm", every) == pytest.approx(0, abs=tolerance)
+    du = found[:, 6:]
+    ratio, nu = ground.strata.moduli(x[2])
+    strain, young = (du + du.swapaxes(0, 1)) / 2, ratio * ground.surface.young
     volume = nu / (1 - 2 * nu) * np.eye(3)[:, :, None] * np.einsum("iim->m", strain)
-    cauchy = SOIL.young / (1 + nu) * (strain + volume)
-    assert tensor(POINTS) == pytest.approx(-cauchy, abs=1e-10)
+    cauchy = young / (1 + nu) * (strain + volume)
+    assert tensor(x) == pytest.approx(-cauchy, abs=tolerance)
 
 
 @pytest.mark.parametrize("distance", [1e2, 1e3])
@@ -212,6 +349,38 @@ def test_below_a_rigid_circle(solution):
     assert u[2] == pytest.approx(solution.settlement, rel=3e-3)
 
 
+def rigid_circle(r, z):
+    """sigma_z and tau_rz under unit force on the unit circle, closed (Sneddon 1946)."""
+    q = z + 1j
+    root = np.sqrt(r**2 + q**2)
+    v_z, v_zz, v_rz = np.imag([1 / root, -q / root**3, -r / root**3])
+    return (z * v_zz - v_z) / (2 * np.pi), z * v_rz / (2 * np.pi)
+
+
+@pytest.mark.parametrize("cells", ["dual", "triangles", "quadrilaterals"])
+def test_law_of_the_edge_below_a_rigid_circle(cells):
+    """In three tenths of a cell and in one; with the mean pressures it is off by 0.7 and 0.1."""
+    mesh = (
+        round_polar(10, 90)
+        if cells == "quadrilaterals"
+        else polygon_of_disc(n=500, true_area=True)
+    )
+    if cells == "dual":
+        basis = DualMesh.from_mesh(mesh).basis()
+    else:
+        element = ElementQuad0() if cells == "quadrilaterals" else ElementTriP0()
+        basis = CellBasis(mesh, element)
+    solution = RigidPunch(SOIL, basis).solve(1.0)
+    h = np.sqrt(np.pi / basis.N)
+    r = np.linspace(0.0, 1.5, 61)
+    for depth, tolerance in ((0.3 * h, 2e-2), (h, 8e-3), (3 * h, 2e-3)):
+        found = stress_below(solution, [r * np.cos(1), r * np.sin(1), 0 * r + depth])
+        sigma, tau = rigid_circle(r, depth)
+        assert found.sigma_z * np.pi == pytest.approx(np.pi * sigma, abs=tolerance)
+        shear = found.tau_zx * np.cos(1) + found.tau_yz * np.sin(1)
+        assert shear * np.pi == pytest.approx(np.pi * tau, abs=tolerance)
+
+
 def test_vertical_section(solution):
     basis, values = vertical_section(solution, (-2.0, 0.0), (2.0, 0.0), 2.0, n=40)
     mesh = basis.mesh
@@ -260,8 +429,16 @@ def test_empty_sections(solution, end, depth, n, message):
 
 
 def test_other_ground_is_refused():
-    with pytest.raises(ValueError, match=r"homogeneous HalfSpace, got object.*Remedy"):
+    with pytest.raises(TypeError, match=r"HalfSpace, GradedHalfSpace or .*, got object"):
         stresses(object(), DUAL.partition, PRESSURE, POINTS)
+
+
+def test_points_in_a_rigid_base_are_refused():
+    x = [[0.0, 0.0], [0.0, 0.0], [2.0, 2.1]]
+    with pytest.raises(ValueError, match=r"above the rigid base at depth 2; .* 1, with z=2\.1"):
+        stresses(ROCK, DUAL.partition, PRESSURE, x)
+    with pytest.raises(ValueError, match=r"pressure of shape \(\d+,\), got \(2,\)"):
+        stresses(ROCK, DUAL.partition, PRESSURE[:2], POINTS)
 
 
 def test_neighbours_press_too():
@@ -277,6 +454,6 @@ def test_neighbours_press_too():
     alone = dataclasses.replace(one, others=())
     assert stress_below(one, x).sigma_z == pytest.approx(2 * stress_below(alone, x).sigma_z)
     assert displacement_below(one, x)[2] == pytest.approx(2 * displacement_below(alone, x)[2])
-    assert displacement_below(one, x)[0] == pytest.approx(0.0, abs=1e-12)
+    assert displacement_below(one, x)[0] == pytest.approx(0.0, abs=1e-7)
     sides = [stress_below(both[k], x).sigma_z for k in (0, 1)]
     assert sides[0] == pytest.approx(sides[1])

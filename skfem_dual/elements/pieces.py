@@ -58,3 +58,15 @@ class Pieces(NamedTuple):
         offsets = np.concatenate([[0], np.cumsum(sizes[order])])
         first = np.searchsorted(cell[order], np.arange(n + 1))
         return cls(*inputs(vertices, offsets, density[order], first[:-1], first[1:]))
+
+    def of(self, cells: ndarray) -> Self:
+        """Those of some cells, ascending."""
+        count = self.last[cells] - self.first[cells]
+        last = np.cumsum(count)
+        piece = np.arange(last[-1]) + np.repeat(self.first[cells] - last + count, count)
+        sizes = np.diff(self.offsets)[piece]
+        ends = np.cumsum(sizes)
+        vertex = np.arange(ends[-1]) + np.repeat(self.offsets[piece] - ends + sizes, sizes)
+        offsets = np.append(0, ends)
+        parts = self.vertices[:, vertex], offsets, self.density[piece], last - count, last
+        return type(self)(*inputs(*parts))

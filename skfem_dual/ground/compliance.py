@@ -58,11 +58,26 @@ def as_pair(q: ndarray) -> tuple[ndarray, ndarray]:
 
 def through_homogeneous(
     pair: tuple[ndarray, ndarray], depth: ndarray, ratio: float, poisson: float
-) -> ndarray:
-    """Q on top of a homogeneous layer of thickness ``depth / k``, exact; shape (3, n).
+) -> tuple[ndarray, ndarray]:
+    """Through a homogeneous layer of thickness ``depth / k``, exact.
 
     The linear system behind the Riccati equation has the matrix M with (M^2 - 1)^2 = 0, so its
     exponential is closed; scaled by exp(-depth) it cannot overflow.
+
+    Parameters
+    ----------
+    pair : tuple of (n, 2, 2) array of float
+        X and Y at the bottom.
+    depth : (n,) array of float
+    ratio, poisson : float
+        E/E0 and nu.
+
+    Returns
+    -------
+    q : (3, n) array of float
+        Q on top.
+    down : (n, 2, 2) array of float
+        Takes the tractions on top to the multiples of the columns of X and Y at the bottom.
     """
     nu, n = poisson, poisson / (1 - poisson)
     a = np.array([[0.0, 1.0], [-n, 0.0]])
@@ -78,12 +93,33 @@ def through_homogeneous(
     odd = np.where(x < 0.2, small, x * cosh - sinh)
     step = cosh * np.eye(4) + x / 2 * sinh * nil - m @ (sinh * np.eye(4) + odd / 2 * nil)
     top = step @ np.concatenate(pair, axis=1)
-    q = top[:, 2:] @ np.linalg.inv(top[:, :2])
-    return np.stack([q[:, 0, 0], (q[:, 0, 1] + q[:, 1, 0]) / 2, q[:, 1, 1]])
+    inverse = np.linalg.inv(top[:, :2])
+    q = top[:, 2:] @ inverse
+    q = np.stack([q[:, 0, 0], (q[:, 0, 1] + q[:, 1, 0]) / 2, q[:, 1, 1]])
+    return q, np.exp(-x) * inverse
 
 
-def through_graded(q: ndarray, k: ndarray, top: float, bottom: ndarray, moduli: Moduli) -> ndarray:
+def through_graded(
+    q: ndarray, k: ndarray, top: float, bottom: ndarray, moduli: Moduli, *, down: bool = False
+) -> tuple[ndarray, ndarray]:
     """Q at depth ``top`` from Q at the depths ``bottom``, one for each wave number.
+
+    Parameters
+    ----------
+    q : (3, n) array of float
+    k : (n,) array of float
+    top : float
+    bottom : (n,) array of float
+    moduli : callable
+    down : bool
+        Whether the second array is wanted.
+
+    Returns
+    -------
+    q : (3, n) array of float
+    down : (n, 2, 2) array of float
+        Takes the tractions on top to those at the bottom, which decay downwards; zero if not
+        wanted.
 
     Raises
     ------
@@ -93,20 +129,26 @@ def through_graded(q: ndarray, k: ndarray, top: float, bottom: ndarray, moduli: 
     n, height = len(k), bottom - top
 
     def rate(s: float, flat: ndarray) -> ndarray:
-        a, b, c = flat.reshape(3, n)
+        a, b, c, *rest = flat.reshape(-1, n)
         ratio, nu = moduli(bottom - s * height)
         m = nu / (1 - nu)
         f = ratio / (1 - nu**2)
-        dz = np.stack(
-            [
-                2 * b - 2 * (1 + nu) / ratio + f * a * a,
-                c - m * a + f * a * b,
-                -2 * m * b - (1 + nu) * (1 - 2 * nu) / (1 - nu) / ratio + f * b * b,
-            ]
-        )
-        return (-k * height * dz).ravel()
+        dz = [
+            2 * b - 2 * (1 + nu) / ratio + f * a * a,
+            c - m * a + f * a * b,
+            -2 * m * b - (1 + nu) * (1 - 2 * nu) / (1 - nu) / ratio + f * b * b,
+        ]
+        if rest:  # t' = -k (f Q11 t + (f Q12 - m) s), s' = -k t, of the tractions on the way
+            t1, s1, t2, s2 = rest
+            dz += [t1 * f * a + s1, t1 * (f * b - m), t2 * f * a + s2, t2 * (f * b - m)]
+        return (-k * height * np.stack(dz)).ravel()
 
-    path = solve_ivp(rate, (0.0, 1.0), q.ravel(), "DOP853", rtol=1e-11, atol=1e-13)
+    start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
+    # below the surface nothing is known better than the integrals over waves
+    rtol = 1e-9 if down else 1e-11
+    path = solve_ivp(rate, (0.0, 1.0), start.ravel(), "DOP853", rtol=rtol, atol=rtol / 100)
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
-    return path.y[:, -1].reshape(3, n)
+    out = path.y[:, -1].reshape(-1, n)
+    tractions = out[3:].T.reshape(n, 2, 2) if down else np.zeros((n, 2, 2))
+    return out[:3], tractions

@@ -11,8 +11,8 @@ from numpy import ndarray
 from ..arguments import checked_number, checked_size, checked_text
 from ..kernels.once import computed_once
 from ..messages import shown
-from .compliance import FORGOTTEN, homogeneous, through_graded
-from .stratified import Stratified, checked_waves
+from .strata import Strata, Stratum
+from .stratified import Stratified
 from .substrates import HalfSpace, checked_moduli
 
 
@@ -140,11 +140,9 @@ class GradedHalfSpace(Stratified):
     def lengths(self) -> tuple[float, float]:
         return self.length, self.length
 
-    def compliance(self, k: ndarray) -> ndarray:
-        k = checked_waves(k)
-        bottom = FORGOTTEN / k
-        start = homogeneous(*self._moduli(bottom))
-        return through_graded(start, k, 0.0, bottom, self._moduli)
+    @property
+    def strata(self) -> Strata:
+        return Strata((Stratum(np.inf, self._moduli, False),), None)
 
 
 def _require_profile(young: Callable, poisson: float | Callable) -> None:

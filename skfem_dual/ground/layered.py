@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -10,16 +11,10 @@ from numpy import ndarray
 from ..arguments import checked_number, checked_sequence, checked_size
 from ..kernels.once import computed_once
 from ..messages import shown
-from .compliance import (
-    FORGOTTEN,
-    as_pair,
-    homogeneous,
-    rigid,
-    through_graded,
-    through_homogeneous,
-)
+from .compliance import Moduli
 from .graded import GradedHalfSpace
-from .stratified import Stratified, checked_waves
+from .strata import Strata, Stratum
+from .stratified import Stratified
 from .substrates import HalfSpace, checked_moduli
 
 
@@ -126,38 +121,27 @@ class LayeredHalfSpace(Stratified):
             deep = max(deep, self.base.lengths[1])
         return min(scales), deep
 
-    def compliance(self, k: ndarray) -> ndarray:
-        k = checked_waves(k)
+    @property
+    def strata(self) -> Strata:
         young = self.surface.young
-        if isinstance(self.base, HalfSpace):
-            q = homogeneous(np.full(len(k), self.base.young / young), self.base.poisson)
-            pair = as_pair(q)
-        elif isinstance(self.base, Stratified):
-            pair = as_pair(self.base.compliance(k) * young / self.base.surface.young)
-        else:
-            pair = rigid(self.base == "smooth", len(k))
-        for layer in reversed(self.layers):
-            ratio = layer.young / young
-            if layer.gradient == 0:
-                depth = k * layer.thickness
-                q = through_homogeneous(pair, depth, ratio, layer.poisson)
-            else:
-                q = self._through(pair, k, layer, ratio)
-            pair = as_pair(q)
-        return q
+        layers = [
+            Stratum(layer.thickness, partial(_of_layer, layer, young), layer.gradient == 0)
+            for layer in self.layers
+        ]
+        if isinstance(self.base, str):
+            return Strata(tuple(layers), self.base)
+        below = self.base.strata
+        ratio = self.base.surface.young / young
+        layers += [s._replace(moduli=partial(_scaled, s.moduli, ratio)) for s in below.layers]
+        return Strata(tuple(layers), below.base)
 
-    @staticmethod
-    def _through(pair: tuple[ndarray, ndarray], k: ndarray, layer: Layer, ratio: float) -> ndarray:
-        """Q on top of a layer with a gradient; deep waves begin inside it."""
 
-        def moduli(z: ndarray) -> tuple[ndarray, ndarray]:
-            return ratio * (1 + layer.gradient * z), np.broadcast_to(layer.poisson, z.shape)
+def _of_layer(layer: Layer, young: float, z: ndarray) -> tuple[ndarray, ndarray]:
+    """E / ``young`` and nu at depths below the top of a layer."""
+    ratio = layer.young / young * (1 + layer.gradient * z)
+    return ratio, np.broadcast_to(layer.poisson, z.shape)
 
-        x, y = pair
-        q = y @ np.linalg.inv(x)
-        below = np.stack([q[:, 0, 0], q[:, 0, 1], q[:, 1, 1]])
-        bottom = np.minimum(layer.thickness, FORGOTTEN / k)
-        inside = homogeneous(*moduli(bottom))
-        return through_graded(
-            np.where(bottom < layer.thickness, inside, below), k, 0.0, bottom, moduli
-        )
+
+def _scaled(moduli: Moduli, ratio: float, z: ndarray) -> tuple[ndarray, ndarray]:
+    young, nu = moduli(z)
+    return ratio * young, nu

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from ..arguments import checked_array
 from ..kernels.once import computed_once
 from .hankel import RadialTable
+from .strata import Strata
 from .substrates import HalfSpace
 
 
@@ -31,9 +32,14 @@ class Stratified:
         """The homogeneous half-space with the moduli of the surface."""
         raise NotImplementedError
 
+    @property
+    def strata(self) -> Strata:
+        """The layers, with moduli over that of the surface."""
+        raise NotImplementedError
+
     def compliance(self, k: ndarray) -> ndarray:
         """``k E0 P`` at the surface: Q11, Q12, Q22 of shape (3, n)."""
-        raise NotImplementedError
+        return self.strata.compliance(checked_waves(k))
 
     @property
     def lengths(self) -> tuple[float, float]:

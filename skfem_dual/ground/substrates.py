@@ -4,6 +4,7 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 3.2, for the settlement
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Protocol, SupportsFloat
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_number, checked_size
 from ..messages import shown
+from .strata import Strata, Stratum
 
 if TYPE_CHECKING:
     from .hankel import RadialTable
@@ -91,6 +93,11 @@ class HalfSpace:
         return self
 
     @property
+    def strata(self) -> Strata:
+        """The one stratum it consists of, with the modulus over itself."""
+        return Strata((Stratum(np.inf, partial(_constant, self.poisson), True),), None)
+
+    @property
     def contact_modulus(self) -> float:
         """E* = E / (1 - nu^2)."""
         return self.young / (1 - self.poisson**2)
@@ -121,6 +128,10 @@ class HalfSpace:
     def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``."""
         return self.singular_coefficient * checked_array("radius", radius, None)
+
+
+def _constant(poisson: float, z: ndarray) -> tuple[ndarray, ndarray]:
+    return np.ones(z.shape), np.full(z.shape, poisson)
 
 
 def checked_moduli(young: SupportsFloat, poisson: SupportsFloat) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
 from .axes import data_per_point, draw_segments, prepared, scalar_bar, triangulation
 from .curves import plot_edge, plot_kern, plot_moment_rotation
+from .depth import draw_interfaces, plot_profile
 from .field import Field
 from .isolines import label_boxes, smooth_line
 from .levels import (
@@ -46,7 +47,16 @@ if TYPE_CHECKING:
 #: size of labels on isobars, in points
 LETTER = 8
 
-__all__ = ["draw", "isobars", "plot", "plot_edge", "plot_kern", "plot_moment_rotation"]
+__all__ = [
+    "draw",
+    "draw_interfaces",
+    "isobars",
+    "plot",
+    "plot_edge",
+    "plot_kern",
+    "plot_moment_rotation",
+    "plot_profile",
+]
 
 
 @one_at_a_time

@@ -1,0 +1,222 @@
+"""Stresses and displacements below cells by what stratified ground has beyond the homogeneous.
+
+It is smooth over a length: cells far away, measured with it, act as clouds of points, others are
+cut until their parts are far away.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from ..grids.partition import Partition
+from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables
+from ..ground.stratified import Stratified
+from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import Threads
+from .clouds import Clouds
+from .edge_weights import EdgeWeights
+from .moments import load_moments, reach_of
+from .pieces import Pieces
+
+#: degrees of clouds, and the radii of their cells from which on they serve
+CLOUDS = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
+#: triangles are cut until their size over the distance is less; the rule for one; cuts at most
+FAR, RULE, CUTS = 0.7, 6, 12
+#: where moduli vary from the surface on, depths less than this part of a cell count as this
+SHALLOW = 1e-3
+#: depths whose tables are made at a time
+DEPTHS = 64
+
+
+class CellLoads(NamedTuple):
+    """Pressures of cells.
+
+    Attributes
+    ----------
+    partition : Partition
+        The n cells.
+    pressure : (n,) array of float
+        Their mean pressures.
+    weights : EdgeWeights or None
+        How the pressure varies inside them; None if it does not.
+    """
+
+    partition: Partition
+    pressure: ndarray
+    weights: EdgeWeights | None
+
+
+class _Clouds(NamedTuple):
+    """Cells and their pressures, as the kernel takes them."""
+
+    clouds: Clouds
+    pieces: Pieces
+    pressure: ndarray
+    rule: ndarray
+    rule_weights: ndarray
+
+
+def deep_remainder(ground: Stratified, loads: Sequence[CellLoads], x: ndarray) -> ndarray:
+    """Six stresses and three displacements at points of shape (3, m), shape (9, m)."""
+    clouds = [_clouds(*load) for load in loads]
+    plans = np.hstack([load.partition.polygons.p for load in loads])
+    beyond = 2 * max(c.clouds.radii.max() for c in clouds)
+    cell = np.sqrt(min(load.partition.areas.min() for load in loads))
+    rows, number = np.unique(_table_depths(ground, cell, x[2]), return_inverse=True)
+    order = np.argsort(number, kind="stable")
+    out = np.zeros((9, x.shape[1]))
+    for first in range(0, len(rows), DEPTHS):
+        begin, end = np.searchsorted(number[order], [first, first + DEPTHS])
+        some = order[begin:end]
+        at = x[:2, some]
+        farthest = float(np.hypot(*np.ptp(np.hstack([plans, at]), axis=1)) + beyond)
+        tables = DepthTables.from_ground(ground, rows[first : first + DEPTHS], farthest)
+        for own in clouds:
+            out[:, some] += _below(own, tables, at, number[some] - first)
+    return out
+
+
+def _below(loads: _Clouds, tables: DepthTables, x: ndarray, which: ndarray) -> ndarray:
+    """At points of shape (2, m), each with the number of its depth."""
+    out = np.zeros((9, x.shape[1]))
+    (coefficients,) = inputs(tables.coefficients)
+
+    def work(piece: slice) -> None:
+        at, own = inputs(x[:, piece], which[piece])
+        part = np.zeros((9, len(own)))
+        _add(at, own, loads, coefficients, tables.d, part)
+        out[:, piece] = part
+
+    with Threads() as run:
+        run(work, len(which))
+    return out
+
+
+def _clouds(partition: Partition, pressure: ndarray, weights: EdgeWeights | None) -> _Clouds:
+    pieces = Pieces.from_partition(partition, weights)
+    centres = partition.centroids if weights is None else weights.centroids
+    radius = reach_of(pieces, centres)
+    moments = load_moments(pieces, centres, max(CLOUDS))
+    clouds = Clouds.from_moments(
+        centres, radius, moments, {degree: k * radius for degree, k in CLOUDS.items()}
+    )
+    at, rule_weights = get_quadrature(RefTri, RULE)
+    rule = np.vstack([1 - at.sum(axis=0), at])
+    return _Clouds(clouds, pieces, *inputs(pressure, rule, 2 * rule_weights))
+
+
+def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:
+    """Depths at which tables are made: interfaces as these are, none next to a varying surface."""
+    strata = ground.strata
+    for interface in strata.interfaces[np.isfinite(strata.interfaces)]:
+        z = np.where(np.abs(z - interface) <= 1e-12 * interface, interface, z)
+    if strata.layers[0].uniform:
+        return z
+    shallow = SHALLOW * min(cell, ground.lengths[0])
+    return np.maximum(z, shallow)
+
+
+@compiled
+def _add(x, which, loads, coefficients, d, out):
+    """Add the remainder at points with tables of some numbers."""
+    clouds, pieces, pressure, rule, rule_weights = loads
+    centres, radii, least, px, py, starts, weights = clouds
+    vertices, offsets, density, first, last = pieces
+    sums, stack = np.empty(9), np.empty((3 * CUTS + 4, 6))
+    square = d * d
+    for i in range(x.shape[1]):
+        table = coefficients[which[i]]
+        sums[:] = 0.0
+        for j in range(pressure.shape[0]):
+            if pressure[j] == 0.0:
+                continue
+            dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
+            r2, cloud = dx * dx + dy * dy + square, 0
+            while cloud < least.shape[0] and r2 > least[cloud, j]:
+                cloud += 1
+            if cloud > 0:
+                for k in range(starts[cloud - 1], starts[cloud]):
+                    _add_force(
+                        dx - radii[j] * px[k], dy - radii[j] * py[k],
+                        pressure[j] * weights[j, k], table, square, sums,
+                    )  # fmt: skip
+                continue
+            for piece in range(first[j], last[j]):
+                a = offsets[piece]
+                for b in range(a + 1, offsets[piece + 1] - 1):
+                    stack[0, 0], stack[0, 1] = vertices[0, a], vertices[1, a]
+                    stack[0, 2], stack[0, 3] = vertices[0, b], vertices[1, b]
+                    stack[0, 4], stack[0, 5] = vertices[0, b + 1], vertices[1, b + 1]
+                    _add_triangle(
+                        x[0, i], x[1, i], pressure[j] * density[piece], stack,
+                        rule, rule_weights, table, square, sums,
+                    )  # fmt: skip
+        for q in range(9):
+            out[q, i] += sums[q]
+
+
+@compiled
+def _add_triangle(x, y, pressure, stack, rule, rule_weights, table, square, sums):
+    """Add a uniformly loaded triangle, the first of the stack, cut where it is near."""
+    height = 1
+    smallest = 0.0
+    while height > 0:
+        height -= 1
+        ax, ay, bx, by, cx, cy = stack[height]
+        ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
+        mx, my = (ax + bx + cx) / 3, (ay + by + cy) / 3
+        size = max(ux * ux + uy * uy, vx * vx + vy * vy, (cx - bx) ** 2 + (cy - by) ** 2)
+        if smallest == 0.0:
+            smallest = size * 0.25**CUTS
+        if size > FAR * FAR * ((x - mx) ** 2 + (y - my) ** 2 + square) and size > smallest:
+            dx, dy, ex, ey = (ax + bx) / 2, (ay + by) / 2, (bx + cx) / 2, (by + cy) / 2
+            fx, fy = (cx + ax) / 2, (cy + ay) / 2
+            parts = (
+                (ax, ay, dx, dy, fx, fy),
+                (dx, dy, bx, by, ex, ey),
+                (fx, fy, ex, ey, cx, cy),
+                (dx, dy, ex, ey, fx, fy),
+            )
+            for part in parts:
+                for c in range(6):
+                    stack[height, c] = part[c]
+                height += 1
+            continue
+        load = pressure * (ux * vy - uy * vx) / 2
+        for g in range(rule_weights.shape[0]):
+            px = rule[0, g] * ax + rule[1, g] * bx + rule[2, g] * cx
+            py = rule[0, g] * ay + rule[1, g] * by + rule[2, g] * cy
+            _add_force(x - px, y - py, load * rule_weights[g], table, square, sums)
+
+
+@compiled
+def _add_force(x, y, force, table, square, sums):
+    """Add the remainder of a force seen at (x, y) from it."""
+    v = 1.0 + (x * x + y * y) / square
+    bits = np.float64(v).view(np.int64)
+    panel = (bits - ONE) >> SHIFT
+    mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
+    t = (mantissa - 1.0) * (2 << BITS) - 1.0
+    polynomial = table[panel]
+    sz, total, difference = polynomial[DEGREE, 0], polynomial[DEGREE, 1], polynomial[DEGREE, 2]
+    shear, down, outward = polynomial[DEGREE, 3], polynomial[DEGREE, 4], polynomial[DEGREE, 5]
+    for power in range(DEGREE - 1, -1, -1):
+        sz = sz * t + polynomial[power, 0]
+        total = total * t + polynomial[power, 1]
+        difference = difference * t + polynomial[power, 2]
+        shear = shear * t + polynomial[power, 3]
+        down = down * t + polynomial[power, 4]
+        outward = outward * t + polynomial[power, 5]
+    sums[0] += force * (total + difference * (x * x - y * y)) / 2
+    sums[1] += force * (total - difference * (x * x - y * y)) / 2
+    sums[2] += force * sz
+    sums[3] += force * difference * x * y
+    sums[4] += force * shear * y
+    sums[5] += force * shear * x
+    sums[6] += force * outward * x
+    sums[7] += force * outward * y
+    sums[8] += force * down

@@ -1,0 +1,199 @@
+"""The ground below punches: profiles, shares of layers and sections, on stratified ground."""
+
+import numpy as np
+import pytest
+from plans import disc
+from scipy.sparse.linalg import splu
+from skfem import (
+    Basis,
+    BilinearForm,
+    CellBasis,
+    ElementQuad2,
+    ElementTriP0,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshQuad,
+    condense,
+)
+
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    RigidPunch,
+    RigidPunches,
+    displacement_below,
+    settlement_by_layers,
+    stress_below,
+    vertical_profile,
+    vertical_section,
+)
+from skfem_dual.elements.deep_remainder import CellLoads
+from skfem_dual.elements.depth import components
+from skfem_dual.grids.generate import disc as round_disc
+from skfem_dual.grids.partition import Partition
+
+ROCK = LayeredHalfSpace([Layer(0.5, 1.0, 0.3), Layer(1.5, 0.2, 0.4)], "bonded")
+CRUST = LayeredHalfSpace([Layer(0.7, 5.0, 0.2)], HalfSpace(1.0, 0.45))
+BASIS = DualMesh.from_mesh(disc(3)).basis()
+
+
+@pytest.fixture(scope="module")
+def on_rock():
+    return RigidPunch(ROCK, BASIS).solve(1.0, at=(0.1, 0.0))
+
+
+@pytest.fixture(scope="module")
+def on_crust():
+    return RigidPunch(CRUST, BASIS).solve(1.0)
+
+
+@pytest.mark.parametrize("at", [(0.3, -0.2), (1.4, 0.0)], ids=["under", "beside"])
+def test_strains_add_up_to_settlements(on_rock, at):
+    """Of each layer, by Gauss points over its depth, and down to the rock."""
+    s, w = np.polynomial.legendre.leggauss(16)
+    x = np.array(at)[:, None]
+    parts = settlement_by_layers(on_rock, x)[:, 0]
+    assert parts.sum() == pytest.approx(on_rock.ground_displacement(x)[0], rel=1e-12)
+    for part, (top, bottom) in zip(parts, [(0.0, 0.5), (0.5, 2.0)], strict=True):
+        depths = (top + bottom) / 2 + (bottom - top) / 2 * s
+        strain = vertical_profile(on_rock, at, depths).strain
+        assert strain @ w * (bottom - top) / 2 == pytest.approx(part, abs=2e-4 * parts.sum())
+
+
+def test_profile(on_crust):
+    profile = vertical_profile(on_crust, (0.2, 0.1), [0.3, 0.7, 1.5])
+    x = np.array([[0.2] * 3, [0.1] * 3, [0.3, 0.7, 1.5]])
+    assert np.array(profile.stresses) == pytest.approx(np.array(stress_below(on_crust, x)))
+    assert profile.displacement == pytest.approx(displacement_below(on_crust, x))
+    assert (profile.interfaces == [0.7]).all()
+    assert not profile.strain.flags.writeable
+    assert np.diff(profile.displacement[2]).max() < 0
+
+
+def test_shares_of_any_depths(on_crust):
+    x = np.array([[0.0, 0.5, 2.0], [0.0, 0.1, 0.0]])
+    by_layers = settlement_by_layers(on_crust, x)
+    finer = settlement_by_layers(on_crust, x, [0.3, 0.7, 2.0])
+    assert finer.shape == (4, 3)
+    assert finer[:2].sum(axis=0) == pytest.approx(by_layers[0], abs=1e-9)
+    assert finer[2:].sum(axis=0) == pytest.approx(by_layers[1], rel=1e-9)
+    alone = RigidPunch(HalfSpace(1.0, 0.3), BASIS).solve(1.0)
+    whole = settlement_by_layers(alone, x)
+    assert whole.shape == (1, 3)
+    assert whole[0] == pytest.approx(alone.ground_displacement(x))
+
+
+def test_stiff_crust_spreads_the_load(on_crust):
+    """On the axis, a radius below its interface, against homogeneous ground."""
+    alone = RigidPunch(HalfSpace(1.0, 0.45), BASIS).solve(1.0)
+    x = [[0.0], [0.0], [1.7]]
+    assert stress_below(on_crust, x).sigma_z < 0.9 * stress_below(alone, x).sigma_z
+
+
+def test_section_of_layered_ground(on_crust):
+    basis, values = vertical_section(on_crust, (-2.0, 0.0), (2.0, 0.0), 1.4, n=20)
+    at = np.nonzero(np.hypot(basis.mesh.p[0] - 1.0, basis.mesh.p[1] + 0.8) < 1e-9)[0]
+    expected = stress_below(on_crust, [[-1.0], [0.0], [0.8]]).sigma_z
+    assert values[at] == pytest.approx(expected, rel=1e-6)
+
+
+def test_neighbours_on_layers():
+    punches = []
+    for x in (-1.5, 1.5):
+        dual = DualMesh.from_mesh(disc(2).translated((x, 0.0)))
+        punches.append(RigidPunch(CRUST, dual.basis(), origin=(x, 0.0)))
+    both = RigidPunches(punches).solve([{"force": 1.0}] * 2)
+    left, right = (vertical_profile(s, (0.0, 0.0), [0.4, 1.0]) for s in both.solutions)
+    assert left.strain == pytest.approx(right.strain, rel=1e-9)
+    assert np.abs(left.displacement[:2]).max() < 1e-5 * left.displacement[2].min()
+
+
+@pytest.mark.parametrize(
+    "ground", [CRUST, GradedHalfSpace.init_linear(1.0, 0.3, 0.5)], ids=["crust", "linear"]
+)
+def test_depths_of_any_size_together(ground):
+    """The same as alone; far below as on the ground that is there."""
+    solution = RigidPunch(ground, BASIS).solve(1.0)
+    x = np.array([[0.2, 0.2, 0.2, 0.2], [0.1, 0.1, 0.1, 0.1], [1e-3, 1.0, 1e2, 1e4]])
+    together = displacement_below(solution, x)[2]
+    alone = [displacement_below(solution, x[:, i : i + 1])[2, 0] for i in range(4)]
+    # of 1e4 times more near the surface
+    assert together == pytest.approx(alone, rel=1e-5, abs=1e-9)
+    if ground is CRUST:
+        far = (2 * (1 - 0.45) + 1) * 1.45 / (2 * np.pi * 1e4)
+        assert alone[3] == pytest.approx(far, rel=1e-3)
+    with pytest.raises(ValueError, match=r"distances and depths up to .*, got 1e\+30.*Remedy"):
+        displacement_below(solution, [[0.0], [0.0], [1e30]])
+    assert stress_below(solution, np.empty((3, 0))).tensor.shape == (3, 3, 0)
+
+
+@pytest.mark.parametrize(
+    ("depths", "message"),
+    [
+        ([0.5, 0.4], "depths that ascend, got 0.4 after 0.5 at index 1"),
+        ([1.0, 2.5], "above the rigid base at depth 2; the first that is not: 1, with z=2.5"),
+        ([0.0, 1.0], "finite depths z > 0; the first that is not: 0"),
+    ],
+)
+def test_bad_depths(on_rock, depths, message):
+    with pytest.raises(ValueError, match=message):
+        settlement_by_layers(on_rock, [[0.0], [0.0]], depths)
+
+
+@BilinearForm
+def stiffness(u, v, w):
+    r, z = w.x
+    shear = (1 + z) / (2 * (1 + w.nu))
+    lame = 2 * shear * w.nu / (1 - 2 * w.nu)
+    e, f = ((q.grad[0, 0], q[0] / r, q.grad[1, 1]) for q in (u, v))
+    slide = (u.grad[0, 1] + u.grad[1, 0]) * (v.grad[0, 1] + v.grad[1, 0])
+    return (lame * sum(e) * sum(f) + shear * (2 * sum(a * b for a, b in zip(e, f)) + slide)) * r
+
+
+@pytest.mark.slow
+def test_finite_elements_of_graded_ground():
+    """A uniform load on the unit circle, E = 1 + z: axisymmetric finite elements, whose cylinder
+    ends 32 radii away."""
+    d = 2.0 ** (np.arange(-24, 31) / 6)
+    lines = np.concatenate([(1 - d[d <= 1])[::-1], [1], 1 + d])
+    mesh = MeshQuad.init_tensor(lines, np.append(0, d))
+    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=5)
+    (radius, depth), (r, z) = mesh.p.max(axis=1), basis.doflocs
+    radial = np.zeros(basis.N, dtype=bool)
+    for dofs in (basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs):
+        radial[dofs[0]] = True
+    fixed = (radial & ((r == 0) | (r == radius))) | (~radial & (z == depth))
+    loaded = mesh.facets_satisfying(lambda x: (x[1] == 0) & (x[0] < 1), boundaries_only=True)
+    load = LinearForm(lambda v, w: v[1] * w.x[0]).assemble(
+        FacetBasis(mesh, basis.elem, facets=loaded)
+    )
+    A, b, u, free = condense(stiffness.assemble(basis, nu=0.25), load, D=np.flatnonzero(fixed))
+    u[free] = splu(A.tocsc()).solve(b)
+    at = np.array([[0.25, 0.75, 1.25, 2.5], [0.6, 1.3, 0.5, 1.7]])
+    elements = mesh.element_finder()(*at)
+    local = mesh.mapping().invF(at[:, :, None], tind=elements)
+    strain, moved = [], []
+    for i, e in enumerate(elements):
+        point = Basis(
+            mesh, basis.elem, elements=np.array([e]), quadrature=(local[:, i], np.ones(1))
+        )
+        field = point.interpolate(u)
+        g, value = field.grad[..., 0, 0], np.array(field)[:, 0, 0]
+        strain.append([g[0, 0], value[0] / at[0, i], g[1, 1], g[0, 1] + g[1, 0]])
+        moved.append(value)
+    strain = np.array(strain).T
+    young = 1 + at[1]
+    shear, lame = young / 2.5, young * 0.25 / 1.25 / 0.5
+    expected = [lame * strain[:3].sum(axis=0) + 2 * shear * e for e in strain[:3]]
+    expected = -np.array([*expected, shear * strain[3]])
+    cells = CellBasis(round_disc(n=1500, true_area=True), ElementTriP0())
+    partition = Partition.from_basis(cells)
+    ground = GradedHalfSpace.init_linear(1.0, 0.25, 1.0)
+    x = np.vstack([at[:1], 0 * at[:1], at[1:]])
+    found = components(ground, [CellLoads(partition, np.ones(len(partition)), None)], x)
+    assert found[[0, 1, 2, 5]] == pytest.approx(expected, abs=5e-4)
+    assert found[[6, 8]] == pytest.approx(np.array(moved).T, abs=3e-3)
