@@ -50,6 +50,14 @@ LAYERS = [
         "grids.trace",
     ],
     [
+        "plans.sides",
+        "plans.rings",
+        "plans.crossings",
+        "plans.corners",
+        "plans.mesh",
+        "plans.plan",
+    ],
+    [
         "ground.substrates",
         "ground.compliance",
         "ground.hankel",
@@ -145,6 +153,7 @@ LAYERS = [
         "visuals.subject",
         "visuals.axes",
         "visuals.curves",
+        "visuals.plans",
         "visuals.scene",
         "visuals.relief",
         "visuals.pyvista",
@@ -162,6 +171,7 @@ LAYERS = [
         "io.structures",
         "io",
     ],
+    ["plans.tables", "plans.drawings", "plans.read", "plans.solve"],
     ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.run"],
     [
         "report.numbers",
@@ -186,10 +196,13 @@ LATE = {
     ("contact.pressures", "visuals.notebook"),
     ("grids.dual_mesh", "visuals.notebook"),
     ("grids.report", "visuals.notebook"),
+    ("plans.plan", "plans.read"),
+    ("plans.plan", "visuals.plans"),
 }
 THIRD_PARTY = {
     "grids": {"numpy", "scipy", "skfem", "tqdm"},
     "kernels": {"numpy", "numba", "threadpoolctl"},
+    "plans": {"numpy", "scipy", "skfem", "shapely", "ezdxf", "matplotlib"},
     "ground": {"numpy", "scipy"},
     "elements": {"numpy", "scipy", "skfem"},
     "operators": {"numpy", "scipy", "skfem", "tqdm"},
@@ -255,7 +268,7 @@ def test_import_without_optional_packages():
     """The package imports with meshio, pyvista and matplotlib blocked."""
     code = (
         "import sys\n"
-        "for name in ('meshio', 'pyvista', 'vtk', 'vtkmodules', 'matplotlib'):\n"
+        "for name in 'meshio pyvista vtk vtkmodules matplotlib shapely ezdxf'.split():\n"
         "    sys.modules[name] = None\n"
         "import skfem_dual\n"
         "from skfem import MeshTri\n"

@@ -93,7 +93,7 @@ def disc(
     """
     radius = checked_size("radius", radius)
     middle = _checked_centre("centre", centre)
-    mesh = _generate(
+    mesh = generated(
         [Circle(middle, radius, checked_flag("true_area", true_area))], size, n, graded, nboundary
     )
     if not isinstance(graded, str):
@@ -156,7 +156,7 @@ def annulus(
         )
     true_area = checked_flag("true_area", true_area)
     curves = [Circle((0.0, 0.0), outer, true_area), Circle(middle, inner, true_area)]
-    mesh = _generate(curves, size, n, graded, nboundary)
+    mesh = generated(curves, size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     # circle s from 0 on the hole to 1 outside has the centre (1 - s) c, the radius r + s dr
@@ -203,7 +203,7 @@ def rectangle(
     """
     half = np.array([[checked_size("width", width)], [checked_size("height", height)]]) / 2
     corners = half * np.array([[-1.0, 1, 1, -1], [-1, -1, 1, 1]])
-    mesh = _generate([Polygon(corners)], size, n, graded, nboundary)
+    mesh = generated([Polygon(corners)], size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     return _moved(mesh, half * LAWS[graded](mesh.p / half), boundary=True)
@@ -222,9 +222,9 @@ def polygon(
 
     Parameters
     ----------
-    outline : (2, k) array of float
+    outline : (2, k) array of float, or sequence of pairs
         Corners in order, in either sense.
-    holes : sequence of (2, k) arrays of float
+    holes : sequence of (2, k) arrays of float, or of sequences of pairs
         Corners of the holes.
     size, n, nboundary
         As for `disc`; ``nboundary`` counts the nodes on outline and holes.
@@ -260,7 +260,7 @@ def polygon(
         *(corners_of(f"holes[{i}]", h) for i, h in enumerate(checked_sequence("holes", holes))),
     ]
     check_loops(loops)
-    return _generate([Polygon(loop) for loop in loops], size, n, graded, nboundary)
+    return generated([Polygon(loop) for loop in loops], size, n, graded, nboundary)
 
 
 def polar(
@@ -324,14 +324,14 @@ def polar(
     return mesh.with_boundaries({"edge": np.nonzero(outside)[0]})
 
 
-def _generate(
+def generated(
     curves: Sequence[Curve],
     size: float | None,
     n: int | None,
-    graded: Grading,
-    nboundary: int | None,
+    graded: Grading = None,
+    nboundary: int | None = None,
 ) -> MeshTri:
-    """Check the common arguments and triangulate."""
+    """The domain inside the first curve and outside the others; arguments as of `disc`."""
     if (size is None) == (n is None):
         raise ValueError(f"expected either size or n, got size={size!r} and n={n!r}")
     if size is not None:
