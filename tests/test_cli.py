@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from skfem import MeshTri
 
-from skfem_dual import __version__, cli
+from skfem_dual import RigidPunch, __version__
 from skfem_dual.cli import main
 from skfem_dual.io import read_dual, read_polygons
 
@@ -280,7 +280,7 @@ def test_warnings_take_one_line(capsys, tmp_path):
 
 def test_outputs_are_checked_before_the_work(capsys, tmp_path, monkeypatch):
     """Nothing is solved, nothing is written, and the mesh survives."""
-    monkeypatch.setattr(cli, "RigidPunch", None)  # a call would be a TypeError
+    monkeypatch.setattr("skfem_dual.cli.solve.RigidPunch", None)  # a call would be a TypeError
     mesh, ground = tmp_path / "plan.msh", tmp_path / "ground.toml"
     mesh.write_bytes(Path(DISC).read_bytes())
     ground.write_text("[base]\nyoung = 1\npoisson = 0.25\n")
@@ -318,8 +318,8 @@ def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
         found = original(punch, *args, **kwargs)
         return replace(found, success=False, message="the contact cycles", settlement=np.nan)
 
-    original = cli.RigidPunch.solve
-    monkeypatch.setattr(cli.RigidPunch, "solve", solve)
+    original = RigidPunch.solve
+    monkeypatch.setattr(RigidPunch, "solve", solve)
     path = tmp_path / "out.json"
     code, out, err = run(capsys, "solve", DISC, *GROUND, "--force", "1", "--json", path)
     assert code == 3
@@ -406,7 +406,7 @@ def test_ctrl_c(tmp_path, capsys, monkeypatch):
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli.RigidPunch, "solve", interrupted)
+    monkeypatch.setattr(RigidPunch, "solve", interrupted)
     assert run(capsys, "solve", DISC, *LOAD) == (130, [], ["skfem-dual: interrupted"])
 
 
