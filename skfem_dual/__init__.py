@@ -41,6 +41,9 @@ from .ground.layered import Layer, LayeredHalfSpace
 from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
+from .plans.plan import Plan
+from .plans.search import Accuracy
+from .plans.solve import PlanSolution, solve_plan
 from .post.estimate import CoupleEstimate, estimate_error, marked
 from .post.fields import pressure_field
 from .post.functional import Weights
@@ -51,6 +54,7 @@ from .sweeps.run import Outcome, SweepResult, sweep
 __version__ = "0.1.0"
 
 __all__ = [
+    "Accuracy",
     "CellwiseBasis",
     "Cone",
     "ContactRegion",
@@ -77,6 +81,8 @@ __all__ = [
     "MomentRotation",
     "Outcome",
     "Paraboloid",
+    "Plan",
+    "PlanSolution",
     "PostprocessedPressure",
     "PreprocessReport",
     "PunchSolution",
@@ -114,6 +120,7 @@ __all__ = [
     "relocate",
     "repair",
     "smooth_couple",
+    "solve_plan",
     "stress_below",
     "sweep",
     "trace",

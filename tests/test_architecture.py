@@ -171,7 +171,7 @@ LAYERS = [
         "io.structures",
         "io",
     ],
-    ["plans.tables", "plans.drawings", "plans.read", "plans.solve"],
+    ["plans.tables", "plans.drawings", "plans.read", "plans.search", "plans.solve"],
     ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.run"],
     [
         "report.numbers",
