@@ -164,6 +164,7 @@ LAYERS = [
         "io.reader",
         "io.writing",
         "io.guarded",
+        "io.cells",
         "io.meshes",
         "io.grounds",
         "io.polygons",

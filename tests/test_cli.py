@@ -189,12 +189,12 @@ def test_report_tells_what_went_wrong(capsys, tmp_path):
     path, report = tmp_path / "mixed.vtu", tmp_path / "report.html"
     square = MeshTri().refined(3)
     p = np.vstack([square.p, np.zeros(square.p.shape[1])]).T
-    meshio.write(path, meshio.Mesh(p, {"triangle": square.t.T, "quad": [[0, 1, 3, 2]]}))
+    meshio.write(path, meshio.Mesh(p, {"triangle": square.t.T, "tetra": [[0, 1, 3, 2]]}))
     load = [*GROUND, "--force", "1", "--at", "0.5", "0.977"]
     code, _, err = run(capsys, "solve", path, *load, "--report", report)
     assert code == 0
     text = report.read_text(encoding="utf-8")
-    for part in ("only triangles are read; left out 1 quad", "not solved on the other grid: "):
+    for part in ("quadrilaterals are read; left out 1 tetra", "not solved on the other grid: "):
         assert part in text
         assert sum(part in line for line in err) == 1
     assert "not estimated" in text
@@ -271,11 +271,12 @@ def test_errors_take_one_line_and_exit_with_2(capsys, args, message):
 def test_warnings_take_one_line(capsys, tmp_path):
     path = tmp_path / "mixed.vtu"
     p = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
-    cells = {"triangle": [[0, 1, 2], [0, 2, 3]], "quad": [[0, 1, 2, 3]]}
+    cells = {"triangle": [[0, 1, 2], [0, 2, 3]], "tetra": [[0, 1, 2, 3]]}
     meshio.write(path, meshio.Mesh(p, cells))
     code, _, err = run(capsys, "dual", path)
     assert code == 0
-    assert err == [f"skfem-dual: warning: {path}: only triangles are read; left out 1 quad"]
+    told = "only triangles and quadrilaterals are read; left out 1 tetra"
+    assert err == [f"skfem-dual: warning: {path}: {told}"]
 
 
 def test_outputs_are_checked_before_the_work(capsys, tmp_path, monkeypatch):
