@@ -67,8 +67,9 @@ def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
     folded = np.abs(ring.turns) > np.pi - SMOOTH * 1e-2
     if folded.any():
         raise MeshError(
-            f"expected sides of {name} that enclose an area, got a line to and fro at "
-            f"{place(x[:, int(np.argmax(folded))])}. Remedy: leave that corner out"
+            f"expected corners of {name} with an angle between their sides, got none at "
+            f"{place(x[:, int(np.argmax(folded))])}, where the line turns back. Remedy: leave "
+            "that corner out, or move it"
         )
     if abs(ring.area) <= SAME * extent**2:
         require_simple([ring], [name])  # loops of opposite senses

@@ -16,7 +16,7 @@ from .rings import Ring
 #: outline and holes, counter-clockwise
 Part = tuple[Ring, tuple[Ring, ...]]
 #: nodes on the edge lie within this part of a facet from the plan, on arcs beside it
-OFF = 0.25
+OFF = 0.4
 #: shares of a side up to which a node is in its end
 END = 1e-6
 
@@ -144,10 +144,11 @@ def _nodes_along(rings: list[Ring], mesh: MeshTri) -> list[tuple[ndarray, ndarra
         inner = share < 1 - END
         starts = np.nonzero(np.abs(share) <= END)[0]
         if not np.array_equal(own[starts], np.arange(len(r.bulges))):
-            lost = np.setdiff1d(np.arange(len(r.bulges)), own[starts])
+            away = r.corners[:, :, None] - mesh.p[:, None, nodes]
+            lost = int(np.argmax(np.hypot(*away).min(axis=1)))
             raise MeshError(
                 f"expected a mesh of this plan, with a node in every corner, got none at "
-                f"{place(r.corners[:, lost[0] if len(lost) else 0])}. Remedy: make it by plan.mesh"
+                f"{place(r.corners[:, lost])}. Remedy: make it by plan.mesh"
             )
         found.append((nodes[inner], own[inner]))
     return found
