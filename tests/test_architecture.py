@@ -120,6 +120,7 @@ LAYERS = [
         "contact.kern",
         "contact.pressures",
         "contact.solution",
+        "contact.elastic_solution",
         "contact.punch",
         "contact.below",
         "contact.paths",
@@ -129,9 +130,9 @@ LAYERS = [
         "contact.frame",
         "contact.group",
         "contact.refine",
-        "contact.elastic_solution",
         "contact.resisted",
         "contact.elastic",
+        "contact.punches",
     ],
     [
         "post.functional",

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from .elastic_solution import ElasticSolution
 from .solution import PunchSolution
 
 
@@ -16,16 +17,16 @@ class PunchesSolution:
 
     Attributes
     ----------
-    punches : RigidPunches
+    punches : RigidPunches or Punches
         The problem solved.
-    solutions : tuple of PunchSolution
+    solutions : tuple of PunchSolution or ElasticSolution
         One for each punch.
     """
 
     punches: Any
-    solutions: tuple[PunchSolution, ...]
+    solutions: tuple[Any, ...]
 
-    def __getitem__(self, i: int) -> PunchSolution:
+    def __getitem__(self, i: int) -> Any:
         return self.solutions[i]
 
     def __len__(self) -> int:
@@ -56,20 +57,28 @@ class PunchesSolution:
             Load of each body less the resultant of its pressures; zero without a frame.
         """
         first = [self[body[0]] for body in self.punches.bodies]
-        positions = np.array([[s.settlement, *s.tilt] for s in first])
         if self.punches.stiffness is None:
-            return np.zeros(positions.shape)
+            return np.zeros((len(first), 3))
+        positions = np.array([[s.settlement, *s.tilt] for s in first])
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
     def displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at points of shape (2, m), under all punches."""
-        return self[0].displacement(x)
+        return self[0].ground_displacement(x)
 
     def __repr__(self) -> str:
         head = "  punch  force        settlement   tilt                      contact area"
         rows = [
-            f"  {i:<7}{s.force:<13.6g}{s.settlement:<13.6g}"
-            f"{f'({s.tilt[0]:.4g}, {s.tilt[1]:.4g})':<26}{s.contact_area:.6g}"
+            f"  {i:<7}{s.force:<13.6g}{_moved(s):<39}{s.contact_area:.6g}"
             for i, s in enumerate(self.solutions)
         ]
         return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])
+
+
+def _moved(solution: PunchSolution | ElasticSolution) -> str:
+    """Settlement and tilt of a rigid punch, or how far one that bends has gone."""
+    if isinstance(solution, ElasticSolution):
+        least, most = solution.deflection_range
+        return f"{least:.6g} to {most:.6g}, bends"
+    tilt = solution.tilt
+    return f"{solution.settlement:<13.6g}({tilt[0]:.4g}, {tilt[1]:.4g})"

@@ -79,8 +79,13 @@ class CellPressures:
             nodal_mesh(self.footprint.basis),
             self.pressure,
             self.gap,
-            self.footprint.substrate.surface.contact_modulus,
+            self.contact_modulus,
         )
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* of the ground's surface, by which gaps beside the contact open."""
+        return self.footprint.substrate.surface.contact_modulus
 
     @property
     def contact_area(self) -> float:

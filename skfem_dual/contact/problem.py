@@ -1,12 +1,13 @@
 """Contact to be found, and contact that was found."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy import ndarray
 
 from ..grids.polygons import readonly
+from .load import Constraints
 
 #: contact on fewer cells is rough
 DOZEN = 12
@@ -16,6 +17,23 @@ class Product(Protocol):
     """A matrix or a LinearOperator."""
 
     def __matmul__(self, q: ndarray, /) -> ndarray: ...
+
+
+class Share(NamedTuple):
+    """What a body under its load brings into the equations, of one body or of several.
+
+    Attributes
+    ----------
+    planes, resultants, gap
+        As of `ContactSystem`.
+    constraints : Constraints
+        What is imposed on it.
+    """
+
+    planes: ndarray
+    resultants: ndarray
+    gap: ndarray
+    constraints: Constraints
 
 
 @dataclass(frozen=True, eq=False)

@@ -323,7 +323,7 @@ class RigidPunch(Body):
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        others: tuple[tuple["RigidPunch", ndarray], ...] = (),
+        others: tuple[tuple[Body, ndarray], ...] = (),
     ) -> PunchSolution:
         """The answer, from contact and position of the plan's centroid.
 
