@@ -12,7 +12,6 @@ from ..arguments import (
     checked_choice,
     checked_flag,
     checked_integer,
-    checked_number,
     checked_pair,
     checked_sequence,
     checked_size,
@@ -22,16 +21,13 @@ from .checks import dual_conditions
 from .corners import Corners
 from .curves import Circle, Curve, Polygon, check_loops, corners_of
 from .report import require
-from .sizing import triangulated
+from .sizing import MOST, generated
 
 #: laws of distances from 0 in the middle to 1 at the edge
 LAWS = {
     "sine": lambda s: np.sin(np.pi / 2 * s),
     "quadratic": lambda s: s * (2 - np.abs(s)),
 }
-
-#: nodes of the largest triangulations and polar grids that are tried
-MOST = 10**8
 
 Grading = str | float | None
 
@@ -93,7 +89,7 @@ def disc(
     """
     radius = checked_size("radius", radius)
     middle = _checked_centre("centre", centre)
-    mesh = generated(
+    mesh = _generate(
         [Circle(middle, radius, checked_flag("true_area", true_area))], size, n, graded, nboundary
     )
     if not isinstance(graded, str):
@@ -156,7 +152,7 @@ def annulus(
         )
     true_area = checked_flag("true_area", true_area)
     curves = [Circle((0.0, 0.0), outer, true_area), Circle(middle, inner, true_area)]
-    mesh = generated(curves, size, n, graded, nboundary)
+    mesh = _generate(curves, size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     # circle s from 0 on the hole to 1 outside has the centre (1 - s) c, the radius r + s dr
@@ -203,7 +199,7 @@ def rectangle(
     """
     half = np.array([[checked_size("width", width)], [checked_size("height", height)]]) / 2
     corners = half * np.array([[-1.0, 1, 1, -1], [-1, -1, 1, 1]])
-    mesh = generated([Polygon(corners)], size, n, graded, nboundary)
+    mesh = _generate([Polygon(corners)], size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     return _moved(mesh, half * LAWS[graded](mesh.p / half), boundary=True)
@@ -260,7 +256,7 @@ def polygon(
         *(corners_of(f"holes[{i}]", h) for i, h in enumerate(checked_sequence("holes", holes))),
     ]
     check_loops(loops)
-    return generated([Polygon(loop) for loop in loops], size, n, graded, nboundary)
+    return _generate([Polygon(loop) for loop in loops], size, n, graded, nboundary)
 
 
 def polar(
@@ -324,36 +320,18 @@ def polar(
     return mesh.with_boundaries({"edge": np.nonzero(outside)[0]})
 
 
-def generated(
+def _generate(
     curves: Sequence[Curve],
     size: float | None,
     n: int | None,
-    graded: Grading = None,
-    nboundary: int | None = None,
+    graded: Grading,
+    nboundary: int | None,
 ) -> MeshTri:
-    """The domain inside the first curve and outside the others; arguments as of `disc`."""
-    if (size is None) == (n is None):
-        raise ValueError(f"expected either size or n, got size={size!r} and n={n!r}")
-    if size is not None:
-        size = checked_size("size", size)
-        box = curves[0].box
-        if size > np.ptp(box, axis=1).max():
-            raise ValueError(f"expected a size smaller than the domain, got {size}")
-        if np.prod(np.ptp(box, axis=1) / size) > MOST:
-            raise ValueError(f"expected a size that gives at most {MOST:g} nodes, got {size:g}")
-    else:
-        n = checked_integer("n", n, at_least=1 + sum(c.least for c in curves), at_most=MOST)
-    ratio = 1.0
+    """Near uniform if a law draws it to the edge afterwards."""
     if isinstance(graded, str):
         checked_choice("graded", graded, LAWS)
-    elif graded is not None:
-        ratio = checked_number("graded", graded, above=0, at_most=1)
-        if nboundary is not None:
-            raise ValueError("expected either nboundary or graded as a number, got both")
-    if nboundary is not None:
-        least = sum(c.least for c in curves)
-        nboundary = checked_integer("nboundary", nboundary, at_least=least, at_most=MOST)
-    return triangulated(curves, size, n or 0, ratio, nboundary)
+        graded = None
+    return generated(curves, size, n, graded, nboundary)
 
 
 def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:

@@ -8,8 +8,8 @@ from skfem import MeshTri
 from ..arguments import checked_indices, checked_integer
 from ..errors import MeshError
 from ..grids.checks import check_type
-from ..grids.generate import MOST, generated
 from ..grids.preprocess import repair
+from ..grids.sizing import MOST, generated
 from .crossings import place
 from .rings import Ring
 

@@ -53,7 +53,7 @@ class Plan:
       Parts: 1, holes: 2
       Sides: 8 straight, 1 circle
       Area: 87.2146
-      Centroid: (6.03602, 4.01801)
+      Centroid: (6.036021407, 4.018010703)
       Extent: 0 to 12, 0 to 8
     >>> plan.mesh(size=1.0).boundaries.keys()
     dict_keys(['edge', 'hole0', 'hole1'])
@@ -342,8 +342,8 @@ class Plan:
             f"  Parts: {len(self.parts)}, holes: {len(self.rings) - len(self.parts)}\n"
             f"  Sides: {', '.join(kinds)}\n"
             f"  Area: {self.area:.6g}\n"
-            f"  Centroid: ({x:.6g}, {y:.6g})\n"
-            f"  Extent: {left:.6g} to {right:.6g}, {bottom:.6g} to {top:.6g}"
+            f"  Centroid: ({x:.10g}, {y:.10g})\n"
+            f"  Extent: {left:.10g} to {right:.10g}, {bottom:.10g} to {top:.10g}"
         )
 
 

@@ -30,9 +30,10 @@ class PlanSolution(PunchSolution):
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, without the condition number."""
-        rows = super().table()
+        rows, (x, y) = super().table(), self.punch.origin
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        return rows | {"Accuracy": str(self.accuracy)} | last
+        own = {"Origin": f"({x:.10g}, {y:.10g})", "Accuracy": str(self.accuracy)}
+        return rows | own | last
 
 
 def solve_plan(

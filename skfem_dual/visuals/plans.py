@@ -37,6 +37,7 @@ def draw_plan(plan: Plan, ax: Axes | None = None) -> Axes:
     if plan.corners.shape[1] <= NUMBERED:
         _number(plan, signs, ax)
     ax.margins(0.08)
+    ax.ticklabel_format(style="plain", useOffset=False)  # site coordinates as they are
     ax.autoscale_view()
     return ax
 
