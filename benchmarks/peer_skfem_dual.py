@@ -25,7 +25,7 @@ def plan_mesh(plan: str, n: int, kind: str, margin: float = 1.0) -> MeshTri:
         return make("square" if plan == "square" else "disc", kind, n).scaled(margin)
     if plan == "square":
         return rectangle(n=n, graded=law or None)
-    return disc(n=n, radius=margin, graded=law or None, true_area=True)
+    return disc(n=n, radius=margin, graded=law or None)
 
 
 def solve(

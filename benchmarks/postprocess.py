@@ -84,7 +84,7 @@ class Case:
     @classmethod
     def of(cls, plan: str, e: float, kind: str, n: int) -> "Case":
         if plan == "generated disc":
-            mesh = disc(n=n, true_area=True, graded=0.3 if kind == "graded" else None)
+            mesh = disc(n=n, graded=0.3 if kind == "graded" else None)
         else:
             mesh = make(plan, kind, n)
         dual = DualMesh.from_mesh(mesh)

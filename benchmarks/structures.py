@@ -51,7 +51,7 @@ def patch(v, w):
 
 def raft(n: int, refined: bool = True) -> tuple[dict, np.ndarray]:
     """Arguments of an `ElasticPunch` and its load; the plate is refined to the cells or not."""
-    dual = DualMesh.from_mesh(disc(n=n, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=n))
     plate = CellBasis(dual.refinement if refined else dual.mesh, ElementTriMorley())
     K = 0.1 / 12 / 0.96 * bending.assemble(plate)
     return {"basis": dual.basis(), "structure": plate, "stiffness": K}, patch.assemble(plate)

@@ -80,7 +80,7 @@ def main(sizes=SIZES) -> dict[tuple[int, str], Row]:
     )
     found = {}
     for n in sizes:
-        basis = DualMesh.from_mesh(disc(n=n, true_area=True)).basis()
+        basis = DualMesh.from_mesh(disc(n=n)).basis()
         for gap, cases in ((None, list(CASES)[:3]), (Paraboloid(SPHERE), list(CASES)[3:])):
             punch = RigidPunch(SOIL, basis, gap=gap)
             for case in cases:

@@ -325,7 +325,7 @@ def collocation() -> Axes:
 def edge_weighted() -> Axes:
     """Pressure in the cells along a radius, constant and weighted."""
     ax = diagram()
-    dual = DualMesh.from_mesh(disc(n=150, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=150))
     soil = HalfSpace(1.0, 0.25)
     r = np.linspace(0, 1, 1500, endpoint=False)
     turn = 0.12
@@ -348,7 +348,7 @@ def edge_weighted() -> Axes:
 def lift_off() -> Axes:
     """A circle that lifts off, in a section: ground, punch and pressures."""
     ax = diagram(4.6, 3.6)
-    dual = DualMesh.from_mesh(disc(n=600, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=600))
     solution = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
     x = np.linspace(-1.6, 1.6, 400)
     line = np.stack([x, np.zeros_like(x)])
@@ -460,14 +460,14 @@ def graded_by_law() -> Axes:
 @cache
 def eccentric() -> PunchSolution:
     """A circle under an eccentric force."""
-    dual = DualMesh.from_mesh(disc(n=300, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=300))
     return RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(1.0, at=(0.2, 0.1))
 
 
 @drawing
 def picture_lifted() -> Axes:
     """Isobars under a punch that lifts off."""
-    dual = DualMesh.from_mesh(disc(n=600, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=600))
     s = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
     return isobars(s, ax=sheet(4.2, 3.4))
 

@@ -80,7 +80,7 @@ def on_disc(mesh) -> RigidPunch:
 
 def main(n=600, refinements=3) -> Result:
     """Solve with about n dual cells; refine them to the edge of contact."""
-    mesh = disc(n=n, true_area=True)
+    mesh = disc(n=n)
     circle = on_disc(mesh)
     square = RigidPunch(GRADED, DualMesh.from_mesh(rectangle(2.0, 2.0, n=n)).basis())
     load = {"force": 1.0, "at": (0.5, 0.0)}

@@ -37,7 +37,7 @@ GRIDS, EDGES = ("triangles", "dual cells"), ("constant", "singular")
 
 def ellipse(size: float, *, ratio: float, graded) -> MeshTri:
     """Semiaxes 1 and 1 / ratio."""
-    mesh = disc(size * np.sqrt(ratio), graded=graded, true_area=True)
+    mesh = disc(size * np.sqrt(ratio), graded=graded)
     return MeshTri(mesh.p * np.array([[1.0], [1 / ratio]]), mesh.t)
 
 
@@ -108,8 +108,8 @@ def of_outline(plan: str, graded=None, eccentricity=(0.0, 0.0)) -> Problem:
     return Problem(plan, partial(polygon, OUTLINES[plan]), graded, eccentricity)
 
 
-CIRCLE = partial(disc, true_area=True)
-ECCENTRIC = partial(annulus, 0.3, hole=(0.3, 0.0), true_area=True)
+CIRCLE = disc
+ECCENTRIC = partial(annulus, 0.3, hole=(0.3, 0.0))
 PROBLEMS = (
     Problem("circle", CIRCLE),
     Problem("circle", CIRCLE, None, (0.2, 0.0)),
@@ -136,7 +136,7 @@ PROBLEMS = (
     of_outline("H"),
     of_outline("plus"),
     of_outline("thin cross", None, (0.1, 0.0)),
-    Problem("annulus", partial(annulus, 0.5, true_area=True), None, (0.2, 0.0)),
+    Problem("annulus", partial(annulus, 0.5), None, (0.2, 0.0)),
     Problem("eccentric annulus", ECCENTRIC),
     Problem("two windows", partial(polygon, SQUARE, [box(x, 0, 0.5, 1) for x in (-0.45, 0.45)])),
 )

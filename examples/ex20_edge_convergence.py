@@ -40,7 +40,7 @@ class Result:
 
 def make(kind: str, n: int) -> MeshTri:
     """Disc of about n nodes with the true area of the circle."""
-    mesh = disc(n=n, graded="sine" if kind == "graded" else None, true_area=True)
+    mesh = disc(n=n, graded="sine" if kind == "graded" else None)
     if kind != "random":
         return mesh
     inner = mesh.interior_nodes()

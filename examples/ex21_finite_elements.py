@@ -143,7 +143,7 @@ def main(n: int = 600, octaves: tuple[int, int] = (5, 6)) -> Result:
             young=1.0, poisson=POISSON, gradient=GRADIENTS["graded"]
         ),
     }
-    basis = DualMesh.from_mesh(disc(n=n, true_area=True)).basis()
+    basis = DualMesh.from_mesh(disc(n=n)).basis()
     return Result(
         {name: finite_elements(g, octaves=octaves) for name, g in GRADIENTS.items()},
         {name: RigidPunch(ground, basis).solve(1.0) for name, ground in grounds.items()},

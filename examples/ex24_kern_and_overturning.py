@@ -67,7 +67,7 @@ def area(polygon) -> float:
 def main(n=600, steps=20) -> Result:
     """Footings of about n dual cells; a curve of so many steps."""
     meshes = {
-        "circle": disc(n=n, radius=SIDE / 2, true_area=True),
+        "circle": disc(n=n, radius=SIDE / 2),
         "square": rectangle(SIDE, SIDE, n=n, graded=0.3),
         "L-shape": polygon(CORNERS["L-shape"], n=n),
         "T-shape": polygon(CORNERS["T-shape"], n=n),

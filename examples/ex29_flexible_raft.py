@@ -264,7 +264,7 @@ def rigid_moment(poisson: float) -> float:
 
 def circle(n: int) -> Raft:
     """Of about n dual cells, a = E* = 1."""
-    dual = DualMesh.from_mesh(disc(n=n, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=n))
     return Raft(RigidPunch(HalfSpace(young=1.0, poisson=0.0), dual.basis(intorder=4)))
 
 

@@ -80,7 +80,7 @@ def refined(mesh: MeshTri) -> MeshTri:
 
 def meshes(n: int) -> Iterator[MeshTri]:
     """From coarse to fine, up to about n nodes."""
-    mesh = disc(n=FIRST, graded=0.2, true_area=True)
+    mesh = disc(n=FIRST, graded=0.2)
     while True:
         yield mesh
         if 4 * mesh.nvertices > 1.3 * n:

@@ -77,7 +77,7 @@ class Result:
 
 def main(n=600, ratios=tuple(REFERENCES)) -> Result:
     """Rafts on about n dual cells."""
-    dual = DualMesh.from_mesh(disc(n=n, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=n))
     plate = CellBasis(dual.refinement.refined(), ElementTriMorley())
     soil, f = HalfSpace(young=1.0, poisson=0.0), patch(plate)
     rafts = {}

@@ -2,6 +2,7 @@
 
 from . import startup as startup  # first, it looks after the other imports
 from .contact.below import displacement_below, stress_below, vertical_section
+from .contact.bounds import Bounds
 from .contact.elastic import ElasticPunch
 from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
@@ -56,6 +57,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Accuracy",
+    "Bounds",
     "CellwiseBasis",
     "Cone",
     "ContactRegion",

@@ -117,7 +117,7 @@ def test_brown(K, cells):
     exact = Legendre(rigidity(K)).deflection(radii)
     errors = {}
     for edge in (None, "constant"):
-        punch = raft(K, generate.disc(n=cells, true_area=True), edge=edge)
+        punch = raft(K, generate.disc(n=cells), edge=edge)
         s = punch.solve(uniform(punch), unilateral=False)
         found = [s.deflection(ring(r)).mean() for r in radii]
         errors[edge] = np.abs(found - exact).max()
@@ -132,7 +132,7 @@ LIFTED = {0.01: (2.36406, -0.65500, 0.3984), 0.1: (1.381462, 0.193612, 0.7114)}
 
 def patch(basis, radius=0.2):
     """Uniform, of the force one, whatever the mesh of the plate."""
-    dual = DualMesh.from_mesh(generate.disc(radius=radius, n=200, true_area=True))
+    dual = DualMesh.from_mesh(generate.disc(radius=radius, n=200))
     cells = dual.partition
     loads = load_matrix(cells, None, Fan.from_dual(dual), basis)
     return loads @ np.ones(len(cells)) / cells.areas.sum()
@@ -140,7 +140,7 @@ def patch(basis, radius=0.2):
 
 def lifted(K, n):
     """Errors of centre, edge and radius of contact with Argyris on the triangles."""
-    mesh = generate.disc(n=n, true_area=True)
+    mesh = generate.disc(n=n)
     plate, stiffness = kirchhoff(mesh, ElementTriArgyris())
     cells = DualMesh.from_mesh(mesh).basis()
     s = ElasticPunch(SOIL, cells, plate, rigidity(K) * stiffness).solve(patch(plate))

@@ -104,7 +104,8 @@ def test_graded_by_size(name, graded):
 
 @pytest.mark.parametrize("law", ["sine", "quadratic"])
 def test_laws_of_a_disc(law):
-    uniform, mesh = disc(n=400), disc(n=400, graded=law)
+    uniform = disc(n=400, boundary="inscribed")
+    mesh = disc(n=400, graded=law, boundary="inscribed")
     assert np.array_equal(mesh.t, uniform.t)
     assert Quality.of(mesh).uncrossed == 0
     s, r = np.hypot(*uniform.p), np.hypot(*mesh.p)
@@ -117,7 +118,7 @@ def test_laws_of_a_disc(law):
 @pytest.mark.parametrize("law", ["sine", "quadratic"])
 def test_laws_of_an_annulus_and_a_rectangle(law):
     f = (lambda u: np.sin(np.pi * u / 2)) if law == "sine" else (lambda u: u * (2 - abs(u)))
-    uniform, mesh = annulus(0.5, 2.0, n=400), annulus(0.5, 2.0, n=400, graded=law)
+    uniform, mesh = (annulus(0.5, 2.0, n=400, graded=g, boundary="inscribed") for g in (None, law))
     u, v = ((np.hypot(*m.p) - 1.25) / 0.75 for m in (uniform, mesh))
     assert v == pytest.approx(f(u), abs=1e-12)
     eccentric = annulus(0.3, n=500, hole=(0.4, 0.1), graded=law)
@@ -129,15 +130,13 @@ def test_laws_of_an_annulus_and_a_rectangle(law):
 
 
 def test_areas():
-    assert area(disc(n=100)) == pytest.approx(
-        len(disc(n=100).boundary_nodes())
-        / 2
-        * np.sin(2 * np.pi / len(disc(n=100).boundary_nodes()))
-    )
+    inscribed = disc(n=100, boundary="inscribed")
+    sides = len(inscribed.boundary_nodes())
+    assert area(inscribed) == pytest.approx(sides / 2 * np.sin(2 * np.pi / sides))
     for graded in (None, "sine", 0.2):
-        mesh = disc(n=100, radius=2, graded=graded, true_area=True)
+        mesh = disc(n=100, radius=2, graded=graded)
         assert area(mesh) == pytest.approx(4 * np.pi)
-        mesh = annulus(0.3, hole=(0.4, 0), n=200, graded=graded, true_area=True)
+        mesh = annulus(0.3, hole=(0.4, 0), n=200, graded=graded)
         assert area(mesh) == pytest.approx(np.pi * (1 - 0.09))
     assert area(rectangle(3, 2, n=100)) == pytest.approx(6)
     assert area(polygon(EXCISED, n=100)) == pytest.approx(3)
@@ -145,7 +144,7 @@ def test_areas():
 
 
 def test_tags():
-    mesh = annulus(0.3, 2, hole=(0.5, 0), n=400)
+    mesh = annulus(0.3, 2, hole=(0.5, 0), n=400, boundary="inscribed")
     x = mesh.p[:, mesh.facets]
     assert np.hypot(*x[..., mesh.boundaries["edge"]]) == pytest.approx(2)
     assert np.hypot(*(x[..., mesh.boundaries["hole"]] - [[[0.5]], [[0]]])) == pytest.approx(0.3)
@@ -212,14 +211,14 @@ def test_star_polygons(radii, turn, scale, n):
 def test_eccentric_annuli(inner, share, direction, n):
     away = share * (0.92 - inner)
     hole = away * np.cos(direction), away * np.sin(direction)
-    mesh = annulus(inner, hole=hole, n=n, true_area=True)
+    mesh = annulus(inner, hole=hole, n=n)
     assert area(mesh) == pytest.approx(np.pi * (1 - inner**2), rel=1e-12)
     assert DualMesh.from_mesh(mesh).topology == (1, 1)
 
 
 def test_polar_grid():
     """Table 1: 400 elements of the relative area 3.12869."""
-    mesh = polar(10, 40)
+    mesh = polar(10, 40, boundary="inscribed")
     partition = Partition.from_mesh(mesh)
     assert mesh.nelements == len(partition) == 400
     assert partition.areas.sum() == pytest.approx(3.12869, abs=1e-5)
@@ -231,7 +230,7 @@ def test_polar_grid():
 
 @pytest.mark.parametrize("law", ["sine", "quadratic"])
 def test_graded_polar_grid(law):
-    mesh = polar(6, 30, radius=2, graded=law, true_area=True)
+    mesh = polar(6, 30, radius=2, graded=law)
     assert Partition.from_mesh(mesh).areas.sum() == pytest.approx(4 * np.pi)
     s = np.linspace(0, 1, 7)
     expected = np.sin(np.pi * s / 2) if law == "sine" else 1 - (1 - s) ** 2
@@ -293,8 +292,8 @@ def test_arguments_of_wrong_types():
         disc(0.1, centre=(0, 0, 0))
     with pytest.raises(TypeError, match="expected a sequence for holes"):
         polygon(EXCISED, 3, 0.1)
-    with pytest.raises(TypeError, match="True or False for true_area"):
-        disc(0.1, true_area="no")
+    with pytest.raises(ValueError, match='boundary "area" or "inscribed"'):
+        disc(0.1, boundary="outside")
 
 
 def test_too_few_boundary_nodes():

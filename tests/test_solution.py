@@ -172,7 +172,7 @@ def test_any_partition_has_weights():
     soil = HalfSpace(1.0, 0.25)
     ring = RigidPunch(soil, CellBasis(polar(10, 40), ElementQuad0())).solve(1.0)
     # the 40-gon, half a per cent smaller than the circle, settles a little more
-    assert ring.settlement == pytest.approx(0.46875 * np.sqrt(np.pi / 3.12869), rel=2e-4)
+    assert ring.settlement == pytest.approx(0.46875 * np.sqrt(np.pi / 3.12869), rel=4e-4)
     squares = CellBasis(MeshQuad().refined(4).scaled(2.0).translated((-1.0, -1.0)), ElementQuad0())
     assert RigidPunch(soil, squares).solve(1.0).settlement == pytest.approx(0.406795, rel=1e-3)
     _, p = ring.nodal_pressure()
@@ -183,7 +183,9 @@ def test_ground_and_punch_agree_also_with_weights():
     problem = RigidPunch(UNIT, DualMesh.from_mesh(perturbed(rectangle(8), 0.03)).basis())
     solution = problem.solve(1.0, at=(0.1, 0.2))
     x = problem.collocation_points
-    assert solution.displacement(x) == pytest.approx(solution.punch_displacement(x))
+    assert solution.displacement(x) == pytest.approx(
+        solution.punch_displacement(x, collocated=True)
+    )
     far = solution.displacement([[40.0], [8.0]])
     assert far[0] == pytest.approx(UNIT.influence(np.hypot(40 - 0.1, 8 - 0.2)), rel=3e-4)
 

@@ -51,7 +51,7 @@ def problem(of, load):
 )
 def test_circle_lifting_off(e, settlement, tilt, area, edge, grid):
     size = {"dual": 1200, "primal": 600}[grid]
-    solution = punch(fine_disc(n=size, true_area=True), grid).solve(1.0, (e, 0.0))
+    solution = punch(fine_disc(n=size), grid).solve(1.0, (e, 0.0))
     assert solution.success
     assert solution.settlement == pytest.approx(settlement, abs=3e-4)
     assert solution.tilt == pytest.approx([tilt, 0.0], abs=5e-4)
@@ -66,7 +66,7 @@ def test_circle_lifting_off(e, settlement, tilt, area, edge, grid):
 
 
 def test_lift_off_with_edge_weights_at_600_cells():
-    solution = punch(fine_disc(n=600, true_area=True)).solve(1.0, (0.5, 0.0))
+    solution = punch(fine_disc(n=600)).solve(1.0, (0.5, 0.0))
     assert solution.settlement == pytest.approx(0.4821, rel=1e-3)
     assert solution.tilt[0] == pytest.approx(0.4190, rel=2e-3)
 
@@ -83,7 +83,7 @@ def test_full_contact_is_the_bilateral_solution():
         for method in ("active-set", "cg"):  # also when the methods begin with other pressures
             other = of.solve(**load, method=method, start=of.solve(1.0, (0.9, 0.0)))
             assert other.pressure == pytest.approx(expected.pressure, rel=1e-8)
-    circle = punch(fine_disc(n=600, true_area=True)).solve(1.0, (1 / 3, 0.0))
+    circle = punch(fine_disc(n=600)).solve(1.0, (1 / 3, 0.0))
     assert circle.message == "full contact"
 
 
@@ -208,7 +208,7 @@ def test_sphere_with_4000_cells_in_contact(grid):
     [(0.35, 0.4999, 0.2626, 0.988, -0.91), (0.5, 0.4821, 0.4190, 0.735, -0.33)],
 )
 def test_circle_lifting_off_with_4000_cells(e, settlement, tilt, area, edge):
-    found = punch(fine_disc(n=4000, true_area=True)).solve(1.0, (e, 0.0))
+    found = punch(fine_disc(n=4000)).solve(1.0, (e, 0.0))
     assert found.success
     assert found.settlement == pytest.approx(settlement, abs=1e-4)
     assert found.tilt[0] == pytest.approx(tilt, abs=2e-4)
@@ -219,9 +219,7 @@ def test_circle_lifting_off_with_4000_cells(e, settlement, tilt, area, edge):
 
 def test_convergence_under_refinement():
     """Settlement and tilt at e = 0.5 a settle down, faster than in proportion to h."""
-    found = [
-        punch(fine_disc(n=n, true_area=True)).solve(1.0, (0.5, 0.0)) for n in (150, 600, 2400)
-    ]
+    found = [punch(fine_disc(n=n)).solve(1.0, (0.5, 0.0)) for n in (150, 600, 2400)]
     for values in ([s.settlement for s in found], [s.tilt[0] for s in found]):
         first, second = np.abs(np.diff(values))
         assert second < first / 2.2

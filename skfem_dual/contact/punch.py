@@ -28,6 +28,7 @@ from .solution import TINY, PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .verify import Verification
+from .work import Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -347,8 +348,8 @@ class RigidPunch(Body):
             load=load,
             pressure=readonly(pressure),
             gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
-            settlement=float(position[0] - position[1:] @ shift),
-            tilt=readonly(position[1:]),
+            collocated_settlement=float(position[0] - position[1:] @ shift),
+            collocated_tilt=readonly(position[1:]),
             resultant=readonly(resultant),
             resultant_residual=readonly(resultant - imposed),
             displacement_residual=contact.violation,
@@ -361,6 +362,21 @@ class RigidPunch(Body):
             timings=self.timings | timings,
             others=others,
         )
+
+    def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
+        """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
+
+        ``touching`` are the cells in contact; None where there is no such position.
+        """
+        if self.gap is not None or self.weights is None:
+            return None
+        shift = self.centre - self.origin
+        found = self._work.positions(load.constraints(-shift), touching)
+        return None if found is None else found @ np.vstack([[1, 0, 0], np.c_[-shift, np.eye(2)]])
+
+    @computed_once
+    def _work(self) -> Work:
+        return Work(self.footprint, self.system)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""

@@ -1,15 +1,23 @@
 """Position of a rigid punch and the pressures under it: what a solver answers."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..arguments import checked_flag
 from ..elements.influence import flat_points
+from ..errors import ConvergenceError, MeshError
+from ..grids.polygons import readonly
+from ..kernels.once import computed_once
+from .bounds import Bounds, why_none
 from .load import Load
 from .pressures import CellPressures
 
+#: up to so many cells a printed solution tells its bounds, in some hundredths of a second
+REPR_BOUNDS = 200
 #: up to so many cells a printed solution tells the condition number, in a few milliseconds
 REPR_CONDITION = 2000
 TINY = float(np.finfo(float).tiny)
@@ -29,10 +37,11 @@ class PunchSolution(CellPressures):
         Mean pressure on each cell, compression positive; a vector of ``punch.basis``.
     gap : (n,) array of float
         Distance of punch and ground in the collocation points, zero in contact.
-    settlement : float
-        Settlement W0 of ``punch.origin``, positive into the ground.
-    tilt : (2,) array of float
-        Inclinations (Lx, Ly): the punch settles by ``W0 + Lx x + Ly y``, from the origin.
+    collocated_settlement : float
+        Settlement W0 of ``punch.origin``, positive into the ground, with which the punch meets
+        the ground in the collocation points; see `settlement` for a closer one.
+    collocated_tilt : (2,) array of float
+        Inclinations (Lx, Ly) likewise.
     resultant : (3,) array of float
         Integrals of ``p``, ``p x`` and ``p y``, from the origin.
     resultant_residual : (3,) array of float
@@ -56,9 +65,65 @@ class PunchSolution(CellPressures):
     """
 
     load: Load
-    settlement: float
-    tilt: ndarray
+    collocated_settlement: float
+    collocated_tilt: ndarray
     resultant_residual: ndarray
+
+    @property
+    def settlement(self) -> float:
+        """Settlement W0 of ``punch.origin``, positive into the ground, as close as is known.
+
+        Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
+        cells in which ground and punch are apart by more than 2.5 % of the settlement on average
+        do not take part. Of others, and of punches among neighbours, that of collocation. What is
+        imposed is kept.
+        """
+        return float(self.positions[0, 0])
+
+    @property
+    def tilt(self) -> ndarray:
+        """Inclinations (Lx, Ly), by the work of the pressures as the settlement, shape (2,).
+
+        The punch settles by ``W0 + Lx x + Ly y``, from the origin.
+        """
+        return self.positions[0, 1:]
+
+    @computed_once
+    def positions(self) -> ndarray:
+        """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
+        collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
+        touching = np.zeros(len(self.pressure), dtype=bool)
+        touching[self.contact] = True
+        found = None if self.others else self.punch.positions_by_work(self.load, touching)
+        if found is None or not self.success:
+            found = np.array([collocated, collocated])
+        return readonly(np.vstack([found, collocated]))
+
+    @computed_once
+    def bounds(self) -> Bounds:
+        """Between which values the exact settlement and tilt are expected; computed on demand.
+
+        Solves the same problem on the other grid of the mesh, in a few times the time of the
+        solution. Printed with solutions on up to 200 cells, or once computed.
+
+        Raises
+        ------
+        ValueError
+            If the punch has neighbours or quadrilateral cells, its shape is that of one grid's
+            cells only, or the equations do not hold.
+        MeshError
+            If the triangles have no valid dual grid.
+
+        Examples
+        --------
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> from skfem_dual.grids.generate import disc
+        >>> basis = DualMesh.from_mesh(disc(n=150)).basis()
+        >>> low, high = RigidPunch(HalfSpace(1.0, 0.0), basis).solve(1.0).bounds.settlement
+        >>> bool(low < 0.5 < high)  # exact for the circle
+        True
+        """
+        return Bounds.from_solution(self)
 
     @property
     def condition_number(self) -> float:
@@ -69,10 +134,14 @@ class PunchSolution(CellPressures):
         """Settlement of the ground at points of shape (2, ...), under the punch or beside it."""
         return self.ground_displacement(x)
 
-    def punch_displacement(self, x: ArrayLike) -> ndarray:
-        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...)."""
+    def punch_displacement(self, x: ArrayLike, *, collocated: bool = False) -> ndarray:
+        """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...).
+
+        With ``collocated`` in the position in which it meets the ground in collocation points.
+        """
         x, shape = flat_points(x)
-        w = self.settlement + self.tilt @ (x - np.array(self.footprint.origin)[:, None])
+        settlement, *tilt = self.positions[2 if checked_flag("collocated", collocated) else 0]
+        w = settlement + tilt @ (x - np.array(self.footprint.origin)[:, None])
         return w.reshape(shape)
 
     def table(self) -> dict[str, str]:
@@ -95,8 +164,25 @@ class PunchSolution(CellPressures):
         }
         return first | position | rows | residuals | last
 
+    def _bounds_row(self) -> dict[str, str]:
+        """The bounds, where they are known or soon are, or how to have them."""
+        if why_none(self):
+            return {}
+        if "bounds" not in self.__dict__ and len(self.pressure) > REPR_BOUNDS:
+            return {"Bounds": "see solution.bounds"}
+        try:
+            with warnings.catch_warnings():  # told with the solution itself
+                warnings.simplefilter("ignore")
+                bounds = self.bounds
+        except (MeshError, ConvergenceError) as error:
+            return {"Bounds": f"none: {error}"}
+        name, line = next(iter(bounds.lines().items()))
+        return {"Bounds": f"{name} {line}"}
+
     def __repr__(self) -> str:
         rows = self.table()
+        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
+        rows |= self._bounds_row() | last
         if len(self.pressure) <= REPR_CONDITION:
             last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
             rows |= {"Condition number": f"{self.condition_number:.4g}"} | last

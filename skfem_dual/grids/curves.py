@@ -13,11 +13,11 @@ from .outline import distance_to_segments
 
 @dataclass(frozen=True)
 class Circle:
-    """A boundary; with ``true_area`` its polygons have the area of the circle."""
+    """A boundary, whose polygons have the area of the circle or are inscribed in it."""
 
     centre: tuple[float, float]
     radius: float
-    true_area: bool = False
+    inscribed: bool = False
 
     @property
     def length(self) -> float:
@@ -37,7 +37,7 @@ class Circle:
     def points(self, k: int) -> ndarray:
         """``k`` equally spaced points, counter-clockwise; shape (2, k)."""
         step = 2 * np.pi / k
-        radius = self.radius * (np.sqrt(step / np.sin(step)) if self.true_area else 1.0)
+        radius = self.radius * (1.0 if self.inscribed else np.sqrt(step / np.sin(step)))
         angle = step * np.arange(k)
         return np.array(self.centre)[:, None] + radius * np.stack([np.cos(angle), np.sin(angle)])
 

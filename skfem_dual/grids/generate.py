@@ -1,6 +1,7 @@
 """Triangulations of plans, near uniform or graded to the edge, and polar grids."""
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy import ndarray
@@ -10,7 +11,6 @@ from skfem import MeshQuad, MeshTri
 from ..arguments import (
     LARGEST,
     checked_choice,
-    checked_flag,
     checked_integer,
     checked_pair,
     checked_sequence,
@@ -30,6 +30,7 @@ LAWS = {
 }
 
 Grading = str | float | None
+Boundary = Literal["area", "inscribed"]
 
 
 def disc(
@@ -40,7 +41,7 @@ def disc(
     centre: Sequence[float] = (0.0, 0.0),
     graded: Grading = None,
     nboundary: int | None = None,
-    true_area: bool = False,
+    boundary: Boundary = "area",
 ) -> MeshTri:
     """Triangulation of a disc.
 
@@ -62,9 +63,9 @@ def disc(
         equilateral.
     nboundary : int, optional
         Number of boundary nodes; by default it follows from the size.
-    true_area : bool
-        Whether the polygon of the boundary nodes has the area of the circle instead of lying in
-        it.
+    boundary : {"area", "inscribed"}
+        Whether the polygon of the boundary nodes has the area of the circle, for a settlement tens
+        of times closer to that of the circle, or its nodes lie on the circle.
 
     Returns
     -------
@@ -89,9 +90,7 @@ def disc(
     """
     radius = checked_size("radius", radius)
     middle = _checked_centre("centre", centre)
-    mesh = _generate(
-        [Circle(middle, radius, checked_flag("true_area", true_area))], size, n, graded, nboundary
-    )
+    mesh = _generate([Circle(middle, radius, _inscribed(boundary))], size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     x = mesh.p - np.array(middle)[:, None]
@@ -108,7 +107,7 @@ def annulus(
     hole: Sequence[float] = (0.0, 0.0),
     graded: Grading = None,
     nboundary: int | None = None,
-    true_area: bool = False,
+    boundary: Boundary = "area",
 ) -> MeshTri:
     """Triangulation of a concentric or eccentric annulus.
 
@@ -118,8 +117,8 @@ def annulus(
         Radii of the hole and of the annulus, whose centre is the origin.
     hole : (2,) array of float
         Centre of the hole.
-    size, n, nboundary, true_area
-        As for `disc`; ``nboundary`` counts the nodes on both circles.
+    size, n, nboundary, boundary
+        As for `disc`, for each circle; ``nboundary`` counts the nodes on both.
     graded : {"sine", "quadratic"} or float, optional
         As for `disc`, but a law holds to both edges: with ``u`` from -1 on the hole to 1 on the
         outer circle, along circles that pass from one to the other, ``sin(pi u / 2)`` or
@@ -150,8 +149,8 @@ def annulus(
             f"expected the hole to lie inside the circle of radius {outer}, got a hole of "
             f"radius {inner} at {middle}"
         )
-    true_area = checked_flag("true_area", true_area)
-    curves = [Circle((0.0, 0.0), outer, true_area), Circle(middle, inner, true_area)]
+    inscribed = _inscribed(boundary)
+    curves = [Circle((0.0, 0.0), outer, inscribed), Circle(middle, inner, inscribed)]
     mesh = _generate(curves, size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
@@ -265,7 +264,7 @@ def polar(
     *,
     radius: float = 1.0,
     graded: str | None = None,
-    true_area: bool = False,
+    boundary: Boundary = "area",
 ) -> MeshQuad:
     """Polar grid of a disc (Fig. 7 of the paper).
 
@@ -278,8 +277,8 @@ def polar(
     graded : {"sine", "quadratic"}, optional
         None: rings of equal width; otherwise drawn to the edge by ``r = sin(pi s / 2)`` or
         ``r = 1 - (1 - s)^2``.
-    true_area : bool
-        Whether the cells together have the area of the circle instead of lying in it.
+    boundary : {"area", "inscribed"}
+        Whether the cells together have the area of the circle, or lie in it as in the paper.
 
     Returns
     -------
@@ -309,7 +308,7 @@ def polar(
         r = LAWS[checked_choice("graded", graded, LAWS)](r)
     r *= checked_size("radius", radius)
     step = 2 * np.pi / sectors
-    if checked_flag("true_area", true_area):
+    if not _inscribed(boundary):
         r *= np.sqrt(step / np.sin(step))
     angle = np.tile(step * np.arange(sectors), rings + 1)
     p = np.repeat(r, sectors) * np.stack([np.cos(angle), np.sin(angle)])
@@ -332,6 +331,10 @@ def _generate(
         checked_choice("graded", graded, LAWS)
         graded = None
     return generated(curves, size, n, graded, nboundary)
+
+
+def _inscribed(boundary: Boundary) -> bool:
+    return checked_choice("boundary", boundary, ("area", "inscribed")) == "inscribed"
 
 
 def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:

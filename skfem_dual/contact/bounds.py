@@ -1,0 +1,164 @@
+"""Between which values the exact position of a punch is expected."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy import ndarray
+from skfem import MeshQuad1
+
+from ..arguments import Pair
+from ..errors import ConvergenceError
+from ..grids.cellwise import CellwiseBasis
+from ..grids.dual_mesh import DualMesh
+from ..grids.polygons import readonly
+from ..operators.symmetry import Symmetry
+
+#: least half of a width, over the size of the quantity: quadrature of the entries
+FLOOR = 1e-5
+#: tilts where the punch lifts off, and shaped punches, are off by more than their positions on two
+#: grids tell, which share the error of the line of contact: so many times
+LINE = 3.0
+
+Side = Literal["found", "proven"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Bounds:
+    """Between which values the exact position of a punch is expected.
+
+    Attributes
+    ----------
+    at : pair of float
+        Point from the origin to which the settlement refers: that where the force acts, the
+        origin where a position is imposed.
+    settlement : (2,) array of float
+        Least and largest settlement of that point.
+    tilt : (2, 2) array of float
+        Least and largest inclination Lx, and Ly.
+    settlement_by : pair of str
+        How the least and the largest value are known: ``"proven"``, as what is imposed, or
+        ``"found"`` to hold in nearly all cases in which the exact value is known.
+    tilt_by : pair of pairs of str
+        The same for Lx and Ly.
+
+    Notes
+    -----
+    The same problem is solved on the other grid of the mesh. The bounds are as far from the
+    position on dual cells, on both sides, as the farthest of the others: by collocation and by
+    the work of the pressures, on dual cells and on triangles. With constant pressures they are as
+    far from the solution's position as dual cells collocated in their nodes, which settle too
+    little, and triangles, which settle too much. Inclinations differ by the length of the vector;
+    where the punch lifts off, and under shaped punches, by three times as much.
+    `benchmarks/bounds.py` counts how often the exact value lies between.
+    """
+
+    at: Pair
+    settlement: ndarray
+    tilt: ndarray
+    settlement_by: tuple[Side, Side]
+    tilt_by: tuple[tuple[Side, Side], tuple[Side, Side]]
+
+    @classmethod
+    def from_solution(cls, solution: Any) -> "Bounds":
+        """Of a `PunchSolution`; solves the same problem on the other grid.
+
+        Raises
+        ------
+        ValueError
+            As `PunchSolution.bounds`.
+        MeshError
+            If the triangles have no valid dual grid.
+        ConvergenceError
+            If there is no solution on the other grid.
+        """
+        if reason := why_none(solution):
+            raise ValueError(reason)
+        load = solution.load
+        at = load.point or (0.0, 0.0) if load.force is not None else (0.0, 0.0)
+        to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
+        own, *others = (s.positions @ to_point.T for s in (solution, *_on_other_grids(solution)))
+        singular, on_dual = solution.punch.edge == "singular", solution.footprint.on_dual_cells
+        best = others[0][0] if singular and not on_dual else own[0]
+        off = np.abs(np.vstack([own, *others]) - best)
+        half = np.array([off[:, 0].max(), *[np.hypot(*off[:, 1:].T).max()] * 2])
+        shaped = solution.punch.gap is not None
+        if shaped or len(solution.contact) < len(solution.pressure):
+            half[0 if shaped else 1 :] *= LINE
+        length = np.sqrt(solution.footprint.partition.areas.sum())
+        size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
+        half = np.maximum(half, max(FLOOR, solution.footprint.rtol or 0.0) * size)
+        imposed = np.array([load.settlement is not None, *[load.tilt is not None] * 2])
+        half[imposed] = 0.0
+        by: list[tuple[Side, Side]] = [
+            ("proven", "proven") if i else ("found", "found") for i in imposed
+        ]
+        low, high = readonly(best - half), readonly(best + half)
+        return cls(
+            (float(at[0]), float(at[1])),
+            readonly(np.array([low[0], high[0]])),
+            readonly(np.stack([low[1:], high[1:]], axis=1)),
+            by[0],
+            (by[1], by[2]),
+        )
+
+    def lines(self) -> dict[str, str]:
+        """Rows of tables by their names."""
+        x, y = self.at
+        name = f"W at ({x:.4g}, {y:.4g})" if (x, y) != (0.0, 0.0) else "W0"
+        rows = {name: (self.settlement, self.settlement_by)}
+        rows |= {f"L{axis}": (self.tilt[i], self.tilt_by[i]) for i, axis in enumerate("xy")}
+        return {
+            name: f"{low:.6g} to {high:.6g}, {by[0] if by[0] == by[1] else ' and '.join(by)}"
+            for name, ((low, high), by) in rows.items()
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"  {name}: {line}" for name, line in self.lines().items()]
+        return "\n".join(["<skfem_dual Bounds object>", *lines])
+
+
+def why_none(solution: Any) -> str:
+    """Why there are no bounds, in words; empty if there are."""
+    punch = solution.punch
+    if not solution.success:
+        return "expected a solution whose equations hold, for bounds; see its message"
+    if solution.others:
+        return (
+            "expected a punch without neighbours on the same ground, for bounds. Remedy: solve "
+            "the group on dual.basis() and on dual.primal_basis(), and compare"
+        )
+    if isinstance(punch.gap, (np.ndarray, list)):
+        return (
+            "expected the shape as a function or field, for bounds, got gaps of one grid's "
+            "cells. Remedy: a function of the coordinates"
+        )
+    if not isinstance(punch.basis, CellwiseBasis) and isinstance(punch.basis.mesh, MeshQuad1):
+        return (
+            "expected cells of a mesh of triangles, for bounds, got quadrilaterals, which have no "
+            "other grid. Remedy: DualMesh.from_mesh(mesh.to_meshtri()).basis()"
+        )
+    return ""
+
+
+def _on_other_grids(solution: Any) -> Iterator[Any]:
+    """Solutions of the same problem on the other grids of the mesh."""
+    punch, basis = solution.punch, solution.punch.basis
+    on_dual = isinstance(basis, CellwiseBasis) and basis.grid == "dual"
+    dual = basis.dual if isinstance(basis, CellwiseBasis) else DualMesh.from_mesh(basis.mesh)
+    own = "dual" if on_dual else "primal", punch.collocation
+    wanted = [("primal" if on_dual else "dual", "centroid")]
+    if punch.edge == "constant":  # settle too little, and too much
+        wanted = [("dual", "node"), ("primal", "centroid")]
+    symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
+    unilateral = bool((solution.pressure >= 0).all())
+    for grid, collocation in wanted:
+        if (grid, collocation) == own:
+            continue
+        other = dual.basis() if grid == "dual" else dual.primal_basis()
+        body = replace(punch, basis=other, collocation=collocation, symmetry=symmetry)
+        found = body.solve(**asdict(solution.load), unilateral=unilateral)
+        if not found.success:
+            raise ConvergenceError(f"no bounds: on the other grid {found.message}")
+        yield found

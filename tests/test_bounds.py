@@ -1,0 +1,121 @@
+"""Bounds of settlement and tilt against exact values."""
+
+import numpy as np
+import pytest
+from plans import disc, perturbed, polar, rectangle
+from skfem import CellBasis, ElementQuad0, ElementTriP0
+
+from skfem_dual import Bounds, DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual.errors import MeshError
+from skfem_dual.grids.generate import disc as fine_disc
+
+UNIT = HalfSpace(1.0, 0.0)
+
+
+def solve(mesh, grid="dual", load=None, **options):
+    dual = DualMesh.from_mesh(mesh)
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    return RigidPunch(UNIT, basis, **options).solve(**(load or {"force": 1.0, "at": (0.1, 0.05)}))
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+@pytest.mark.parametrize("options", [{}, {"edge": "constant"}])
+@pytest.mark.parametrize(
+    ("mesh", "settlement", "tilt"),
+    [
+        (fine_disc(n=200), 0.5, 0.75),
+        (perturbed(rectangle(12), 0.02), 0.433916, 0.480589),
+    ],
+)
+def test_exact_values_lie_within(mesh, settlement, tilt, grid, options):
+    """Of circle and square, at the point where the force acts."""
+    bounds = solve(mesh, grid, **options).bounds
+    exact = tilt * np.array([0.1, 0.05])
+    assert bounds.at == (0.1, 0.05)
+    low, high = bounds.settlement
+    assert low < settlement + exact @ bounds.at < high
+    assert (bounds.tilt[:, 0] < exact).all()
+    assert (exact < bounds.tilt[:, 1]).all()
+    # narrow where the pressure grows to the edge inside the cells
+    assert high - low < (5e-3 if not options else 0.2) * settlement
+    assert bounds.settlement_by == ("found", "found")
+
+
+def test_they_scale_with_load_and_ground():
+    mesh = disc(2)
+    one = solve(mesh).bounds
+    basis = DualMesh.from_mesh(mesh).basis()
+    other = RigidPunch(HalfSpace(5.0, 0.0), basis).solve(10.0, at=(0.1, 0.05)).bounds
+    assert other.settlement == pytest.approx(2 * one.settlement, rel=1e-10)
+    assert other.tilt == pytest.approx(2 * one.tilt, rel=1e-8)
+
+
+def test_they_surround_the_solution():
+    found = solve(perturbed(disc(3), 0.02), load={"force": 1.0, "at": (0.5, 0.1)})
+    w = found.punch_displacement(np.array([[0.5], [0.1]]))[0]
+    assert found.bounds.settlement.mean() == pytest.approx(w, rel=1e-12)
+    assert found.bounds.tilt.mean(axis=1) == pytest.approx(found.tilt, rel=1e-12)
+    assert not found.bounds.settlement.flags.writeable
+
+
+def test_what_is_imposed_is_proven():
+    bounds = solve(disc(2), load={"settlement": 0.5, "tilt": (0.01, 0.0)}).bounds
+    assert bounds.settlement == pytest.approx([0.5, 0.5], rel=1e-12)
+    assert bounds.settlement_by == ("proven", "proven")
+    assert bounds.tilt_by == (("proven", "proven"),) * 2
+    guided = solve(disc(2), load={"force": 1.0, "tilt": (0.01, 0.0)}).bounds
+    assert guided.settlement[0] < 0.5 < guided.settlement[1]
+    assert guided.tilt[0] == pytest.approx([0.01, 0.01], rel=1e-12)
+
+
+def test_triangles_of_an_ordinary_basis():
+    mesh = disc(2)
+    of = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()))
+    found, known = of.solve(1.0).bounds, solve(mesh, "primal", {"force": 1.0}).bounds
+    assert found.settlement == pytest.approx(known.settlement, rel=1e-10)
+
+
+def test_shaped_punches():
+    """A paraboloid: approach a^2 / R, P = 4 E* a^3 / 3 R."""
+    found = solve(fine_disc(n=250), load={"force": 4 / 3 * 0.6**3}, gap=Paraboloid(1.0))
+    low, high = found.bounds.settlement
+    assert low < 0.36 < high
+
+
+def test_printed():
+    small, large = solve(disc(2)), solve(disc(4))
+    low, high = small.bounds.settlement
+    assert f"W at (0.1, 0.05) {low:.6g} to {high:.6g}, found" in repr(small)
+    assert "see solution.bounds" in repr(large)
+    assert "bounds" not in large.__dict__
+    assert "W at (0.1, 0.05): " in repr(small.bounds)
+    assert isinstance(small.bounds, Bounds)
+    assert "Lx: " in repr(small.bounds)
+
+
+def test_none():
+    quads = RigidPunch(UNIT, CellBasis(polar(4, 12), ElementQuad0())).solve(1.0)
+    with pytest.raises(ValueError, match="cells of a mesh of triangles, for bounds"):
+        quads.bounds  # noqa: B018
+    assert "Bounds" not in repr(quads)
+    mesh = disc(2)
+    pair = RigidPunches(
+        [
+            RigidPunch(UNIT, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0))
+            for x in (0.0, 3.0)
+        ]
+    ).solve([{"force": 1.0}] * 2)
+    with pytest.raises(ValueError, match="without neighbours"):
+        pair[0].bounds  # noqa: B018
+    gap = np.zeros(len(mesh.p[0]))
+    with pytest.raises(ValueError, match="gaps of one grid's cells"):
+        solve(mesh, gap=gap).bounds  # noqa: B018
+
+
+def test_triangles_without_a_dual_grid():
+    """What prevents bounds is told, and does not prevent printing."""
+    mesh = perturbed(disc(3), 0.045, seed=4)
+    of = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0())).solve(1.0)
+    with pytest.raises(MeshError):
+        of.bounds  # noqa: B018
+    assert "see solution.bounds" in repr(of)

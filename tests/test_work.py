@@ -1,0 +1,170 @@
+"""Positions by the work of the pressures, against exact ones, invariances and what is imposed."""
+
+import numpy as np
+import pytest
+from plans import disc, perturbed, rectangle
+from skfem import CellBasis, ElementTriP0
+
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
+from skfem_dual.contact.work import sectors
+from skfem_dual.grids.generate import annulus
+from skfem_dual.grids.generate import disc as fine_disc
+
+UNIT = HalfSpace(1.0, 0.0)
+#: side 2: settlement under a unit force, and tilt by a unit moment
+SQUARE = 0.433916, 0.480589
+
+
+def punch(mesh, grid="dual", substrate=UNIT, **options):
+    dual = DualMesh.from_mesh(mesh)
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    return RigidPunch(substrate, basis, **options)
+
+
+@pytest.mark.parametrize("n", [150, 600])
+def test_circle(n):
+    """Several times closer than by collocation."""
+    found = punch(fine_disc(n=n)).solve(1.0)
+    assert abs(2 * found.settlement - 1) < 0.2 * abs(2 * found.collocated_settlement - 1)
+    assert abs(2 * found.settlement - 1) < 0.012 / n
+
+
+def test_thin_ring():
+    """Against a mesh of eight times the cells: collocation is off by ten times as much."""
+    found = punch(annulus(0.8, n=200)).solve(1.0)
+    exact = 0.557034  # 3500 cells, graded to both edges
+    assert abs(found.settlement - exact) < 0.15 * abs(found.collocated_settlement - exact)
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_square(grid):
+    """Corner cells of triangles do not take part: they would make it worse."""
+    of = punch(rectangle(16), grid)
+    found = of.solve(1.0, at=(0.1, 0.0))
+    assert found.settlement == pytest.approx(SQUARE[0], rel=4e-4)
+    assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=1e-3)
+    assert abs(found.settlement - SQUARE[0]) < abs(found.collocated_settlement - SQUARE[0])
+    if grid == "primal":
+        with_all_cells = found.positions[1]
+        assert abs(with_all_cells[1] / 0.1 - SQUARE[1]) > 3 * abs(found.tilt[0] / 0.1 - SQUARE[1])
+
+
+@pytest.mark.parametrize("at", [(0.1, 0.05), (0.45, 0.2)])
+def test_it_turns_and_scales_with_the_problem(at):
+    """Also lifted off; to rounding, though the sectors come in another order."""
+    mesh, (c, s) = perturbed(disc(3), 0.02), (0.6, 0.8)
+    turn, at = np.array([[c, -s], [s, c]]), np.array(at)
+    one = punch(mesh).solve(2.0, at=at)
+    moved = mesh.translated((0.0, 0.0))
+    moved = type(mesh)(3.0 * turn @ mesh.p, mesh.t)
+    other = punch(moved, substrate=HalfSpace(5.0, 0.0)).solve(2.0, at=3.0 * turn @ at)
+    assert other.settlement == pytest.approx(one.settlement / 15, rel=1e-10)
+    assert other.tilt == pytest.approx(turn @ one.tilt / 45, rel=1e-9)
+
+
+def test_it_does_not_depend_on_the_origin():
+    mesh, at = perturbed(disc(3), 0.02), np.array([0.2, -0.1])
+    one, other = (punch(mesh, origin=o).solve(1.0, at=at - o) for o in ((0.0, 0.0), (0.7, 0.4)))
+    x = [[0.3], [0.5]]
+    assert other.punch_displacement(x) == pytest.approx(one.punch_displacement(x), rel=1e-12)
+    assert other.tilt == pytest.approx(one.tilt, rel=1e-10)
+
+
+def test_full_contact_is_linear():
+    of = punch(perturbed(rectangle(9), 0.02))
+    a, b, both = (
+        of.solve(**load)
+        for load in (
+            {"force": 1.0},
+            {"force": 2.0, "at": (0.1, 0.05)},
+            {"force": 3.0, "at": (0.2 / 3, 0.1 / 3)},
+        )
+    )
+    assert a.settlement + b.settlement == pytest.approx(both.settlement, rel=1e-12)
+    assert a.tilt + b.tilt == pytest.approx(both.tilt, rel=1e-10)
+
+
+def test_reciprocity():
+    """Settlement by a moment is tilt by a force."""
+    of = punch(perturbed(rectangle(9, 1.0, 0.6), 0.03), origin=(0.3, 0.1))
+    centred = of.solve(1.0, unilateral=False)
+    turned = of.solve(1.0, moments=(-1.0, 0.0), unilateral=False)
+    by_moment = turned.settlement - centred.settlement
+    assert centred.tilt[0] == pytest.approx(by_moment, rel=4e-5)
+    collocated = turned.collocated_settlement - centred.collocated_settlement
+    assert abs(centred.tilt[0] - by_moment) < 0.6 * abs(centred.collocated_tilt[0] - collocated)
+
+
+def test_what_is_imposed_is_kept():
+    of = punch(fine_disc(n=150), origin=(0.1, 0.0))
+    held = of.solve(settlement=0.5, tilt=(0.01, -0.02))
+    assert (held.settlement, *held.tilt) == pytest.approx((0.5, 0.01, -0.02), rel=1e-14)
+    assert of.solve(1.0, tilt=(0.02, 0.0)).tilt == pytest.approx([0.02, 0.0], rel=1e-14)
+    assert of.solve(settlement=0.5).settlement == pytest.approx(0.5, rel=1e-14)
+
+
+def test_equilibrium_is_untouched():
+    found = punch(fine_disc(n=150)).solve(1.0, at=(0.1, 0.0))
+    x = found.punch.collocation_points
+    assert found.resultant == pytest.approx([1.0, 0.1, 0.0], abs=1e-12)
+    settled = found.displacement(x)
+    assert settled == pytest.approx(found.punch_displacement(x, collocated=True), rel=1e-9)
+    assert settled != pytest.approx(found.punch_displacement(x), rel=1e-5)
+
+
+def test_lifted_off():
+    """Closer than by collocation, against a mesh of four times the cells."""
+    fine = punch(fine_disc(n=1200, graded=0.3)).solve(1.0, at=(0.5, 0.0))
+    found = punch(fine_disc(n=300)).solve(1.0, at=(0.5, 0.0))
+    assert len(found.contact) < len(found.pressure)
+    assert found.settlement == pytest.approx(fine.settlement, rel=1e-4)
+    assert found.tilt[0] == pytest.approx(fine.tilt[0], rel=1e-3)
+    error = abs(found.collocated_settlement - fine.settlement)
+    assert abs(found.settlement - fine.settlement) < error
+
+
+def test_a_thin_incompressible_layer_keeps_its_collocated_settlement():
+    """Ground and punch are apart by half of the settlement near the edge."""
+    ground = LayeredHalfSpace([Layer(0.1, 1.0, 0.5)], "bonded")
+    with pytest.warns(UserWarning, match="cells"):
+        of = punch(fine_disc(n=300), substrate=ground)
+    found = of.solve(1.0)
+    assert found.settlement == pytest.approx(found.collocated_settlement, rel=2e-3)
+    assert found.positions[1, 0] > 1.02 * found.settlement
+
+
+@pytest.mark.parametrize(
+    "options", [{"edge": "constant"}, {"edge": "singular", "gap": Paraboloid(3.0)}]
+)
+def test_others_keep_the_collocated_position(options):
+    found = punch(disc(3), **options).solve(1.0)
+    assert found.settlement == found.collocated_settlement
+
+
+def test_operators_and_symmetry_find_the_same():
+    mesh = disc(3)
+    one, *others = (
+        punch(mesh, **options).solve(1.0, at=(0.1, 0.0))
+        for options in ({}, {"symmetry": "auto"}, {"rtol": 1e-7})
+    )
+    for other in others:
+        assert other.settlement == pytest.approx(one.settlement, rel=1e-6)
+        assert other.tilt == pytest.approx(one.tilt, abs=1e-6)
+
+
+@pytest.mark.parametrize("basis", ["dual", "primal", "triangles"])
+def test_sectors_carry_the_loads_of_their_cells(basis):
+    mesh = perturbed(disc(3), 0.02)
+    dual = DualMesh.from_mesh(mesh)
+    bases = dual.basis(), dual.primal_basis(), CellBasis(mesh, ElementTriP0())
+    of = RigidPunch(UNIT, dict(zip(("dual", "primal", "triangles"), bases))[basis])
+    x, cell, load = sectors(of.weights, of.footprint.on_dual_cells)
+    own = np.unique(cell)
+    n = len(of.partition)
+    assert np.bincount(cell, load, n)[own] == pytest.approx(of.partition.areas[own])
+    for i in range(2):  # and act where these do
+        acting = np.bincount(cell, load * x[i], n)[own] / of.partition.areas[own]
+        assert acting == pytest.approx(of.acting[i, own], abs=1e-12)
+    assert of.partition.f2c[0, of.weights.ribs].tolist() == [
+        c for c in of.partition.f2c[0, of.weights.ribs] if c in own
+    ]
