@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+from skfem import MeshTri
 
 from ..arguments import Pair
 from ..contact.load import Hull, Load, require_compression
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..contact.system import DENSE
+from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
 from ..operators.resources import estimate
@@ -22,6 +24,8 @@ GRADED = 0.4
 FIRST = 0.6
 #: errors shrink with this power of the length of the facets at least, and as a rule
 LEAST_ORDER, ORDER = 1.5, 2.0
+#: share of the distance between the positions by work and by collocation that errors have at least
+SHARE = 0.25
 #: steps from one length to the next
 SMALLEST_STEP, LARGEST_STEP = 0.5, 0.71
 #: share of the accuracy asked for that the next mesh aims at
@@ -34,6 +38,8 @@ RTOL = 1e-6
 GROWTH, SLOWER = 1.5, 1.7
 #: meshes tried at most
 MESHES = 12
+#: and where there is no mesh of a length, so many times it
+SHORTER = 1.0, 0.94, 0.88
 #: lengths tried if the first is too coarse for the outline
 TRIES = 6
 
@@ -94,8 +100,9 @@ class Accuracy:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A solution on one mesh, what it warned of, the length of its facets, and seconds."""
+    """A mesh and the solution on it, what it warned of, the length of facets, and seconds."""
 
+    mesh: MeshTri
     solution: PunchSolution
     warned: list[warnings.WarningMessage]
     size: float
@@ -130,16 +137,43 @@ class Problem:
             require_compression(self.load, np.array(self.origin), (hull, hull), True)
         size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
         for coarser in LARGEST_STEP ** np.arange(TRIES):
+            begin = perf_counter()
             try:
-                return self.on(coarser * size)
+                return self.on(self._mesh(coarser * size), coarser * size, begin)
             except ValueError as error:  # the outline, or a load near its edge, takes finer ones
                 trouble = error
         raise trouble
 
-    def on(self, size: float) -> Attempt:
-        """On a mesh with facets of this length."""
+    def finer(self, last: Attempt, step: float) -> tuple[Attempt, float]:
+        """On a mesh with facets ``step`` times as long, and that step.
+
+        Where less than half of the plan touches the ground the last mesh is halved there, and the
+        rest stays as it is.
+        """
         begin = perf_counter()
-        dual = DualMesh.from_mesh(self.plan.mesh(size, graded=GRADED))
+        cells, touching = last.solution.footprint.partition, last.solution.contact
+        if 2 * cells.areas[touching].sum() > self.plan.area:
+            mesh = self._mesh(step * last.size)
+        else:
+            mesh, step = last.mesh, 0.5
+            for _ in range(2):  # the triangles that touch and those around
+                near = np.isin(mesh.t, touching).any(axis=0)
+                touching = np.unique(mesh.t[:, near])
+            mesh = self.plan.refine(mesh, np.nonzero(near)[0])
+        return self.on(mesh, step * last.size, begin), step
+
+    def _mesh(self, size: float) -> MeshTri:
+        """Of this length of facets, or little less where there is none."""
+        for shorter in SHORTER:
+            try:
+                return self.plan.mesh(shorter * size, graded=GRADED)
+            except MeshError as error:
+                trouble = error
+        raise trouble
+
+    def on(self, mesh: MeshTri, size: float, begin: float) -> Attempt:
+        """On a mesh, the making of which began at some time."""
+        dual = DualMesh.from_mesh(mesh)
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always")
             punch = RigidPunch(self.substrate, dual.basis(), origin=self.origin)
@@ -153,7 +187,8 @@ class Problem:
                 unilateral=self.unilateral,
                 progress=self.progress,
             )
-        return Attempt(solution, warned, size, perf_counter() - begin)
+            solution.positions  # noqa: B018 - their time is part of the answer's
+        return Attempt(mesh, solution, warned, size, perf_counter() - begin)
 
 
 def search(
@@ -170,10 +205,11 @@ def search(
         if reason := _beyond(trials, step, time_limit, memory, layered):
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
-        finer = problem.on(step * last.size)
+        finer, step = problem.finer(last, step)
         left = change * step**ORDER
         change = difference(finer.solution, last.solution) / (step**-LEAST_ORDER - 1)
-        error = max(change, left) if finer.solution.success else np.inf
+        error = max(change, left, SHARE * inner_difference(finer.solution))
+        error = error if finer.solution.success else np.inf
         trials.append(Trial(finer.cells, error, finer.seconds))
         last = finer
     reached = error <= accuracy and last.trusted
@@ -186,6 +222,8 @@ def _beyond(
     """Why a mesh with facets ``step`` times as long is too much; empty if it is not."""
     last = trials[-1]
     so_far = f"the error is about {last.error:.1e} with {last.cells} cells"
+    if len(trials) == 1:
+        so_far = f"one answer, with {last.cells} cells, tells no error"
     if len(trials) == MESHES:
         return f"{so_far} on the last of {MESHES} meshes"
     cells = round(last.cells * step**-GROWTH)
@@ -210,11 +248,28 @@ def _beyond(
 
 def difference(one: PunchSolution, other: PunchSolution) -> float:
     """How far two answers to a problem are apart, as the error in `Accuracy`."""
-    x = one.footprint.partition.polygons.p - np.array(one.footprint.origin)[:, None]
-    motion = one.settlement - other.settlement + (one.tilt - other.tilt) @ x
-    under = one.settlement + one.tilt @ np.nan_to_num(one.centre_of_pressure)
-    reaction = np.abs(one.resultant - other.resultant) / np.array([1.0, *[np.hypot(*x).max()] * 2])
-    return max(_over(np.abs(motion).max(), abs(under)), _over(reaction.max(), abs(one.force)))
+    apart = _moved(one, one.positions[0] - other.positions[0])
+    reaction = np.abs(one.resultant - other.resultant)
+    reaction[1:] /= np.hypot(*_vertices(one)).max()
+    return max(apart, _over(reaction.max(), abs(one.force)))
+
+
+def inner_difference(solution: PunchSolution) -> float:
+    """How far the positions by work and by collocation of one answer are apart, alike."""
+    return _moved(solution, solution.positions[0] - solution.positions[2])
+
+
+def _moved(solution: PunchSolution, motion: np.ndarray) -> float:
+    """The farthest a point of the plan moves, over the settlement under the force."""
+    under = solution.settlement + solution.tilt @ np.nan_to_num(solution.centre_of_pressure)
+    farthest = np.abs(motion[0] + motion[1:] @ _vertices(solution)).max()
+    return _over(farthest, abs(under))
+
+
+def _vertices(solution: PunchSolution) -> np.ndarray:
+    """Vertices of the cells, from the origin."""
+    cells = solution.footprint
+    return cells.partition.polygons.p - np.array(cells.origin)[:, None]
 
 
 def _over(change: float, size: float) -> float:

@@ -55,7 +55,8 @@ def solve_plan(
     """Settlement, tilt and pressures of a rigid, flat footing, as accurate as asked for.
 
     Meshes graded to the edge, each finer than the last, are solved on until the answers differ
-    so little that the error of the last is small enough.
+    so little that the error of the last is small enough. Where most of the plan lifts off, only
+    what touches the ground is made finer.
 
     Parameters
     ----------
@@ -107,8 +108,10 @@ def solve_plan(
     -----
     The error of mesh k is estimated as ``d / ((h' / h)^1.5 - 1)`` from the difference d of its
     answer and that on the mesh before, with lengths of facets h and h', and not smaller than
-    what the difference before that one leaves at this rate: errors shrink at least so fast.
-    It is an estimate: `benchmarks/plans.py` tells how often it holds.
+    what the difference before that one leaves at second order, nor than a quarter of the distance
+    between the positions by the work of the pressures and by collocation on the mesh. It is an
+    estimate: on 200 random plans, grounds and loads it held in PERCENT %. `PunchSolution.bounds`
+    is another one, wider, from the other grid of the mesh.
 
     Examples
     --------
@@ -143,4 +146,6 @@ def solve_plan(
         warnings.warn(accuracy_found.message, ResolutionWarning, stacklevel=2)
     solution = found.solution
     parts = {f.name: getattr(solution, f.name) for f in fields(solution)}
-    return PlanSolution(**parts, plan=plan, accuracy=accuracy_found)
+    answer = PlanSolution(**parts, plan=plan, accuracy=accuracy_found)
+    vars(answer)["positions"] = solution.positions  # known already
+    return answer
