@@ -55,7 +55,7 @@ def test_circle(accuracy):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_random_plans(seed):
-    plan, ground, load, truth = random_case(1000 + seed, 900)
+    plan, ground, load, truth = random_case(1000 + seed, 600)
     solution = solve_plan(plan, ground, **in_plan(plan, load))
     assert solution.accuracy.reached
     assert error(solution, *truth) < 1e-3
@@ -125,19 +125,21 @@ def test_accuracy_is_kept_at_a_fair_price():
     """Of 200 random plans and loads 98 % keep the accuracy, the median at three times the cost."""
     kept, costs = [], []
     for seed in range(200):
-        plan, ground, load, truth = random_case(seed, 1600)
+        plan, ground, load, truth = random_case(seed, 1200)
         begin = perf_counter()
         solution = solve_plan(plan, ground, **in_plan(plan, load))
         seconds = perf_counter() - begin
         kept.append(error(solution, *truth) < 1e-3)
+        assert solution.accuracy.reached
         problem = Problem(plan, ground, Load(**load), tuple(plan.centroid), True, False)
         size = FIRST * 2 * plan.area / sum(ring.length for ring in plan.rings)
         for k in range(10):  # the coarsest mesh that would have done
-            attempt = problem.on(size * LARGEST_STEP**k)
-            found = attempt.solution
-            if error(found, *truth) < 1e-3:
+            begin, length = perf_counter(), size * LARGEST_STEP**k
+            attempt = problem.on(problem.mesh(length), length, begin)
+            if error(attempt.solution, *truth) < 1e-3:
                 costs.append(seconds / attempt.seconds)
                 break
-    print(f"kept {np.mean(kept):.3f}, median cost {np.median(costs):.2f}")
+    missed = np.nonzero(~np.array(kept))[0]
+    print(f"kept {np.mean(kept):.3f} (not {missed}), median cost {np.median(costs):.2f}")
     assert np.mean(kept) >= 0.98
     assert np.median(costs) <= 3

@@ -139,7 +139,7 @@ class Problem:
         for coarser in LARGEST_STEP ** np.arange(TRIES):
             begin = perf_counter()
             try:
-                return self.on(self._mesh(coarser * size), coarser * size, begin)
+                return self.on(self.mesh(coarser * size), coarser * size, begin)
             except ValueError as error:  # the outline, or a load near its edge, takes finer ones
                 trouble = error
         raise trouble
@@ -153,7 +153,7 @@ class Problem:
         begin = perf_counter()
         cells, touching = last.solution.footprint.partition, last.solution.contact
         if 2 * cells.areas[touching].sum() > self.plan.area:
-            mesh = self._mesh(step * last.size)
+            mesh = self.mesh(step * last.size)
         else:
             mesh, step = last.mesh, 0.5
             for _ in range(2):  # the triangles that touch and those around
@@ -162,7 +162,7 @@ class Problem:
             mesh = self.plan.refine(mesh, np.nonzero(near)[0])
         return self.on(mesh, step * last.size, begin), step
 
-    def _mesh(self, size: float) -> MeshTri:
+    def mesh(self, size: float) -> MeshTri:
         """Of this length of facets, or little less where there is none."""
         for shorter in SHORTER:
             try:
