@@ -195,9 +195,9 @@ def search(
     problem: Problem, accuracy: float, time_limit: float | None, memory: float
 ) -> tuple[Attempt, Accuracy]:
     """Finer meshes until the error is small enough, or one would take too much; see `Accuracy`."""
+    layered = problem.substrate.remainder is not None  # its table is not the first mesh's time
     last = problem.on_coarsest()
     error, change, trials = np.inf, 0.0, [Trial(last.cells, np.nan, last.seconds)]
-    layered = problem.substrate.remainder is not None
     message = "the accuracy asked for is reached"
     while not (error <= accuracy and last.trusted):
         aim = np.sqrt(AIM * accuracy / error) if error > accuracy else LARGEST_STEP
