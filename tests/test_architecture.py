@@ -192,6 +192,7 @@ LAYERS = [
         "cli.messages",
         "cli.files",
         "cli.pictures",
+        "cli.outlines",
         "cli.solve",
         "cli.grids",
         "cli.parser",
