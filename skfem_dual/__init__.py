@@ -1,7 +1,9 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from . import startup as startup  # first, it looks after the other imports
+from .contact.bearing import bearing_pressure
 from .contact.below import displacement_below, stress_below, vertical_section
+from .contact.cases_solution import CasesSolution, Extreme
 from .contact.elastic import ElasticPunch
 from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
@@ -51,6 +53,7 @@ from .sweeps.run import Outcome, SweepResult, sweep
 __version__ = "0.1.0"
 
 __all__ = [
+    "CasesSolution",
     "CellwiseBasis",
     "Cone",
     "ContactRegion",
@@ -62,6 +65,7 @@ __all__ = [
     "EdgeCoefficient",
     "ElasticPunch",
     "ElasticSolution",
+    "Extreme",
     "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
@@ -91,6 +95,7 @@ __all__ = [
     "SweepResult",
     "Symmetry",
     "Weights",
+    "bearing_pressure",
     "check_dual",
     "check_mesh",
     "delaunay_voronoi",

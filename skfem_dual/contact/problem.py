@@ -1,11 +1,13 @@
 """Contact to be found, and contact that was found."""
 
+import warnings
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy import ndarray
 
+from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 
 #: contact on fewer cells is rough
@@ -118,3 +120,11 @@ class Contact:
             "settlement are rough; likely cause: cells too large for the contact. Remedy: smaller "
             "cells where it is, as by refine_to_contact"
         )
+
+
+def warn_of(contact: Contact) -> None:
+    """Warn the caller of a solver of contact that was not found, or is rough."""
+    if not contact.success:
+        warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+    elif message := contact.rough:
+        warnings.warn(message, ResolutionWarning, stacklevel=3)
