@@ -13,7 +13,7 @@ ROOT = Path(skfem_dual.__file__).parent
 # a module imports modules of lower layers, or of its own layer in the order below
 LAYERS = [
     ["startup"],
-    ["errors", "messages", "arguments"],
+    ["errors", "messages", "arguments", "units"],
     [
         "kernels.disk",
         "kernels.compiled",
@@ -169,12 +169,17 @@ LAYERS = [
     ],
     ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.run"],
     [
+        "report.details",
         "report.numbers",
         "report.page",
+        "report.pdf",
         "report.figures",
         "report.input",
         "report.results",
+        "report.footing",
+        "report.bearing",
         "report.checks",
+        "report.cases",
         "report.structure",
         "report",
     ],
@@ -211,7 +216,7 @@ THIRD_PARTY = {
     "contact": {"numpy", "scipy", "skfem", "tqdm"},
     "post": {"numpy", "scipy", "skfem"},
     "visuals": {"numpy", "scipy", "skfem", "pyvista", "vtk", "vtkmodules", "matplotlib"},
-    "report": {"numpy", "scipy", "skfem", "matplotlib"},
+    "report": {"numpy", "scipy", "skfem", "matplotlib", "weasyprint"},
 }
 
 
