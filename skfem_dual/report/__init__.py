@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
 from ..io import write_whole
 from ..io.writing import PathLike
-from ..units import Units
 from .bearing import bearing_section, points_section, profile_section
 from .cases import cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
@@ -72,8 +71,8 @@ def report_html(
     solution: Reported,
     *,
     couple: PunchSolution | None = None,
-    units: Units | str = "",
-    **details: Any,
+    details: Details | None = None,
+    **said: Any,
 ) -> str:
     """A page with input, results and checks of a solution.
 
@@ -86,13 +85,12 @@ def report_html(
         Of a rigid punch the same problem on the other grid of the `DualMesh`, from which the
         error is estimated; `solve_on_other_grid` finds it. With cases, that of the case with the
         largest pressure under the first footing.
-    units : Units or str
-        Units of all numbers, such as ``"kN,m"``; the page is then in those engineers read. By
-        default any consistent units.
-    **details
-        ``title``, ``project``, ``author``, ``date`` (datetime), ``mesh_name``, ``allowable``
-        (bearing pressure), ``points`` (whose settlements are wanted) and ``remarks`` (warnings to
-        show on top); see `Details`.
+    details : Details, optional
+        What else it says, or as keyword arguments:
+    **said
+        ``title``, ``project``, ``author``, ``date``, ``mesh_name``, ``units`` (such as
+        ``"kN,m"``: the page is then in units engineers read), ``allowable`` (bearing pressure),
+        ``points`` (whose settlements are wanted) and ``remarks``; see `Details`.
 
     Returns
     -------
@@ -122,16 +120,18 @@ def report_html(
     >>> "<h1>Pier 3</h1>" in text
     True
     """
-    units = units if isinstance(units, Units) else Units(units)
-    said = Details(units=units, **details)
+    details = Details(**said) if details is None else replace(details, **said)
+    checked_instance("details", details, Details)
     kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
     checked_instance("solution", solution, kinds)
-    mesh_name = "mesh in memory" if said.mesh_name is None else said.mesh_name
-    footings = [] if isinstance(solution, ElasticSolution) else footings_of(solution, said)
+    mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
+    footings = [] if isinstance(solution, ElasticSolution) else footings_of(solution, details)
     if isinstance(solution, ElasticSolution):
         if couple is not None:
             raise TypeError("expected no couple of an ElasticSolution, got one")
-        parts = structure_sections(solution, mesh_name, said.remarks, __version__, units)
+        parts = structure_sections(
+            solution, mesh_name, details.remarks, __version__, details.units
+        )
     elif isinstance(solution, PunchSolution):
         parts = _punch_sections(solution, couple, mesh_name, footings)
     else:
@@ -139,7 +139,7 @@ def report_html(
         if couple is not None and standing is not None:
             _check_same_problem(standing.solution, couple)
         parts = cases_sections(footings, couple, mesh_name, __version__)
-    title = said.title
+    title = details.title
     if title is None:
         title = STRUCTURE if isinstance(solution, ElasticSolution) else TITLE
     if isinstance(solution, ElasticSolution):
@@ -147,8 +147,8 @@ def report_html(
     else:
         success = all(footing.cases.success.all() for footing in footings)
     failed = "" if success else "NOT CONVERGED: "
-    who = [text for text in (said.project, said.author) if text is not None]
-    subtitle = " · ".join([*who, f"{said.date:%Y-%m-%d %H:%M}", mesh_name])
+    who = [text for text in (details.project, details.author) if text is not None]
+    subtitle = " · ".join([*who, f"{details.date:%Y-%m-%d %H:%M}", mesh_name])
     return page(failed + title, f"{subtitle} · skfem_dual {__version__}", joined(parts))
 
 

@@ -30,8 +30,8 @@ class Details:
         Now by default.
     mesh_name : str, optional
         Where the mesh is from, such as the name of its file; names by commas of several.
-    units : Units
-        Of all numbers that go in, and those to read.
+    units : Units or str
+        Of all numbers that go in, such as ``"kN,m"``, and those to read; see `Units`.
     allowable : float, optional
         Bearing pressure allowed, in force per length squared.
     points : sequence of pair of float
@@ -57,7 +57,8 @@ class Details:
         date = self.date
         if date is not None:
             checked_instance("date", date, datetime)
-        checked_instance("units", self.units, Units)
+        if not isinstance(self.units, Units):
+            object.__setattr__(self, "units", Units(self.units))
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
         found = {
