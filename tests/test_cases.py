@@ -142,21 +142,34 @@ def test_neighbours_under_cases():
         group.solve_many([[{"force": 1.0}]])
 
 
-def test_bearing_pressure_does_not_depend_on_the_mesh():
-    """Exact at 0.9 of the radius: ``p / mean p = 1 / (2 sqrt(1 - 0.81))``."""
-    exact = 0.5 / np.sqrt(1 - 0.9**2)
+def on_touching_circle(pressure):
+    """Mean of a pressure on the circle with a fifth of the radius that touches at (1, 0)."""
+    r = 0.2 * np.sqrt((np.arange(1000) + 0.5) / 1000)[:, None]
+    angle = 2 * np.pi * (np.arange(400) + 0.5) / 400
+    return pressure(0.8 + r * np.cos(angle), r * np.sin(angle)).mean()
+
+
+@pytest.mark.parametrize("at", [0.0, 0.3])
+def test_bearing_pressure_does_not_depend_on_the_mesh(at):
+    """Exact on a disc: ``(1 + 3 e x) / (2 sqrt(1 - r^2))`` of the mean."""
+    exact = on_touching_circle(lambda x, y: 0.5 * (1 + 3 * at * x) / np.sqrt(1 - x**2 - y**2))
     errors, largest = [], []
-    for n in (3, 4, 5):
-        solution = punch(MeshTri.init_circle(n)).solve(np.pi)
+    for n in (2, 3, 4):
+        solution = punch(MeshTri.init_circle(n)).solve(np.pi, (at, 0.0))
         errors.append(abs(bearing_pressure(solution) / exact - 1))
         largest.append(solution.pressure.max())
-    assert errors[-1] < 0.02
-    assert largest[-1] > 1.3 * largest[0]  # that of a cell does
-    # under a shape whose contact ends inside it is that of a cell: Hertz, 3 P / (2 pi a^2)
-    of = punch(MeshTri.init_circle(5), gap=Paraboloid(1.0))
-    solution = of.solve(0.5)
-    radius = (0.75 * 0.5) ** (1 / 3)
-    assert bearing_pressure(solution) == pytest.approx(1.5 * 0.5 / np.pi / radius**2, rel=0.01)
+    assert errors[0] < 0.08
+    assert errors[-1] < 0.015
+    assert largest[-1] > 1.8 * largest[0]  # that of a cell does
+
+
+def test_bearing_pressure_of_a_sphere():
+    """Hertz: ``3 P / (2 pi a^2)`` in the middle, less on a circle of finite radius."""
+    solution = punch(MeshTri.init_circle(5), gap=Paraboloid(1.0)).solve(0.5)
+    a = (0.75 * 0.5) ** (1 / 3)
+    top = 1.5 * 0.5 / np.pi / a**2
+    mean = top * 2 / 3 * (1 - (1 - (0.2 / a) ** 2) ** 1.5) / (0.2 / a) ** 2
+    assert bearing_pressure(solution) == pytest.approx(mean, rel=5e-3)
 
 
 def test_table(tmp_path):

@@ -8,6 +8,7 @@ from ..terminal import tell
 OPTIONS = (
     (r"unilateral=False", "--bilateral"),
     (r"at= or origin=", "--at or --origin"),
+    (r", as by refine_to_contact", ""),
     (r"method=\"cg\"", "a coarser mesh"),
     (r"edge=\"constant\"", "--edge constant"),
     (r"\b(force|at|moments|settlement|tilt|origin|collocation)=(?!=)", r"--\1 "),

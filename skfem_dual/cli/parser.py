@@ -76,7 +76,7 @@ def _add_solve(commands: Any) -> None:
     command = commands.add_parser(
         "solve",
         help="pressures and settlement of rigid footings whose plans are meshes",
-        description="Rigid, smooth punches, such as footings, on an elastic half-space. Give a "
+        description="Rigid, smooth punches, such as footings, on an elastic half-space. Give a\n"
         "force, a settlement or a table of load cases. Any consistent units, or --units.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -13,8 +13,10 @@ from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
 from ..errors import ConvergenceError
 from ..io import write_cases, write_solution, write_whole
-from ..report import Details, Footing, footings_of, solve_on_other_grid, write_report
+from ..report import solve_on_other_grid, write_report
 from ..report.data import plain, report_data
+from ..report.details import Details
+from ..report.footing import Footing, footings_of
 from ..terminal import is_watched, tell
 from ..units import Units
 from .footings import punches_of, read_bases, require_one_load, solve_cases, solve_one

@@ -4,11 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..report import Footing
 from ..report.cases import CALLED
-from ..report.footing import between
+from ..report.footing import Footing, between
 from ..units import Unit
 from .footings import Base
+
+#: coordinates that are zero but for rounding, over the extent of the plan
+NOISE = 1e-12
 
 
 def solution_table(
@@ -23,22 +25,24 @@ def solution_table(
     rows |= solution.table()
     del rows["Time [s]"]  # the solution's share of it
     units, e = footing.details.units, solution.centre_of_pressure
+    size = np.ptp(base.mesh.p)
     if units.named:
         pressures = solution.pressure.min(), solution.pressure.max()
         low, high = (f"{p * units.pressure.factor:.6g}" for p in pressures)
         rows |= {
             "Settlement W0": _read(solution.settlement, units.displacement),
             "Tilt (Lx, Ly)": _pair(solution.tilt * units.slope.factor, units.slope),
-            "Force, acting at": f"{_read(solution.force, units.force)}, " + _pair(e, units.length),
+            "Force, acting at": f"{_read(solution.force, units.force)}, "
+            + f"{_pair(np.where(np.abs(e) < NOISE * size, 0.0, e), units.length)} off the origin",
             "Contact area": _read(solution.contact_area, units.area),
             "Pressure mean": _read(solution.mean_pressure, units.pressure),
             "Pressure of cells": f"{low} to {high} {units.pressure.symbol}",
         }
     largest = footing.cases.largest_pressure[0]
-    rows["Largest off edge"] = _read(largest, units.pressure, named=units.named)
+    rows["Largest pressure"] = _read(largest, units.pressure, named=units.named)
     if footing.details.allowable is not None:
         mean, most = 100 * footing.utilisation[:, 0]
-        rows["Of the allowable"] = f"mean {mean:.3g} %, largest off edge {most:.3g} %"
+        rows["Of the allowable"] = f"mean {mean:.3g} %, largest {most:.3g} %"
     for name, w in zip(footing.points, footing.settlements[0], strict=True):
         if name.startswith("P"):
             rows[f"Settlement {name}"] = _read(w, units.displacement, named=units.named)
@@ -60,7 +64,7 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
         rows["Origin"] = _origin(base)
         lines += [_lines(rows), ""]
         marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
-        heads = ["settlement", "tilt Lx", "tilt Ly", "largest w", "largest p"]
+        heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
         columns = [
             cases.settlement,
             *cases.tilt,
@@ -85,7 +89,7 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
         moved = _read(pair.difference, units.displacement, named=units.named)
         lines.append(
             f"{pair.first} to {pair.second}: differential settlement {moved}, 1 : "
-            f"{1 / max(pair.distortion, 1e-12):.4g} (case {pair.case})"
+            f"{1 / max(pair.distortion, 1e-12):.4g}, {pair.case}"
         )
     return "\n".join([*lines, f"{'Time [s]':<19}{_times(times)}"])
 
@@ -103,7 +107,7 @@ def _envelope(footing: Footing) -> list[str]:
     rows = {
         CALLED[e.quantity]: (
             f"{_read(e.value, marks[e.quantity], named=units.named or e.quantity[0] == 'c')}"
-            f" (case {e.name})"
+            f", {e.name}"
         )
         for e in footing.cases.envelope()
     }

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .bearing import InnerPoints
+from .bearing import Circles
 from .footprint import Footprint
 from .load import Load
 from .solution import PunchSolution
@@ -142,9 +142,9 @@ class CasesSolution:
 
     @computed_once
     def largest_pressure(self) -> ndarray:
-        """Largest pressures away from a singular edge, see `bearing_pressure`; shape (k,)."""
-        points = InnerPoints.of(self.footprint)
-        return self._of(lambda s: points.largest(s.pressure)[0], ())
+        """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,)."""
+        circles = Circles.of(self.footprint)
+        return self._of(lambda s: circles.largest(s.pressure), ())
 
     @computed_once
     def contact_share(self) -> ndarray:

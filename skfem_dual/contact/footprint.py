@@ -237,12 +237,11 @@ class Footprint(LoadedCells):
         """
         triangle = self.fan.locate(x)
         inside = triangle >= 0
-        triangle = triangle[inside]
-        cell = self.fan.cell[triangle]
+        cell = self.fan.cell[triangle[inside]]
         if self.weights is None:
             return inside, cell, np.ones(len(cell))
-        phi = self.weights.root[self.fan.t[:, triangle]] ** 2
-        phi = np.sum(self.fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
+        phi = self.weights.root[self.fan.t[:, triangle[inside]]] ** 2
+        phi = np.sum(self.fan.coordinates(triangle[inside], x[:, inside]) * phi, axis=0)
         phi[phi < 1e-12 * self.weights.root.max() ** 2] = 0.0  # on the edge but for rounding
         return inside, cell, self.weights.relative(cell, np.sqrt(phi))
 

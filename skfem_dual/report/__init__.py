@@ -21,7 +21,7 @@ from .bearing import bearing_section, points_section, profile_section
 from .cases import cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .details import Details
-from .footing import Footing
+from .footing import Footing, footings_of
 from .input import input_section
 from .numbers import Standing
 from .page import NONE, Html, joined, page
@@ -32,7 +32,6 @@ from .structure import structure_sections
 TITLE = "Rigid punch on elastic ground"
 STRUCTURE = "Structure on elastic ground"
 SUFFIXES = (".html", ".pdf")
-
 
 Reported = PunchSolution | ElasticSolution | CasesSolution | Mapping[str, CasesSolution]
 
@@ -150,18 +149,6 @@ def report_html(
     who = [text for text in (details.project, details.author) if text is not None]
     subtitle = " · ".join([*who, f"{details.date:%Y-%m-%d %H:%M}", mesh_name])
     return page(failed + title, f"{subtitle} · skfem_dual {__version__}", joined(parts))
-
-
-def footings_of(solution: Any, details: Details) -> list[Footing]:
-    """Footings of what is reported, one without a name if there is one."""
-    if not isinstance(solution, Mapping):
-        return [Footing.of("", solution, details)]
-    if not solution:
-        raise ValueError("expected the cases of some footings, got none")
-    for name, cases in solution.items():
-        checked_instance("the name of a footing", name, str)
-        checked_instance(f"footing {name!r}", cases, CasesSolution)
-    return [Footing.of(name, cases, details) for name, cases in solution.items()]
 
 
 def _punch_sections(

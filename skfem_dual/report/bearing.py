@@ -54,16 +54,14 @@ def bearing_section(footings: Sequence[Footing]) -> Html:
     limit = [] if allowable is None else [
         paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
     ]  # fmt: skip
-    width = max(footing.strip for footing in footings)
-    what = "The mean pressure is the force over the area in contact. The largest pressure is "
-    what += (
-        f"that further than {width:.3g} {details.units.length.symbol} from the edge, a tenth of "
-        "the radius of the largest circle that fits into the plan: under the sharp edge of a "
+    radii = " and ".join(f"{footing.radius:.3g}" for footing in footings)
+    what = (
+        "The mean pressure is the force over the area in contact. The largest pressure is the "
+        f"largest mean on a circle with a radius of {radii} {details.units.length.symbol}, a "
+        "fifth of that of the largest circle that fits into the plan: under the sharp edge of a "
         "rigid base on elastic ground the pressure grows beyond all bounds, the ground yields "
-        "there, and what a cell at the edge bears depends on its size. The ground's strength "
-        "itself is not checked."
-        if width
-        else "the largest mean pressure of a cell."
+        "there, and what a cell at the edge bears depends on its size; the mean on a circle does "
+        "not. The strength of the ground itself is not checked."
     )
     return section(
         "Bearing pressure", table(rows, head, "", numeric=True), *limit, paragraph(what)
@@ -120,11 +118,12 @@ def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Htm
 
 
 def profile(solution: PunchSolution) -> tuple[np.ndarray, np.ndarray] | None:
-    """Depths and vertical stresses below the plan's centroid; None if the ground is no half-space.
+    """Depths and vertical stresses below the plan's centroid; None if the ground is no half-space,
+    or nothing presses on it.
 
     Depths are counted by the greater extent of the plan.
     """
-    if not isinstance(solution.punch.substrate, HalfSpace):
+    if not isinstance(solution.punch.substrate, HalfSpace) or not solution.pressure.any():
         return None
     footprint = solution.footprint
     p = footprint.partition.polygons.p

@@ -115,7 +115,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
             "extent": [p.min(axis=1), p.max(axis=1)],
             "kern": None if standing is None or standing.kern is None else standing.kern.T,
             "points": [{"name": name, "x": x[0], "y": x[1]} for name, x in footing.points.items()],
-            "edge_strip": footing.strip,
+            "circle_radius": footing.radius,
             "cases": [_case(footing, k) for k in range(len(cases))],
             "envelope": [
                 {"quantity": e.quantity, "value": e.value, "case": e.name} for e in envelope

@@ -1,15 +1,19 @@
 """What is read off the cases of one footing, for pages and for programs alike."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
-from ..contact.bearing import InnerPoints
+from ..arguments import checked_instance
+from ..contact.bearing import Circles
 from ..contact.cases_solution import CasesSolution
 from ..contact.solution import PunchSolution
+from ..grids.outline import distance_to_segments, edge_ribs
 from .details import Details
 from .numbers import Standing, distance_inside, reach
 from .results import point_names
@@ -57,12 +61,21 @@ class Footing:
 
     @cached_property
     def points(self) -> dict[str, ndarray]:
-        """Corners and extremes of the plan, and the points wanted, by their names."""
+        """Corners and extremes of the plan, and the points wanted on it, by their names."""
         if self.standing is None:
             return {}
         corners = dict(zip(point_names(self.standing), self.standing.points.T, strict=True))
-        wanted = self.details.own_points.T
-        return corners | {f"P{i}": x for i, x in enumerate(wanted, 1)}
+        wanted = self.details.own_points
+        numbers: list[int] = []
+        if wanted.size:
+            numbers = np.nonzero(self.cases.footprint.fan.locate(wanted) >= 0)[0].tolist()
+        return corners | {f"P{i + 1}": wanted[:, i] for i in numbers}
+
+    def distance(self, point: tuple[float, float]) -> float:
+        """Of a point from the edge of the plan."""
+        partition = self.cases.footprint.partition
+        a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
+        return float(distance_to_segments(np.reshape(point, (2, 1)), a, b)[0])
 
     @cached_property
     def settlements(self) -> ndarray:
@@ -71,9 +84,9 @@ class Footing:
         return self.cases.settlement[:, None] + self.cases.tilt.T @ arms.T
 
     @cached_property
-    def strip(self) -> float:
-        """Width of the strip along a singular edge whose pressures are not compared."""
-        return InnerPoints.of(self.cases.footprint).width
+    def radius(self) -> float:
+        """Radius of the circle whose mean pressure is compared."""
+        return Circles.of(self.cases.footprint).radius
 
     @cached_property
     def mean_pressure(self) -> ndarray:
@@ -97,7 +110,10 @@ class Footing:
         if standing is None or standing.kern is None:
             return np.full(len(self.cases), np.nan)
         centre = self.cases.footprint.centre
-        found = [reach(standing.kern, centre, x) for x in self._resultants]
+        found = [
+            reach(standing.kern, centre, x) if np.isfinite(x).all() else np.nan
+            for x in self._resultants
+        ]
         with np.errstate(divide="ignore"):
             return 1 / np.array(found)
 
@@ -113,6 +129,34 @@ class Footing:
     def _resultants(self) -> ndarray:
         """Points of the resultants, shape (k, 2)."""
         return np.where(self.cases.force > 0, self.cases.point, np.nan).T
+
+
+def footings_of(solution: Any, details: Details) -> list[Footing]:
+    """Footings of what is reported, one without a name if there is one."""
+    if not isinstance(solution, Mapping):
+        solution = {"": solution}
+    if not solution:
+        raise ValueError("expected the cases of some footings, got none")
+    for name, cases in solution.items():
+        checked_instance("the name of a footing", name, str)
+        checked_instance(f"footing {name!r}", cases, (CasesSolution, PunchSolution))
+    footings = [Footing.of(name, cases, details) for name, cases in solution.items()]
+    _require_points_on(footings, details)
+    return footings
+
+
+def _require_points_on(footings: list[Footing], details: Details) -> None:
+    """Refuse points whose settlement is wanted beside all footings."""
+    named = {name for footing in footings for name in footing.points}
+    solved = any(footing.standing is not None for footing in footings)
+    for i, (x, y) in enumerate(details.points, 1):
+        if solved and f"P{i}" not in named:
+            edge = min(footing.distance((x, y)) for footing in footings)
+            raise ValueError(
+                f"expected points on the plan, got ({x:.9g}, {y:.9g}), {edge:.3g} off it. Remedy: "
+                "coordinates of the plan; the settlement of the ground beside it is "
+                "solution.displacement(x)"
+            )
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,8 @@ def convex_hull(p: ndarray) -> ndarray:
 def outline_corners(partition: Partition) -> ndarray:
     """Corners of a plan and its holes, re-entrant ones too, shape (2, k).
 
-    Vertices with a sharp turn; none of a contour with so many that they are nodes of a curve.
+    Vertices with a sharp turn, along each contour from its lowest one on the left, the largest
+    contour first; none of a contour with so many that they are nodes of a curve.
     """
     ribs = edge_ribs(partition)
     cells = partition.f2c[0, ribs]
@@ -51,9 +52,12 @@ def outline_corners(partition: Partition) -> ndarray:
         before = np.roll(after, 1, axis=1)
         turn = np.arctan2(cross(before, after), (before * after).sum(axis=0))
         sharp = np.abs(turn) > SHARP
-        if abs(np.sign(turn[sharp]).sum()) <= MANY:
-            found.append(p[:, sharp])
-    return np.hstack([np.empty((2, 0)), *found])
+        if sharp.any() and abs(np.sign(turn[sharp]).sum()) <= MANY:
+            own = p[:, sharp]
+            size = np.ptp(p, axis=1).max()
+            first = np.lexsort(np.round((own - p.min(axis=1, keepdims=True)) / size, 9))[0]
+            found.append((-size, np.roll(own, -first, axis=1)))
+    return np.hstack([np.empty((2, 0)), *(own for _, own in sorted(found, key=lambda f: f[0]))])
 
 
 def characteristic_points(p: ndarray, corners: ndarray | None = None) -> ndarray:
@@ -73,17 +77,19 @@ def characteristic_points(p: ndarray, corners: ndarray | None = None) -> ndarray
     Returns
     -------
     (2, k) array of float
-        Counter-clockwise around the middle, from the lowest on the left.
+        Counter-clockwise around the middle, from the lowest on the left; corners that are given
+        keep their order and come first.
     """
     hull = convex_hull(p)
     size = np.ptp(hull, axis=1).max()
+    kept = corners is not None
     if corners is None:
         after = np.roll(hull, -1, axis=1) - hull
         before = np.roll(after, 1, axis=1)
         turn = np.arctan2(cross(before, after), (before * after).sum(axis=0))
         sharp = turn > SHARP
         corners = hull[:, sharp & (sharp.sum() <= MANY)]
-    chosen = corners
+    chosen, given = corners, corners.shape[1] if kept else 0
     for along in np.array([[1, 0], [0, 1], [-1, 0], [0, -1]]):
         reach = along @ hull
         extreme = reach >= reach.max() - 1e-6 * size
@@ -91,7 +97,9 @@ def characteristic_points(p: ndarray, corners: ndarray | None = None) -> ndarray
             chosen = np.column_stack([chosen, hull[:, extreme].mean(axis=1)])
     centre = hull.mean(axis=1, keepdims=True)
     angle = np.arctan2(*(chosen - centre)[::-1])
-    return chosen[:, np.argsort((angle + np.pi - 1e-6) % (2 * np.pi))]
+    angle = (angle + np.pi - 1e-6) % (2 * np.pi)
+    angle[:given] = np.arange(given) - given
+    return chosen[:, np.argsort(angle)]
 
 
 def distance_inside(polygon: ndarray, point: ndarray) -> float:

@@ -148,7 +148,7 @@ def pressure_section(solution: CellPressures, plan: Plan) -> Html:
         ("Contact area", number(solution.contact_area), symbol(plan.units.area)),
         ("of the area of the plan", percent(solution.contact_area / plan.plan_area), NONE),
         ("Mean pressure on the contact area", amount(mean, unit), symbol(unit)),
-        ("Largest pressure away from the edge", amount(away, unit), symbol(unit)),
+        ("Largest mean pressure on a circle", amount(away, unit), symbol(unit)),
         ("Largest mean pressure of a cell", amount(p[most], unit), symbol(unit)),
         ("in the cell around", place(places[:, most], plan.size), length),
         ("Smallest mean pressure of a cell", amount(p[least], unit), symbol(unit)),
