@@ -12,6 +12,7 @@ from .contact.load import Load
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.pressures import EdgeCoefficient
 from .contact.punch import RigidPunch
+from .contact.punches import Punches
 from .contact.refine import refine_to_contact
 from .contact.region import ContactRegion
 from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
@@ -84,6 +85,7 @@ __all__ = [
     "PostprocessedPressure",
     "PreprocessReport",
     "PunchSolution",
+    "Punches",
     "PunchesSolution",
     "ResolutionWarning",
     "RigidPunch",

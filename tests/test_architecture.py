@@ -116,6 +116,7 @@ LAYERS = [
         "contact.solution",
         "contact.cases_solution",
         "contact.cases",
+        "contact.elastic_solution",
         "contact.punch",
         "contact.below",
         "contact.paths",
@@ -125,9 +126,9 @@ LAYERS = [
         "contact.frame",
         "contact.group",
         "contact.refine",
-        "contact.elastic_solution",
         "contact.resisted",
         "contact.elastic",
+        "contact.punches",
     ],
     [
         "post.functional",

@@ -90,7 +90,7 @@ class CaseAnswers:
             message = f"{len(bad)} of {k} load cases without a solution; {bad[0]}"
             warnings.warn(message, ConvergenceWarning, stacklevel=3)
         if self.rough:
-            message = f"{len(self.rough)} of {k} load cases rough; {self.rough[0]}"
+            message = f"{self.rough[0]} ({len(self.rough)} of {k} load cases)"
             warnings.warn(message, ResolutionWarning, stacklevel=3)
 
 
@@ -146,7 +146,7 @@ def solve_cases(
         answers[k] = problem.answers(loads[k], contact, position, timings)
         messages[k] = contact.message or contact.description
         if contact.success and contact.rough:
-            rough.append(f"{names[k]!r}: {contact.rough}")
+            rough.append(f"{contact.rough}; first in case {names[k]!r}")
     return CaseAnswers(names, tuple(answers), tuple(messages), tuple(rough))
 
 

@@ -37,6 +37,7 @@ from .elastic_solution import ElasticSolution
 from .footprint import Body, Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
 from .pressures import CellPressures
+from .problem import Contact, Share
 from .resisted import require_resisted
 from .shapes import Gap, gap_values
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
@@ -44,6 +45,11 @@ from .verify import Verification
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
+NO_BALANCE = (
+    "expected loads that pressures under the plan can balance, got some that would take tension: "
+    "they pull, or their resultant lies outside of the plan. Remedy: move them, hold the "
+    "structure, D=, or unilateral=False for ground that pulls"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -295,22 +301,17 @@ class ElasticPunch(Body):
             If sizes are wrong, loads are not finite, nothing resists them, or they cannot be
             balanced without tension.
         """
-        f, held = self._checked_loads(f, x)
+        f, held = self.checked_loads(f, x)
         unilateral = checked_flag("unilateral", unilateral)
         if start is not None:
             checked_instance("start", start, CellPressures)
         begin = perf_counter()
-        lifted = self._lifted(f, held)
-        system = self._system(lifted, dense=method == "active-set")
-        count = self.motions.shape[1]
-        given = self.motions.T @ self._effective(f, held)
-        constraints = Constraints(np.eye(count), np.zeros(count), np.eye(count), given)
+        planes, resultants, gap, constraints = self.share(f, held)
+        matrix = self.matrix if method == "active-set" else self.operator
+        areas = self.partition.areas
+        system = ContactSystem(matrix, planes, resultants, gap, areas, self.timings)
         if unilateral and not system.can_balance(constraints):
-            raise ValueError(
-                "expected loads that pressures under the plan can balance, got some that would "
-                "take tension: they pull, or their resultant lies outside of the plan. Remedy: "
-                "move them, hold the structure, D=, or unilateral=False for ground that pulls"
-            )
+            raise ValueError(NO_BALANCE)
         pressures = None if start is None else start.pressures_on(self.footprint)
         with progress_bars(checked_flag("progress", progress)):
             if unilateral:
@@ -321,9 +322,8 @@ class ElasticPunch(Body):
             rtol = 0.0 if self.rtol is None else self.rtol
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             contact = verify(contact, position)
-        bent = lifted - self.compliance.displacements(self.loads @ contact.pressure)
-        timings = self.timings | {"solution": perf_counter() - begin}
-        return ElasticSolution.from_contact(self, f, bent, position, contact, timings)
+        timings = {"solution": perf_counter() - begin}
+        return self.solution(f, held, contact, position, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.
@@ -338,8 +338,14 @@ class ElasticPunch(Body):
         columns = F.T if isinstance(F, np.ndarray) and F.ndim == 2 else F
         return tuple(self.solve(f, **options) for f in checked_sequence("F", columns))
 
-    def _checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
-        """Loads, and values of the DOFs that are held."""
+    def checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
+        """Loads, and values of the DOFs that are held.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If sizes are wrong, values are not finite, or nothing resists the loads.
+        """
         n, fixed = self.structure.N, self.compliance.fixed
         f, held = checked_array("f", f, (n,), each="DOF"), np.zeros(n)
         if x is not None:
@@ -348,6 +354,30 @@ class ElasticPunch(Body):
         require_resisted(self.structure, self.compliance, self._motions[1], loads)
         return f, held
 
+    def share(self, f: ndarray, held: ndarray) -> Share:
+        """What the structure brings into the equations, under loads as of `checked_loads`."""
+        return Share(
+            (self.trace @ self.motions).T,
+            self.motions.T @ self.loads,
+            self.initial_gap - self.trace @ self._lifted(f, held),
+            Constraints.forces(self.motions.T @ self._effective(f, held)),
+        )
+
+    def solution(
+        self,
+        f: ndarray,
+        held: ndarray,
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+        others: tuple[tuple[Body, ndarray], ...] = (),
+    ) -> ElasticSolution:
+        """The answer, from the contact and the motions; ``others`` as of `RigidPunch.solution`."""
+        pressed = self.loads @ contact.pressure
+        bent = self._lifted(f, held) - self.compliance.displacements(pressed)
+        timings = self.timings | timings
+        return ElasticSolution.from_contact(self, f, bent, position, contact, timings, others)
+
     def _effective(self, f: ndarray, held: ndarray) -> ndarray:
         """Loads of the free DOFs, of the values of held ones too."""
         return f - self.compliance.stiffness @ held if held.any() else f
@@ -355,16 +385,6 @@ class ElasticPunch(Body):
     def _lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
         return self.compliance.displacements(self._effective(f, held)) + held
-
-    def _system(self, lifted: ndarray, dense: bool) -> ContactSystem:
-        return ContactSystem(
-            self.matrix if dense else self.operator,
-            (self.trace @ self.motions).T,
-            self.motions.T @ self.loads,
-            self.initial_gap - self.trace @ lifted,
-            self.partition.areas,
-            self.timings,
-        )
 
     def __repr__(self) -> str:
         element = type(self.structure.elem).__name__

@@ -13,6 +13,7 @@ from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
 from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 from .pressures import CellPressures
 from .problem import Contact
 from .solution import TINY
@@ -21,6 +22,8 @@ from .solution import TINY
 EQUILIBRIUM = 1e-6
 #: the same, over the forces of which they are the sums
 ROUNDING = 1e-10
+#: cells at the line of contact that tell what ground and structure yield together
+AT_LINE = 8
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -67,6 +70,7 @@ class ElasticSolution(CellPressures):
         position: ndarray,
         contact: Contact,
         timings: dict[str, float],
+        others: tuple[tuple[Any, ndarray], ...] = (),
     ) -> "ElasticSolution":
         """The answer, from what the structure has bent, its motions and the contact."""
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
@@ -107,6 +111,7 @@ class ElasticSolution(CellPressures):
             success=contact.success,
             message=contact.message or contact.description,
             timings=timings,
+            others=others,
         )
 
     def deflection(self, x: ArrayLike) -> ndarray:
@@ -130,6 +135,32 @@ class ElasticSolution(CellPressures):
         points, shape = flat_points(x)
         values = value_matrix(punch.contact_basis, points, punch.component) @ self.displacement
         return (-values if punch._upward else values).reshape(shape)
+
+    @computed_once
+    def contact_modulus(self) -> float:
+        """E* of the ground and the structure together, from what both yield under single cells.
+
+        Beside a solid as soft as the ground gaps open twice as far as beside a rigid one, beside a
+        plate as far: loads on single cells hardly bend it.
+        """
+        punch, cells = self.punch, self.footprint
+        f2c = cells.partition.f2c[:, cells.partition.f2c[1] >= 0]
+        touching = self.pressure > 0
+        line = np.unique(f2c[:, touching[f2c[0]] != touching[f2c[1]]])
+        own = line[:: max(len(line) // AT_LINE, 1)]
+        if len(own) == 0:
+            return super().contact_modulus
+        x = np.ascontiguousarray(punch.collocation_points[:, own])
+        ground = cells.influence(x)[np.arange(len(own)), own]
+        lifted = punch.compliance.displacements(punch.loads[:, own].toarray())
+        yields = np.sum(punch.trace[own].toarray() * lifted.T, axis=1)
+        return super().contact_modulus / float(np.median(1 + yields.clip(0) / ground))
+
+    @property
+    def deflection_range(self) -> tuple[float, float]:
+        """Least and greatest deflection of the collocation points."""
+        deflections = self.punch.trace @ self.displacement
+        return float(deflections.min()), float(deflections.max())
 
     def load_vector(self, basis: AbstractBasis | None = None, **options: Any) -> ndarray:
         """The pressure as a load on finite elements, those of the structure by default.
@@ -155,10 +186,10 @@ class ElasticSolution(CellPressures):
         rows = super().table()
         first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        deflections = self.punch.trace @ self.displacement
+        least, most = self.deflection_range
         structure = {
             "Structure": f"{len(self.f)} DOFs of {type(self.punch.structure.elem).__name__}",
-            "Deflection": f"{deflections.min():.6g} to {deflections.max():.6g}",
+            "Deflection": f"{least:.6g} to {most:.6g}",
         }
         residuals = {
             "Residuals": (

@@ -77,8 +77,7 @@ class FramedSystem:
             bodies.areas,
             bodies.timings,
         )
-        unit, zero = np.eye(motions.shape[1]), np.zeros(motions.shape[1])
-        return system, Constraints(unit, zero, unit, motions.T @ self._forces)
+        return system, Constraints.forces(motions.T @ self._forces)
 
     def solve(
         self,

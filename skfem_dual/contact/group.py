@@ -32,13 +32,20 @@ from .footprint import ExactRows, LoadedCells
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution, answers_of
 from .load import Constraints, Load, load_of
-from .neighbours import checked_joined, free_of, punch_on, require_apart, require_balance
+from .neighbours import (
+    checked_joined,
+    free_of,
+    punch_on,
+    require_apart,
+    require_balance,
+    require_one_ground,
+)
 from .problem import Contact, warn_of
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .union import matrix_of, rows_of, union
+from .union import joint_operator, rows_of, union
 from .verify import Verification
 
 
@@ -94,12 +101,7 @@ class RigidPunches:
         bad = [shown(p) for p in punches if not isinstance(p, RigidPunch)]
         if bad or not punches:
             raise TypeError(f"expected some RigidPunch, got {bad[0] if bad else 'none'}")
-        for number, punch in enumerate(punches):
-            if punch.substrate != punches[0].substrate:
-                raise ValueError(
-                    f"expected all punches on one substrate, got {punches[0].substrate} under "
-                    f"punch 0 and {punch.substrate} under punch {number}"
-                )
+        require_one_ground(punches)
         groups = checked_joined(self.joined, len(punches))
         require_apart(punches)
         for group in groups:
@@ -205,10 +207,7 @@ class RigidPunches:
                 symmetry = self.cells.usable_symmetry()
                 if symmetry is not None:
                     return self.cells.symmetric_matrix(symmetry)
-            exact = any(punch.rtol is None for punch in self.punches)
-            if exact and self.cells.few:
-                return matrix_of([punch.footprint for punch in self.punches])
-            return self.cells.operator(min(p.footprint.tolerance for p in self.punches))
+            return joint_operator([punch.footprint for punch in self.punches], self.cells)
 
     @computed_once
     def _exact_rows(self) -> ExactRows:
@@ -302,7 +301,7 @@ class RigidPunches:
             if self.stiffness is None:
                 contact = self.verification(everything, unilateral, gap_rtol)(contact, position)
         timings = self.timings | {"solution": perf_counter() - begin}
-        warn_of(contact)
+        warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
     def solve_many(

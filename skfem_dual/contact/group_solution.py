@@ -1,12 +1,13 @@
 """Pressures under several punches and their positions."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from .elastic_solution import ElasticSolution
 from .load import Load
 from .problem import Contact
 from .solution import PunchSolution
@@ -18,16 +19,16 @@ class PunchesSolution:
 
     Attributes
     ----------
-    punches : RigidPunches
+    punches : RigidPunches or Punches
         The problem solved.
-    solutions : tuple of PunchSolution
+    solutions : tuple of PunchSolution or ElasticSolution
         One for each punch.
     """
 
     punches: Any
-    solutions: tuple[PunchSolution, ...]
+    solutions: tuple[Any, ...]
 
-    def __getitem__(self, i: int) -> PunchSolution:
+    def __getitem__(self, i: int) -> Any:
         return self.solutions[i]
 
     def __len__(self) -> int:
@@ -58,23 +59,31 @@ class PunchesSolution:
             Load of each body less the resultant of its pressures; zero without a frame.
         """
         first = [self[body[0]] for body in self.punches.bodies]
-        positions = np.array([[s.settlement, *s.tilt] for s in first])
         if self.punches.stiffness is None:
-            return np.zeros(positions.shape)
+            return np.zeros((len(first), 3))
+        positions = np.array([[s.settlement, *s.tilt] for s in first])
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
     def displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at points of shape (2, m), under all punches."""
-        return self[0].displacement(x)
+        return self[0].ground_displacement(x)
 
     def __repr__(self) -> str:
         head = "  punch  force        settlement   tilt                      contact area"
         rows = [
-            f"  {i:<7}{s.force:<13.6g}{s.settlement:<13.6g}"
-            f"{f'({s.tilt[0]:.4g}, {s.tilt[1]:.4g})':<26}{s.contact_area:.6g}"
+            f"  {i:<7}{s.force:<13.6g}{_moved(s):<39}{s.contact_area:.6g}"
             for i, s in enumerate(self.solutions)
         ]
         return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])
+
+
+def _moved(solution: PunchSolution | ElasticSolution) -> str:
+    """Settlement and tilt of a rigid punch, or how far one that bends has gone."""
+    if isinstance(solution, ElasticSolution):
+        least, most = solution.deflection_range
+        return f"{least:.6g} to {most:.6g}, bends"
+    tilt = solution.tilt
+    return f"{solution.settlement:<13.6g}({tilt[0]:.4g}, {tilt[1]:.4g})"
 
 
 def answers_of(
@@ -93,12 +102,6 @@ def answers_of(
             punch, cells = punches.punches[i], punches.slices[i]
             own = moved.copy()
             own[0] += moved[1:] @ (punch.centre - punches.centres[number])
-            part = replace(
-                contact,
-                pressure=pressures[i],
-                gap=contact.gap[cells],
-                touching=contact.touching[cells],
-            )
             settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
             # joined punches and those under a frame have a position, not a load, of their own
             load = loads[number]
@@ -107,6 +110,6 @@ def answers_of(
             others = tuple((p, q) for p, q in zip(punches.punches, pressures, strict=True))
             others = others[:i] + others[i + 1 :]
             solutions[i] = PunchSolution.from_contact(
-                punch, load, part, own, punch.timings | timings, others
+                punch, load, contact.under(cells), own, punch.timings | timings, others
             )
     return tuple(solutions[i] for i in range(len(punches.punches)))

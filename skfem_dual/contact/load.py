@@ -140,6 +140,12 @@ class Constraints:
     given: ndarray
 
     @classmethod
+    def forces(cls, given: ndarray) -> "Constraints":
+        """Forces on all components, none of which is held."""
+        unit = np.eye(len(given))
+        return cls(unit, np.zeros(len(given)), unit, given)
+
+    @classmethod
     def together(cls, parts: "Sequence[Constraints]") -> "Constraints":
         """The conditions on several bodies, one after the other."""
         return cls(

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -56,7 +56,17 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
 
 
-def require_apart(punches: Sequence[RigidPunch]) -> None:
+def require_one_ground(punches: Sequence[Any]) -> None:
+    """Refuse bodies on different substrates."""
+    for number, punch in enumerate(punches):
+        if punch.substrate != punches[0].substrate:
+            raise ValueError(
+                f"expected all punches on one substrate, got {punches[0].substrate} under "
+                f"punch 0 and {punch.substrate} under punch {number}"
+            )
+
+
+def require_apart(punches: Sequence[Any]) -> None:
     """Refuse plans that overlap; they may touch."""
     points: list[ndarray] = []
     facets, inside, owner = [], [], []

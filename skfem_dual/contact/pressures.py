@@ -74,8 +74,13 @@ class CellPressures:
     @computed_once
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
-        modulus = self.footprint.substrate.surface.contact_modulus
-        return self.footprint.triangles.region(self.pressure, self.gap, modulus)
+        triangles = self.footprint.triangles
+        return triangles.region(self.pressure, self.gap, self.contact_modulus)
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* of the ground's surface, by which gaps beside the contact open."""
+        return self.footprint.substrate.surface.contact_modulus
 
     @property
     def contact_area(self) -> float:

@@ -1,14 +1,16 @@
 """Contact to be found, and contact that was found."""
 
 import warnings
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy import ndarray
 
 from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
+from .load import Constraints
 
 #: contact on fewer cells is rough
 DOZEN = 12
@@ -18,6 +20,23 @@ class Product(Protocol):
     """A matrix or a LinearOperator."""
 
     def __matmul__(self, q: ndarray, /) -> ndarray: ...
+
+
+class Share(NamedTuple):
+    """What a body under its load brings into the equations, of one body or of several.
+
+    Attributes
+    ----------
+    planes, resultants, gap
+        As of `ContactSystem`.
+    constraints : Constraints
+        What is imposed on it.
+    """
+
+    planes: ndarray
+    resultants: ndarray
+    gap: ndarray
+    constraints: Constraints
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +105,11 @@ class Contact:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
+    def under(self, cells: slice) -> "Contact":
+        """The same under one of several bodies, by its cells."""
+        pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
+        return replace(self, pressure=pressure, gap=gap, touching=touching)
+
     @property
     def pulling(self) -> float:
         """Largest negative pressure over the largest of all; zero if none is negative."""
@@ -122,9 +146,14 @@ class Contact:
         )
 
 
-def warn_of(contact: Contact) -> None:
-    """Warn the caller of a solver of contact that was not found, or is rough."""
+def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
+    """Warn the caller of a solver of contact that was not found, or is rough under a body.
+
+    ``parts`` are the cells of each body.
+    """
     if not contact.success:
         warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
-    elif message := contact.rough:
-        warnings.warn(message, ResolutionWarning, stacklevel=3)
+        return
+    for cells in parts:
+        if message := contact.under(cells).rough:
+            warnings.warn(message, ResolutionWarning, stacklevel=3)

@@ -126,6 +126,20 @@ class Compliance:
         return out
 
 
+@dataclass(frozen=True, eq=False)
+class Structures:
+    """Structures that are not connected, their DOFs one after the other."""
+
+    parts: tuple[Compliance, ...]
+
+    def displacements(self, loads: ndarray) -> ndarray:
+        """As of `Compliance`, of all of them."""
+        ends = np.cumsum([part.stiffness.shape[0] for part in self.parts])[:-1]
+        own = np.split(loads, ends) if self.parts else []
+        moved = [part.displacements(f) for part, f in zip(self.parts, own, strict=True)]
+        return np.concatenate(moved) if moved else np.zeros(loads.shape)
+
+
 def checked_dofs(D: Any, n: int) -> ndarray:
     """DOFs out of n, in any form that scikit-fem's `condense` takes.
 

@@ -8,7 +8,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from ..kernels.once import computed_once
-from .compliance import Compliance
+from .compliance import Compliance, Structures
 from .factors import Factors
 from .influence_operator import InfluenceOperator
 from .preconditioner import Preconditioner
@@ -31,7 +31,7 @@ class YieldingOperator:
     ----------
     ground : (n, n) array of float or InfluenceOperator
         A, settlement of each collocation point under unit pressure on each cell.
-    structure : Compliance
+    structure : Compliance or Structures
         C, displacements under loads, N DOFs.
     trace : (n, N) csr_matrix
         T, deflection of each collocation point, positive into the ground.
@@ -40,7 +40,7 @@ class YieldingOperator:
     """
 
     ground: ndarray | InfluenceOperator
-    structure: Compliance
+    structure: Compliance | Structures
     trace: csr_matrix
     loads: csr_matrix
 

@@ -1,0 +1,295 @@
+"""Bodies of any kind on one ground: rigid punches beside structures that bend.
+
+The equations are those of each body alone, one after the other, but for the ground, which settles
+under the pressures of all: with the deflections ``T_b C_b L_b`` of every structure they are
+``(A + T C L) p + g0 - T C f = planes' s`` and the balance of every body.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from itertools import pairwise
+from time import perf_counter
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
+from scipy.sparse import block_diag as sparse_block_diag
+from scipy.sparse import csr_matrix
+
+from ..arguments import checked_flag, checked_number, checked_sequence
+from ..kernels.once import computed_once
+from ..messages import shown
+from ..operators.compliance import Structures
+from ..operators.influence_operator import InfluenceOperator
+from ..operators.yielding import YieldingOperator
+from .elastic import NO_BALANCE, ElasticPunch
+from .elastic_solution import ElasticSolution
+from .footprint import LoadedCells
+from .group_solution import PunchesSolution
+from .load import Constraints, Load, load_of, require_compression
+from .neighbours import require_apart, require_one_ground
+from .problem import Contact, Share, warn_of
+from .punch import RigidPunch
+from .solution import PunchSolution
+from .system import ContactSystem, Method, progress_bars, timed
+from .unilateral import COARSEST
+from .union import joint_operator, union
+from .verify import Verification
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Punches:
+    """Rigid and elastic punches on one substrate that act on each other through the ground.
+
+    A raft beside the footings of its neighbours, a stiff pier behind a wall that bends. Each body
+    has its own load, motions and, if it bends, its own structure; bodies that a frame connects
+    are one structure, or `RigidPunches` with a ``stiffness``.
+
+    Parameters
+    ----------
+    punches : sequence of RigidPunch and ElasticPunch
+        The bodies, all on the same substrate; their plans do not overlap.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no punch, their substrates differ, or their plans overlap.
+
+    Examples
+    --------
+    A footing leans towards a flexible slab beside it:
+
+    >>> from skfem import BilinearForm, CellBasis, ElementTriMorley, LinearForm, MeshTri
+    >>> from skfem.helpers import dd, ddot
+    >>> from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Punches, RigidPunch
+    >>> soil, circle = HalfSpace(young=1.0, poisson=0.0), MeshTri.init_circle(3)
+    >>> plate = CellBasis(circle.translated((2.5, 0.0)), ElementTriMorley())
+    >>> bending = BilinearForm(lambda u, v, w: 0.01 * ddot(dd(u), dd(v)))
+    >>> slab = ElasticPunch(
+    ...     soil, DualMesh.from_mesh(plate.mesh).basis(), plate, bending.assemble(plate)
+    ... )
+    >>> footing = RigidPunch(soil, DualMesh.from_mesh(circle).basis())
+    >>> both = Punches([footing, slab])
+    >>> weight = LinearForm(lambda v, w: v).assemble(plate)
+    >>> on_footing, on_slab = both.solve([{"force": 1.0}, weight]).solutions
+    >>> bool(on_footing.tilt[0] > 0), f"{on_slab.force / on_footing.force:.4f}"
+    (True, '3.1214')
+    """
+
+    punches: Sequence[RigidPunch | ElasticPunch]
+    stiffness: ClassVar[None] = None  # no frame
+    timings: dict[str, float] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        punches = tuple(checked_sequence("punches", self.punches))
+        bad = [p for p in punches if not isinstance(p, (RigidPunch, ElasticPunch))]
+        if bad or not punches:
+            came = shown(bad[0]) if bad else "none"
+            raise TypeError(f"expected some RigidPunch or ElasticPunch, got {came}")
+        require_one_ground(punches)
+        require_apart(punches)
+        object.__setattr__(self, "punches", punches)
+
+    def __getstate__(self) -> dict:
+        """What makes the group; matrices are computed again."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @property
+    def bodies(self) -> tuple[tuple[int], ...]:
+        """Numbers of the punches of each body: each is one."""
+        return tuple((i,) for i in range(len(self.punches)))
+
+    @computed_once
+    def cells(self) -> LoadedCells:
+        """The cells of all punches, one punch after the other."""
+        return union([punch.footprint for punch in self.punches])
+
+    @computed_once
+    def ground(self) -> ndarray | InfluenceOperator:
+        """Settlement of all collocation points under unit pressure on each cell.
+
+        Up to 4000 cells exact and dense, unless all punches have an ``rtol``.
+        """
+        with timed(self.timings, "assembly"):
+            return joint_operator([punch.footprint for punch in self.punches], self.cells)
+
+    @computed_once
+    def operator(self) -> YieldingOperator:
+        """What the ground and all structures yield together under unit pressure on each cell."""
+        traces, loads, parts = [], [], []
+        for punch in self.punches:
+            n = len(punch.footprint)
+            if isinstance(punch, ElasticPunch):
+                traces.append(punch.trace)
+                loads.append(punch.loads)
+                parts.append(punch.compliance)
+            else:
+                traces.append(csr_matrix((n, 0)))
+                loads.append(csr_matrix((0, n)))
+        trace, load = (sparse_block_diag(blocks, "csr") for blocks in (traces, loads))
+        return YieldingOperator(self.ground, Structures(tuple(parts)), trace, load)
+
+    @computed_once
+    def matrix(self) -> ndarray:
+        """The same as an array, by one solution with the factors for each cell of a structure."""
+        with timed(self.timings, "matrix"):
+            return self.operator.to_dense()
+
+    def solve(
+        self,
+        loads: Sequence[Load | Mapping | ArrayLike],
+        *,
+        unilateral: bool = True,
+        method: Method = "auto",
+        gap_rtol: float = 1e-10,
+        progress: bool = False,
+    ) -> PunchesSolution:
+        """Pressures, positions and deflections of all bodies.
+
+        Parameters
+        ----------
+        loads : sequence
+            One for each punch: of a rigid one a `Load` or a mapping of its arguments, of an
+            elastic one the load vector ``f`` of its structure, or a mapping with ``f`` and the
+            values ``x`` of DOFs that are held.
+        unilateral, method, gap_rtol, progress
+            As of `ElasticPunch.solve`.
+
+        Returns
+        -------
+        PunchesSolution
+            With a `PunchSolution` or an `ElasticSolution` for each punch; with
+            ``success=False`` and a `ConvergenceWarning` if the contact was not found.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If there is not one load for each punch, a load does not fit its punch (says which),
+            or loads cannot be balanced without tension.
+        MemoryError
+            If the memory at hand will not do.
+        ConvergenceError
+            If a body can move without resistance.
+        """
+        unilateral = checked_flag("unilateral", unilateral)
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        given = self._checked_loads(loads)
+        begin = perf_counter()
+        shares = [_share(p, load) for p, load in zip(self.punches, given, strict=True)]
+        constraints = Constraints.together([share.constraints for share in shares])
+        system = ContactSystem(
+            self.matrix if method == "active-set" else self.operator,
+            block_diag(*(share.planes for share in shares)),
+            block_diag(*(share.resultants for share in shares)),
+            np.concatenate([share.gap for share in shares]),
+            np.concatenate([punch.partition.areas for punch in self.punches]),
+            self.timings,
+        )
+        if unilateral:
+            self._require_balance(given, shares)
+        with progress_bars(checked_flag("progress", progress)):
+            if unilateral:
+                chosen: Method = "cg" if method == "auto" and constraints.conjugate else method
+                contact, position = system.unilateral(constraints, chosen, None, gap_rtol)
+            else:
+                contact, position = system.bilateral(constraints)
+            rtol = getattr(self.ground, "rtol", 0.0)
+            verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
+            contact = verify(contact, position)
+        timings = self.timings | {"solution": perf_counter() - begin}
+        return PunchesSolution(self, self._solutions(given, shares, contact, position, timings))
+
+    def _checked_loads(self, loads: Sequence[Any]) -> list[Any]:
+        loads = checked_sequence("loads", loads)
+        if len(loads) != len(self.punches):
+            raise ValueError(
+                f"expected one load for each of the {len(self.punches)} punches, got {len(loads)}"
+            )
+        return [
+            _checked_load(f"loads[{i}]", punch, load)
+            for i, (punch, load) in enumerate(zip(self.punches, loads, strict=True))
+        ]
+
+    def _require_balance(self, given: list[Any], shares: list[Share]) -> None:
+        """Refuse loads of a body that pressures under it cannot balance."""
+        for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
+            planes, resultants, gap, constraints = shares[i]
+            areas = punch.partition.areas
+            alone = ContactSystem(self.operator, planes, resultants, gap, areas)
+            try:
+                if len(planes) and not (constraints.fixed.any() or constraints.given.any()):
+                    raise ValueError("expected a force. Remedy: leave out bodies without a load")
+                if isinstance(punch, RigidPunch):
+                    origin, flat = punch.origin - punch.centre, punch.gap is None
+                    require_compression(load, origin, punch.footprint.hulls, flat)
+                elif not alone.can_balance(constraints):
+                    raise ValueError(NO_BALANCE)
+            except ValueError as error:
+                raise ValueError(f"punch {i}: {error}") from None
+
+    def _solutions(
+        self,
+        given: list[Any],
+        shares: list[Share],
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+    ) -> tuple[PunchSolution | ElasticSolution, ...]:
+        ends = np.cumsum([0, *(len(share.gap) for share in shares)])
+        cells = [slice(a, b) for a, b in pairwise(ends.tolist())]
+        moved = np.split(position, np.cumsum([len(share.planes) for share in shares])[:-1])
+        pressed = [(p, contact.pressure[own]) for p, own in zip(self.punches, cells, strict=True)]
+        solutions: list[PunchSolution | ElasticSolution] = []
+        for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
+            own = cells[i]
+            part = contact.under(own)
+            others = (*pressed[:i], *pressed[i + 1 :])
+            if isinstance(punch, RigidPunch):
+                warn_of(part)
+                own_times = punch.timings | timings
+                found = PunchSolution.from_contact(punch, load, part, moved[i], own_times, others)
+                solutions.append(found)
+            else:
+                f, held = load
+                solutions.append(punch.solution(f, held, part, moved[i], timings, others))
+        return tuple(solutions)
+
+    def __repr__(self) -> str:
+        lines = [
+            f"  {type(p).__name__} {i}: {p.grid_description}" for i, p in enumerate(self.punches)
+        ]
+        head = f"<skfem_dual Punches object>\n  Substrate: {self.punches[0].substrate}"
+        return "\n".join([head, *lines])
+
+
+def _checked_load(name: str, punch: RigidPunch | ElasticPunch, load: Any) -> Any:
+    """A load of a rigid punch; load vector and held values of an elastic one."""
+    if isinstance(punch, RigidPunch):
+        return load_of(name, load)
+    if isinstance(load, Load):
+        raise TypeError(
+            f"expected a load vector of the structure for {name}, got a Load. Remedy: assemble it "
+            "on the basis of the structure, or plate.probes(x).T @ forces for forces at points"
+        )
+    if not isinstance(load, Mapping):
+        load = {"f": load}
+    if "f" not in load or set(load) - {"f", "x"}:
+        raise TypeError(f"expected keys f and x of {name}, got {shown(list(load))}")
+    try:
+        return punch.checked_loads(load["f"], load.get("x"))
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def _share(punch: RigidPunch | ElasticPunch, load: Any) -> Share:
+    """What a body under its load brings into the equations of all."""
+    if isinstance(punch, ElasticPunch):
+        return punch.share(*load)
+    return Share(
+        punch.planes(punch.collocation_points),
+        punch.resultants,
+        punch.initial_gap,
+        load.constraints(punch.origin - punch.centre),
+    )

@@ -1,0 +1,179 @@
+import pickle
+
+import numpy as np
+import pytest
+from elastic_bodies import SOIL, block_on, point_load, position, raft, uniform
+from plans import disc
+
+from skfem_dual import (
+    DualMesh,
+    ElasticPunch,
+    GradedHalfSpace,
+    HalfSpace,
+    Load,
+    Punches,
+    RigidPunch,
+    RigidPunches,
+)
+
+BESIDE = 2.3
+
+
+def footing(x=0.0, substrate=SOIL):
+    cells = DualMesh.from_mesh(disc(3).translated((x, 0.0))).basis()
+    return RigidPunch(substrate, cells, origin=(x, 0.0))
+
+
+def slab(K, x=BESIDE, **options):
+    return raft(K, disc(3).translated((x, 0.0)), origin=(x, 0.0), **options)
+
+
+@pytest.mark.parametrize("substrate", [SOIL, GradedHalfSpace.init_linear(1.0, 0.3, 0.5)])
+@pytest.mark.parametrize("at", [0.1, 0.5])  # full contact, and lifted off
+def test_too_stiff_to_bend_is_a_group_of_rigid_punches(substrate, at):
+    rigid = RigidPunches([footing(0.0, substrate), footing(BESIDE, substrate)])
+    expected = rigid.solve([{"force": 1.0}, {"force": 2.0, "at": (at, 0.0)}])
+    stiff = slab(1e9, substrate=substrate)
+    loads = [{"force": 1.0}, 2 * point_load(stiff, (BESIDE + at, 0.0))]
+    answer = Punches([footing(0.0, substrate), stiff]).solve(loads)
+    assert answer.success
+    first, second = answer.solutions
+    assert first.settlement == pytest.approx(expected[0].settlement, rel=1e-6)
+    assert first.tilt == pytest.approx(expected[0].tilt, abs=1e-6)
+    tilt = expected[1].tilt
+    moved = expected[1].settlement - BESIDE * tilt[0], *tilt
+    assert position(second) == pytest.approx(moved, rel=1e-6, abs=1e-6)
+    for s, r in zip(answer.solutions, expected.solutions, strict=True):
+        assert s.pressure == pytest.approx(r.pressure, abs=1e-5 * r.pressure.max())
+    x = np.array([[1.15, 4.0], [0.3, 0.0]])
+    assert answer.displacement(x) == pytest.approx(expected.displacement(x), rel=1e-6)
+
+
+def test_bodies_feel_the_ground_that_others_press():
+    """Each alone, on ground that the others have settled, found in turn until nothing moves."""
+    rigid, soft = footing(), slab(0.05)
+    f = uniform(soft)
+    together = Punches([rigid, soft]).solve([{"force": 1.0, "at": (0.2, 0.0)}, f])
+    alone = soft.solve(f)
+    for _ in range(12):
+        hollow = alone.ground_displacement
+        under_rigid = RigidPunch(SOIL, rigid.basis, gap=hollow, edge="singular")
+        on_rigid = under_rigid.solve(1.0, at=(0.2, 0.0))
+        hollow = on_rigid.displacement
+        alone = ElasticPunch(
+            SOIL, soft.basis, soft.structure, soft.stiffness, gap=hollow, edge="singular"
+        ).solve(f)
+    assert together[0].settlement == pytest.approx(on_rigid.settlement, rel=1e-7)
+    assert together[0].tilt == pytest.approx(on_rigid.tilt, abs=1e-7)
+    peak = alone.pressure.max()
+    assert together[1].pressure == pytest.approx(alone.pressure, abs=1e-6 * peak)
+    assert soft.trace @ together[1].displacement == pytest.approx(
+        soft.trace @ alone.displacement, rel=1e-6
+    )
+
+
+def test_every_load_is_balanced():
+    block_cells, block, K, options = block_on("dual")
+    solid = ElasticPunch(SOIL, block_cells, block, 10 * K, **options)
+    loads = [
+        {"settlement": 0.9, "tilt": (0.0, 0.0)},
+        point_load(solid, (0.3, 0.0)),
+        uniform(held := slab(0.1, 3.5)),
+    ]
+    answer = Punches([footing(-3.0), solid, held]).solve(loads)
+    assert answer.success
+    assert answer[0].settlement == 0.9
+    assert answer[1].resultant == pytest.approx([1.0, 0.3, 0.0], abs=1e-10)
+    area = held.partition.areas.sum()
+    assert answer[2].resultant == pytest.approx([area, 0.0, 0.0], abs=1e-10)
+    for s in answer.solutions[1:]:
+        assert s.equilibrium_residual < 1e-10
+    assert answer.force == pytest.approx([answer[0].force, 1.0, area])
+    assert not answer.frame_forces.any()
+
+
+def test_order_does_not_matter():
+    rigid, soft = footing(), slab(0.05)
+    load, f = {"force": 1.0}, uniform(soft)
+    one, other = Punches([rigid, soft]), Punches([soft, rigid])
+    a, b = one.solve([load, f]), other.solve([f, load])
+    dense = one.solve([load, f], method="active-set")
+    for p, q, r in zip(a.solutions, b.solutions[::-1], dense.solutions, strict=True):
+        peak = p.pressure.max()
+        assert q.pressure == pytest.approx(p.pressure, abs=1e-8 * peak)
+        assert r.pressure == pytest.approx(p.pressure, abs=1e-7 * peak)
+
+
+def test_answer_of_a_pickle():
+    cells, block, K, options = block_on("dual")
+    both = Punches([footing(-3.0), ElasticPunch(SOIL, cells, block, K, **options)])
+    loads = [{"force": 1.0}, point_load(both.punches[1], (0.3, 0.0))]
+    answer, again = both.solve(loads), pickle.loads(pickle.dumps(both)).solve(loads)
+    for s, r in zip(answer.solutions, again.solutions, strict=True):
+        assert np.array_equal(s.pressure, r.pressure)
+
+
+def test_a_solid_alone_in_a_group_is_alone():
+    soft = slab(0.02)
+    f = point_load(soft, (BESIDE + 0.3, 0.1))
+    for unilateral in (True, False):
+        together = Punches([soft]).solve([f], unilateral=unilateral)[0]
+        alone = soft.solve(f, unilateral=unilateral)
+        assert together.pressure == pytest.approx(alone.pressure, abs=1e-9)
+        assert together.displacement == pytest.approx(alone.displacement, abs=1e-9)
+
+
+def test_supports_of_a_structure():
+    edge = slab(0.05)
+    left = edge.structure.get_dofs(lambda x: np.isclose(x[0], BESIDE - 1)).all("u")
+    held = slab(0.05, D=left)
+    f, x = uniform(held), np.full(held.structure.N, 0.4)
+    answer = Punches([footing(), held]).solve([{"force": 1.0}, {"f": f, "x": x}])[1]
+    assert answer.success
+    assert answer.displacement[left] == pytest.approx(0.4, abs=1e-14)
+    total = f[held.structure.nodal_dofs[0]].sum()
+    assert answer.force - answer.reactions.sum() == pytest.approx(total, rel=1e-10)
+
+
+def test_shown():
+    both = Punches([footing(), slab(0.1)])
+    assert "ElasticPunch 1: " in repr(both)
+    answer = both.solve([{"force": 1.0}, uniform(both.punches[1])])
+    assert "bends" in repr(answer)
+
+
+def test_bad_groups():
+    with pytest.raises(TypeError, match="expected some RigidPunch or ElasticPunch, got none"):
+        Punches([])
+    with pytest.raises(TypeError, match="got 3"):
+        Punches([footing(), 3])
+    with pytest.raises(ValueError, match="on one substrate"):
+        Punches([footing(), slab(1.0, substrate=HalfSpace(2.0, 0.0))])
+    with pytest.raises(ValueError, match=r"do not overlap, got punches 0, 1"):
+        Punches([footing(), slab(1.0, 0.5)])
+
+
+@pytest.fixture(scope="module")
+def pair():
+    both = Punches([footing(), slab(0.1)])
+    return both, {"force": 1.0}, uniform(both.punches[1])
+
+
+@pytest.mark.parametrize(
+    ("change", "kind", "words"),
+    [
+        (lambda load, f: [load], ValueError, "one load for each of the 2"),
+        (lambda load, f: [load, f[1:]], ValueError, r"loads\[1\]: expected f of shape"),
+        (lambda load, f: [load, {"g": f}], TypeError, r"keys f and x of loads\[1\]"),
+        (lambda load, f: [load, Load(1.0)], TypeError, "expected a load vector"),
+        (lambda load, f: [f, f], TypeError, r"loads\[0\]"),
+        (lambda load, f: [load, -f], ValueError, "punch 1: .*would take tension"),
+        (lambda load, f: [load, 0 * f], ValueError, "punch 1: .*leave out bodies"),
+        (lambda load, f: [{"force": 1.0, "at": (2.0, 0.0)}, f], ValueError, "punch 0: .*plan"),
+        (lambda load, f: [{"force": 0.0}, f], ValueError, "punch 0: .*leave out bodies"),
+    ],
+)
+def test_bad_loads(pair, change, kind, words):
+    both, load, f = pair
+    with pytest.raises(kind, match=words):
+        both.solve(change(load, f))
