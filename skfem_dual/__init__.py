@@ -1,8 +1,10 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from . import startup as startup  # first, it looks after the other imports
+from .contact.bearing import bearing_pressure
 from .contact.below import displacement_below, stress_below, vertical_section
 from .contact.bounds import Bounds
+from .contact.cases_solution import CasesSolution, Extreme
 from .contact.elastic import ElasticPunch
 from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
@@ -58,6 +60,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Accuracy",
     "Bounds",
+    "CasesSolution",
     "CellwiseBasis",
     "Cone",
     "ContactRegion",
@@ -69,6 +72,7 @@ __all__ = [
     "EdgeCoefficient",
     "ElasticPunch",
     "ElasticSolution",
+    "Extreme",
     "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
@@ -101,6 +105,7 @@ __all__ = [
     "SweepResult",
     "Symmetry",
     "Weights",
+    "bearing_pressure",
     "check_dual",
     "check_mesh",
     "delaunay_voronoi",

@@ -47,7 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             warnings.showwarning = partial(show_warning, options.warned)
             check_files(options)
             code, table = options.run(options)
-            print_table(table)
+            if table:
+                print_table(table)
             return code
     except KeyboardInterrupt:
         tell("interrupted")

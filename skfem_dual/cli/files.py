@@ -11,15 +11,21 @@ SUFFIXES = {
     "svg": (".svg", ".pdf"),
     "vtu": (".vtu",),
     "json": (".json",),
-    "report": (".html",),
+    "table": (".csv",),
+    "report": (".html", ".pdf"),
 }
 
 
 def check_files(options: argparse.Namespace) -> None:
-    """Refuse input that is no file and output that cannot be written, before any work."""
-    inputs = {"MESH": options.mesh}
-    if getattr(options, "substrate", None) is not None:
-        inputs["--substrate"] = options.substrate
+    """Refuse input that is no file and output that cannot be written, before any work.
+
+    Also libraries that are missing for what is to be written.
+    """
+    meshes = options.mesh if isinstance(options.mesh, list) else [options.mesh]
+    inputs = {"MESH" if len(meshes) == 1 else f"MESH {i}": m for i, m in enumerate(meshes, 1)}
+    for name in ("substrate", "loads"):
+        if getattr(options, name, None) is not None:
+            inputs[f"--{name}"] = getattr(options, name)
     for name, path in inputs.items():
         require_file(path, f"a file for {name}")
     outputs = {f"--{n}": p for n in SUFFIXES if (p := getattr(options, n, None)) is not None}
@@ -38,3 +44,7 @@ def check_files(options: argparse.Namespace) -> None:
         from ..visuals.axes import pyplot
 
         pyplot()
+    if Path(outputs.get("--report", "")).suffix == ".pdf":
+        from ..report.pdf import require_pdf
+
+        require_pdf()

@@ -1,6 +1,7 @@
 """The commands and their options."""
 
 import argparse
+from datetime import datetime
 from functools import partial
 from typing import Any
 
@@ -8,6 +9,38 @@ from .. import __version__
 from ..terminal import Parser, number
 from .grids import check, dual
 from .solve import solve
+
+EXAMPLES = """\
+examples:
+  one force on a plan, its centroid for origin, with a report:
+    skfem-dual solve footing.msh --young 30e3 --poisson 0.3 --units kN,m \\
+      --force 1200 --at 0.10 0.05 --allowable 200 --report report.html
+  twelve load cases on layers:
+    skfem-dual solve footing.msh --substrate layers.csv --units kN,m \\
+      --loads cases.csv --table out.csv --report report.html --title "Pier 3"
+  two neighbouring footings, with the columns name, footing, force, mx, my in pair.csv:
+    skfem-dual solve left.msh right.msh --young 30e3 --poisson 0.3 --units kN,m \\
+      --loads pair.csv --json results.json
+
+exit codes: 0; 2 after an error, told in one line on stderr; 3 if the numbers do not solve the
+problem, which the table, stderr and the files then say; 130 if interrupted.
+"""
+
+
+def day(text: str) -> datetime:
+    """A date of the command line."""
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a date YYYY-MM-DD, got {text!r}") from None
+
+
+def place(text: str) -> tuple[float, float]:
+    """Two coordinates with a comma between."""
+    x, comma, y = text.partition(",")
+    if not comma:
+        raise argparse.ArgumentTypeError(f"expected two numbers X,Y, got {text!r}")
+    return number(x), number(y)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -42,61 +75,118 @@ def _add_solve(commands: Any) -> None:
     """``solve MESH`` among the commands of a parser."""
     command = commands.add_parser(
         "solve",
-        help="pressures and settlement of a rigid punch whose plan is the mesh",
-        description="Rigid, smooth punch on an elastic half-space. Any consistent units. Give "
-        "a force or a settlement.",
-        epilog="Exit codes: 0; 2 after an error; 3 if the numbers do not solve the problem, which "
-        "the table, stderr and the files then say; 130 if interrupted.",
+        help="pressures and settlement of rigid footings whose plans are meshes",
+        description="Rigid, smooth punches, such as footings, on an elastic half-space. Give a\n"
+        "force, a settlement or a table of load cases. Any consistent units, or --units.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.set_defaults(run=solve)
-    command.add_argument("mesh", metavar="MESH", help="triangle mesh in any format of meshio")
-    value = partial(command.add_argument, type=number, metavar="X")
+    command.set_defaults(run=solve, other_grid=None)
+    command.add_argument(
+        "mesh", metavar="MESH", nargs="+", help="triangle mesh of each footing, by meshio"
+    )
+    _add_ground(command.add_argument_group("ground"))
+    _add_loads(command.add_argument_group("loads"))
+    _add_method(command.add_argument_group("method"))
+    group = command.add_argument_group("report")
+    for name in ("title", "project", "author"):
+        group.add_argument(f"--{name}", metavar="TEXT", help=f"{name} on top of the report")
+    group.add_argument("--date", metavar="DATE", type=day, help="its date, YYYY-MM-DD, or today")
+    group.add_argument(
+        "--allowable", metavar="X", type=number, help="allowable bearing pressure, force/length^2"
+    )
+    group.add_argument(
+        "--point",
+        metavar="X,Y",
+        type=place,
+        action="append",
+        default=[],
+        help="a point of the plan whose settlement is wanted; any number of times",
+    )
+    group = command.add_argument_group("files")
+    _add_outputs(
+        group,
+        table="the load cases as a table (CSV)",
+        png="isobars, of the case with the largest pressure,",
+        svg="the same isobars (SVG or PDF)",
+        vtu="the cells of that case",
+        json="all results for other programs",
+        report="a report with pictures (HTML or PDF)",
+    )
+    group.add_argument("--quiet", action="store_true", help="print no table")
+    group.add_argument(
+        "--progress", action="store_true", help="show progress bars, also if nobody watches"
+    )
+
+
+def _add_ground(group: Any) -> None:
+    value = partial(group.add_argument, type=number, metavar="X")
     value("--young", help="Young's modulus E of a homogeneous half-space")
     value("--poisson", help="its Poisson's ratio nu")
-    command.add_argument(
-        "--substrate", metavar="FILE", help="graded or layered ground, a TOML file, instead"
+    group.add_argument(
+        "--substrate",
+        metavar="FILE",
+        help="instead: layers as CSV with the columns thickness, E, nu, or graded and layered "
+        "ground as TOML",
     )
+    group.add_argument(
+        "--units",
+        default="",
+        metavar="F,L",
+        help="units of force and length of all input, such as kN,m or kip,ft; results are then "
+        "in mm and kPa, or in and ksf",
+    )
+
+
+def _add_loads(group: Any) -> None:
+    value = partial(group.add_argument, type=number, metavar="X")
     value("--force", help="vertical force P, positive downwards")
     value("--settlement", help="settlement of the origin, instead of a force")
-    pair = partial(command.add_argument, type=number, nargs=2)
-    pair("--at", metavar=("EX", "EY"), help="where the force acts, from --origin")
-    pair("--moments", metavar=("M1", "M2"), help="moments, with the signs of the paper's (4)")
+    pair = partial(group.add_argument, type=number, nargs=2)
+    pair("--at", metavar=("EX", "EY"), help="where the force acts, from the origin")
+    pair(
+        "--moments",
+        metavar=("MX", "MY"),
+        help="moments about the x axis, positive where it presses down the side of larger y, and "
+        "about the y axis, positive where it presses down the side of larger x",
+    )
     pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
+    group.add_argument(
+        "--loads",
+        metavar="FILE",
+        help="load cases as CSV with the columns name, force; x, y (where the force acts, in the "
+        "coordinates of the plan) or ex, ey (from the origin); mx, my (moments as above); "
+        "footing (name of its mesh file), with several",
+    )
     pair(
         "--origin",
         metavar=("X", "Y"),
-        default=(0.0, 0.0),
-        help="centre of the punch, (0, 0) by default; settlement and moments refer to it",
+        help="to which settlement and moments refer, the centroid of the plan by default",
     )
-    command.add_argument(
+    group.add_argument(
         "--bilateral",
         action="store_true",
         help="keep all cells in contact: the ground may pull where the punch would lift off",
     )
-    command.add_argument("--grid", choices=("dual", "triangles"), default="dual")
-    command.add_argument(
+
+
+def _add_method(group: Any) -> None:
+    group.add_argument("--grid", choices=("dual", "triangles"), default="dual")
+    group.add_argument(
         "--edge",
         choices=("singular", "constant"),
         default="singular",
         help="whether the pressure inside a cell grows to the edge (default) or is constant",
     )
-    command.add_argument(
+    group.add_argument(
         "--edge-boundaries",
         nargs="+",
         metavar="NAME",
         help="boundaries of the mesh that are a singular edge, all by default",
     )
-    command.add_argument("--collocation", choices=("centroid", "node"), default="centroid")
-    _add_outputs(
-        command,
-        png="isobars",
-        svg="isobars (SVG or PDF)",
-        vtu="cells",
-        json="the results",
-        report="a report with pictures (HTML)",
-    )
+    group.add_argument("--collocation", choices=("centroid", "node"), default="centroid")
 
 
-def _add_outputs(command: argparse.ArgumentParser, **outputs: str) -> None:
+def _add_outputs(command: Any, **outputs: str) -> None:
     for name, what in outputs.items():
         command.add_argument(f"--{name}", metavar="FILE", help=f"write {what} to this file")

@@ -1,140 +1,140 @@
-"""``solve MESH``: a rigid punch, its table and files."""
+"""``solve MESH``: rigid footings, their table and files."""
 
 import argparse
 import json
-import math
 import os
 import warnings
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
-from .. import DualMesh, HalfSpace, PunchSolution, RigidPunch, __version__
+from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
 from ..errors import ConvergenceError
-from ..ground.substrates import Substrate
-from ..io import read_mesh, read_substrate, write_solution, write_whole
+from ..io import write_cases, write_solution, write_whole
 from ..report import solve_on_other_grid, write_report
+from ..report.data import plain, report_data
+from ..report.details import Details
+from ..report.footing import Footing, footings_of
 from ..terminal import is_watched, tell
+from ..units import Units
+from .footings import punches_of, read_bases, require_one_load, solve_cases, solve_one
 from .pictures import draw
+from .tables import case_table, solution_table
 
 
 def solve(options: argparse.Namespace) -> tuple[int, str]:
-    """``solve MESH``: pressures under a rigid punch, as a table and files."""
-    times = {}
-    start = perf_counter()
-    mesh = read_mesh(options.mesh)
-    times["import"], start = perf_counter() - start, perf_counter()
-    dual = DualMesh.from_mesh(mesh)
-    times["dual"] = perf_counter() - start
-    punch = RigidPunch(
-        _substrate(options),
-        dual.basis() if options.grid == "dual" else dual.primal_basis(),
-        edge=options.edge,
-        edge_boundaries=options.edge_boundaries,
-        collocation=options.collocation,
-        origin=options.origin,
-    )
-    solution = punch.solve(
-        options.force,
-        options.at,
-        options.moments,
-        settlement=options.settlement,
-        tilt=options.tilt,
-        unilateral=not options.bilateral,
-        progress=is_watched(),
-    )
-    times |= solution.timings
-    rows = {"Mesh": f"{options.mesh}, {len(dual)} nodes, {mesh.nelements} triangles"}
-    rows |= solution.table()
-    del rows["Time [s]"]  # the solution's share of it
-    condition = solution.condition_number if len(solution.pressure) <= DENSE else None
-    if condition is not None:
-        rows["Condition number"] = f"{condition:.4g}"
-    rows["Time [s]"] = ", ".join(f"{k} {v:.3f}" for k, v in times.items())
-    if not solution.success:
-        rows["Success"] = "NO: the numbers above do not solve the problem"
-    if options.json:
-        results = _without_infinities(_as_dict(options, solution, condition, times))
-        text = json.dumps(results, indent=2, allow_nan=False) + "\n"
-        write_whole(options.json, lambda part: Path(part).write_text(text))
-    if options.vtu:
-        write_solution(options.vtu, solution)
-    draw(options, "isobars", solution)
+    """``solve MESH``: pressures under rigid footings, as a table and files."""
+    require_one_load(options)
+    details = _details(options)
+    times: dict[str, float] = {}
+    bases = read_bases(options, times)
+    punches = punches_of(options, bases)
+    begin = perf_counter()
+    solution: PunchSolution | dict[str, CasesSolution]
+    if options.loads is None:
+        solution = solve_one(options, punches[0])
+        times |= solution.timings
+    else:
+        solution = solve_cases(options, bases, punches)
+        times |= punches[0].timings | {"all": perf_counter() - begin}
+    footings = footings_of(solution, details)
+    standing = footings[0].standing
+    governing = None if standing is None else standing.solution
+    condition = None
+    if options.loads is None and governing is not None and len(governing.pressure) <= DENSE:
+        condition = governing.condition_number
+    _write_data(options, footings, governing, times, condition)
+    if governing is not None:
+        if options.vtu:
+            write_solution(options.vtu, governing)
+        if options.png or options.svg:
+            draw(options, "isobars", governing, **_scale(details.units))
     if options.report:
-        _report(options, solution)
-    if not solution.success:
-        tell(f"no solution: {solution.message}")
-    table = "\n".join(f"{name:<19}{value}" for name, value in rows.items())
-    return 0 if solution.success else 3, table
-
-
-def _report(options: argparse.Namespace, solution: PunchSolution) -> None:
-    """The report, with the solution on the other grid to estimate the error."""
-    couple = None
-    try:
-        couple = solve_on_other_grid(
-            solution, unilateral=not options.bilateral, progress=is_watched()
+        _report(options, solution, footings, governing)
+    failed = [
+        f"{f'{name}: ' if len(footing.cases) > 1 else ''}{message}"
+        for footing in footings
+        for name, message, ok in zip(
+            footing.cases.names, footing.cases.messages, footing.cases.success
         )
-    except (ValueError, ConvergenceError) as error:  # the results do not depend on it
-        warnings.warn(f"not solved on the other grid: {error}", stacklevel=1)
-    write_report(
-        options.report,
-        solution,
-        mesh_name=os.fsencode(Path(options.mesh).name).decode("utf-8", "replace"),
-        couple=couple,
-        remarks=options.warned,
+        if not ok
+    ]
+    if failed:
+        tell(f"no solution: {'; '.join(failed)}")
+    code = 3 if failed else 0
+    if options.quiet:
+        return code, ""
+    if isinstance(solution, PunchSolution):
+        return code, solution_table(footings[0], bases[0], times, condition)
+    return code, case_table(footings, bases, times)
+
+
+def _details(options: argparse.Namespace) -> Details:
+    names = [os.fsencode(Path(path).name).decode("utf-8", "replace") for path in options.mesh]
+    return Details(
+        title=options.title,
+        project=options.project,
+        author=options.author,
+        date=options.date,
+        mesh_name=", ".join(names),
+        units=Units(options.units),
+        allowable=options.allowable,
+        points=options.point,
     )
 
 
-def _substrate(options: argparse.Namespace) -> Substrate:
-    moduli = options.young, options.poisson
-    if (options.substrate is None) == (None in moduli) or (
-        options.substrate is not None and moduli != (None, None)
-    ):
-        raise ValueError("expected either --young and --poisson or --substrate FILE")
-    return HalfSpace(*moduli) if options.substrate is None else read_substrate(options.substrate)
+def _scale(units: Units) -> dict[str, str | float]:
+    """Pressures in pictures: over their mean, or in a unit."""
+    if not units.named:
+        return {}
+    unit = units.pressure
+    return {"title": f"pressure [{unit.symbol}]", "scale": 1 / unit.factor}
 
 
-def _as_dict(
-    options: argparse.Namespace, solution: PunchSolution, condition: float | None, times: dict
-) -> dict:
-    """The solution for other programs; pressures of the cells are in the VTU file."""
-    punch = solution.punch
-    return {
-        "version": __version__,
-        "mesh": str(options.mesh),
-        "grid": options.grid,
-        "cells": len(punch.partition),
-        "edge": punch.edge,
-        "collocation": punch.collocation,
-        "origin": list(punch.origin),
-        "substrate": str(punch.substrate),
-        "settlement": solution.settlement,
-        "tilt": solution.tilt.tolist(),
-        "force": solution.force,
-        "first_moments": solution.resultant[1:].tolist(),
-        "contact_area": solution.contact_area,
-        "pressure": {
-            "min": float(solution.pressure.min()),
-            "mean": solution.mean_pressure,
-            "max": float(solution.pressure.max()),
-        },
-        "condition_number": condition,
-        "iterations": solution.iterations,
-        "complementarity_residual": solution.complementarity_residual,
-        "resultant_residual": solution.resultant_residual.tolist(),
-        "displacement_residual": solution.displacement_residual,
-        "success": solution.success,
-        "message": solution.message,
-        "seconds": times,
-    }
+def _write_data(
+    options: argparse.Namespace,
+    footings: Sequence[Footing],
+    governing: PunchSolution | None,
+    times: dict[str, float],
+    condition: float | None,
+) -> None:
+    """The table of cases and the JSON file."""
+    if options.table:
+        names = [footing.name for footing in footings if footing.name]
+        write_cases(options.table, *(footing.cases for footing in footings), footings=names)
+    if options.json:
+        found = report_data(footings, _couple(options, footings, governing))
+        found |= {"condition_number": condition, "seconds": times}
+        text = json.dumps(plain(found), indent=2, allow_nan=False) + "\n"
+        write_whole(options.json, lambda part: Path(part).write_text(text))
 
 
-def _without_infinities(value: Any) -> Any:
-    """The same with None for numbers that JSON does not know."""
-    if isinstance(value, dict):
-        return {key: _without_infinities(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_without_infinities(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _couple(
+    options: argparse.Namespace, footings: Sequence[Footing], governing: PunchSolution | None
+) -> PunchSolution | None:
+    """The governing case on the other grid, to estimate the error; not of neighbours."""
+    if governing is None or len(footings) > 1:
+        return None
+    if options.other_grid is None:
+        try:
+            options.other_grid = solve_on_other_grid(
+                governing,
+                unilateral=not options.bilateral,
+                progress=options.progress or is_watched(),
+            )
+        except (ValueError, ConvergenceError) as error:  # the results do not depend on it
+            warnings.warn(f"not solved on the other grid: {error}", stacklevel=1)
+    return options.other_grid
+
+
+def _report(
+    options: argparse.Namespace,
+    solution: PunchSolution | dict[str, CasesSolution],
+    footings: Sequence[Footing],
+    governing: PunchSolution | None,
+) -> None:
+    couple = _couple(options, footings, governing)
+    details = replace(footings[0].details, remarks=tuple(options.warned))
+    write_report(options.report, solution, couple=couple, details=details)

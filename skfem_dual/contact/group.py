@@ -1,8 +1,7 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, Literal
@@ -19,7 +18,7 @@ from ..arguments import (
     checked_sequence,
     checked_text,
 )
-from ..errors import ConvergenceError, ConvergenceWarning
+from ..errors import ConvergenceError
 from ..grids.checks import check_type
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate, checked_substrate
@@ -27,12 +26,21 @@ from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import ExactRows, LoadedCells, hulls
+from .cases import Cases, named, solve_cases
+from .cases_solution import CasesSolution
+from .footprint import ExactRows, LoadedCells
 from .frame import FramedSystem, checked_stiffness
-from .group_solution import PunchesSolution
-from .load import Constraints, Load, load_of, require_compression
-from .neighbours import checked_joined, free_of, punch_on, require_apart, require_one_ground
-from .problem import Contact
+from .group_solution import PunchesSolution, answers_of
+from .load import Constraints, Load, load_of
+from .neighbours import (
+    checked_joined,
+    free_of,
+    punch_on,
+    require_apart,
+    require_balance,
+    require_one_ground,
+)
+from .problem import Contact, warn_of
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
@@ -159,13 +167,13 @@ class RigidPunches:
         return tuple(sorted([*joined, *((i,) for i in alone)]))
 
     @computed_once
-    def _slices(self) -> list[slice]:
+    def slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         ends = np.cumsum([0, *(len(p.partition) for p in self.punches)])
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
     @computed_once
-    def _centres(self) -> list[ndarray]:
+    def centres(self) -> list[ndarray]:
         """Point of each body to which its position refers: the centroid; under a frame, whose
         stiffness refers to them, the origin."""
         if self.stiffness is not None:
@@ -213,13 +221,13 @@ class RigidPunches:
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies."""
-        n = self._slices[-1].stop
+        n = self.slices[-1].stop
         planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
         for number, body in enumerate(self.bodies):
             own = slice(3 * number, 3 * number + 3)
             for i in body:
-                punch, cells = self.punches[i], self._slices[i]
-                shift = (punch.centre - self._centres[number])[:, None]
+                punch, cells = self.punches[i], self.slices[i]
+                shift = (punch.centre - self.centres[number])[:, None]
                 for target, of in (
                     (planes, punch.planes(punch.collocation_points)),
                     (resultants, punch.resultants),
@@ -271,24 +279,13 @@ class RigidPunches:
         ConvergenceError
             If the system of equations is singular.
         """
-        loads = checked_sequence("loads", loads)
-        unilateral = checked_flag("unilateral", unilateral)
-        if len(loads) != len(self.bodies):
-            raise ValueError(
-                f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
-            )
+        given = self._given("loads", loads)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
-        given = [load_of(f"loads[{number}]", load) for number, load in enumerate(loads)]
-        constraints = []
-        for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
-            origin = self.punches[body[0]].origin - self._centres[number]
-            if unilateral and self.stiffness is None:
-                self._require_compression(number, load, origin)
-            constraints.append(load.constraints(origin))
+        everything = self.constraints(given, unilateral)
         pressures = self._pressures_of(start)
         begin = perf_counter()
-        everything, system = Constraints.together(constraints), self.system
+        system = self.system
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
             if self.stiffness is not None:
                 framed = FramedSystem(system, self.stiffness, everything)
@@ -302,13 +299,60 @@ class RigidPunches:
             if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
                 raise ConvergenceError("the loads are too large for floating-point numbers")
             if self.stiffness is None:
-                exact = self._exact_rows
-                verify = Verification(system, everything, unilateral, exact, self._rtol, gap_rtol)
-                contact = verify(contact, position)
+                contact = self.verification(everything, unilateral, gap_rtol)(contact, position)
         timings = self.timings | {"solution": perf_counter() - begin}
-        if not contact.success:
-            warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
-        return PunchesSolution(self, self._solutions(given, contact, position, timings))
+        warn_of(contact, self.slices)
+        return PunchesSolution(self, self.answers(given, contact, position, timings))
+
+    def solve_many(
+        self,
+        cases: Cases,
+        **options: Any,
+    ) -> tuple[CasesSolution, ...]:
+        """Many load cases, each with one load for each body; answers for each punch.
+
+        As `RigidPunch.solve_many`; there must be no frame."""
+        if self.stiffness is not None:
+            raise ValueError("expected punches without a frame. Remedy: solve case by case")
+        names, given = named(cases)
+        loads = [self._given(f"load case {name!r}", case) for name, case in zip(names, given)]
+        found = solve_cases(self, names, loads, **options)
+        found.warn()
+        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
+        return tuple(
+            found.of(i, punch.footprint, [case[body_of[i]] for case in loads])
+            for i, punch in enumerate(self.punches)
+        )
+
+    def _given(self, name: str, loads: Sequence[Load | Mapping]) -> tuple[Load, ...]:
+        loads = checked_sequence(name, loads)
+        if len(loads) != len(self.bodies):
+            raise ValueError(
+                f"expected one load for each of the {len(self.bodies)} bodies, got "
+                f"{len(loads)} in {name}"
+            )
+        return tuple(load_of(f"{name}[{number}]", load) for number, load in enumerate(loads))
+
+    def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
+        """What the loads of all bodies impose; a ValueError where no pressures balance them."""
+        parts = []
+        for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
+            origin = self.punches[body[0]].origin - self.centres[number]
+            if unilateral and self.stiffness is None:
+                members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
+                try:
+                    require_balance(members, self.centres[number], load, origin, alone)
+                except ValueError as error:
+                    raise ValueError(f"body {number}: {error}") from None
+            parts.append(load.constraints(origin))
+        return Constraints.together(parts)
+
+    def verification(
+        self, constraints: Constraints, unilateral: bool, gap_rtol: float
+    ) -> Verification:
+        """What is asked of an answer."""
+        rows = self._exact_rows
+        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
@@ -317,45 +361,15 @@ class RigidPunches:
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
-    def _require_compression(self, number: int, load: Load, origin: ndarray) -> None:
-        members = [self.punches[i] for i in self.bodies[number]]
-        try:
-            if load.force == 0 and len(self.bodies) > 1:
-                raise ValueError(
-                    "expected a positive force. Remedy: leave out bodies without a load"
-                )
-            flat = all(p.gap is None for p in members)
-            around = hulls([p.footprint for p in members], self._centres[number])
-            require_compression(load, origin, around, flat)
-        except ValueError as error:
-            raise ValueError(f"body {number}: {error}") from None
-
-    def _solutions(
-        self, loads: list[Load], contact: Contact, position: ndarray, timings: dict[str, float]
+    def answers(
+        self,
+        loads: tuple[Load, ...],
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
     ) -> tuple[PunchSolution, ...]:
-        pressures = [contact.pressure[cells] for cells in self._slices]
-        solutions = {}
-        for number, body in enumerate(self.bodies):
-            moved = position[3 * number : 3 * number + 3]
-            for i in body:
-                punch, cells = self.punches[i], self._slices[i]
-                own = moved.copy()
-                own[0] += moved[1:] @ (punch.centre - self._centres[number])
-                part = replace(
-                    contact,
-                    pressure=pressures[i],
-                    gap=contact.gap[cells],
-                    touching=contact.touching[cells],
-                )
-                settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
-                # joined punches and those under a frame have a position, not a load, of their own
-                load = loads[number]
-                if len(body) > 1 or self.stiffness is not None:
-                    load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
-                others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
-                others = others[:i] + others[i + 1 :]
-                solutions[i] = punch.solution(load, part, own, timings, others)
-        return tuple(solutions[i] for i in range(len(self.punches)))
+        """Of each punch, from contact and positions of all."""
+        return answers_of(self, loads, contact, position, timings)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

@@ -8,6 +8,8 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from .elastic_solution import ElasticSolution
+from .load import Load
+from .problem import Contact
 from .solution import PunchSolution
 
 
@@ -82,3 +84,32 @@ def _moved(solution: PunchSolution | ElasticSolution) -> str:
         return f"{least:.6g} to {most:.6g}, bends"
     tilt = solution.tilt
     return f"{solution.settlement:<13.6g}({tilt[0]:.4g}, {tilt[1]:.4g})"
+
+
+def answers_of(
+    punches: Any,
+    loads: tuple[Load, ...],
+    contact: Contact,
+    position: ndarray,
+    timings: dict[str, float],
+) -> tuple[PunchSolution, ...]:
+    """Those of each punch, from contact and positions of all."""
+    pressures = [contact.pressure[cells] for cells in punches.slices]
+    solutions = {}
+    for number, body in enumerate(punches.bodies):
+        moved = position[3 * number : 3 * number + 3]
+        for i in body:
+            punch, cells = punches.punches[i], punches.slices[i]
+            own = moved.copy()
+            own[0] += moved[1:] @ (punch.centre - punches.centres[number])
+            settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
+            # joined punches and those under a frame have a position, not a load, of their own
+            load = loads[number]
+            if len(body) > 1 or punches.stiffness is not None:
+                load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
+            others = tuple((p, q) for p, q in zip(punches.punches, pressures, strict=True))
+            others = others[:i] + others[i + 1 :]
+            solutions[i] = PunchSolution.from_contact(
+                punch, load, contact.under(cells), own, punch.timings | timings, others
+            )
+    return tuple(solutions[i] for i in range(len(punches.punches)))

@@ -1,11 +1,14 @@
 """Contact to be found, and contact that was found."""
 
-from dataclasses import dataclass
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy import ndarray
 
+from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from .load import Constraints
 
@@ -102,6 +105,11 @@ class Contact:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
+    def under(self, cells: slice) -> "Contact":
+        """The same under one of several bodies, by its cells."""
+        pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
+        return replace(self, pressure=pressure, gap=gap, touching=touching)
+
     @property
     def pulling(self) -> float:
         """Largest negative pressure over the largest of all; zero if none is negative."""
@@ -136,3 +144,16 @@ class Contact:
             "settlement are rough; likely cause: cells too large for the contact. Remedy: smaller "
             "cells where it is, as by refine_to_contact"
         )
+
+
+def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
+    """Warn the caller of a solver of contact that was not found, or is rough under a body.
+
+    ``parts`` are the cells of each body.
+    """
+    if not contact.success:
+        warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        return
+    for cells in parts:
+        if message := contact.under(cells).rough:
+            warnings.warn(message, ResolutionWarning, stacklevel=3)

@@ -6,7 +6,7 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, ClassVar
@@ -30,7 +30,7 @@ from .footprint import LoadedCells
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
 from .neighbours import require_apart, require_one_ground
-from .problem import Contact, Share
+from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
@@ -244,15 +244,13 @@ class Punches:
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
             own = cells[i]
-            part = replace(
-                contact,
-                pressure=contact.pressure[own],
-                gap=contact.gap[own],
-                touching=contact.touching[own],
-            )
+            part = contact.under(own)
             others = (*pressed[:i], *pressed[i + 1 :])
             if isinstance(punch, RigidPunch):
-                solutions.append(punch.solution(load, part, moved[i], timings, others))
+                warn_of(part)
+                own_times = punch.timings | timings
+                found = PunchSolution.from_contact(punch, load, part, moved[i], own_times, others)
+                solutions.append(found)
             else:
                 f, held = load
                 solutions.append(punch.solution(f, held, part, moved[i], timings, others))
