@@ -9,15 +9,26 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy import ndarray
 from skfem import MeshTri
 
-from .. import CasesSolution, DualMesh, HalfSpace, PunchSolution, RigidPunch, RigidPunches
+from .. import (
+    Accuracy,
+    CasesSolution,
+    DualMesh,
+    HalfSpace,
+    Plan,
+    PunchSolution,
+    RigidPunch,
+    RigidPunches,
+)
 from ..arguments import Pair
 from ..contact.load import Hull
 from ..grids.corners import signed_areas
 from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
 from ..terminal import is_watched
+from .outlines import is_outline, plan_of, solve_outline
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +49,8 @@ class Base:
         Where settlement and moments refer to.
     origin_is : str
         How that was chosen.
+    accuracy : Accuracy, optional
+        How the mesh was chosen, if that of an outline.
     """
 
     name: str
@@ -46,10 +59,15 @@ class Base:
     dual: DualMesh
     origin: Pair
     origin_is: str
+    accuracy: Accuracy | None = None
 
 
-def read_bases(options: argparse.Namespace, times: dict[str, float]) -> list[Base]:
+def read_bases(
+    options: argparse.Namespace, ground: Substrate, times: dict[str, float]
+) -> list[Base]:
     """The footings named; tells of an origin off the plan, and the times of reading.
+
+    Outlines get a mesh that is fine enough for their loads.
 
     Raises
     ------
@@ -67,14 +85,17 @@ def read_bases(options: argparse.Namespace, times: dict[str, float]) -> list[Bas
     bases = []
     for name, path in zip(names, options.mesh, strict=True):
         begin = perf_counter()
-        mesh = read_mesh(path)
+        plan = plan_of(options, path) if is_outline(path) else None
+        if plan is None:
+            mesh = read_mesh(path)
+            edge, centre = mesh.p, centroid(mesh)
+        else:
+            edge, centre = _outline(plan)
         read = perf_counter()
-        dual, centre = DualMesh.from_mesh(mesh), centroid(mesh)
         times["import"] = times.get("import", 0.0) + read - begin
-        times["dual"] = times.get("dual", 0.0) + perf_counter() - read
         origin = centre if options.origin is None else tuple(options.origin)
         chosen = "centroid of the plan" if options.origin is None else "from --origin"
-        beyond = Hull.of(mesh.p - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
+        beyond = Hull.of(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
         if options.origin is not None and beyond > 0:
             warnings.warn(
                 f"the origin ({origin[0]:.6g}, {origin[1]:.6g}) is {beyond:.3g} off the plan, "
@@ -82,8 +103,42 @@ def read_bases(options: argparse.Namespace, times: dict[str, float]) -> list[Bas
                 f"centroid, ({centre[0]:.6g}, {centre[1]:.6g})",
                 stacklevel=1,
             )
-        bases.append(Base(name, path, mesh, dual, origin, chosen))
+        accuracy = None
+        if plan is None:
+            dual = DualMesh.from_mesh(mesh)
+        else:
+            found = solve_outline(options, plan, ground, origin, _loads(options, name, origin))
+            dual, accuracy = found.punch.basis.dual, found.accuracy
+        times["dual"] = times.get("dual", 0.0) + perf_counter() - read
+        bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
     return bases
+
+
+def _outline(plan: Plan) -> tuple[ndarray, Pair]:
+    """Points around a plan, and its centroid."""
+    x, y = plan.centroid.tolist()
+    return np.hstack([outline.sides.extremes() for outline, _ in plan.parts]), (x, y)
+
+
+def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[str, Any]]:
+    """All loads of a footing, from its origin."""
+    if options.loads is None:
+        return [single_load(options)]
+    names = [Path(path).stem for path in options.mesh]
+    rows = by_case(read_cases(options.loads), names)
+    return [dict(of[name].load(origin)) for of in rows.values()]
+
+
+def single_load(options: argparse.Namespace) -> dict[str, Any]:
+    """The one load of the options, as arguments of `Load`."""
+    moments = options.moments
+    return {
+        "force": options.force,
+        "at": options.at,
+        "moments": None if moments is None else (-moments[1], moments[0]),
+        "settlement": options.settlement,
+        "tilt": options.tilt,
+    }
 
 
 def centroid(mesh: MeshTri) -> Pair:
@@ -104,9 +159,10 @@ def ground_of(options: argparse.Namespace) -> Substrate:
     return HalfSpace(*moduli) if options.substrate is None else read_substrate(options.substrate)
 
 
-def punches_of(options: argparse.Namespace, bases: Sequence[Base]) -> list[RigidPunch]:
+def punches_of(
+    options: argparse.Namespace, ground: Substrate, bases: Sequence[Base]
+) -> list[RigidPunch]:
     """The footings on their ground."""
-    ground = ground_of(options)
     return [
         RigidPunch(
             ground,
@@ -142,13 +198,8 @@ def require_one_load(options: argparse.Namespace) -> None:
 
 def solve_one(options: argparse.Namespace, punch: RigidPunch) -> PunchSolution:
     """The one load of the options."""
-    moments = options.moments
     return punch.solve(
-        options.force,
-        options.at,
-        None if moments is None else (-moments[1], moments[0]),
-        settlement=options.settlement,
-        tilt=options.tilt,
+        **single_load(options),
         unilateral=not options.bilateral,
         progress=options.progress or is_watched(),
     )

@@ -10,8 +10,10 @@ OPTIONS = (
     (r"at= or origin=", "--at or --origin"),
     (r", as by refine_to_contact", ""),
     (r"method=\"cg\"", "a coarser mesh"),
+    (r"time_limit=", "--time-limit"),
+    (r"memory=, or ", ""),
     (r"edge=\"constant\"", "--edge constant"),
-    (r"\b(force|at|moments|settlement|tilt|origin|collocation)=(?!=)", r"--\1 "),
+    (r"\b(force|at|moments|settlement|tilt|origin|collocation|accuracy|layer)=(?!=)", r"--\1 "),
 )
 
 

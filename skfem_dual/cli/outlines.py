@@ -85,10 +85,8 @@ def solve_outline(
     The mesh is fine enough for it, and as a rule for those nearer to the middle.
     """
 
-    def lever(load: Mapping[str, Any]) -> float:
-        return float(np.hypot(*(Load(**load).point or (0.0, 0.0))))
-
-    load = dict(max(loads, key=lever))
+    levers = [np.hypot(*(Load(**load).point or (0.0, 0.0))) for load in loads]
+    load = dict(loads[int(np.argmax(levers))])
     if (at := load.pop("at", None)) is not None:
         load["at"] = origin[0] + at[0], origin[1] + at[1]
     return solve_plan(

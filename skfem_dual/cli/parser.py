@@ -83,8 +83,13 @@ def _add_solve(commands: Any) -> None:
     )
     command.set_defaults(run=solve, other_grid=None)
     command.add_argument(
-        "mesh", metavar="MESH", nargs="+", help="triangle mesh of each footing, by meshio"
+        "mesh",
+        metavar="MESH",
+        nargs="*",
+        help="triangle mesh of each footing, in any format of meshio, or its outline: corners as "
+        ".csv, .wkt, .geojson or .dxf, whose mesh is chosen",
     )
+    _add_outlines(command.add_argument_group("outlines"))
     _add_ground(command.add_argument_group("ground"))
     _add_loads(command.add_argument_group("loads"))
     _add_method(command.add_argument_group("method"))
@@ -116,6 +121,23 @@ def _add_solve(commands: Any) -> None:
     group.add_argument("--quiet", action="store_true", help="print no table")
     group.add_argument(
         "--progress", action="store_true", help="show progress bars, also if nobody watches"
+    )
+
+
+def _add_outlines(group: Any) -> None:
+    group.add_argument(
+        "--corners", metavar="TEXT", help='an outline instead of MESH: "0,0 12,0 12,8 0,8"'
+    )
+    group.add_argument("--layer", metavar="NAME", help="layer of a drawing that has the outline")
+    group.add_argument(
+        "--accuracy",
+        type=number,
+        metavar="X",
+        help="error allowed of the settlement of any point of an outline, over that under the "
+        "force; 1e-3 by default",
+    )
+    group.add_argument(
+        "--time-limit", type=number, metavar="S", help="seconds in which it must be reached"
     )
 
 

@@ -19,18 +19,28 @@ from ..report.details import Details
 from ..report.footing import Footing, footings_of
 from ..terminal import is_watched, tell
 from ..units import Units
-from .footings import punches_of, read_bases, require_one_load, solve_cases, solve_one
+from .footings import (
+    ground_of,
+    punches_of,
+    read_bases,
+    require_one_load,
+    solve_cases,
+    solve_one,
+)
+from .outlines import take_corners
 from .pictures import draw
 from .tables import case_table, solution_table
 
 
 def solve(options: argparse.Namespace) -> tuple[int, str]:
     """``solve MESH``: pressures under rigid footings, as a table and files."""
+    take_corners(options)
     require_one_load(options)
     details = _details(options)
     times: dict[str, float] = {}
-    bases = read_bases(options, times)
-    punches = punches_of(options, bases)
+    ground = ground_of(options)
+    bases = read_bases(options, ground, times)
+    punches = punches_of(options, ground, bases)
     begin = perf_counter()
     solution: PunchSolution | dict[str, CasesSolution]
     if options.loads is None:

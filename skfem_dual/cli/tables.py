@@ -20,6 +20,8 @@ def solution_table(
     (solution,) = footing.cases.solutions
     rows = {"Mesh": f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"}
     rows["Origin"] = _origin(base)
+    if base.accuracy is not None:
+        rows["Accuracy"] = str(base.accuracy)
     if solution is None:
         return _lines(rows)
     rows |= solution.table()
@@ -62,6 +64,10 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
         cases = footing.cases
         rows = {"Mesh": f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"}
         rows["Origin"] = _origin(base)
+        if base.accuracy is not None:
+            rows["Accuracy"] = str(base.accuracy)
+    if base.accuracy is not None:
+        rows["Accuracy"] = str(base.accuracy)
         lines += [_lines(rows), ""]
         marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
         heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
