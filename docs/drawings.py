@@ -22,6 +22,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    Plan,
     PunchSolution,
     RigidPunch,
     check_mesh,
@@ -40,6 +41,7 @@ sys.path.append(str(Path(__file__).parents[1] / "examples"))
 
 from gallery import dots, legend_below, segments, sheet
 
+DATA = Path(__file__).parents[1] / "tests" / "data"
 #: fills cells of the triangulation that are marked out, as LIGHT does those of dual grids
 GREY = "#e4e4e4"
 ARROW = {"arrowstyle": "-|>", "color": OUTLINE, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
@@ -113,6 +115,14 @@ def cell(partition, i: int) -> np.ndarray:
     """Corners of a cell, shape (2, k)."""
     polygons = partition.polygons
     return polygons.p[:, polygons.indices[polygons.offsets[i] : polygons.offsets[i + 1]]]
+
+
+@drawing
+def footing() -> Axes:
+    """The outline in the drawing of an L-shaped footing."""
+    ax = Plan.read(DATA / "footing.dxf", layer="FOOTING").plot()
+    ax.set_axis_off()
+    return ax
 
 
 @drawing

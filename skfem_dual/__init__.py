@@ -1,6 +1,7 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from . import startup as startup  # first, it looks after the other imports
+from .contact.bearing import bearing_pressure
 from .contact.below import (
     Profile,
     displacement_below,
@@ -10,6 +11,7 @@ from .contact.below import (
     vertical_section,
 )
 from .contact.bounds import Bounds
+from .contact.cases_solution import CasesSolution, Extreme
 from .contact.elastic import ElasticPunch
 from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
@@ -51,6 +53,9 @@ from .ground.periodic import PeriodicGround
 from .ground.substrates import HalfSpace
 from .operators.influence_operator import InfluenceOperator
 from .operators.symmetry import Symmetry
+from .plans.plan import Plan
+from .plans.search import Accuracy
+from .plans.solve import PlanSolution, solve_plan
 from .post.estimate import CoupleEstimate, estimate_error, marked
 from .post.fields import pressure_field
 from .post.functional import Weights
@@ -61,7 +66,9 @@ from .sweeps.run import Outcome, SweepResult, sweep
 __version__ = "0.1.0"
 
 __all__ = [
+    "Accuracy",
     "Bounds",
+    "CasesSolution",
     "CellwiseBasis",
     "Cone",
     "ContactRegion",
@@ -73,6 +80,7 @@ __all__ = [
     "EdgeCoefficient",
     "ElasticPunch",
     "ElasticSolution",
+    "Extreme",
     "GradedHalfSpace",
     "GridCouple",
     "HalfSpace",
@@ -89,6 +97,8 @@ __all__ = [
     "Outcome",
     "Paraboloid",
     "PeriodicGround",
+    "Plan",
+    "PlanSolution",
     "PostprocessedPressure",
     "PreprocessReport",
     "Profile",
@@ -105,6 +115,7 @@ __all__ = [
     "SweepResult",
     "Symmetry",
     "Weights",
+    "bearing_pressure",
     "check_dual",
     "check_mesh",
     "delaunay_voronoi",
@@ -129,6 +140,7 @@ __all__ = [
     "repair",
     "settlement_by_layers",
     "smooth_couple",
+    "solve_plan",
     "stress_below",
     "sweep",
     "trace",

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from skfem import MeshTri
 
-from skfem_dual import __version__, cli
+from skfem_dual import RigidPunch, __version__
 from skfem_dual.cli import main
 from skfem_dual.io import read_dual, read_polygons
 
@@ -32,6 +32,13 @@ def run(capsys, *args):
     return code, found.out.splitlines(), found.err.splitlines()
 
 
+def only_case(found):
+    """The one case of the one footing."""
+    (footing,) = found["footings"]
+    (case,) = footing["cases"]
+    return case
+
+
 def test_solve(capsys, tmp_path):
     files = {k: tmp_path / f"out.{k}" for k in ("vtu", "json")}
     code, out, err = run(
@@ -48,9 +55,10 @@ def test_solve(capsys, tmp_path):
         re.findall("[a-z]+", table["Time [s]"])
     )
     found = json.loads(files["json"].read_text())
-    assert found["version"] == __version__
-    assert found["settlement"] == pytest.approx(float(table["Settlement W0"]), rel=1e-5)
-    assert found["first_moments"] == pytest.approx([-0.1, 0.05])
+    assert (found["schema"], found["version"]) == ("skfem-dual/1", __version__)
+    case = only_case(found)
+    assert case["settlement"] == pytest.approx(float(table["Settlement W0"]), rel=1e-5)
+    assert case["first_moments"] == pytest.approx([-0.1, 0.05])
     assert found["success"] is True
     polygons, data, _ = read_polygons(files["vtu"])
     assert data["pressure"] @ polygons.areas == pytest.approx(1.0)
@@ -73,19 +81,21 @@ def test_other_loads(capsys, tmp_path):
     """Moments with the paper's signs; a position instead of a load; another origin."""
     path = tmp_path / "out.json"
     to_file = ["--json", path]
-    pulled = ["--force", "-1e6", "--moments", "-3e4", "2e4"]
+    # mx presses down the side of larger y, my that of larger x
+    pulled = ["--force", "-1e6", "--moments", "2e4", "3e4"]
     code, _, err = run(capsys, "solve", DISC, *GROUND, *pulled, *to_file)
     assert code == 2
     assert "does not pull" in err[0]
     run(capsys, "solve", DISC, *GROUND, *pulled, "--bilateral", *to_file)
-    found = json.loads(path.read_text())
+    found = only_case(json.loads(path.read_text()))
+    assert found["load"]["moments"] == [2e4, 3e4]
     assert found["force"] == pytest.approx(-1e6)
     assert found["first_moments"] == pytest.approx([3e4, 2e4])
     run(capsys, "solve", DISC, *GROUND, "--settlement", "0.5", "--tilt", "0.1", "-.1", *to_file)
-    found = json.loads(path.read_text())
+    found = only_case(json.loads(path.read_text()))
     assert (found["settlement"], found["tilt"]) == (pytest.approx(0.5), pytest.approx([0.1, -0.1]))
     run(capsys, "solve", DISC, *GROUND, "--force", "1", "--origin", "0.2", "0", *to_file)
-    assert json.loads(path.read_text())["tilt"][0] > 0
+    assert only_case(json.loads(path.read_text()))["tilt"][0] > 0
 
 
 def test_lift_off(capsys, tmp_path):
@@ -94,9 +104,9 @@ def test_lift_off(capsys, tmp_path):
     code, out, err = run(capsys, "solve", DISC, *GROUND, *load, "--json", path)
     assert (code, err) == (0, [])
     assert any("contact on" in line for line in out)
-    found = json.loads(path.read_text())
+    found = only_case(json.loads(path.read_text()))
     assert found["contact_area"] == pytest.approx(0.735 * np.pi, rel=1e-2)
-    assert found["pressure"]["min"] == 0
+    assert found["pressure"]["min_of_cells"] == 0
     assert found["iterations"] > 0
     assert found["complementarity_residual"] < 1e-12
 
@@ -145,8 +155,8 @@ def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
 
     drawn = {}
 
-    def isobars(solution):
-        drawn["axes"] = original(solution)
+    def isobars(solution, **options):
+        drawn["axes"] = original(solution, **options)
         return drawn["axes"]
 
     original = matplotlib.isobars
@@ -170,17 +180,20 @@ def test_report(capsys, tmp_path):
     args = [*solve, "--grid", "triangles", "--report", files[0], "--json", files[1]]
     assert run(capsys, *args)[0] == 0
     text, found = files[0].read_text(encoding="utf-8"), json.loads(files[1].read_text())
+    case = only_case(found)
     assert "<td>disc.msh</td>" in text
     for name, value in {
-        "Settlement W0 of the origin": found["settlement"],
-        "Contact area": found["contact_area"],
-        "Mean pressure on the contact area": found["pressure"]["mean"],
-        "Largest mean pressure of a cell": found["pressure"]["max"],
+        "Settlement W0 of the origin": case["settlement"],
+        "Contact area": case["contact_area"],
+        "Mean pressure on the contact area": case["pressure"]["mean"],
+        "Largest mean pressure of a cell": case["pressure"]["max_of_cells"],
+        "Largest mean pressure on a circle": case["pressure"]["largest"],
     }.items():
         assert f'<th scope="row">{name}</th><td><data value="{value!r}">' in text
     other = re.search(r'Settlement W0 \[L\]</th><td><data value="(.*?)">', text)[1]
     assert run(capsys, *solve, "--json", files[1])[0] == 0
-    assert float(other) == pytest.approx(json.loads(files[1].read_text())["settlement"], rel=1e-9)
+    found = only_case(json.loads(files[1].read_text()))
+    assert float(other) == pytest.approx(found["settlement"], rel=1e-9)
     assert sorted(tmp_path.iterdir()) == sorted(files)
 
 
@@ -189,12 +202,12 @@ def test_report_tells_what_went_wrong(capsys, tmp_path):
     path, report = tmp_path / "mixed.vtu", tmp_path / "report.html"
     square = MeshTri().refined(3)
     p = np.vstack([square.p, np.zeros(square.p.shape[1])]).T
-    meshio.write(path, meshio.Mesh(p, {"triangle": square.t.T, "quad": [[0, 1, 3, 2]]}))
-    load = [*GROUND, "--force", "1", "--at", "0.5", "0.977"]
+    meshio.write(path, meshio.Mesh(p, {"triangle": square.t.T, "tetra": [[0, 1, 3, 2]]}))
+    load = [*GROUND, "--force", "1", "--at", "0", "0.477"]
     code, _, err = run(capsys, "solve", path, *load, "--report", report)
     assert code == 0
     text = report.read_text(encoding="utf-8")
-    for part in ("only triangles are read; left out 1 quad", "not solved on the other grid: "):
+    for part in ("quadrilaterals are read; left out 1 tetra", "not solved on the other grid: "):
         assert part in text
         assert sum(part in line for line in err) == 1
     assert "not estimated" in text
@@ -252,7 +265,7 @@ LOAD = [*GROUND, "--force", "1"]
         (["solve", DISC, "--substrate", "no.toml", "--force", "1"], "no such file: no.toml"),
         (["solve", DISC, *LOAD, "--png", "isobars.jpg"], "ending in .png for --png"),
         (["solve", DISC, *LOAD, "--svg", "isobars.png"], "ending in .svg or .pdf"),
-        (["solve", DISC, *LOAD, "--report", "report.pdf"], "ending in .html for --report"),
+        (["solve", DISC, *LOAD, "--report", "report.txt"], "ending in .html or .pdf for --report"),
         (["solve", DISC, *LOAD, "--vtu", "no/such/folder/x.vtu"], "no such folder for --vtu"),
         (["solve", DISC, *LOAD, "--collocation", "node"], 'centroid" with edge "singular"'),
         (["dual", DISC, "--colour", "red"], "unrecognized arguments"),
@@ -271,16 +284,17 @@ def test_errors_take_one_line_and_exit_with_2(capsys, args, message):
 def test_warnings_take_one_line(capsys, tmp_path):
     path = tmp_path / "mixed.vtu"
     p = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
-    cells = {"triangle": [[0, 1, 2], [0, 2, 3]], "quad": [[0, 1, 2, 3]]}
+    cells = {"triangle": [[0, 1, 2], [0, 2, 3]], "tetra": [[0, 1, 2, 3]]}
     meshio.write(path, meshio.Mesh(p, cells))
     code, _, err = run(capsys, "dual", path)
     assert code == 0
-    assert err == [f"skfem-dual: warning: {path}: only triangles are read; left out 1 quad"]
+    told = "only triangles and quadrilaterals are read; left out 1 tetra"
+    assert err == [f"skfem-dual: warning: {path}: {told}"]
 
 
 def test_outputs_are_checked_before_the_work(capsys, tmp_path, monkeypatch):
     """Nothing is solved, nothing is written, and the mesh survives."""
-    monkeypatch.setattr(cli, "RigidPunch", None)  # a call would be a TypeError
+    monkeypatch.setattr("skfem_dual.cli.footings.RigidPunch", None)  # a call would be a TypeError
     mesh, ground = tmp_path / "plan.msh", tmp_path / "ground.toml"
     mesh.write_bytes(Path(DISC).read_bytes())
     ground.write_text("[base]\nyoung = 1\npoisson = 0.25\n")
@@ -318,8 +332,8 @@ def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
         found = original(punch, *args, **kwargs)
         return replace(found, success=False, message="the contact cycles", settlement=np.nan)
 
-    original = cli.RigidPunch.solve
-    monkeypatch.setattr(cli.RigidPunch, "solve", solve)
+    original = RigidPunch.solve
+    monkeypatch.setattr(RigidPunch, "solve", solve)
     path = tmp_path / "out.json"
     code, out, err = run(capsys, "solve", DISC, *GROUND, "--force", "1", "--json", path)
     assert code == 3
@@ -327,7 +341,7 @@ def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
     assert err == ["skfem-dual: no solution: the contact cycles"]
     found = json.loads(path.read_text())
     assert found["success"] is False
-    assert found["settlement"] is None
+    assert only_case(found)["settlement"] is None
 
 
 @pytest.mark.parametrize(
@@ -406,7 +420,7 @@ def test_ctrl_c(tmp_path, capsys, monkeypatch):
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli.RigidPunch, "solve", interrupted)
+    monkeypatch.setattr(RigidPunch, "solve", interrupted)
     assert run(capsys, "solve", DISC, *LOAD) == (130, [], ["skfem-dual: interrupted"])
 
 
@@ -416,7 +430,7 @@ def test_help_and_version(capsys):
     for option in (
         "--young",
         "--at EX EY",
-        "--moments M1 M2",
+        "--moments MX MY",
         "--grid {dual,triangles}",
         "--report",
     ):

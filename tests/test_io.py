@@ -5,7 +5,7 @@ import meshio
 import numpy as np
 import pytest
 from plans import annulus, disc, polar
-from skfem import CellBasis, ElementQuad0, MeshTri
+from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
 from skfem_dual import (
     DualMesh,
@@ -16,6 +16,7 @@ from skfem_dual import (
     MeshWarning,
     RigidPunch,
 )
+from skfem_dual.grids.partition import Partition
 from skfem_dual.grids.polygons import Polygons
 from skfem_dual.io import (
     read_dual,
@@ -80,13 +81,13 @@ def test_groups_of_gmsh(request):
 def test_other_cells_are_named_and_left_out(tmp_path):
     path = tmp_path / "mixed.vtu"
     p = np.hstack([MESH.p, [[2.0, 3.0, 3.0, 2.0], [0.0, 0.0, 1.0, 1.0]]])
-    quad = MESH.p.shape[1] + np.arange(4)[None]
-    cells = {"triangle": MESH.t.T, "quad": quad, "line": MESH.facets[:, :3].T}
+    tetra = MESH.p.shape[1] + np.arange(4)[None]
+    cells = {"triangle": MESH.t.T, "tetra": tetra, "line": MESH.facets[:, :3].T}
     meshio.write(path, meshio.Mesh(with_z(p, 0.0), cells))
     with pytest.warns(MeshWarning) as caught:
         found = read_mesh(path)
     messages = [str(w.message) for w in caught]
-    assert any("left out 1 quad" in m for m in messages)
+    assert any("left out 1 tetra" in m for m in messages)
     assert any("4 points that belong to no triangle: 25, 26, 27, 28" in m for m in messages)
     assert np.array_equal(found.p, MESH.p)
 
@@ -110,15 +111,77 @@ def test_nothing_to_read(tmp_path):
     path.write_text("not a mesh\n")
     with pytest.raises(MeshError, match="cannot read"):
         read_mesh(path)
-    path = tmp_path / "quads.vtu"
-    quads = meshio.Mesh(np.eye(4, 3), {"quad": [[0, 1, 2, 3]]})
-    meshio.write(path, quads)
-    with pytest.raises(MeshError, match=r"expected straight triangles in .*got 1 quad"):
+    path = tmp_path / "tetra.vtu"
+    meshio.write(path, meshio.Mesh(np.eye(4, 3), {"tetra": [[0, 1, 2, 3]]}))
+    with pytest.raises(MeshError, match=r"expected triangles or quadrilaterals in .*got 1 tetra"):
         read_mesh(path)
-    curved = meshio.Mesh(np.eye(6, 3), {"triangle6": [[0, 1, 2, 3, 4, 5]]})
-    meshio.write(path, curved)
-    with pytest.raises(MeshError, match=r"got 1 triangle6.*first-order"):
-        read_mesh(path)
+
+
+def test_quadrilaterals_are_split_and_told(tmp_path):
+    """A grid of rectangles and one kite, cut where the triangles are better; tags go along."""
+    grid = MeshQuad.init_tensor(np.linspace(0, 2, 5), np.linspace(0, 1, 4)).with_defaults()
+    grid = grid.with_subdomains({"half": lambda x: x[0] < 1.0})
+    path = tmp_path / "grid.vtu"
+    grid.save(path)
+    with pytest.warns(MeshWarning) as caught:
+        found = read_mesh(path)
+    cut, lost = (str(w.message) for w in caught)
+    assert "12 quadrilaterals are cut into two triangles each" in cut
+    assert "left out the boundaries left, bottom, right, top" in lost
+    assert found.nelements == 24
+    assert Partition.from_mesh(found).areas == pytest.approx(2 / 24)
+    assert len(found.subdomains["half"]) == 12
+    assert found.p[0, found.t[:, found.subdomains["half"]]].max() == pytest.approx(1.0)
+    assert found.boundaries is None
+    kite = np.array([[0.0, 2.0, 2.5, 2.0], [0.0, -0.3, 0.0, 0.3], [0, 0, 0, 0]]).T
+    meshio.write(path, meshio.Mesh(kite, {"quad": [[0, 1, 2, 3]]}))
+    with pytest.warns(MeshWarning, match="1 quadrilaterals"):
+        areas = Partition.from_mesh(read_mesh(path)).areas
+    assert areas == pytest.approx([0.375, 0.375])  # not 0.6 and 0.15
+
+
+def test_quadrilaterals_are_kept_as_cells(tmp_path):
+    grid = polar(4, 12).with_boundaries({"edge": lambda x: np.hypot(*x) > 0.9})
+    path = tmp_path / "polar.vtu"
+    grid.save(path)
+    found = read_mesh(path, quads="keep")
+    assert isinstance(found, MeshQuad)
+    assert np.array_equal(found.t, grid.t)
+    assert set(found.boundaries) == {"edge"}
+    p = np.vstack([MESH.p, np.zeros(MESH.p.shape[1])]).T
+    meshio.write(path, meshio.Mesh(p, {"triangle": MESH.t.T, "quad": [[0, 1, 2, 3]]}))
+    with pytest.raises(MeshError, match=r'quadrilaterals only in .* Remedy: quads="split"'):
+        read_mesh(path, quads="keep")
+
+
+@pytest.mark.parametrize("kind", ["triangle6", "quad8"])
+def test_corners_of_cells_of_second_order(tmp_path, kind):
+    """Nodes on the sides are left out, which is told once."""
+    linear = MESH if kind == "triangle6" else MeshQuad().refined(2)
+    t = linear.t
+    corners = range(len(t))
+    middles = linear.p.shape[1] + linear.t2f
+    if kind == "triangle6":  # facets of scikit-fem: 01, 12, 02
+        assert np.array_equal(np.sort(linear.facets[:, linear.t2f[1]], 0), np.sort(t[1:], 0))
+    p = np.hstack([linear.p, linear.p[:, linear.facets].mean(axis=1)])
+    path = tmp_path / "second.vtu"
+    meshio.write(path, meshio.Mesh(with_z(p, 0.0), {kind: np.vstack([t, middles]).T}))
+    with pytest.warns(MeshWarning) as caught:
+        found = read_mesh(path, quads="keep")
+    assert [f"of {linear.nelements} {kind} the corners are kept" in str(w.message) for w in caught]
+    assert len(caught) == 1
+    assert np.array_equal(found.p, linear.p)
+    assert np.array_equal(found.t[list(corners)], t)
+
+
+def test_msh_by_content(tmp_path):
+    """Ansys Fluent's meshes have the suffix of Gmsh's."""
+    path = tmp_path / "fluent.msh"
+    ansys = meshio.Mesh(MESH.p.T, {"triangle": MESH.t.T})
+    meshio.write(path, ansys, file_format="ansys")
+    found = read_mesh(path)
+    assert np.array_equal(found.t, MESH.t)
+    assert found.p == pytest.approx(MESH.p)
 
 
 @pytest.mark.parametrize("mesh", [disc(2), annulus(3, 24), MeshTri.init_lshaped().refined(2)])

@@ -35,7 +35,7 @@ from .body import Body
 from .elastic_solution import ElasticSolution
 from .footprint import Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
-from .one_sign import solved
+from .one_sign import contact_of, solved
 from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted
@@ -307,18 +307,16 @@ class ElasticPunch(Body):
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(f, held, flat, dense=method == "active-set")
-            if unilateral:
-                chosen: Method = "cg" if method == "auto" else method
-                contact, position = system.unilateral(constraints, chosen, start, gap_rtol)
-            else:
-                contact, position = system.bilateral(constraints)
+            chosen: Method = "cg" if method == "auto" else method
+            given = constraints, unilateral
+            contact, position = contact_of(system, *given, chosen, start, gap_rtol)
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             return verify(contact, position), position
 
         with progress_bars(checked_flag("progress", progress)):
-            flat, contact, position = solved(self.footprint, pressures, find, unilateral)
+            contact, position = solved(self.footprint, find, unilateral, pressures)
         timings = {"solution": perf_counter() - begin}
-        return self.solution(f, held, contact, position, timings, flat=flat)
+        return self.solution(f, held, contact, position, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.
@@ -382,13 +380,10 @@ class ElasticPunch(Body):
         position: ndarray,
         timings: dict[str, float],
         others: tuple[tuple[Body, ndarray, ndarray | None], ...] = (),
-        flat: ndarray | None = None,
     ) -> ElasticSolution:
-        """The answer, from the contact and the motions; the rest as of `RigidPunch.solution`."""
+        """The answer, from the contact and the motions; ``others`` as of `PunchSolution`."""
         lifted, timings = self._lifted(f, held), self.timings | timings
-        return ElasticSolution.from_contact(
-            self, f, lifted, position, contact, timings, others, flat
-        )
+        return ElasticSolution.from_contact(self, f, lifted, position, contact, timings, others)
 
     def _effective(self, f: ndarray, held: ndarray) -> ndarray:
         """Loads of the free DOFs, of the values of held ones too."""

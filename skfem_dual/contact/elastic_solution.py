@@ -71,11 +71,10 @@ class ElasticSolution(CellPressures):
         contact: Contact,
         timings: dict[str, float],
         others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
-        flat: ndarray | None = None,
     ) -> "ElasticSolution":
         """The answer, from displacements under the loads alone, motions and the contact."""
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
-        flat = None if flat is None or not flat.any() else readonly(flat)
+        flat = contact.flat
         cells = punch.footprint if flat is None else punch.footprint.flattened(flat)
         pressed = punch.loads_of(cells) @ contact.pressure
         bent = lifted - punch.compliance.displacements(pressed)

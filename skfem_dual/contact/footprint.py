@@ -38,6 +38,7 @@ from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .load import Hull
+from .region import PlanTriangles
 from .system import DENSE
 
 #: from so many cells on a regular grid on products are those of transforms
@@ -251,6 +252,11 @@ class Footprint(LoadedCells):
         return Fan.from_basis(self.basis)
 
     @computed_once
+    def triangles(self) -> PlanTriangles:
+        """Triangles on which regions of contact are drawn."""
+        return PlanTriangles.of(self.partition, nodal_mesh(self.basis))
+
+    @computed_once
     def centre(self) -> ndarray:
         """Centroid of the plan, about which all is computed: no cancellation far from it."""
         areas = self.partition.areas
@@ -296,6 +302,22 @@ class Footprint(LoadedCells):
         resultant = self.resultants @ pressure
         resultant[1:] += resultant[0] * (self.centre - self.origin)
         return resultant
+
+    def pressure_factors(self, x: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+        """Pressure at points of shape (2, m) over the mean of their cells.
+
+        Which points are inside the plan, mask; and of these the cells, and the ratio, infinite on
+        a singular edge.
+        """
+        triangle = self.fan.locate(x)
+        inside = triangle >= 0
+        cell = self.fan.cell[triangle[inside]]
+        if self.weights is None:
+            return inside, cell, np.ones(len(cell))
+        phi = self.weights.root[self.fan.t[:, triangle[inside]]] ** 2
+        phi = np.sum(self.fan.coordinates(triangle[inside], x[:, inside]) * phi, axis=0)
+        phi[phi < 1e-12 * self.weights.root.max() ** 2] = 0.0  # on the edge but for rounding
+        return inside, cell, self.weights.relative(cell, np.sqrt(phi))
 
     @property
     def tolerance(self) -> float:

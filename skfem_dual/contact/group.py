@@ -1,6 +1,5 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
@@ -19,7 +18,6 @@ from ..arguments import (
     checked_sequence,
     checked_text,
 )
-from ..errors import ConvergenceError, ConvergenceWarning
 from ..grids.checks import check_type
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate, checked_substrate
@@ -27,20 +25,29 @@ from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import Footprint, LoadedCells, Operator, hulls
+from .cases import Cases, named, solve_cases
+from .cases_solution import CasesSolution
+from .footprint import ExactRows, Footprint, LoadedCells, Operator
 from .frame import FramedSystem, checked_stiffness
-from .group_solution import GroupAnswer, PunchesSolution
-from .load import Constraints, Load, load_of, require_compression
-from .neighbours import checked_joined, free_of, punch_on, require_apart, require_one_ground
-from .one_sign import solved
-from .problem import Contact
+from .group_solution import PunchesSolution, answers_of
+from .load import Constraints, Load, load_of
+from .neighbours import (
+    checked_joined,
+    free_of,
+    punch_on,
+    require_apart,
+    require_balance,
+    require_one_ground,
+)
+from .one_sign import contact_of, solved
+from .problem import Contact, warn_of
 from .punch import RigidPunch
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .union import joint_operator, rows_of, union
 from .verify import Verification
-from .work import Member, Part, Work
+from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,13 +168,13 @@ class RigidPunches:
         return tuple(sorted([*joined, *((i,) for i in alone)]))
 
     @computed_once
-    def _slices(self) -> list[slice]:
+    def slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         ends = np.cumsum([0, *(len(p.partition) for p in self.punches)])
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
     @computed_once
-    def _centres(self) -> list[ndarray]:
+    def centres(self) -> list[ndarray]:
         """Point of each body to which its position refers: the centroid; under a frame, whose
         stiffness refers to them, the origin."""
         if self.stiffness is not None:
@@ -203,9 +210,13 @@ class RigidPunches:
                     return self.cells.symmetric_matrix(symmetry)
             return joint_operator([punch.footprint for punch in self.punches], self.cells)
 
+    @computed_once
+    def _exact_rows(self) -> ExactRows:
+        return rows_of([punch.footprint for punch in self.punches])
+
     def _flattened(self, flat: ndarray) -> tuple[ContactSystem, list[Footprint]]:
         """Equations and cells of the punches where some cells are flat."""
-        own = zip(self.punches, self._slices, strict=True)
+        own = zip(self.punches, self.slices, strict=True)
         parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
         if not flat.any():
             return self.system, parts
@@ -222,13 +233,13 @@ class RigidPunches:
         return self._system([punch.footprint for punch in self.punches], self.operator)
 
     def _system(self, parts: list[Footprint], operator: Operator) -> ContactSystem:
-        n = self._slices[-1].stop
+        n = self.slices[-1].stop
         planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
         for number, body in enumerate(self.bodies):
             own = slice(3 * number, 3 * number + 3)
             for i in body:
-                punch, cells = self.punches[i], self._slices[i]
-                shift = (punch.centre - self._centres[number])[:, None]
+                punch, cells = self.punches[i], self.slices[i]
+                shift = (punch.centre - self.centres[number])[:, None]
                 for target, of in (
                     (planes, punch.planes(punch.collocation_points)),
                     (resultants, parts[i].resultants),
@@ -280,47 +291,91 @@ class RigidPunches:
         ConvergenceError
             If the system of equations is singular.
         """
-        loads = checked_sequence("loads", loads)
-        unilateral = checked_flag("unilateral", unilateral)
-        if len(loads) != len(self.bodies):
-            raise ValueError(
-                f"expected one load for each of the {len(self.bodies)} bodies, got {len(loads)}"
-            )
+        given = self._given("loads", loads)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        given = [load_of(f"loads[{number}]", load) for number, load in enumerate(loads)]
-        constraints = []
-        for number, (load, body) in enumerate(zip(given, self.bodies, strict=True)):
-            origin = self.punches[body[0]].origin - self._centres[number]
-            if unilateral and self.stiffness is None:
-                self._require_compression(number, load, origin)
-            constraints.append(load.constraints(origin))
+        unilateral = checked_flag("unilateral", unilateral)
+        everything = self.constraints(given, unilateral)
         pressures = self._pressures_of(start)
         begin = perf_counter()
-        everything = Constraints.together(constraints)
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            system, parts = self._flattened(flat)
-            if self.stiffness is not None:
-                framed = FramedSystem(system, self.stiffness, everything)
-                contact, position = framed.solve(unilateral, method, start, gap_rtol, self._rtol)
-            elif unilateral:
-                contact, position = system.unilateral(everything, method, start, gap_rtol)
-            else:
-                contact, position = system.bilateral(everything)
-            if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
-                raise ConvergenceError("the loads are too large for floating-point numbers")
-            if self.stiffness is None:
-                exact = rows_of(parts)
-                verify = Verification(system, everything, unilateral, exact, self._rtol, gap_rtol)
-                contact = verify(contact, position)
-            return contact, position
+            return self.find(everything, flat, start, unilateral, method, gap_rtol)
 
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            flat, contact, position = solved(self.cells, pressures, find, unilateral)
+            contact, position = solved(self.cells, find, unilateral, pressures)
         timings = self.timings | {"solution": perf_counter() - begin}
-        if not contact.success:
-            warnings.warn(contact.message, ConvergenceWarning, stacklevel=2)
-        return PunchesSolution(self, self._solutions(given, contact, position, timings, flat))
+        warn_of(contact, self.slices)
+        return PunchesSolution(self, self.answers(given, contact, position, timings))
+
+    def find(
+        self,
+        constraints: Constraints,
+        flat: ndarray,
+        start: ndarray | None,
+        unilateral: bool,
+        method: Method,
+        gap_rtol: float,
+    ) -> tuple[Contact, ndarray]:
+        """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
+        system, parts = self._flattened(flat)
+        if self.stiffness is not None:
+            framed = FramedSystem(system, self.stiffness, constraints)
+            return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
+        given = constraints, unilateral
+        contact, position = contact_of(system, *given, method, start, gap_rtol)
+        verify = self.verification(*given, gap_rtol)
+        verify = replace(verify, system=system, exact=rows_of(parts))
+        return verify(contact, position), position
+
+    def solve_many(
+        self,
+        cases: Cases,
+        **options: Any,
+    ) -> tuple[CasesSolution, ...]:
+        """Many load cases, each with one load for each body; answers for each punch.
+
+        As `RigidPunch.solve_many`; there must be no frame."""
+        if self.stiffness is not None:
+            raise ValueError("expected punches without a frame. Remedy: solve case by case")
+        names, given = named(cases)
+        loads = [self._given(f"load case {name!r}", case) for name, case in zip(names, given)]
+        found = solve_cases(self, names, loads, **options)
+        found.warn()
+        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
+        return tuple(
+            found.of(i, punch.footprint, [case[body_of[i]] for case in loads])
+            for i, punch in enumerate(self.punches)
+        )
+
+    def _given(self, name: str, loads: Sequence[Load | Mapping]) -> tuple[Load, ...]:
+        loads = checked_sequence(name, loads)
+        if len(loads) != len(self.bodies):
+            raise ValueError(
+                f"expected one load for each of the {len(self.bodies)} bodies, got "
+                f"{len(loads)} in {name}"
+            )
+        return tuple(load_of(f"{name}[{number}]", load) for number, load in enumerate(loads))
+
+    def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
+        """What the loads of all bodies impose; a ValueError where no pressures balance them."""
+        parts = []
+        for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
+            origin = self.punches[body[0]].origin - self.centres[number]
+            if unilateral and self.stiffness is None:
+                members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
+                try:
+                    require_balance(members, self.centres[number], load, origin, alone)
+                except ValueError as error:
+                    raise ValueError(f"body {number}: {error}") from None
+            parts.append(load.constraints(origin))
+        return Constraints.together(parts)
+
+    def verification(
+        self, constraints: Constraints, unilateral: bool, gap_rtol: float
+    ) -> Verification:
+        """What is asked of an answer."""
+        rows = self._exact_rows
+        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
@@ -329,66 +384,22 @@ class RigidPunches:
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
-    def _require_compression(self, number: int, load: Load, origin: ndarray) -> None:
-        members = [self.punches[i] for i in self.bodies[number]]
-        try:
-            if load.force == 0 and len(self.bodies) > 1:
-                raise ValueError(
-                    "expected a positive force. Remedy: leave out bodies without a load"
-                )
-            flat = all(p.gap is None for p in members)
-            around = hulls([p.footprint for p in members], self._centres[number])
-            require_compression(load, origin, around, flat)
-        except ValueError as error:
-            raise ValueError(f"body {number}: {error}") from None
-
-    def _solutions(
+    def answers(
         self,
-        loads: list[Load],
+        loads: tuple[Load, ...],
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        flat: ndarray,
     ) -> tuple[PunchSolution, ...]:
-        pressures = [contact.pressure[cells] for cells in self._slices]
-        solutions = {}
-        all_flat = all(punch.gap is None for punch in self.punches)
-        together = GroupAnswer(self, tuple(loads), contact.touching)
-        for number, body in enumerate(self.bodies):
-            moved = position[3 * number : 3 * number + 3]
-            for i in body:
-                punch, cells = self.punches[i], self._slices[i]
-                own = moved.copy()
-                own[0] += moved[1:] @ (punch.centre - self._centres[number])
-                part = replace(
-                    contact,
-                    pressure=pressures[i],
-                    gap=contact.gap[cells],
-                    touching=contact.touching[cells],
-                )
-                settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
-                # joined punches and those under a frame have a position, not a load, of their own
-                load = loads[number]
-                if len(body) > 1 or self.stiffness is not None:
-                    load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
-                every = zip(self.punches, pressures, self._slices, strict=True)
-                others = tuple((p, q, flat[at]) for p, q, at in every)
-                others = others[:i] + others[i + 1 :]
-                member = None
-                if all_flat and self.stiffness is None:
-                    origin = np.array(punch.origin) - self._centres[number]
-                    member = Member(together, number, origin)
-                solutions[i] = punch.solution(
-                    load, part, own, timings, others, flat[cells], member
-                )
-        return tuple(solutions[i] for i in range(len(self.punches)))
+        """Of each punch, from contact and positions of all."""
+        return answers_of(self, loads, contact, position, timings)
 
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
         parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
-        return Work(tuple(Part(of, b, self._centres[b]) for of, b in parts), self.system)
+        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike
 from ..kernels.once import computed_once
 from .elastic_solution import ElasticSolution
 from .load import Constraints, Load
+from .problem import Contact
 from .solution import PunchSolution
+from .work import Member
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,6 +102,47 @@ class GroupAnswer:
         group = self.group
         constraints = [
             load.constraints(group.punches[body[0]].origin - centre)
-            for load, body, centre in zip(self.loads, group.bodies, group._centres, strict=True)
+            for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)
         ]
         return group.work.positions(Constraints.together(constraints), self.touching)
+
+
+def answers_of(
+    punches: Any,
+    loads: tuple[Load, ...],
+    contact: Contact,
+    position: ndarray,
+    timings: dict[str, float],
+) -> tuple[PunchSolution, ...]:
+    """Those of each punch, from contact and positions of all."""
+    parts = [contact.under(cells) for cells in punches.slices]
+    every = zip(punches.punches, parts, strict=True)
+    others = tuple((punch, part.pressure, part.flat) for punch, part in every)
+    solutions = {}
+    together = None
+    if punches.stiffness is None and all(punch.gap is None for punch in punches.punches):
+        together = GroupAnswer(punches, loads, contact.touching)
+    for number, body in enumerate(punches.bodies):
+        moved = position[3 * number : 3 * number + 3]
+        for i in body:
+            punch = punches.punches[i]
+            own = moved.copy()
+            own[0] += moved[1:] @ (punch.centre - punches.centres[number])
+            settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
+            # joined punches and those under a frame have a position, not a load, of their own
+            load = loads[number]
+            if len(body) > 1 or punches.stiffness is not None:
+                load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
+            member = None
+            if together is not None:
+                member = Member(together, number, punch.origin - punches.centres[number])
+            solutions[i] = PunchSolution.from_contact(
+                punch,
+                load,
+                parts[i],
+                own,
+                punch.timings | timings,
+                others[:i] + others[i + 1 :],
+                member,
+            )
+    return tuple(solutions[i] for i in range(len(punches.punches)))

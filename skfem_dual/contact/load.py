@@ -120,7 +120,10 @@ def load_of(name: str, value: Load | Mapping) -> Load:
     known = {f.name for f in fields(Load)}
     if unknown := [key for key in value if key not in known]:
         raise TypeError(f"expected keys of {name} among {sorted(known)}, got {shown(unknown[0])}")
-    return Load(**value)
+    try:
+        return Load(**value)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"{name}: {error}") from None
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,8 @@ from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
 from ..ground.substrates import Substrate
+from .footprint import hulls
+from .load import Load, require_compression
 from .punch import RigidPunch
 
 
@@ -107,3 +109,18 @@ def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, .
             f"expected numbers of punches from 0 to {n - 1}, each once, for joined, got {groups}"
         )
     return groups
+
+
+def require_balance(
+    members: Sequence[RigidPunch], centre: ndarray, load: Load, origin: ndarray, alone: bool
+) -> None:
+    """Refuse a load of a body that no pressures can balance.
+
+    ``members`` are its punches, ``centre`` the point from which its ``origin`` is seen,
+    ``alone`` whether there is no other body.
+    """
+    if load.force == 0 and not alone:
+        raise ValueError("expected a positive force. Remedy: leave out bodies without a load")
+    flat = all(punch.gap is None for punch in members)
+    around = hulls([punch.footprint for punch in members], centre)
+    require_compression(load, origin, around, flat)

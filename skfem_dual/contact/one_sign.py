@@ -11,8 +11,12 @@ from dataclasses import replace
 import numpy as np
 from numpy import ndarray
 
+from ..errors import ConvergenceError
+from ..grids.polygons import readonly
 from .footprint import LoadedCells
+from .load import Constraints
 from .problem import Contact
+from .system import ContactSystem, Method
 
 #: solutions after which all cells are flat
 MOST = 5
@@ -20,34 +24,58 @@ MOST = 5
 Solve = Callable[[ndarray, ndarray | None], tuple[Contact, ndarray]]
 
 
+def contact_of(
+    system: ContactSystem,
+    constraints: Constraints,
+    unilateral: bool,
+    method: Method,
+    start: ndarray | None,
+    gap_rtol: float,
+) -> tuple[Contact, ndarray]:
+    """Contact and position under one set of loads.
+
+    Raises
+    ------
+    ConvergenceError
+        If the loads are too large for floating-point numbers, or as the system.
+    """
+    if unilateral:
+        contact, position = system.unilateral(constraints, method, start, gap_rtol)
+    else:
+        contact, position = system.bilateral(constraints)
+    if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
+        raise ConvergenceError("the loads are too large for floating-point numbers")
+    return contact, position
+
+
 def solved(
-    cells: LoadedCells, start: ndarray | None, solve: Solve, unilateral: bool
-) -> tuple[ndarray, Contact, ndarray]:
-    """Contact whose pressures are nowhere negative, unless the ground may pull.
+    cells: LoadedCells,
+    solve: Solve,
+    unilateral: bool,
+    start: ndarray | None = None,
+    found: tuple[Contact, ndarray] | None = None,
+) -> tuple[Contact, ndarray]:
+    """Contact whose pressures are nowhere negative, unless the ground may pull, and position.
 
     Parameters
     ----------
     cells : LoadedCells
         The n cells.
-    start : (n,) array of float or None
-        Pressures to begin with.
     solve : callable
         Contact and position for cells of which some are flat, (n,) array of bool, from pressures
         to begin with.
     unilateral : bool
         Whether the ground does not pull.
-
-    Returns
-    -------
-    (n,) array of bool
-        The cells that are flat in it.
-    contact : Contact
-    position : (m,) array of float
+    start : (n,) array of float, optional
+        Pressures to begin with.
+    found : Contact and (m,) array of float, optional
+        What `solve` answers where no cell is flat, if that is known.
     """
     flat = np.zeros(len(cells), dtype=bool)
     history: tuple[float, ...] = ()
     for number in range(MOST):
-        contact, position = solve(flat, start)
+        contact, position = found or solve(flat, start)
+        found = None
         history += contact.history
         if not (unilateral and contact.success):
             break
@@ -56,4 +84,5 @@ def solved(
             break
         flat = flat | turning if number < MOST - 2 else np.ones_like(flat)
         start = contact.pressure
-    return flat, replace(contact, history=history), position
+    known = readonly(flat) if flat.any() else None
+    return replace(contact, history=history, flat=known), position

@@ -1,6 +1,6 @@
-"""Sequences of loads: each solution begins with the one before."""
+"""Sequences of loads."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,8 @@ from ..arguments import (
     checked_sequence,
 )
 from .body import Body
+from .cases import solve_cases
+from .load import load_of
 from .punch import RigidPunch
 from .solution import PunchSolution
 
@@ -83,7 +85,7 @@ class LoadPath:
 
 
 def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> LoadPath:
-    """Solve for one load after the other, each from the contact found before.
+    """Solve for one load after the other, each from the contact found nearby.
 
     Parameters
     ----------
@@ -114,9 +116,13 @@ def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> Lo
     [3.1, 2.9, 1.7]
     """
     checked_instance("punch", punch, Body)
-    solutions: list[PunchSolution] = []
-    for number, load in enumerate(checked_sequence("loads", loads)):
+    loads = checked_sequence("loads", loads)
+    for number, load in enumerate(loads):
         checked_instance(f"loads[{number}]", load, Mapping)
+    if isinstance(punch, RigidPunch) and loads:
+        return _together(punch, loads, options)
+    solutions: list[PunchSolution] = []
+    for number, load in enumerate(loads):
         # from full contact the next step is found at once; a failed one is no beginning
         last = solutions[-1] if solutions else None
         start = last if last is not None and last.iterations and last.success else None
@@ -125,6 +131,18 @@ def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> Lo
         except ValueError as error:
             raise ValueError(f"load {number}: {error}") from error
     return LoadPath(tuple(solutions))
+
+
+def _together(punch: RigidPunch, loads: Sequence[Mapping], options: dict[str, Any]) -> LoadPath:
+    """Of a rigid punch, whose loads share what they can."""
+    names = tuple(f"load {number}" for number in range(len(loads)))
+    given = [(load_of(name, load),) for name, load in zip(names, loads, strict=True)]
+    found = solve_cases(punch, names, given, **options)
+    for name, answer, message in zip(names, found.answers, found.messages, strict=True):
+        if answer is None:
+            raise ValueError(f"{name}: {message}")
+    found.warn()
+    return LoadPath(tuple(answer[0] for answer in found.answers if answer is not None))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

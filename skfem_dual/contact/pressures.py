@@ -79,13 +79,8 @@ class CellPressures:
     @computed_once
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
-        return ContactRegion.from_cells(
-            self.footprint.partition,
-            nodal_mesh(self.footprint.basis),
-            self.pressure,
-            self.gap,
-            self.contact_modulus,
-        )
+        triangles = self.footprint.triangles
+        return triangles.region(self.pressure, self.gap, self.contact_modulus)
 
     @property
     def contact_modulus(self) -> float:
@@ -144,20 +139,11 @@ class CellPressures:
             singular edge, zero beside the punch.
         """
         x, shape = flat_points(x)
-        fan, weights = self.footprint.fan, self.footprint.weights
-        triangle = fan.locate(x)
-        inside = triangle >= 0
-        triangle = triangle[inside]
-        cell = fan.cell[triangle]
+        inside, cell, factor = self.footprint.pressure_factors(x)
         arm = x[:, inside] - self.footprint.acting[:, cell]
-        pressure = self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
-        if weights is not None:
-            phi = weights.root[fan.t[:, triangle]] ** 2
-            phi = np.sum(fan.coordinates(triangle, x[:, inside]) * phi, axis=0)
-            phi[phi < 1e-12 * weights.root.max() ** 2] = 0.0  # on the edge but for rounding
-            pressure = pressure * weights.relative(cell, np.sqrt(phi))
+        inner = self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
         out = np.zeros(x.shape[1])
-        out[inside] = pressure
+        out[inside] = np.where(inner == 0, 0.0, factor) * inner
         return out.reshape(shape)
 
     def load_vector(self, basis: AbstractBasis, **options: Any) -> ndarray:

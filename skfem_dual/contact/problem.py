@@ -1,11 +1,14 @@
 """Contact to be found, and contact that was found."""
 
-from dataclasses import dataclass
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy import ndarray
 
+from ..errors import ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from .load import Constraints
 
@@ -90,6 +93,9 @@ class Contact:
         conditions on the gap over the largest settlement (conjugate gradients).
     residual : float
         Violation of the conditions on the gap that was found afterwards.
+    flat : (n,) array of bool, optional
+        Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
+        turn negative; None if there are none.
     """
 
     pressure: ndarray
@@ -100,10 +106,17 @@ class Contact:
     message: str = ""
     history: tuple[float, ...] = ()
     residual: float = 0.0
+    flat: ndarray | None = None
 
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    def under(self, cells: slice) -> "Contact":
+        """The same under one of several bodies, by its cells."""
+        pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
+        flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
+        return replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
 
     @property
     def pulling(self) -> float:
@@ -139,3 +152,16 @@ class Contact:
             "settlement are rough; likely cause: cells too large for the contact. Remedy: smaller "
             "cells where it is, as by refine_to_contact"
         )
+
+
+def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
+    """Warn the caller of a solver of contact that was not found, or is rough under a body.
+
+    ``parts`` are the cells of each body.
+    """
+    if not contact.success:
+        warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        return
+    for cells in parts:
+        if message := contact.under(cells).rough:
+            warnings.warn(message, ResolutionWarning, stacklevel=3)

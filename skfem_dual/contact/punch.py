@@ -1,16 +1,14 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-import warnings
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
 from ..arguments import Pair, checked_flag, checked_number
-from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
@@ -20,18 +18,20 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .body import Body
+from .cases import Cases, named, solve_cases
+from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
-from .load import Load, require_compression
-from .one_sign import solved
+from .load import Constraints, Load, load_of, require_compression
+from .one_sign import contact_of, solved
 from .pressures import CellPressures
-from .problem import Contact
+from .problem import Contact, warn_of
 from .shapes import Gap, gap_values
-from .solution import TINY, PunchSolution
+from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .verify import Verification
-from .work import Member, Part, Work, moved
+from .work import Part, Work, moved
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -322,82 +322,95 @@ class RigidPunch(Body):
         if self._periodic:
             load = _between_waves(load, unilateral)
         progress = checked_flag("progress", progress)
-        origin = self.origin - self.centre
-        if unilateral:
-            require_compression(load, origin, self.footprint.hulls, self.gap is None)
+        constraints = self.constraints((load,), unilateral)
         pressures = None if start is None else self.pressures_of(start)
-        constraints = load.constraints(origin)
         begin = perf_counter()
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            cells, system = self._flattened(flat)
-            if unilateral:
-                contact, position = system.unilateral(constraints, method, start, gap_rtol)
-            else:
-                contact, position = system.bilateral(constraints)
-            if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
-                raise ConvergenceError("the load is too large for floating-point numbers")
-            rows, rtol = cells.exact_rows, self._rtol
-            verify = Verification(system, constraints, unilateral, rows, rtol, gap_rtol)
-            return verify(contact, position), position
+            return self.find(constraints, flat, start, unilateral, method, gap_rtol)
 
-        # infinite loads are refused above
+        # infinite loads are refused there
         with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            flat, contact, position = solved(self.footprint, pressures, find, unilateral)
-        timings = {"solution": perf_counter() - begin}
-        return self.solution(load, contact, position, timings, flat=flat)
+            contact, position = solved(self.footprint, find, unilateral, pressures)
+        warn_of(contact)
+        timings = self.timings | {"solution": perf_counter() - begin}
+        return PunchSolution.from_contact(self, load, contact, position, timings)
 
-    def solution(
+    def find(
         self,
-        load: Load,
+        constraints: Constraints,
+        flat: ndarray,
+        start: ndarray | None,
+        unilateral: bool,
+        method: Method,
+        gap_rtol: float,
+    ) -> tuple[Contact, ndarray]:
+        """Contact and position where some cells are flat, (n,) array of bool, and verified."""
+        cells, system = self._flattened(flat)
+        given = constraints, unilateral
+        contact, position = contact_of(system, *given, method, start, gap_rtol)
+        verify = self.verification(*given, gap_rtol)
+        verify = replace(verify, system=system, exact=cells.exact_rows)
+        return verify(contact, position), position
+
+    def solve_many(
+        self,
+        cases: Cases,
+        **options: Any,
+    ) -> CasesSolution:
+        """Many load cases at a time, by superposition while all cells keep contact.
+
+        Parameters
+        ----------
+        cases : mapping of str to Load or mapping, or sequence of them
+            Loads, or keyword arguments of `Load`, by the names of the cases.
+        options
+            ``unilateral``, ``method``, ``gap_rtol``, ``progress``, as `solve`.
+
+        Returns
+        -------
+        CasesSolution
+            With ``success`` of each case; a `ConvergenceWarning` names one without. A load that
+            turns the punch over is such a case, and no error.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a load is incomplete, contradictory or not finite; says which. Or as `solve`.
+        """
+        names, given = named(cases)
+        loads = [load_of(f"load case {name!r}", load) for name, load in zip(names, given)]
+        if self._periodic:
+            unilateral = options.get("unilateral", True)
+            loads = [_between_waves(load, unilateral) for load in loads]
+        single = [(load,) for load in loads]
+        answers = solve_cases(self, names, single, **options)
+        answers.warn()
+        return answers.of(0, self.footprint, loads)
+
+    def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
+        """What one load imposes; a ValueError where no pressures can balance it."""
+        origin = self.origin - self.centre
+        if unilateral:
+            require_compression(loads[0], origin, self.footprint.hulls, self.gap is None)
+        return loads[0].constraints(origin)
+
+    def verification(
+        self, constraints: Constraints, unilateral: bool, gap_rtol: float
+    ) -> Verification:
+        """What is asked of an answer."""
+        rows = self.footprint.exact_rows
+        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
+
+    def answers(
+        self,
+        loads: tuple[Load, ...],
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        others: tuple[tuple[Body, ndarray, ndarray | None], ...] = (),
-        flat: ndarray | None = None,
-        member: Member | None = None,
-    ) -> PunchSolution:
-        """The answer, from contact and position of the plan's centroid.
-
-        ``others`` are the punches beside it, with their pressures and the cells that are flat;
-        ``flat`` tells its own. Of a group it is a ``member``.
-        """
-        pressure, shift = contact.pressure, self.centre - self.origin
-        flat = None if flat is None or not flat.any() else readonly(flat)
-        cells = self.footprint if flat is None else self.footprint.flattened(flat)
-        resultant = cells.resultant(pressure)
-        imposed = resultant.copy()
-        if load.force is not None:
-            imposed[0] = load.force
-        if load.tilt is None:
-            imposed[1:] = imposed[0] * np.array(load.at or (0.0, 0.0)) + load.first_moments
-        # what the ground settles is what remains of the gap, less the punch's shape and motion
-        settled = contact.gap - self.initial_gap + position @ self.planes(self.collocation_points)
-        if not contact.success:
-            warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
-        elif message := contact.rough:
-            warnings.warn(message, ResolutionWarning, stacklevel=3)
-        return PunchSolution(
-            punch=self,
-            load=load,
-            pressure=readonly(pressure),
-            gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
-            collocated_settlement=float(position[0] - position[1:] @ shift),
-            collocated_tilt=readonly(position[1:]),
-            resultant=readonly(resultant),
-            resultant_residual=readonly(resultant - imposed),
-            displacement_residual=contact.violation,
-            complementarity_residual=max(
-                contact.pulling, contact.violation / max(np.abs(settled).max(), TINY)
-            ),
-            iterations=len(contact.history),
-            success=contact.success,
-            message=contact.message or contact.description,
-            timings=self.timings | timings,
-            others=others,
-            flat=flat,
-            member=member,
-        )
+    ) -> tuple[PunchSolution, ...]:
+        """The answer under one load, from contact and position of the plan's centroid."""
+        return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
 
     def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
         """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
@@ -409,6 +422,11 @@ class RigidPunch(Body):
         shift = self.centre - self.origin
         found = self._work.positions(load.constraints(-shift), touching)
         return None if found is None else moved(found, -shift)
+
+    @property
+    def cells(self) -> Footprint:
+        """The cells under the punch."""
+        return self.footprint
 
     @computed_once
     def _work(self) -> Work:

@@ -6,7 +6,7 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, ClassVar
@@ -30,8 +30,8 @@ from .footprint import Ground, LoadedCells
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression
 from .neighbours import require_apart, require_one_ground
-from .one_sign import solved
-from .problem import Contact, Share
+from .one_sign import contact_of, solved
+from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
 from .solution import PunchSolution
@@ -191,19 +191,17 @@ class Punches:
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, method == "active-set")
-            if unilateral:
-                chosen: Method = "cg" if method == "auto" and constraints.conjugate else method
-                contact, position = system.unilateral(constraints, chosen, start, gap_rtol)
-            else:
-                contact, position = system.bilateral(constraints)
+            chosen: Method = "cg" if method == "auto" and constraints.conjugate else method
+            known = constraints, unilateral
+            contact, position = contact_of(system, *known, chosen, start, gap_rtol)
             rtol = getattr(self.ground, "rtol", 0.0)
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             return verify(contact, position), position
 
         with progress_bars(checked_flag("progress", progress)):
-            flat, contact, position = solved(self.cells, None, find, unilateral)
+            contact, position = solved(self.cells, find, unilateral)
         timings = self.timings | {"solution": perf_counter() - begin}
-        parts = self._solutions(given, shares, contact, position, timings, flat)
+        parts = self._solutions(given, shares, contact, position, timings)
         return PunchesSolution(self, parts)
 
     @computed_once
@@ -268,28 +266,23 @@ class Punches:
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        flat: ndarray,
     ) -> tuple[PunchSolution | ElasticSolution, ...]:
         cells = self._slices
         moved = np.split(position, np.cumsum([len(share.planes) for share in shares])[:-1])
-        each = zip(self.punches, cells, strict=True)
-        pressed = [(p, contact.pressure[own], flat[own]) for p, own in each]
+        parts = [contact.under(own) for own in cells]
+        each = zip(self.punches, parts, strict=True)
+        pressed = [(punch, part.pressure, part.flat) for punch, part in each]
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
-            own = cells[i]
-            part = replace(
-                contact,
-                pressure=contact.pressure[own],
-                gap=contact.gap[own],
-                touching=contact.touching[own],
-            )
-            others = (*pressed[:i], *pressed[i + 1 :])
-            args = part, moved[i], timings, others, flat[own]
+            others, part = (*pressed[:i], *pressed[i + 1 :]), parts[i]
             if isinstance(punch, RigidPunch):
-                solutions.append(punch.solution(load, *args))
+                warn_of(part)
+                own_times = punch.timings | timings
+                found = PunchSolution.from_contact(punch, load, part, moved[i], own_times, others)
+                solutions.append(found)
             else:
                 f, held = load
-                solutions.append(punch.solution(f, held, *args))
+                solutions.append(punch.solution(f, held, part, moved[i], timings, others))
         return tuple(solutions)
 
     def __repr__(self) -> str:

@@ -62,19 +62,7 @@ class ContactRegion:
         modulus : float
             Contact modulus E* of the surface.
         """
-        p, t = mesh.p, mesh.t
-        if len(t) == 4:
-            middle = p.shape[1] + np.arange(t.shape[1])
-            p = np.hstack([p, p[:, t].mean(axis=1)])
-            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
-        t = np.where(signed_areas(p, t) < 0, t[[0, 2, 1]], t)
-        full = (gap <= 0).all()
-        if full or not (pressure > 0).any():
-            level = np.full(p.shape[1], 1.0 if full else -1.0)
-        else:
-            distance = _edge_distance(partition, pressure, gap * 0.75 * modulus)
-            level = fitted_planes(partition.centroids, distance, p)[0]
-        return cls(readonly(p), readonly(t), readonly(level))
+        return PlanTriangles.of(partition, mesh).region(pressure, gap, modulus)
 
     def __repr__(self) -> str:
         return (
@@ -139,6 +127,54 @@ class ContactRegion:
         return np.unique(mesh.element_finder()(*middles))
 
 
+@dataclass(frozen=True, eq=False)
+class PlanTriangles:
+    """Triangles on which contact regions of the same cells are drawn.
+
+    Attributes
+    ----------
+    partition : Partition
+        The cells.
+    p, t
+        As of `ContactRegion`.
+    """
+
+    partition: Partition
+    p: ndarray
+    t: ndarray
+
+    @classmethod
+    def of(cls, partition: Partition, mesh: Mesh) -> "PlanTriangles":
+        """Those of a mesh of triangles, or a quarter each of quadrilaterals."""
+        p, t = mesh.p, mesh.t
+        if len(t) == 4:
+            middle = p.shape[1] + np.arange(t.shape[1])
+            p = np.hstack([p, p[:, t].mean(axis=1)])
+            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
+        t = np.where(signed_areas(p, t) < 0, t[[0, 2, 1]], t)
+        return cls(partition, readonly(p), readonly(t))
+
+    @computed_once
+    def _planes(self) -> "PlaneFit":
+        """From the centroids of the cells to the points."""
+        return PlaneFit.to_nearest(self.partition.centroids, self.p)
+
+    @computed_once
+    def _whole(self) -> ContactRegion:
+        """Contact everywhere."""
+        return ContactRegion(self.p, self.t, readonly(np.ones(self.p.shape[1])))
+
+    def region(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
+        """`ContactRegion.from_cells`."""
+        if (gap <= 0).all():
+            return self._whole
+        level = np.full(self.p.shape[1], -1.0)
+        if (pressure > 0).any():
+            distance = _edge_distance(self.partition, pressure, gap * 0.75 * modulus)
+            level = self._planes(distance)[0]
+        return ContactRegion(self.p, self.t, readonly(level))
+
+
 def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) -> ndarray:
     """About the distance of each cell to the edge of contact, positive in contact.
 
@@ -155,11 +191,11 @@ def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) ->
     step, middle = x[:, i] - x[:, j], (x[:, i] + x[:, j]) / 2
     near = cKDTree(middle.T).query(x.T, min(AROUND, len(i)))[1].reshape(x.shape[1], -1)
     across = 0.8 * np.hypot(*step)
-    distance = np.empty(len(pressure))
+    distance, planes = np.empty(len(pressure)), PlaneFit.to_nearest(x, middle, 2 * AROUND)
     for _ in range(3):  # the direction across the edge follows from the distances
         strength = np.median(_strength(pressure[i] ** 2, opening[j], across)[near], axis=1)
         distance = np.where(inside, pressure**2 * strength**3, -opening * strength)
-        slope = fitted_planes(x, distance, middle, 2 * AROUND)[1:]
+        slope = planes(distance)[1:]
         normal = slope / np.hypot(*slope)
         across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))
     # the law holds nearby only; far from the edge the sign is all that counts
@@ -176,46 +212,41 @@ def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:
     return z
 
 
-def fitted_planes(x: ndarray, values: ndarray, at: ndarray, around: int = AROUND) -> ndarray:
-    """Values and gradients at points ``at`` of planes fitted to the nearest values given.
+@dataclass(frozen=True, eq=False)
+class PlaneFit:
+    """Planes fitted to the nearest values of points, for any number of values.
 
-    Parameters
+    Attributes
     ----------
-    x : (2, n) array of float
-        Points with values.
-    values : (n,) array of float
-        The values.
-    at : (2, m) array of float
-        Where planes are wanted.
-    around : int
-        How many of the nearest values each follows.
-
-    Returns
-    -------
-    (3, m) array of float
-        Value and both slopes of each plane.
+    near : (m, around) array of int
+        The points each plane follows.
+    inverse : (m, 3, around) array of float
+        Value and both slopes of each plane by unit values there.
     """
-    near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
-    out = np.zeros((3, at.shape[1]))
-    out[0] = values[near[:, 0]]
-    sloping = np.nonzero((values[near] != out[0][:, None]).any(axis=1))[0]
-    out[:, sloping] = _planes(x, values, at[:, sloping], near[sloping])
-    return out
+
+    near: ndarray
+    inverse: ndarray
+
+    @classmethod
+    def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
+        """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
+        near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
+        arm = x[:, near] - at[:, :, None]
+        reach = np.hypot(*arm).max(axis=1, keepdims=True)
+        columns = np.stack([np.ones(near.shape), *(arm / reach)], axis=-1)
+        # points on one line give no slope across it
+        inverse = np.linalg.pinv(columns, rcond=1e-6)
+        inverse[:, 1:] /= reach[:, :, None]
+        return cls(near, inverse)
+
+    def __call__(self, values: ndarray) -> ndarray:
+        """Value and both slopes of each plane, shape (3, m)."""
+        return (self.inverse @ values[self.near][..., None])[..., 0].T
 
 
-def _planes(x: ndarray, values: ndarray, at: ndarray, near: ndarray) -> ndarray:
-    """Values and gradients at points ``at`` of planes fitted to the values with numbers ``near``.
+def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:
+    """Values and slopes at points ``at`` of planes fitted to the nearest values of ``x``, (3, m).
 
-    ``near`` has a row for each point.
+    `PlaneFit` serves several values at the same points.
     """
-    arm = x[:, near] - at[:, :, None]
-    reach = np.hypot(*arm).max(axis=1, keepdims=True)
-    columns = np.stack([np.ones(near.shape), *(arm / reach)], axis=-1)
-    rows = columns.swapaxes(1, 2)
-    normal, right = rows @ columns, rows @ values[near][..., None]
-    flat = np.linalg.det(normal) < FLAT * near.shape[1] ** 3
-    planes = np.empty(right.shape)
-    planes[~flat] = np.linalg.solve(normal[~flat], right[~flat])
-    # points on one line give no slope across it
-    planes[flat] = np.linalg.pinv(columns[flat], rcond=1e-6) @ values[near[flat]][..., None]
-    return planes[..., 0].T / np.vstack([np.ones(len(near)), reach.T, reach.T])
+    return PlaneFit.to_nearest(x, at)(values)

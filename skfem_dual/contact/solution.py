@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -15,6 +16,7 @@ from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
 from .pressures import CellPressures
+from .problem import Contact
 from .work import Member
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
@@ -75,6 +77,57 @@ class PunchSolution(CellPressures):
     collocated_tilt: ndarray
     resultant_residual: ndarray
     member: Member | None = None
+
+    @classmethod
+    def from_contact(
+        cls,
+        punch: Any,
+        load: Load,
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+        others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
+        member: Member | None = None,
+    ) -> "PunchSolution":
+        """The answer, from contact and position of the plan's centroid.
+
+        ``others`` are the punches beside it, with their pressures and the cells that are flat; of
+        a group it is a ``member``.
+        """
+        pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
+        if contact.flat is not None:
+            cells = cells.flattened(contact.flat)
+        resultant = cells.resultant(pressure)
+        imposed = resultant.copy()
+        if load.force is not None:
+            imposed[0] = load.force
+        if load.tilt is None:
+            imposed[1:] = imposed[0] * np.array(load.at or (0.0, 0.0)) + load.first_moments
+        # what the ground settles is what remains of the gap, less the punch's shape and motion
+        settled = (
+            contact.gap - punch.initial_gap + position @ punch.planes(punch.collocation_points)
+        )
+        return cls(
+            punch=punch,
+            load=load,
+            pressure=readonly(pressure),
+            gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
+            collocated_settlement=float(position[0] - position[1:] @ shift),
+            collocated_tilt=readonly(position[1:]),
+            resultant=readonly(resultant),
+            resultant_residual=readonly(resultant - imposed),
+            displacement_residual=contact.violation,
+            complementarity_residual=max(
+                contact.pulling, contact.violation / max(np.abs(settled).max(), TINY)
+            ),
+            iterations=len(contact.history),
+            success=contact.success,
+            message=contact.message or contact.description,
+            timings=timings,
+            others=others,
+            flat=contact.flat,
+            member=member,
+        )
 
     @property
     def settlement(self) -> float:

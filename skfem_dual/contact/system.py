@@ -126,6 +126,11 @@ class ContactSystem:
         """Pressures that would close the gap, shape (n,)."""
         return self._by_shape[0][:, 0]
 
+    @property
+    def failure(self) -> str:
+        """Why unit pressures were not found, if iterations did not converge."""
+        return "; ".join(filter(None, (self._by_position[1], self._by_shape[1])))
+
     @computed_once
     def _by_position(self) -> tuple[ndarray, str]:
         return self._inverse(self.planes.T)
@@ -217,8 +222,7 @@ class ContactSystem:
         pressure = self.unit_pressures @ position - self.shape_pressures
         gap = self.matrix @ pressure + self.gap - position @ self.planes
         full = np.ones(len(gap), dtype=bool)
-        failure = "; ".join(filter(None, (self._by_position[1], self._by_shape[1])))
-        return Contact(pressure, motion, gap, full, not failure, failure), position
+        return Contact(pressure, motion, gap, full, not self.failure, self.failure), position
 
     def can_balance(self, constraints: Constraints) -> bool:
         """Whether pressures without tension balance the forces given."""

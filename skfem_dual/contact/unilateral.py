@@ -311,7 +311,7 @@ def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
 
 
 def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
-    """Motions under forces given, from the stiffness of a punch.
+    """Motions under forces given, of shape (m,) or (m, k), from the stiffness of a punch.
 
     Raises
     ------
@@ -319,7 +319,7 @@ def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
         If it can move without resistance.
     """
     if len(given) == 0:
-        return np.zeros(0)
+        return np.zeros(given.shape)
     rows = np.abs(stiffness).max(axis=1, keepdims=True)
     if (
         not np.isfinite(stiffness).all()
@@ -331,4 +331,4 @@ def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
             "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
             "use at least three cells that do not lie on one line"
         )
-    return np.linalg.solve(stiffness / rows, given / rows[:, 0])
+    return np.linalg.solve(stiffness / rows, (given.T / rows[:, 0]).T)

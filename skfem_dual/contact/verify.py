@@ -52,13 +52,17 @@ class Verification:
     rtol: float = 0.0
     gap_rtol: float = 0.0
 
-    def __call__(self, contact: Contact, position: ndarray) -> Contact:
+    def __call__(
+        self, contact: Contact, position: ndarray, settled: ndarray | None = None
+    ) -> Contact:
         """``contact`` with the largest violation found; without success where it is too large.
 
-        ``position`` is that of the bodies, as the system's.
+        ``position`` is that of the bodies, as the system's; ``settled`` the matrix times the
+        pressures, if that is known.
         """
         pressure, system = contact.pressure, self.system
-        settled, moved = system.matrix @ pressure, position @ system.planes
+        settled = system.matrix @ pressure if settled is None else settled
+        moved = position @ system.planes
         gap = settled + system.gap - moved
         touching = pressure > 0 if self.unilateral else np.ones(len(gap), dtype=bool)
         violation = float(np.where(touching, np.abs(gap), -gap).max().clip(0))

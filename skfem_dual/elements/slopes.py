@@ -51,6 +51,12 @@ class Slopes:
         """Of all cells, from those around them."""
         return cls(weights, _slope_matrix(weights), readonly(_second_moments(weights)))
 
+    @property
+    def along(self) -> tuple[csr_matrix, csr_matrix]:
+        """Its parts for the slopes along x, and along y, (n, n) each."""
+        n = self.matrix.shape[1]
+        return self.matrix[:n], self.matrix[n:]
+
     def of(self, pressure: ndarray) -> ndarray:
         """Slopes under mean pressures of shape (n,), shape (2, n)."""
         return (self.matrix @ pressure).reshape(2, -1)

@@ -1,12 +1,13 @@
 """Closed boundaries of domains: circles and polygons."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import checked_points
+from ..arguments import checked_array, checked_points
 from .outline import distance_to_segments
 
 
@@ -94,7 +95,26 @@ class Polygon:
         return np.where(inside, distance, -distance)
 
 
-Curve = Circle | Polygon
+class Curve(Protocol):
+    """What a boundary offers."""
+
+    @property
+    def length(self) -> float:
+        """Perimeter."""
+
+    @property
+    def least(self) -> int:
+        """Smallest number of points."""
+
+    @property
+    def box(self) -> ndarray:
+        """Lower left and upper right corner as columns."""
+
+    def points(self, k: int) -> ndarray:
+        """``k`` points, counter-clockwise; shape (2, k)."""
+
+    def depth(self, x: ndarray) -> ndarray:
+        """Distance of points to the boundary, negative outside."""
 
 
 def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
@@ -108,6 +128,9 @@ def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
 
 def corners_of(name: str, corners: ArrayLike) -> ndarray:
     """The corners of a polygon, counter-clockwise."""
+    array = checked_array(name, corners, None)
+    if array.ndim == 2 and array.shape[1] == 2 < array.shape[0]:
+        corners = array.T
     v = checked_points(name, corners, least=3)
     onward = np.roll(v, -1, axis=1)
     if np.any((v == onward).all(axis=0)):

@@ -12,7 +12,6 @@ from ..arguments import (
     LARGEST,
     checked_choice,
     checked_integer,
-    checked_number,
     checked_pair,
     checked_sequence,
     checked_size,
@@ -22,16 +21,13 @@ from .checks import dual_conditions
 from .corners import Corners
 from .curves import Circle, Curve, Polygon, check_loops, corners_of
 from .report import require
-from .sizing import triangulated
+from .sizing import MOST, generated
 
 #: laws of distances from 0 in the middle to 1 at the edge
 LAWS = {
     "sine": lambda s: np.sin(np.pi / 2 * s),
     "quadratic": lambda s: s * (2 - np.abs(s)),
 }
-
-#: nodes of the largest triangulations and polar grids that are tried
-MOST = 10**8
 
 Grading = str | float | None
 Boundary = Literal["area", "inscribed"]
@@ -221,9 +217,9 @@ def polygon(
 
     Parameters
     ----------
-    outline : (2, k) array of float
+    outline : (2, k) array of float, or sequence of pairs
         Corners in order, in either sense.
-    holes : sequence of (2, k) arrays of float
+    holes : sequence of (2, k) arrays of float, or of sequences of pairs
         Corners of the holes.
     size, n, nboundary
         As for `disc`; ``nboundary`` counts the nodes on outline and holes.
@@ -330,29 +326,11 @@ def _generate(
     graded: Grading,
     nboundary: int | None,
 ) -> MeshTri:
-    """Check the common arguments and triangulate."""
-    if (size is None) == (n is None):
-        raise ValueError(f"expected either size or n, got size={size!r} and n={n!r}")
-    if size is not None:
-        size = checked_size("size", size)
-        box = curves[0].box
-        if size > np.ptp(box, axis=1).max():
-            raise ValueError(f"expected a size smaller than the domain, got {size}")
-        if np.prod(np.ptp(box, axis=1) / size) > MOST:
-            raise ValueError(f"expected a size that gives at most {MOST:g} nodes, got {size:g}")
-    else:
-        n = checked_integer("n", n, at_least=1 + sum(c.least for c in curves), at_most=MOST)
-    ratio = 1.0
+    """Near uniform if a law draws it to the edge afterwards."""
     if isinstance(graded, str):
         checked_choice("graded", graded, LAWS)
-    elif graded is not None:
-        ratio = checked_number("graded", graded, above=0, at_most=1)
-        if nboundary is not None:
-            raise ValueError("expected either nboundary or graded as a number, got both")
-    if nboundary is not None:
-        least = sum(c.least for c in curves)
-        nboundary = checked_integer("nboundary", nboundary, at_least=least, at_most=MOST)
-    return triangulated(curves, size, n or 0, ratio, nboundary)
+        graded = None
+    return generated(curves, size, n, graded, nboundary)
 
 
 def _inscribed(boundary: Boundary) -> bool:

@@ -151,7 +151,7 @@ def _met(a: ndarray, b: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     """Segments that cross others; segments on which others end, and where from 0 to 1."""
     crossed, on, place = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
     length = np.hypot(*(b - a))
-    for i, j in _near_pairs(a, b):
+    for i, j in near_pairs(a, b):
         # distance of both ends of one segment from the line of the other, up to its length
         scale = np.maximum(length[i], length[j])
         sides = np.array(
@@ -173,7 +173,7 @@ def _met(a: ndarray, b: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     return np.unique(np.concatenate(crossed)), np.concatenate(on), np.concatenate(place)
 
 
-def _near_pairs(a: ndarray, b: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
+def near_pairs(a: ndarray, b: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
     """Pairs of segments whose bounding boxes meet, each pair once."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     order = np.argsort(low[1], kind="stable")

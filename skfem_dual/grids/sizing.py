@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 from skfem import MeshTri
 
+from ..arguments import checked_integer, checked_number, checked_size
 from ..errors import MeshError
 from .checks import dual_conditions
 from .corners import Corners, signed_areas, unit
@@ -17,6 +18,8 @@ from .general import facet_numbers
 from .preprocess import Quality, relocated
 from .report import require
 
+#: nodes of the largest triangulations that are tried
+MOST = 10**8
 #: growth of the size of triangles per distance from the boundary
 GROWTH = 0.2
 #: where lattices start, over their spacing: out of symmetry, so that counts change by ones
@@ -27,6 +30,44 @@ GOOD = 30.0
 MANY = 20000
 #: height of an equilateral triangle over its side
 HEIGHT = np.sqrt(3) / 2
+
+
+def generated(
+    curves: Sequence[Curve],
+    size: float | None,
+    n: int | None,
+    graded: float | None = None,
+    nboundary: int | None = None,
+) -> MeshTri:
+    """Triangulate the domain inside the first curve and outside the others.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+        They neither meet nor surround each other, apart from the first.
+    size, n, graded, nboundary
+        As those of `generate.disc`; they are checked.
+    """
+    if (size is None) == (n is None):
+        raise ValueError(f"expected either size or n, got size={size!r} and n={n!r}")
+    if size is not None:
+        size = checked_size("size", size)
+        box = curves[0].box
+        if size > np.ptp(box, axis=1).max():
+            raise ValueError(f"expected a size smaller than the domain, got {size}")
+        if np.prod(np.ptp(box, axis=1) / size) > MOST:
+            raise ValueError(f"expected a size that gives at most {MOST:g} nodes, got {size:g}")
+    else:
+        n = checked_integer("n", n, at_least=1 + sum(c.least for c in curves), at_most=MOST)
+    ratio = 1.0
+    if graded is not None:
+        ratio = checked_number("graded", graded, above=0, at_most=1)
+        if nboundary is not None:
+            raise ValueError("expected either nboundary or graded as a number, got both")
+    if nboundary is not None:
+        least = sum(c.least for c in curves)
+        nboundary = checked_integer("nboundary", nboundary, at_least=least, at_most=MOST)
+    return triangulated(curves, size, n or 0, ratio, nboundary)
 
 
 def triangulated(
@@ -40,7 +81,7 @@ def triangulated(
 
     Parameters
     ----------
-    curves : sequence of Circle and Polygon
+    curves : sequence of Curve
         They neither meet nor surround each other, apart from the first.
     size : float, optional
         Length of the facets away from the boundary.

@@ -1,5 +1,6 @@
 """Meshes and results through meshio: any triangle mesh in, polygons and solutions out as VTU."""
 
+from .cases import CaseRow, read_cases, write_cases
 from .fields import write_field
 from .grounds import read_substrate
 from .meshes import read_mesh
@@ -8,11 +9,14 @@ from .structures import write_structure
 from .writing import require_outputs, write_whole
 
 __all__ = [
+    "CaseRow",
+    "read_cases",
     "read_dual",
     "read_mesh",
     "read_polygons",
     "read_substrate",
     "require_outputs",
+    "write_cases",
     "write_dual",
     "write_field",
     "write_polygons",

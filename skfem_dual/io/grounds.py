@@ -1,12 +1,14 @@
-"""The ground from a TOML file."""
+"""The ground from a TOML file, or layers from a CSV file."""
 
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import Layer, LayeredHalfSpace
 from ..ground.substrates import HalfSpace
 from .guarded import require_file, shortened
+from .tables import cell_number, read_table
 from .writing import PathLike
 
 #: numbers in the file are zero or between these in size, in any sensible units
@@ -14,7 +16,7 @@ LEAST, MOST = 1e-30, 1e30
 
 
 def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
-    """Read the ground from a TOML file.
+    """Read the ground from a TOML file, or layers from a CSV file.
 
     Layers from the surface down, if any, and what lies below them; ``gradient`` may be left out::
 
@@ -31,6 +33,14 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
 
     or, for a rigid base, ``base = "bonded"`` or ``base = "smooth"`` before the layers.
 
+    A file ending in ``.csv`` has a line of headings, layers from the surface down, and last what
+    lies below them, whose thickness is left empty or ``inf``; a last line ``rigid,,`` is a rigid
+    base to which the layers are bonded::
+
+        thickness, E, nu
+        2.0, 20e6, 0.3
+        , 60e6, 0.25
+
     Raises
     ------
     FileNotFoundError
@@ -38,10 +48,12 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
     TypeError
         If ``path`` is none.
     ValueError
-        If it is no regular file or no TOML, has other or too few entries, entries that are no
-        numbers, or values out of range.
+        If it is no regular file, no TOML and no CSV, has other or too few entries, entries that
+        are no numbers, or values out of range.
     """
-    path = require_file(path, "a TOML file")
+    path = require_file(path, "a TOML or CSV file")
+    if path.suffix.lower() == ".csv":
+        return _from_csv(path)
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
@@ -58,7 +70,35 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
     if rigid and not layers:
         raise ValueError(f"expected layers on the base {base!r} in {path}, got none")
     made = [_layer(layer, f"layer {i + 1} of {path}") for i, layer in enumerate(layers)]
-    below = base if rigid else _half_space(base, f"base of {path}")
+    return _on_base(made, base if rigid else _half_space(base, f"base of {path}"), path)
+
+
+def _from_csv(path: Path) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
+    (where, heads), *rows = read_table(path)
+    if [head.lower() for head in heads] != ["thickness", "e", "nu"]:
+        got = shortened(", ".join(heads), 60)
+        raise ValueError(f"{where}: expected the headings thickness, E, nu, got {got}")
+    made: list[Layer] = []
+    for i, (where, (thickness, young, poisson)) in enumerate(rows):
+        last = i == len(rows) - 1
+        if last and thickness.lower() == "rigid" and made:
+            return _on_base(made, "bonded", path)
+        moduli = {
+            name: cell_number(text, called, where, LEAST, MOST)
+            for name, called, text in (("young", "E", young), ("poisson", "nu", poisson))
+        }
+        if last and thickness.lower() in ("", "inf"):
+            return _on_base(made, _half_space(moduli, where), path)
+        high = cell_number(thickness, "thickness", where, LEAST, MOST)
+        made.append(_layer(moduli | {"thickness": high}, where))
+    raise ValueError(
+        f"{where}: expected what lies below the layers, got one more. Remedy: a last line "
+        "without thickness, or the word rigid there"
+    )
+
+
+def _on_base(made: list[Layer], below: Any, path: Path) -> Any:
+    """Layers on a base, or the base alone."""
     if not made:
         return below
     try:

@@ -30,8 +30,6 @@ CPU_SECONDS, CPU_SECONDS_PER_MB = 2.0, 1.2
 MEMORY, MEMORY_PER_BYTE = 500_000_000, 100
 #: readers that end on any file, and but for Gmsh take memory in proportion to it
 STEADY = {"gmsh", "vtk", "vtu", "xdmf", "off", "medit", "abaqus", "ply", "stl", "obj"}
-#: formats of names that say nothing to meshio, or something else
-FORMATS = {".msh": "gmsh"}  # meshio would try Ansys first
 #: what a header must hold, or a reader goes on looking for it
 HEADERS = {
     "off": re.compile(rb"\A\s*OFF[^\n]*\n(\s*#[^\n]*\n|\s*\n)*\s*[^#\s]"),
@@ -87,7 +85,8 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
     import meshio
 
     path = require_file(path, "a mesh file")
-    file_format = file_format or FORMATS.get(path.suffix.lower())
+    if path.suffix.lower() == ".msh" and file_format is None:  # meshio would try Ansys first
+        file_format = "ansys" if _begins_with_bracket(path) else "gmsh"
     formats = {file_format} if file_format else _formats_of(path)
     if not formats:
         raise MeshError(
@@ -108,6 +107,12 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
         return meshio.Mesh(**found)
     except (ValueError, TypeError, LookupError) as error:
         raise MeshError(f"meshio cannot read {path}: {shortened(str(error), REASON)}") from error
+
+
+def _begins_with_bracket(path: Path) -> bool:
+    """Whether a file has the sections of Ansys Fluent, those of Gmsh begin with a dollar sign."""
+    with open(path, "rb") as file:
+        return file.read(1000).lstrip().startswith(b"(")
 
 
 def shortened(text: str, length: int) -> str:

@@ -5,24 +5,30 @@ import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy import ndarray
-from skfem import MeshTri
+from skfem import MeshQuad, MeshTri
 
+from ..arguments import checked_choice
 from ..errors import MeshError, MeshWarning
 from ..grids.checks import user_tags
 from ..grids.polygons import some
+from .cells import KINDS, changes, plain_cells, wanted_faces
 from .guarded import read_through_meshio
 from .writing import PathLike
 
-#: cells that are read, with their numbers of nodes
-KINDS = {"triangle": 3, "line": 2}
+#: boundaries as scikit-fem writes them: which sides of each cell
+BY_SIDES = "skfem:b:"
 
 
-def read_mesh(path: PathLike) -> MeshTri:
-    """Read the triangles of a mesh file of any format that meshio reads.
+@overload
+def read_mesh(path: PathLike, *, quads: Literal["split"] = "split") -> MeshTri: ...
+@overload
+def read_mesh(path: PathLike, *, quads: Literal["keep"]) -> MeshTri | MeshQuad: ...
+def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> MeshTri | MeshQuad:
+    """Read the triangles and quadrilaterals of a mesh file of any format that meshio reads.
 
     Named lines and areas (physical groups of Gmsh, cell sets, tags of scikit-fem) become
     boundaries and subdomains. A damaged file is refused, also where a reader of meshio would
@@ -31,7 +37,17 @@ def read_mesh(path: PathLike) -> MeshTri:
     Parameters
     ----------
     path : path
-        Gmsh, VTK, VTU, XDMF, ... Points in space must lie in one plane z = const.
+        Gmsh, VTK, VTU, XDMF, ... Points in space must lie in one plane z = const. Files ``.msh``
+        are read as Gmsh's or Ansys Fluent's, by their content.
+    quads : {"split", "keep"}
+        Whether quadrilaterals are cut into two triangles each, along the diagonal that gives the
+        better ones, or stay what they are, if there is nothing else: cells of
+        ``CellBasis(mesh, ElementQuad0())``.
+
+    Returns
+    -------
+    MeshTri, or MeshQuad
+        The latter if quadrilaterals are kept and there are no triangles.
 
     Raises
     ------
@@ -42,33 +58,29 @@ def read_mesh(path: PathLike) -> MeshTri:
     ValueError
         If it is a folder, a pipe or a device.
     MeshError
-        If the file cannot be read, has no straight triangles, is not plane, or names points or
-        cells that it does not have.
+        If the file cannot be read, has no triangles or quadrilaterals, or both where the latter
+        are kept, is not plane, or names points or cells that it does not have.
 
     Warns
     -----
     MeshWarning
-        If the file has other cells than triangles, lines and vertices, points that belong to no
-        triangle, or groups without a name; they are left out.
+        If quadrilaterals are split; if cells have nodes on their sides, of which they keep the
+        corners only; if the file has other cells than these, lines and vertices, points that
+        belong to none, or groups without a name, which are left out.
     """
     found = read_through_meshio(path)
     counts: dict[str, int] = {}
     for block in found.cells:
         counts[block.type] = counts.get(block.type, 0) + len(block.data)
-    if not counts.get("triangle"):
-        had = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no cells"
-        raise MeshError(
-            f"expected straight triangles in {path}, got {had}. Remedy: mesh the plan with "
-            "first-order triangles"
-        )
+    wanted = wanted_faces(counts, checked_choice("quads", quads, ("split", "keep")), path)
     points = _points(found.points, path)
     keep = [i for i, block in enumerate(found.cells) if block.type in KINDS]
     # xdmf and others hand over cells unsorted by kind: only what from_meshio understands
-    cells = [_cells(found.cells[i], len(points), path) for i in keep]
+    parts = [plain_cells(found.cells[i], points, wanted, path) for i in keep]
     belongs = np.zeros(len(points), dtype=bool)
-    for kind, nodes in cells:
-        if kind == "triangle":
-            belongs[nodes] = True
+    for part in parts:
+        if part.kind == wanted:
+            belongs[part.nodes] = True
     used = np.nonzero(belongs)[0]
     if points.shape[1] == 3:
         _require_plane(points[used], path)
@@ -78,15 +90,36 @@ def read_mesh(path: PathLike) -> MeshTri:
     if others := {k: n for k, n in counts.items() if k not in (*KINDS, "vertex")}:
         had = ", ".join(f"{n} {kind}" for kind, n in others.items())
         warnings.warn(
-            f"{path}: only triangles are read; left out {had}", MeshWarning, stacklevel=2
+            f"{path}: only triangles and quadrilaterals are read; left out {had}",
+            MeshWarning,
+            stacklevel=2,
         )
+    if told := changes(counts, wanted):
+        warnings.warn(f"{path}: {told}", MeshWarning, stacklevel=2)
     sets = {
-        name: [_members(blocks, i, len(cells[k][1]), name, path) for k, i in enumerate(keep)]
+        name: [
+            part.members(blocks[i] if i < len(blocks) else None, name, path)
+            for i, part in zip(keep, parts)
+        ]
         for name, blocks in user_tags(found.cell_sets).items()
     }
-    data = {name: [blocks[i] for i in keep] for name, blocks in found.cell_data.items()}
-    mesh = _tagged_mesh(points[:, :2], cells, data, found.field_data, sets, path)
-    return _only_used(mesh, used, path)
+    data = {
+        name: [part.data(blocks[i]) for i, part in zip(keep, parts)]
+        for name, blocks in found.cell_data.items()
+        if not (name.startswith(BY_SIDES) and any(part.each > 1 for part in parts))
+    }
+    if len(data) < len(found.cell_data):
+        lost = ", ".join(n.removeprefix(BY_SIDES) for n in found.cell_data if n not in data)
+        warnings.warn(
+            f"{path}: left out the boundaries {lost}, numbered by sides of quadrilaterals. "
+            'Remedy: quads="keep"',
+            MeshWarning,
+            stacklevel=2,
+        )
+    cells = [(part.kind, part.nodes) for part in parts]
+    mesh = _tagged_mesh(points[:, :2], cells, data, found.field_data, sets, wanted, path)
+    left_out = np.concatenate([part.left_out for part in parts])
+    return _only_used(mesh, used, left_out, path)
 
 
 def _points(points: Any, path: PathLike) -> ndarray:
@@ -101,39 +134,6 @@ def _points(points: Any, path: PathLike) -> ndarray:
             f"{points.shape}"
         )
     return points
-
-
-def _cells(block: Any, n: int, path: PathLike) -> tuple[str, ndarray]:
-    """The kind of the cells of a block and their nodes, all of them less than ``n``."""
-    nodes = np.asarray(block.data)
-    size = KINDS[block.type]
-    if nodes.ndim != 2 or nodes.shape[1] != size or nodes.dtype.kind not in "iu":
-        raise MeshError(
-            f"expected {size} whole numbers for each {block.type} in {path}, got an array of "
-            f"{nodes.dtype} of shape {nodes.shape}"
-        )
-    if nodes.size and (nodes.min() < 0 or nodes.max() >= n):
-        wrong = np.nonzero(((nodes < 0) | (nodes >= n)).any(axis=1))[0]
-        raise MeshError(
-            f"expected nodes from 0 to {n - 1} in {path}, got {nodes[wrong[0]].tolist()} in "
-            f"{block.type} {wrong[0]}, the first of {wrong.size}; numbers count from 0. Remedy: "
-            "write the file again from the program that made the mesh"
-        )
-    return block.type, nodes.astype(np.int64)
-
-
-def _members(blocks: Any, i: int, n: int, name: str, path: PathLike) -> ndarray:
-    """Cells of block ``i`` that belong to a set, all of them less than ``n``."""
-    members = blocks[i] if i < len(blocks) else None
-    index = np.asarray([] if members is None else members)
-    if index.size == 0:
-        return np.zeros(0, dtype=np.int64)
-    if index.ndim != 1 or index.dtype.kind not in "iu" or index.min() < 0 or index.max() >= n:
-        raise MeshError(
-            f"expected cells from 0 to {n - 1} in the set {name!r} of {path}, got "
-            f"{some(index.ravel())}"
-        )
-    return index.astype(np.int64)
 
 
 def _require_plane(points: ndarray, path: PathLike) -> None:
@@ -154,9 +154,10 @@ def _tagged_mesh(
     cell_data: dict,
     field_data: dict,
     cell_sets: dict,
+    wanted: str,
     path: PathLike,
-) -> MeshTri:
-    """The triangles with the tags that skfem finds."""
+) -> MeshTri | MeshQuad:
+    """The triangles, or quadrilaterals, with the tags that skfem finds."""
     import meshio
     from skfem.io.meshio import from_meshio
 
@@ -165,7 +166,7 @@ def _tagged_mesh(
     )
     with _told_by("skfem.io.meshio") as told:
         try:
-            mesh = from_meshio(slim, force_meshio_type="triangle")
+            mesh = from_meshio(slim, force_meshio_type=wanted)
         except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
             raise MeshError(
                 f"the tags in {path} cannot be read: {error!r}. Remedy: write the file without "
@@ -196,11 +197,16 @@ def _told_by(name: str) -> Iterator[list[str]]:
         logger.removeFilter(keep)
 
 
-def _only_used(mesh: MeshTri, used: ndarray, path: PathLike) -> MeshTri:
-    """The mesh with the points in ``used``, which its triangles have, and with named tags."""
+def _only_used(
+    mesh: MeshTri | MeshQuad, used: ndarray, known: ndarray, path: PathLike
+) -> MeshTri | MeshQuad:
+    """The mesh with the points in ``used``, which its cells have, and with named tags.
+
+    Others are told, but for those in ``known``.
+    """
     n = mesh.p.shape[1]
-    if len(used) < n:
-        unused = np.setdiff1d(np.arange(n), used)
+    unused = np.setdiff1d(np.arange(n), np.append(used, known))
+    if len(unused):
         warnings.warn(
             f"{path}: left out {len(unused)} points that belong to no triangle: {some(unused)}",
             MeshWarning,
@@ -210,7 +216,7 @@ def _only_used(mesh: MeshTri, used: ndarray, path: PathLike) -> MeshTri:
     # keeps the order of the nodes, so facets and tags keep their numbers
     number = np.zeros(n, dtype=np.int32)
     number[used] = np.arange(len(used))
-    return MeshTri(np.ascontiguousarray(mesh.p[:, used]), number[mesh.t], *tags)
+    return type(mesh)(np.ascontiguousarray(mesh.p[:, used]), number[mesh.t], *tags)
 
 
 def _named(tags: dict | None, path: PathLike) -> dict[str, ndarray] | None:

@@ -1,45 +1,49 @@
-"""A report of a solution for engineers: one HTML page that needs nothing else."""
+"""A report of a solution for engineers: one page that needs nothing else, as HTML or PDF."""
 
 import os
-from collections.abc import Sequence
-from dataclasses import asdict
-from datetime import datetime
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
-from ..arguments import checked_flag, checked_instance, checked_sequence, checked_text
+from ..arguments import checked_flag, checked_instance
+from ..contact.cases_solution import CasesSolution
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
 from ..io import write_whole
 from ..io.writing import PathLike
+from .bearing import bearing_section, points_section, profile_section
+from .cases import cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
+from .details import Details
+from .footing import Footing, footings_of
 from .input import input_section
 from .numbers import Standing
-from .page import Html, joined, page
+from .page import NONE, Html, joined, page
+from .pdf import require_pdf, write_pdf
 from .results import in_short, position_section, pressure_section, standing_section
 from .structure import structure_sections
 
 TITLE = "Rigid punch on elastic ground"
 STRUCTURE = "Structure on elastic ground"
+SUFFIXES = (".html", ".pdf")
+
+Reported = PunchSolution | ElasticSolution | CasesSolution | Mapping[str, CasesSolution]
 
 
-def write_report(
-    path: PathLike, solution: PunchSolution | ElasticSolution, **options: Any
-) -> None:
-    """Write `report_html` to a file ending in ``.html``, whole or not at all.
+def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
+    """Write `report_html` to a file ending in ``.html`` or ``.pdf``, whole or not at all.
 
     Parameters
     ----------
     path : path
-        The file.
-    solution : PunchSolution or ElasticSolution
-        What to report.
-    options
+        The file. A PDF takes WeasyPrint, ``pip install 'skfem-dual[pdf]'``.
+    solution, options
         As for `report_html`.
 
     Raises
@@ -47,41 +51,45 @@ def write_report(
     ValueError
         If the suffix is another, or as `report_html`.
     TypeError, ImportError
-        As `report_html`.
+        As `report_html`, or if WeasyPrint is missing.
     """
     checked_instance("path", path, (str, os.PathLike))
-    if Path(path).suffix != ".html":
-        raise ValueError(f"expected a file name ending in .html, got {path}")
+    suffix = Path(path).suffix
+    if suffix not in SUFFIXES:
+        raise ValueError(f"expected a file name ending in {' or '.join(SUFFIXES)}, got {path}")
+    if suffix == ".pdf":
+        require_pdf()
     text = report_html(solution, **options)
-    write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
+    if suffix == ".pdf":
+        write_whole(path, lambda part: write_pdf(part, text))
+    else:
+        write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
 
 
 def report_html(
-    solution: PunchSolution | ElasticSolution,
+    solution: Reported,
     *,
-    title: str | None = None,
-    mesh_name: str | None = None,
     couple: PunchSolution | None = None,
-    remarks: Sequence[str] = (),
-    date: datetime | None = None,
+    details: Details | None = None,
+    **said: Any,
 ) -> str:
     """A page with input, results and checks of a solution.
 
     Parameters
     ----------
-    solution : PunchSolution or ElasticSolution
-        What to report, on any grid.
-    title : str, optional
-        Heading of the page.
-    mesh_name : str, optional
-        Where the mesh is from, such as the name of its file.
+    solution : PunchSolution, ElasticSolution, CasesSolution or mapping of str to CasesSolution
+        What to report, on any grid: one load, a structure, load cases, or those of several
+        footings on the same ground by their names.
     couple : PunchSolution, optional
         Of a rigid punch the same problem on the other grid of the `DualMesh`, from which the
-        error is estimated; `solve_on_other_grid` finds it.
-    remarks : sequence of str
-        Warnings to show on top, such as those of reading the mesh.
-    date : datetime, optional
-        Now by default.
+        error is estimated; `solve_on_other_grid` finds it. With cases, that of the case with the
+        largest pressure under the first footing.
+    details : Details, optional
+        What else it says, or as keyword arguments:
+    **said
+        ``title``, ``project``, ``author``, ``date``, ``mesh_name``, ``units`` (such as
+        ``"kN,m"``: the page is then in units engineers read), ``allowable`` (bearing pressure),
+        ``points`` (whose settlements are wanted) and ``remarks``; see `Details`.
 
     Returns
     -------
@@ -95,7 +103,7 @@ def report_html(
         If a solution is something else, or ``couple`` is given but not one on dual cells and
         the other on triangles of one `DualMesh`; or with an ElasticSolution.
     ValueError
-        If ``couple`` has another mesh, origin, load or ground.
+        If ``couple`` has another mesh, origin, load or ground, or units are not known.
     ImportError
         If matplotlib is missing.
 
@@ -104,52 +112,68 @@ def report_html(
     >>> from skfem import MeshTri
     >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
     >>> dual = DualMesh.from_mesh(MeshTri.init_circle(3))
-    >>> solution = RigidPunch(HalfSpace(30e6, 0.25), dual.basis()).solve(1.2e6, (0.1, 0.05))
-    >>> text = report_html(solution, title="Pier 3", couple=solve_on_other_grid(solution))
+    >>> solution = RigidPunch(HalfSpace(30e3, 0.25), dual.basis()).solve(1.2e3, (0.1, 0.05))
+    >>> text = report_html(
+    ...     solution, title="Pier 3", units="kN,m", couple=solve_on_other_grid(solution)
+    ... )
     >>> "<h1>Pier 3</h1>" in text
     True
     """
-    checked_instance("solution", solution, (PunchSolution, ElasticSolution))
-    for name, text in (("title", title), ("mesh_name", mesh_name)):
-        if text is not None:
-            checked_text(name, text)
-    remarks = [checked_text("remarks", remark) for remark in checked_sequence("remarks", remarks)]
-    if date is not None:
-        checked_instance("date", date, datetime)
-    date = datetime.now().astimezone() if date is None else date
-    mesh_name = "mesh in memory" if mesh_name is None else mesh_name
+    details = Details(**said) if details is None else replace(details, **said)
+    checked_instance("details", details, Details)
+    kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
+    checked_instance("solution", solution, kinds)
+    mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
+    footings = [] if isinstance(solution, ElasticSolution) else footings_of(solution, details)
     if isinstance(solution, ElasticSolution):
         if couple is not None:
             raise TypeError("expected no couple of an ElasticSolution, got one")
-        parts = structure_sections(solution, mesh_name, remarks, __version__)
+        parts = structure_sections(
+            solution, mesh_name, details.remarks, __version__, details.units
+        )
+    elif isinstance(solution, PunchSolution):
+        parts = _punch_sections(solution, couple, mesh_name, footings)
     else:
-        parts = _punch_sections(solution, couple, mesh_name, remarks)
+        standing = footings[0].standing
+        if couple is not None and standing is not None:
+            _check_same_problem(standing.solution, couple)
+        parts = cases_sections(footings, couple, mesh_name, __version__)
+    title = details.title
     if title is None:
         title = STRUCTURE if isinstance(solution, ElasticSolution) else TITLE
-    failed = "" if solution.success else "NOT CONVERGED: "
-    subtitle = f"{date:%Y-%m-%d %H:%M} · {mesh_name} · skfem_dual {__version__}"
-    return page(failed + title, subtitle, joined(parts))
+    if isinstance(solution, ElasticSolution):
+        success = solution.success
+    else:
+        success = all(footing.cases.success.all() for footing in footings)
+    failed = "" if success else "NOT CONVERGED: "
+    who = [text for text in (details.project, details.author) if text is not None]
+    subtitle = " · ".join([*who, f"{details.date:%Y-%m-%d %H:%M}", mesh_name])
+    return page(failed + title, f"{subtitle} · skfem_dual {__version__}", joined(parts))
 
 
 def _punch_sections(
     solution: PunchSolution,
     couple: PunchSolution | None,
     mesh_name: str,
-    remarks: Sequence[str],
+    footings: list[Footing],
 ) -> list[Html]:
     if couple is not None:
         _check_same_problem(solution, couple)
-    standing = Standing(solution)
+    details = footings[0].details
+    standing = Standing(solution, details.units)
     return [
-        warnings_of(solution, standing, couple, remarks),
+        warnings_of(solution, standing, couple, details.remarks),
         in_short(solution, standing),
         input_section(solution, standing, mesh_name),
         position_section(solution, standing),
         pressure_section(solution, standing),
+        bearing_section(footings),
+        NONE if not details.points else points_section(footings, []),
         standing_section(solution, standing),
+        profile_section(footings[0]),
         resultant_section(solution, standing),
         error_section(solution, standing, couple),
-        solver_section(solution, couple, __version__),
+        solver_section(solution, couple, __version__, details.units),
     ]
 
 

@@ -12,12 +12,13 @@ from ..contact.bounds import why_none
 from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..post.estimate import CoupleEstimate, estimate_error
+from ..units import Unit, Units
 from .numbers import Standing
 from .page import (
     DASH,
     NONE,
     Html,
-    L,
+    amount,
     escaped,
     joined,
     notice,
@@ -26,6 +27,7 @@ from .page import (
     percent,
     section,
     small,
+    symbol,
     table,
 )
 
@@ -49,7 +51,7 @@ def warnings_of(
             notice(
                 "fault",
                 "NOT CONVERGED: do not use these results",
-                f"The contact region was not found: {solution.message}.",
+                f"The contact was not found: {solution.message}.",
             )
         )
 
@@ -90,7 +92,8 @@ def warnings_of(
 
 def resultant_section(solution: PunchSolution, standing: Standing) -> Html:
     """The load against the resultant of the pressures."""
-    names = "Force [F]", "First moment along x [F·L]", "First moment along y [F·L]"
+    force, moment = standing.units.force.symbol, standing.units.moment.symbol
+    names = f"Force [{force}]", *(f"First moment along {axis} [{moment}]" for axis in "xy")
     relative = standing.imbalance
     rows = [
         (
@@ -120,7 +123,7 @@ def error_section(
     solution: PunchSolution, standing: Standing, couple: PunchSolution | None
 ) -> Html:
     """How far two solutions on dual grids are from each other."""
-    title = "Error of the discretisation"
+    title = "How far the numbers may be off"
     if couple is None:
         return section(
             title,
@@ -128,31 +131,35 @@ def error_section(
         )
     cells, triangles = (solution, couple) if standing.on_dual_cells else (couple, solution)
     estimate = estimate_error(cells, triangles)
-    load, length = solution.load, np.sqrt(standing.plan_area)
+    load, length, units = solution.load, np.sqrt(standing.plan_area), standing.units
     settled = np.abs(standing.settlement_of_hull).max()
     slope = float(np.hypot(*solution.tilt))
     sloping = slope * length > 1e-6 * settled
 
-    def row(name: Any, values: Sequence[float], scale: float) -> tuple:
+    def row(name: str, values: Sequence[float], scale: float, unit: Unit) -> tuple:
         off = abs(values[1] - values[0])
         share = percent(off / scale) if scale > 0 else DASH
-        return name, number(values[0], 6), number(values[1], 6), number(off, 2), share
+        both = amount(values[0], unit, 6), amount(values[1], unit, 6)
+        return f"{name} [{unit.symbol}]", *both, amount(off, unit, 2), share
 
     rows = []
     if load.settlement is None:
         pair_of = cells.settlement, triangles.settlement
-        rows.append(row("Settlement W0 [L]", pair_of, abs(solution.settlement)))
+        rows.append(row("Settlement W0", pair_of, abs(solution.settlement), units.displacement))
     else:
-        rows.append(row("Force [F]", (cells.force, triangles.force), abs(solution.force)))
+        forces = cells.force, triangles.force
+        rows.append(row("Force", forces, abs(solution.force), units.force))
     for i, axis in enumerate("xy"):
         if load.tilt is None:
             tilts = cells.tilt[i], triangles.tilt[i]
-            rows.append(row(f"Tilt L{axis} [rad]", tilts, slope if sloping else 0.0))
+            scale = slope if sloping else 0.0
+            rows.append(row(f"Tilt L{axis}", tilts, scale, units.slope))
         else:
             moments = cells.resultant[1 + i], triangles.resultant[1 + i]
-            rows.append(row(f"First moment, {axis} [F·L]", moments, standing.load * length))
+            scale = standing.load * length
+            rows.append(row(f"First moment, {axis}", moments, scale, units.moment))
     areas = cells.contact_area, triangles.contact_area
-    rows.append(row("Contact area [L²]", areas, standing.plan_area))
+    rows.append(row("Contact area", areas, standing.plan_area, units.area))
     head = ("", "Dual cells", "Triangles", "Indicator", "Relative")
     return section(
         title,
@@ -163,11 +170,13 @@ def error_section(
             "the tilt in all, moments with the sum of the pressures times the square root of "
             "the area of the plan, areas with that of the plan."
         ),
-        paragraph(_meaning(solution, cells, estimate)),
+        paragraph(_meaning(solution, cells, estimate, units.displacement)),
     )
 
 
-def _meaning(solution: PunchSolution, cells: PunchSolution, estimate: CoupleEstimate) -> Html:
+def _meaning(
+    solution: PunchSolution, cells: PunchSolution, estimate: CoupleEstimate, unit: Unit
+) -> Html:
     """What the difference of both grids is worth."""
     load = solution.load
     given_load = load.settlement is None and load.tilt is None
@@ -178,9 +187,10 @@ def _meaning(solution: PunchSolution, cells: PunchSolution, estimate: CoupleEsti
                 "With constant pressures, dual cells collocated in their nodes and triangles in "
                 "their centroids, the exact settlement was between both on every valid mesh "
                 "tried, which is not proven: from ",
-                *(number(estimate.settlement[0], 6), " to ", number(estimate.settlement[1], 6)),
+                *(amount(estimate.settlement[0], unit, 6), " to "),
+                amount(estimate.settlement[1], unit, 6),
                 "; the mixture in which their errors cancel to first order is ",
-                *(number(estimate.mixed_settlement, 6), "."),
+                *(amount(estimate.mixed_settlement, unit, 6), "."),
             ]
         )
     if cells.punch.weights is not None and flat and not why_none(solution):
@@ -202,7 +212,9 @@ def _meaning(solution: PunchSolution, cells: PunchSolution, estimate: CoupleEsti
     return escaped("How far the true error is from it has not been measured for such a case.")
 
 
-def solver_section(solution: CellPressures, couple: PunchSolution | None, version: str) -> Html:
+def solver_section(
+    solution: CellPressures, couple: PunchSolution | None, version: str, units: Units
+) -> Html:
     """Iterations, residuals, versions and times."""
     versions = {
         "skfem_dual": version,
@@ -219,6 +231,7 @@ def solver_section(solution: CellPressures, couple: PunchSolution | None, versio
     what = (
         "a rigid, smooth punch" if rigid else "a structure of finite elements with a smooth base"
     )
+    misfit = amount(solution.displacement_residual, units.displacement, 2)
     iterated = str(solution.iterations) if solution.iterations else "none needed"
     rows: list[tuple] = [
         ("Result", solution.message, NONE),
@@ -229,7 +242,7 @@ def solver_section(solution: CellPressures, couple: PunchSolution | None, versio
             number(solution.complementarity_residual, 2),
             NONE,
         ),
-        (f"Largest misfit of ground and {body}", number(solution.displacement_residual, 2), L),
+        (f"Largest misfit of ground and {body}", misfit, symbol(units.displacement)),
         ("Time", joined([_seconds(n, t) for n, t in seconds], ", "), "s"),
         ("Versions", ", ".join(f"{name} {v}" for name, v in versions.items()), NONE),
     ]

@@ -16,6 +16,7 @@ from skfem import CellBasis, ElementQuad1, ElementTriP1
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.pressures import CellPressures
 from ..grids.cellwise import nodal_mesh
+from ..units import Units
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
 from ..visuals.isolines import smooth_line
@@ -46,6 +47,7 @@ def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
     def drawn(ax: Axes) -> None:
         draw(grid, legend=False, ax=ax)
         _one_path_each(ax)
+        _name_axes(ax, plan)
 
     return _embedded(drawn, mesh.p, vector=4 * mesh.nelements <= LINES)
 
@@ -58,11 +60,15 @@ def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
     ValueError
         If the pressure has no isobars, for it is constant or zero.
     """
-    _, quantity = pressure_scale(solution)
+    scale, quantity = pressure_scale(solution)
     region, mesh = solution.contact_region, nodal_mesh(solution.punch.basis)
+    if plan.units.named:
+        unit = plan.units.pressure
+        scale, quantity = 1 / unit.factor, f"pressure [{unit.symbol}]"
 
     def drawn(ax: Axes) -> None:
-        isobars(solution, ax=ax)
+        isobars(solution, ax=ax, title=quantity, scale=scale)
+        _name_axes(ax, plan)
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
         _mark_force(ax, plan)
@@ -81,10 +87,12 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
     """
     mesh, region = nodal_mesh(solution.punch.basis), solution.contact_region
     basis = CellBasis(mesh, ElementTriP1() if len(mesh.t) == 3 else ElementQuad1())
-    deflection = solution.deflection(mesh.p)
+    deflection, unit = solution.deflection(mesh.p), plan.units.displacement
+    title = f"deflection [{unit.symbol}]" if plan.units.named else "deflection"
 
     def drawn(ax: Axes) -> None:
-        isobars(basis, deflection, title="deflection", ax=ax)
+        isobars(basis, unit.factor * deflection, title=title, ax=ax)
+        _name_axes(ax, plan)
         for line in region.edge:
             ax.plot(*smooth_line(line), color=CONTACT, linewidth=2.2)
         if region.edge:
@@ -114,8 +122,30 @@ def plan_picture(standing: Standing, names: list[str]) -> Picture:
             place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9}
             ax.annotate(name, x, 9 * along, textcoords="offset points", **place)
         ax.margins(0.09)
+        _name_axes(ax, standing)
 
     return _embedded(drawn, standing.hull)
+
+
+def _name_axes(ax: Axes, plan: Plan) -> None:
+    """Names and unit of the coordinates, where that is known."""
+    if plan.units.named:
+        unit = plan.units.length.symbol
+        ax.set_xlabel(f"x [{unit}]", fontsize=9)
+        ax.set_ylabel(f"y [{unit}]", fontsize=9)
+
+
+@one_at_a_time
+def profile_picture(depth: ndarray, stress: ndarray, units: Units) -> Picture:
+    """Stress to the right, depth downwards."""
+    with _axes(np.array([[0.0, 1.0], [0.0, 1.1]]), 0.0) as (figure, ax):
+        ax.plot(units.pressure.factor * stress, depth, "o-", color=OUTLINE, markersize=4)
+        ax.set_xlim(left=min(0.0, units.pressure.factor * stress.min()))
+        ax.set_ylim(1.03 * depth.max(), 0.0)
+        ax.set_xlabel(f"vertical stress [{units.pressure.symbol}]", fontsize=9)
+        ax.set_ylabel(f"depth [{units.length.symbol}]", fontsize=9)
+        ax.grid(color="#dddddd", linewidth=0.6)
+        return _written(figure, vector=True)
 
 
 def _mark_force(ax: Axes, plan: Plan) -> None:
@@ -168,17 +198,22 @@ def _embedded(
     drawn: Callable[[Axes], None], p: ndarray, bar: float = 0.0, vector: bool = True
 ) -> Picture:
     """What is drawn into axes for the points ``p`` and a scalar bar so wide."""
-    buffer = io.BytesIO()
     with _axes(p, bar) as (figure, ax):
         drawn(ax)
         if np.abs(p).max() > 1e4:  # far from the origin all digits matter
             ax.ticklabel_format(style="plain")
         _legend(figure, ax)
-        if vector:
-            figure.savefig(buffer, format="svg", metadata={"Date": None})
-        else:
-            figure.savefig(buffer, format="png", dpi=RESOLUTION)
-        width = round(96 * figure.get_figwidth())
+        return _written(figure, vector)
+
+
+def _written(figure: Figure, vector: bool) -> Picture:
+    """A figure as data for a page."""
+    buffer = io.BytesIO()
+    if vector:
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    else:
+        figure.savefig(buffer, format="png", dpi=RESOLUTION)
+    width = round(96 * figure.get_figwidth())
     if not vector:
         return Picture("data:image/png;base64," + b64encode(buffer.getvalue()).decode(), width)
     # a hundredth of a point is enough

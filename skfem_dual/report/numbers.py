@@ -12,6 +12,10 @@ from ..contact.solution import PunchSolution
 from ..errors import ConvergenceError
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
+from ..grids.outline import edge_ribs
+from ..grids.partition import Partition
+from ..grids.planar import contours, cross
+from ..units import PLAIN, Units
 
 #: from this turn on a vertex of the plan's convex hull is a corner, unless so many of them are
 #: that they are the nodes of a curve on a coarse mesh
@@ -28,30 +32,64 @@ def convex_hull(p: ndarray) -> ndarray:
     return p[:, ConvexHull((p - middle[:, None]).T).vertices]
 
 
-def characteristic_points(p: ndarray) -> ndarray:
+def outline_corners(partition: Partition) -> ndarray:
+    """Corners of a plan and its holes, re-entrant ones too, shape (2, k).
+
+    Vertices with a sharp turn, along each contour from its lowest one on the left, the largest
+    contour first; none of a contour with so many that they are nodes of a curve.
+    """
+    ribs = edge_ribs(partition)
+    cells = partition.f2c[0, ribs]
+    facets = partition.facets[:, ribs]
+    a, b = partition.polygons.p[:, facets].swapaxes(0, 1)
+    turned = cross(b - a, partition.centroids[:, cells] - a) < 0  # the plan to the left
+    facets = np.where(turned, facets[::-1], facets)
+    contour, order = contours(facets, cells)
+    found = []
+    for k in range(contour.max() + 1):
+        p = partition.polygons.p[:, facets[0, order[contour == k]]]
+        after = np.roll(p, -1, axis=1) - p
+        before = np.roll(after, 1, axis=1)
+        turn = np.arctan2(cross(before, after), (before * after).sum(axis=0))
+        sharp = np.abs(turn) > SHARP
+        if sharp.any() and abs(np.sign(turn[sharp]).sum()) <= MANY:
+            own = p[:, sharp]
+            size = np.ptp(p, axis=1).max()
+            first = np.lexsort(np.round((own - p.min(axis=1, keepdims=True)) / size, 9))[0]
+            found.append((-size, np.roll(own, -first, axis=1)))
+    return np.hstack([np.empty((2, 0)), *(own for _, own in sorted(found, key=lambda f: f[0]))])
+
+
+def characteristic_points(p: ndarray, corners: ndarray | None = None) -> ndarray:
     """Points of a plan whose settlements say most.
 
-    The corners of its convex hull and, in the directions of x and y, the extreme points where no
-    corner is: the four corners of a rectangle, the four extreme points of a circle, the two
-    corners of a half-circle with its crown.
+    The corners of its convex hull, or those given, and, in the directions of x and y, the extreme
+    points where no corner is: the four corners of a rectangle, the four extreme points of a
+    circle, the two corners of a half-circle with its crown.
 
     Parameters
     ----------
     p : (2, n) array of float
         Points that span the plan.
+    corners : (2, m) array of float, optional
+        Corners of its outline.
 
     Returns
     -------
     (2, k) array of float
-        Counter-clockwise, from the lowest on the left.
+        Counter-clockwise around the middle, from the lowest on the left; corners that are given
+        keep their order and come first.
     """
     hull = convex_hull(p)
     size = np.ptp(hull, axis=1).max()
-    after = np.roll(hull, -1, axis=1) - hull
-    before = np.roll(after, 1, axis=1)
-    turn = np.arctan2(before[0] * after[1] - before[1] * after[0], (before * after).sum(axis=0))
-    sharp = turn > SHARP
-    chosen = hull[:, sharp & (sharp.sum() <= MANY)]
+    kept = corners is not None
+    if corners is None:
+        after = np.roll(hull, -1, axis=1) - hull
+        before = np.roll(after, 1, axis=1)
+        turn = np.arctan2(cross(before, after), (before * after).sum(axis=0))
+        sharp = turn > SHARP
+        corners = hull[:, sharp & (sharp.sum() <= MANY)]
+    chosen, given = corners, corners.shape[1] if kept else 0
     for along in np.array([[1, 0], [0, 1], [-1, 0], [0, -1]]):
         reach = along @ hull
         extreme = reach >= reach.max() - 1e-6 * size
@@ -59,7 +97,9 @@ def characteristic_points(p: ndarray) -> ndarray:
             chosen = np.column_stack([chosen, hull[:, extreme].mean(axis=1)])
     centre = hull.mean(axis=1, keepdims=True)
     angle = np.arctan2(*(chosen - centre)[::-1])
-    return chosen[:, np.argsort((angle + np.pi - 1e-6) % (2 * np.pi))]
+    angle = (angle + np.pi - 1e-6) % (2 * np.pi)
+    angle[:given] = np.arange(given) - given
+    return chosen[:, np.argsort(angle)]
 
 
 def distance_inside(polygon: ndarray, point: ndarray) -> float:
@@ -95,9 +135,12 @@ class Plan:
     ----------
     solution : PunchSolution or ElasticSolution
         What it is read off.
+    units : Units
+        Of its numbers, and those to read.
     """
 
     solution: Any
+    units: Units = PLAIN
 
     @cached_property
     def origin(self) -> ndarray:
@@ -122,8 +165,9 @@ class Plan:
 
     @cached_property
     def points(self) -> ndarray:
-        """`characteristic_points` of the plan, shape (2, k)."""
-        return characteristic_points(self.hull)
+        """`characteristic_points` of the plan with all its corners, shape (2, k)."""
+        partition = self.solution.punch.partition
+        return characteristic_points(self.hull, outline_corners(partition))
 
     @property
     def size(self) -> float:
@@ -177,6 +221,8 @@ class Standing(Plan):
     ----------
     solution : PunchSolution
         What it is read off.
+    units : Units
+        Of its numbers, and those to read.
     """
 
     solution: PunchSolution

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+from ..units import Unit
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -25,8 +27,6 @@ class Html(str):
 
 
 DASH, NONE = Html("–"), Html("")
-#: units of length, force, moment and pressure
-L, F, FL, P = Html("L"), Html("F"), Html("F·L"), Html("F/L²")
 THIN = "\N{NARROW NO-BREAK SPACE}"
 #: from this exponent on numbers are written with a power of ten
 LONG = 9
@@ -60,6 +60,16 @@ def number(value: float, digits: int = 5) -> Html:
         text = f"{_trimmed(mantissa)} × 10<sup>{int(exponent)}</sup>"
     text = text.replace("-", "−")
     return Html(f'<data value="{value!r}">{text}</data>')
+
+
+def amount(value: float, unit: Unit, digits: int = 5) -> Html:
+    """A number in a unit to read, from consistent ones."""
+    return number(unit.factor * value, digits)
+
+
+def symbol(unit: Unit) -> Html:
+    """A unit as it is written."""
+    return Html(unit.symbol.replace("^1.5", "<sup>3/2</sup>"))
 
 
 def _trimmed(text: str) -> str:

@@ -5,15 +5,16 @@ from string import ascii_uppercase
 import numpy as np
 from numpy import ndarray
 
+from ..contact.bearing import bearing_pressure
 from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
+from ..units import Unit, Units
 from .figures import isobar_picture, plan_picture
 from .numbers import Plan, Standing
 from .page import (
     NONE,
     Html,
-    L,
-    P,
+    amount,
     coordinate,
     figure,
     joined,
@@ -25,20 +26,21 @@ from .page import (
     section,
     short_list,
     small,
+    symbol,
     table,
 )
 
 
 def in_short(solution: PunchSolution, standing: Standing) -> Html:
     """The figures one looks for first."""
-    slope = float(np.hypot(*solution.tilt))
+    slope, units = float(np.hypot(*solution.tilt)), standing.units
     return short_list(
         [
-            ("Settlement of the origin", number(solution.settlement)),
+            ("Settlement of the origin", read(solution.settlement, units.displacement)),
             ("Tilt", one_to(slope, standing.is_level(slope))),
-            ("Resultant force", number(standing.force)),
+            ("Resultant force", read(standing.force, units.force)),
             ("In contact", percent(solution.contact_area / standing.plan_area)),
-            ("Contact", "found" if solution.success else "NOT CONVERGED"),
+            ("Contact", in_words(standing) if solution.success else "NOT CONVERGED"),
         ]
     )
 
@@ -50,26 +52,27 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
     slope = float(np.hypot(lx, ly))
     least, most = int(np.argmin(w)), int(np.argmax(w))
     centre = float(solution.punch_displacement(solution.punch.centre[:, None])[0])
+    sink, tilted = standing.units.displacement, symbol(standing.units.slope)
     rows: list[tuple] = [
-        ("Settlement W0 of the origin", number(solution.settlement), L),
-        ("Settlement of the centroid of the plan", number(centre), L),
-        ("Tilt Lx, along x", _slope(lx, standing), Html("rad")),
-        ("Tilt Ly, along y", _slope(ly, standing), Html("rad")),
-        ("Tilt in all", _slope(slope, standing), Html("rad")),
+        ("Settlement W0 of the origin", amount(solution.settlement, sink), symbol(sink)),
+        ("Settlement of the centroid of the plan", amount(centre, sink), symbol(sink)),
+        ("Tilt Lx, along x", _slope(lx, standing), tilted),
+        ("Tilt Ly, along y", _slope(ly, standing), tilted),
+        ("Tilt in all", _slope(slope, standing), tilted),
     ]
     if not standing.is_level(slope):
         azimuth = float(np.degrees(np.arctan2(ly, lx)).round(3))
         note = small("from the x axis, anticlockwise")
         rows.append((joined(["Direction in which it goes down", note]), number(azimuth, 4), "°"))
     rows += [
-        ("Largest settlement", value_at(w[most], hull[:, most], standing), L),
-        ("Smallest settlement", value_at(w[least], hull[:, least], standing), L),
-        ("Difference of both", number(w[most] - w[least]), L),
+        ("Largest settlement", value_at(w[most], hull[:, most], standing), symbol(sink)),
+        ("Smallest settlement", value_at(w[least], hull[:, least], standing), symbol(sink)),
+        ("Difference of both", amount(w[most] - w[least], sink), symbol(sink)),
     ]
     names = point_names(standing)
     settled = solution.punch_displacement(standing.points)
     corners = [
-        (name, coordinate(x, standing.size), coordinate(y, standing.size), number(s))
+        (name, coordinate(x, standing.size), coordinate(y, standing.size), amount(s, sink))
         for name, x, y, s in zip(names, *standing.points, settled)
     ]
     return section(
@@ -77,7 +80,7 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
         table(rows, ("Position of the punch", "", "Unit")),
         table(
             corners,
-            ("Point", "x [L]", "y [L]", "Settlement [L]"),
+            ("Point", *axes_of(standing.units), f"Settlement [{sink.symbol}]"),
             "Settlements at the corners and extremes of the plan",
             numeric=True,
         ),
@@ -88,17 +91,47 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
 
 
 def point_names(plan: Plan) -> list[str]:
-    """A, B, C and so on, for the characteristic points."""
-    return list(ascii_uppercase[: plan.points.shape[1]])
+    """A, B, C and so on, after Z a second A1, for the characteristic points."""
+    letters = ascii_uppercase
+    return [
+        letters[i % 26] + (str(i // 26) if i >= 26 else "") for i in range(plan.points.shape[1])
+    ]
+
+
+def axes_of(units: Units) -> tuple[str, str]:
+    """Heads of columns of coordinates."""
+    return f"x [{units.length.symbol}]", f"y [{units.length.symbol}]"
+
+
+def read(value: float, unit: Unit) -> Html:
+    """A number with its unit, if that has a name."""
+    return joined(
+        [amount(value, unit), *([" ", symbol(unit)] if unit.symbol[0] not in "FL" else [])]
+    )
 
 
 def value_at(value: float, x: ndarray, plan: Plan) -> Html:
-    """A value and its place."""
-    return joined([number(value), " at ", place(x, plan.size)])
+    """A settlement and its place."""
+    return joined([amount(value, plan.units.displacement), " at ", place(x, plan.size)])
+
+
+def in_words(plan: Plan) -> str:
+    """The contact as engineers say it."""
+    if plan.pulled_area > 0:
+        return "whole base held down: the ground pulls"
+    if plan.lifted_share == 0:
+        return "whole base in contact"
+    return "the base lifts off" if plan.lifted_share < 1 else "no contact"
 
 
 def _slope(slope: float, standing: Standing) -> Html:
-    return joined([number(slope), Html("<br>"), one_to(slope, standing.is_level(slope))])
+    return joined(
+        [
+            amount(slope, standing.units.slope),
+            Html("<br>"),
+            one_to(slope, standing.is_level(slope)),
+        ]
+    )
 
 
 def pressure_section(solution: CellPressures, plan: Plan) -> Html:
@@ -108,20 +141,24 @@ def pressure_section(solution: CellPressures, plan: Plan) -> Html:
     places = punch.partition.centroids
     sharp = punch.gap is None or punch.edge == "singular"
     mean = solution.mean_pressure if plan.force else 0.0
+    away = bearing_pressure(solution)
+    unit, length = plan.units.pressure, symbol(plan.units.length)
     rows: list[tuple] = [
-        ("Contact", solution.message, NONE),
-        ("Contact area", number(solution.contact_area), Html("L²")),
+        ("Contact", joined([in_words(plan), small(solution.message)]), NONE),
+        ("Contact area", number(solution.contact_area), symbol(plan.units.area)),
         ("of the area of the plan", percent(solution.contact_area / plan.plan_area), NONE),
-        ("Mean pressure on the contact area", number(mean), P),
-        ("Largest mean pressure of a cell", number(p[most]), P),
-        ("in the cell around", place(places[:, most], plan.size), L),
-        ("Smallest mean pressure of a cell", number(p[least]), P),
+        ("Mean pressure on the contact area", amount(mean, unit), symbol(unit)),
+        ("Largest mean pressure on a circle", amount(away, unit), symbol(unit)),
+        ("Largest mean pressure of a cell", amount(p[most], unit), symbol(unit)),
+        ("in the cell around", place(places[:, most], plan.size), length),
+        ("Smallest mean pressure of a cell", amount(p[least], unit), symbol(unit)),
     ]
     if punch.weights is not None:
         edge = solution.edge_coefficient()
         k = int(np.argmax(edge.values))
-        there = value_at(edge.values[k], edge.x[:, k], plan)
-        rows.append(("Largest strength at the edge", there, Html("F/L<sup>3/2</sup>")))
+        strength = amount(edge.values[k], plan.units.strength)
+        there = joined([strength, " at ", place(edge.x[:, k], plan.size)])
+        rows.append(("Largest strength at the edge", there, symbol(plan.units.strength)))
     notes = []
     if sharp:
         notes.append(
@@ -138,16 +175,17 @@ def pressure_section(solution: CellPressures, plan: Plan) -> Html:
         "Contact and pressure",
         table(rows, ("Pressure", "", "Unit")),
         paragraph(*notes) if notes else NONE,
-        _isobars(solution, plan),
+        isobars_figure(solution, plan),
     )
 
 
-def _isobars(solution: CellPressures, plan: Plan) -> Html:
+def isobars_figure(solution: CellPressures, plan: Plan, why: str = "") -> Html:
+    """Isobars, or why there are none; ``why`` begins the caption."""
     try:
         picture, quantity = isobar_picture(solution, plan)
     except ValueError as error:  # no pressure, or the same everywhere
         return paragraph(f"No isobars: {error}.")
-    caption = f"Isobars of {quantity}"
+    caption = f"{why}Isobars of {quantity}"
     if solution.contact_region.edge:
         caption += " and the edge of contact; there is no contact where it is grey"
     return figure(picture, f"Isobars of {quantity} on the plan", caption + ".")
@@ -160,7 +198,9 @@ def standing_section(solution: PunchSolution, standing: Standing) -> Html:
     if point is None:
         rows.append(("Resultant", "no force into the ground that would act in a point", NONE))
     else:
-        rows.append(("The resultant acts at", place(point, standing.size), L))
+        rows.append(
+            ("The resultant acts at", place(point, standing.size), symbol(standing.units.length))
+        )
     if standing.kern is None:
         rows.append(("Kern", standing.no_kern, NONE))
     elif point is not None:
@@ -168,10 +208,19 @@ def standing_section(solution: PunchSolution, standing: Standing) -> Html:
     rows.append(("Part of the plan out of contact", percent(standing.lifted_share), NONE))
     if point is not None:
         rows += [
-            ("Distance to the edge of the convex hull", number(standing.edge_distance), L),
             (
-                joined(["Reserve against lifting off", small("1 or more: full contact")]),
+                "Distance to the edge of the convex hull",
+                number(standing.edge_distance),
+                symbol(standing.units.length),
+            ),
+            (
+                joined(["Reserve against lifting off", small("1 or more: whole base in contact")]),
                 _reserve(standing.lift_off_reserve),
+                NONE,
+            ),
+            (
+                joined(["Utilisation of the kern", small("distance over that of its edge")]),
+                _used(standing.lift_off_reserve),
                 NONE,
             ),
             (
@@ -184,10 +233,10 @@ def standing_section(solution: PunchSolution, standing: Standing) -> Html:
         "Kern and overturning",
         table(rows, ("Where the force acts", "", "Unit")),
         paragraph(
-            "While the resultant acts within the kern, a flat punch keeps full contact. The "
-            "reserves tell how many times the distance of the resultant from the centroid of the "
-            "plan may grow, under the same force, until it leaves the kern or the convex hull of "
-            "the plan. The ground is elastic here: its bearing capacity is not checked, and it "
+            "While the resultant acts within the kern, the whole of a flat base keeps contact. "
+            "The reserves tell how many times the distance of the resultant from the centroid of "
+            "the plan may grow, under the same force, until it leaves the kern or the convex hull "
+            "of the plan. The ground is elastic here: its bearing capacity is not checked, and it "
             "yields before a punch turns over."
         ),
         figure(
@@ -201,12 +250,16 @@ def standing_section(solution: PunchSolution, standing: Standing) -> Html:
 
 def _within(standing: Standing) -> str:
     if standing.within_kern:
-        return "yes: full contact"
+        return "yes: whole base in contact"
     if standing.pulled_area > 0:
         return "no: the ground has to pull, or the punch would lift off"
     if standing.lifted_share == 0:
         return "no: the punch lifts off, by less than the cells resolve"
     return "no: the punch lifts off"
+
+
+def _used(factor: float) -> Html | str:
+    return percent(1 / factor if factor > 0 else np.nan)
 
 
 def _reserve(factor: float) -> Html | str:

@@ -8,15 +8,15 @@ from numpy import ndarray
 
 from ..contact.elastic_solution import ElasticSolution
 from ..grids.cellwise import nodal_mesh
+from ..units import Units
 from .checks import ROUNDING, UNBALANCED, solver_section
 from .figures import deflection_picture, mesh_picture
-from .input import edge_rule, extent_rows, ground_table, shape_of
+from .input import edge_rule, extent_rows, ground_table, said_of, shape_of
 from .numbers import Plan
 from .page import (
     NONE,
-    F,
     Html,
-    L,
+    amount,
     coordinate,
     figure,
     joined,
@@ -28,9 +28,10 @@ from .page import (
     section,
     short_list,
     small,
+    symbol,
     table,
 )
-from .results import point_names, pressure_section, value_at
+from .results import axes_of, in_words, point_names, pressure_section, read, value_at
 
 #: deflection over the extent of the plan from which on a reader is warned
 DEFORMED = 0.1
@@ -39,10 +40,10 @@ INSIDE = 1e-6
 
 
 def structure_sections(
-    solution: ElasticSolution, mesh_name: str, remarks: Sequence[str], version: str
+    solution: ElasticSolution, mesh_name: str, remarks: Sequence[str], version: str, units: Units
 ) -> list[Html]:
     """All of a report but its head."""
-    plan = Plan(solution)
+    plan = Plan(solution, units)
     return [
         _warnings(solution, plan, remarks),
         _in_short(solution, plan),
@@ -50,7 +51,7 @@ def structure_sections(
         _deflections(solution, plan),
         pressure_section(solution, plan),
         _balance(solution, plan),
-        solver_section(solution, None, version),
+        solver_section(solution, None, version, units),
     ]
 
 
@@ -90,11 +91,11 @@ def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
     w = _deflection(solution)
     return short_list(
         [
-            ("Largest deflection", number(w.max())),
-            ("Difference of deflections", number(np.ptp(w))),
-            ("Resultant force", number(plan.force)),
+            ("Largest deflection", read(w.max(), plan.units.displacement)),
+            ("Difference of deflections", read(np.ptp(w), plan.units.displacement)),
+            ("Resultant force", read(plan.force, plan.units.force)),
             ("In contact", percent(solution.contact_area / plan.plan_area)),
-            ("Contact", "found" if solution.success else "NOT CONVERGED"),
+            ("Contact", in_words(plan) if solution.success else "NOT CONVERGED"),
         ]
     )
 
@@ -120,11 +121,11 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
     return section(
         "Input",
         table(rows, ("Structure and plan", "", "Unit")),
-        ground_table(punch.substrate),
+        ground_table(punch.substrate, plan.units),
         paragraph(
-            "Units are any consistent set: L is the unit of length of the mesh, F that of force; "
-            "moduli and pressures are in F/L². Pressures and deflections are positive into the "
-            "ground. Points are given in the coordinates of the mesh."
+            said_of(plan.units),
+            "Pressures and deflections are positive into the ground. Points are given in the "
+            "coordinates of the mesh.",
         ),
         figure(mesh_picture(solution, plan), "The mesh of the plan and its dual grid", caption),
     )
@@ -132,16 +133,23 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
 
 def _deflections(solution: ElasticSolution, plan: Plan) -> Html:
     w, x = _deflection(solution), solution.punch.collocation_points
-    least, most = int(np.argmin(w)), int(np.argmax(w))
+    least, most, unit = int(np.argmin(w)), int(np.argmax(w)), plan.units.displacement
     rows: list[tuple] = [
-        ("Largest deflection of a cell", value_at(w[most], x[:, most], plan), L),
-        ("Smallest deflection of a cell", value_at(w[least], x[:, least], plan), L),
-        ("Difference of both", number(w[most] - w[least]), L),
-        ("Largest gap to the ground", number(solution.gap.max()), L),
+        ("Largest deflection of a cell", value_at(w[most], x[:, most], plan), symbol(unit)),
+        ("Smallest deflection of a cell", value_at(w[least], x[:, least], plan), symbol(unit)),
+        ("Difference of both", amount(w[most] - w[least], unit), symbol(unit)),
+        ("Largest gap to the ground", amount(solution.gap.max(), unit), symbol(unit)),
     ]
     inside = _a_little_inside(plan)
+    heads = "Structure", "Ground"
     points = [
-        (name, coordinate(a, plan.size), coordinate(b, plan.size), number(v), number(g))
+        (
+            name,
+            coordinate(a, plan.size),
+            coordinate(b, plan.size),
+            amount(v, unit),
+            amount(g, unit),
+        )
         for name, a, b, v, g in zip(
             point_names(plan),
             *plan.points,
@@ -155,7 +163,7 @@ def _deflections(solution: ElasticSolution, plan: Plan) -> Html:
         table(rows, ("Deflection of the base", "", "Unit")),
         table(
             points,
-            ("Point", "x [L]", "y [L]", "Structure [L]", "Ground [L]"),
+            ("Point", *axes_of(plan.units), *(f"{what} [{unit.symbol}]" for what in heads)),
             "Deflections at the corners and extremes of the plan",
             numeric=True,
         ),
@@ -182,9 +190,15 @@ def _a_little_inside(plan: Plan) -> ndarray:
 def _balance(solution: ElasticSolution, plan: Plan) -> Html:
     """Forces of the ground and of what holds the structure, and what is left."""
     held = solution.punch.compliance.fixed
-    rows: list[tuple] = [("Resultant of the pressures", number(plan.force, 7), F)]
+    rows: list[tuple] = [
+        (
+            "Resultant of the pressures",
+            amount(plan.force, plan.units.force, 7),
+            symbol(plan.units.force),
+        )
+    ]
     if plan.force_point is not None:
-        rows.append(("acting at", place(plan.force_point, plan.size), L))
+        rows.append(("acting at", place(plan.force_point, plan.size), symbol(plan.units.length)))
     if len(held):
         largest = np.abs(solution.reactions).max()
         scale = max(np.abs(solution.f).max(), np.finfo(float).tiny)

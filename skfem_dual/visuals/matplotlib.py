@@ -208,6 +208,7 @@ def isobars(
     labels: bool = True,
     cmap: str = COLORMAP,
     contact: ContactRegion | None = None,
+    scale: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw bands between isobars of a continuous field, the isobars and their values.
@@ -233,6 +234,8 @@ def isobars(
     contact : ContactRegion, optional
         Of a basis, ``solution.contact_region``: its edge is drawn, where the field falls to
         zero, and nothing but a neutral colour where the punch has lifted off.
+    scale : float, optional
+        What the pressure of a solution is divided by; by default its mean.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
@@ -251,7 +254,7 @@ def isobars(
         of another plan.
     """
     checked_style(title, cmap, labels=labels)
-    subject = Subject.of(pressure, values, title, contact)
+    subject = Subject.of(pressure, values, title, contact, scale)
     field, pressed = subject.field, subject.pressed
     chosen = choose_levels(pressed, levels, subject.singular)
     exponent = common_exponent(chosen)

@@ -206,6 +206,7 @@ def isobars(
     labels: bool = True,
     cmap: str = COLORMAP,
     contact: ContactRegion | None = None,
+    scale: float | None = None,
     off_screen: bool = True,
 ) -> pyvista.Plotter:
     """Draw bands between isobars of a continuous field, the isobars and their values.
@@ -231,6 +232,8 @@ def isobars(
     contact : ContactRegion, optional
         Of a basis, ``solution.contact_region``: its edge is drawn, where the field falls to
         zero, and nothing but a neutral colour where the punch has lifted off.
+    scale : float, optional
+        What the pressure of a solution is divided by; by default its mean.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("isobars.png")``; otherwise ``show()``
         opens a window.
@@ -251,7 +254,7 @@ def isobars(
         of another plan.
     """
     checked_style(title, cmap, labels=labels, off_screen=off_screen)
-    subject = Subject.of(pressure, values, title, contact)
+    subject = Subject.of(pressure, values, title, contact, scale)
     field, pressed, contact = subject.field, subject.pressed, subject.contact
     origin = field.p.mean(axis=1, keepdims=True)
     field, pressed = _moved(field, -origin), _moved(pressed, -origin)

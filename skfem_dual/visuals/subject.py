@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from skfem import CellBasis
 
+from ..arguments import checked_size
 from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
 from ..grids.cellwise import nodal_mesh
@@ -52,6 +53,7 @@ class Subject:
         values: ArrayLike | None,
         title: str | None,
         contact: ContactRegion | None,
+        scale: float | None = None,
     ) -> Subject:
         """Of a solution without values, or of a basis with the values of its DOFs."""
         singular = False
@@ -63,10 +65,13 @@ class Subject:
                 )
             singular = pressure.punch.gap is None or pressure.punch.edge == "singular"
             contact = pressure.contact_region
-            scale, quantity = pressure_scale(pressure)
-            title = quantity if title is None else title
+            mean, quantity = pressure_scale(pressure)
+            title = quantity if title is None and scale is None else title
+            scale = mean if scale is None else checked_size("scale", scale)
             pressure, values = drawn_pressure(pressure)
             values = values / scale
+        elif scale is not None:
+            raise TypeError("expected a scale with a solution only, got one with a basis")
         elif values is None and isinstance(pressure, CellBasis):
             raise TypeError(f"expected one value for each of the {pressure.N} DOFs, got none")
         field = continuous(pressure, () if values is None else values)

@@ -1,0 +1,58 @@
+"""The command line: ``python -m skfem_dual {solve,dual,check}``, or ``skfem-dual``."""
+
+import warnings
+from collections.abc import Sequence
+from functools import partial
+
+from ..startup import end_of_imports
+from ..terminal import print_table, tell
+from .files import check_files
+from .messages import one_line, show_warning
+from .parser import build_parser
+
+#: what may come of bad input or a bad environment; anything else is a fault of the program
+BAD = (
+    ValueError,
+    TypeError,
+    OSError,
+    RuntimeError,
+    ImportError,
+    MemoryError,
+    ArithmeticError,
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Files are written before the table is printed, whatever becomes of the standard output.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process by default.
+
+    Returns
+    -------
+    int
+        0; 1 if ``check`` found a fault; 2 after an error, told in one line on stderr; 3 if
+        ``solve`` found no solution that holds, told likewise; 130 if interrupted.
+    """
+    try:
+        end_of_imports()
+        options = build_parser().parse_args(argv)
+        with warnings.catch_warnings():
+            warnings.simplefilter("default")
+            options.warned = []
+            warnings.showwarning = partial(show_warning, options.warned)
+            check_files(options)
+            code, table = options.run(options)
+            if table:
+                print_table(table)
+            return code
+    except KeyboardInterrupt:
+        tell("interrupted")
+        return 130
+    except BAD as error:
+        tell(f"error: {one_line(error)}")
+        return 2

@@ -1,0 +1,247 @@
+"""Meshes, ground and loads of the command line, and their solution."""
+
+import argparse
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from skfem import MeshTri
+
+from .. import (
+    Accuracy,
+    CasesSolution,
+    DualMesh,
+    HalfSpace,
+    Plan,
+    PunchSolution,
+    RigidPunch,
+    RigidPunches,
+)
+from ..arguments import Pair
+from ..contact.load import Hull
+from ..grids.corners import signed_areas
+from ..ground.substrates import Substrate
+from ..io import CaseRow, read_cases, read_mesh, read_substrate
+from ..terminal import is_watched
+from .outlines import is_outline, plan_of, solve_outline
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """One footing: its mesh by its name, and where its origin comes from.
+
+    Attributes
+    ----------
+    name : str
+        Of the file, without its suffix.
+    path : str
+        Of the file.
+    mesh : MeshTri
+        Its plan.
+    dual : DualMesh
+        The dual grid.
+    origin : pair of float
+        Where settlement and moments refer to.
+    origin_is : str
+        How that was chosen.
+    accuracy : Accuracy, optional
+        How the mesh was chosen, if that of an outline.
+    """
+
+    name: str
+    path: str
+    mesh: MeshTri
+    dual: DualMesh
+    origin: Pair
+    origin_is: str
+    accuracy: Accuracy | None = None
+
+
+def read_bases(
+    options: argparse.Namespace, ground: Substrate, times: dict[str, float]
+) -> list[Base]:
+    """The footings named; tells of an origin off the plan, and the times of reading.
+
+    Outlines get a mesh that is fine enough for their loads.
+
+    Raises
+    ------
+    ValueError
+        If two have the same name, or there is one origin for several.
+    """
+    names = [Path(path).stem for path in options.mesh]
+    if len(set(names)) < len(names):
+        raise ValueError(f"expected meshes with different names, got {', '.join(names)}")
+    if options.origin is not None and len(names) > 1:
+        raise ValueError(
+            "expected one mesh with --origin, got several. Remedy: leave it out; the origin of "
+            "each footing is the centroid of its plan"
+        )
+    bases = []
+    for name, path in zip(names, options.mesh, strict=True):
+        begin = perf_counter()
+        plan = plan_of(options, path) if is_outline(path) else None
+        if plan is None:
+            mesh = read_mesh(path)
+            edge, centre = mesh.p, centroid(mesh)
+        else:
+            edge, centre = _outline(plan)
+        read = perf_counter()
+        times["import"] = times.get("import", 0.0) + read - begin
+        origin = centre if options.origin is None else tuple(options.origin)
+        chosen = "centroid of the plan" if options.origin is None else "from --origin"
+        beyond = Hull.of(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
+        if options.origin is not None and beyond > 0:
+            warnings.warn(
+                f"the origin ({origin[0]:.6g}, {origin[1]:.6g}) is {beyond:.3g} off the plan, "
+                "settlement and moments refer to it. Remedy: leave out --origin for the "
+                f"centroid, ({centre[0]:.6g}, {centre[1]:.6g})",
+                stacklevel=1,
+            )
+        accuracy = None
+        if plan is None:
+            dual = DualMesh.from_mesh(mesh)
+        else:
+            found = solve_outline(options, plan, ground, origin, _loads(options, name, origin))
+            dual, accuracy = found.punch.basis.dual, found.accuracy
+        times["dual"] = times.get("dual", 0.0) + perf_counter() - read
+        bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
+    return bases
+
+
+def _outline(plan: Plan) -> tuple[ndarray, Pair]:
+    """Points around a plan, and its centroid."""
+    x, y = plan.centroid.tolist()
+    return np.hstack([outline.sides.extremes() for outline, _ in plan.parts]), (x, y)
+
+
+def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[str, Any]]:
+    """All loads of a footing, from its origin."""
+    if options.loads is None:
+        return [single_load(options)]
+    names = [Path(path).stem for path in options.mesh]
+    rows = by_case(read_cases(options.loads), names)
+    return [dict(of[name].load(origin)) for of in rows.values()]
+
+
+def single_load(options: argparse.Namespace) -> dict[str, Any]:
+    """The one load of the options, as arguments of `Load`."""
+    moments = options.moments
+    return {
+        "force": options.force,
+        "at": options.at,
+        "moments": None if moments is None else (-moments[1], moments[0]),
+        "settlement": options.settlement,
+        "tilt": options.tilt,
+    }
+
+
+def centroid(mesh: MeshTri) -> Pair:
+    """Of the plan a mesh covers."""
+    p = mesh.p - mesh.p[:, :1]  # far from the origin digits would be lost
+    areas = np.abs(signed_areas(p, mesh.t))
+    x, y = p[:, mesh.t].mean(axis=1) @ areas / areas.sum() + mesh.p[:, 0]
+    return float(x), float(y)
+
+
+def ground_of(options: argparse.Namespace) -> Substrate:
+    """The ground, from its two moduli or a file."""
+    moduli = options.young, options.poisson
+    if (options.substrate is None) == (None in moduli) or (
+        options.substrate is not None and moduli != (None, None)
+    ):
+        raise ValueError("expected either --young and --poisson or --substrate FILE")
+    return HalfSpace(*moduli) if options.substrate is None else read_substrate(options.substrate)
+
+
+def punches_of(
+    options: argparse.Namespace, ground: Substrate, bases: Sequence[Base]
+) -> list[RigidPunch]:
+    """The footings on their ground."""
+    return [
+        RigidPunch(
+            ground,
+            base.dual.basis() if options.grid == "dual" else base.dual.primal_basis(),
+            edge=options.edge,
+            edge_boundaries=options.edge_boundaries,
+            collocation=options.collocation,
+            origin=base.origin,
+        )
+        for base in bases
+    ]
+
+
+def require_one_load(options: argparse.Namespace) -> None:
+    """Refuse loads given twice, or only one for several footings."""
+    single = "force", "at", "moments", "settlement", "tilt"
+    given = [f"--{name}" for name in single if getattr(options, name) is not None]
+    if options.loads is not None and given:
+        raise ValueError(f"expected either --loads or {given[0]}, got both")
+    if options.loads is None and len(options.mesh) > 1:
+        raise ValueError(
+            "expected --loads with several meshes. Remedy: a table with the columns name, "
+            "footing, force"
+        )
+    several = [f"--{n}" for n in ("png", "svg", "vtu") if getattr(options, n) is not None]
+    if len(options.mesh) > 1 and several:
+        raise ValueError(
+            f"expected one mesh with {several[0]}, got several. Remedy: --report shows them all"
+        )
+    if options.loads is None and options.table is not None:
+        raise ValueError("expected --loads with --table, got one load. Remedy: --json")
+
+
+def solve_one(options: argparse.Namespace, punch: RigidPunch) -> PunchSolution:
+    """The one load of the options."""
+    return punch.solve(
+        **single_load(options),
+        unilateral=not options.bilateral,
+        progress=options.progress or is_watched(),
+    )
+
+
+def solve_cases(
+    options: argparse.Namespace, bases: Sequence[Base], punches: Sequence[RigidPunch]
+) -> dict[str, CasesSolution]:
+    """All cases of the table of loads, of each footing by its name."""
+    rows = by_case(read_cases(options.loads), [base.name for base in bases])
+    how: dict[str, Any] = {
+        "unilateral": not options.bilateral,
+        "progress": options.progress or is_watched(),
+    }
+    loads = {
+        case: [of[base.name].load(base.origin) for base in bases] for case, of in rows.items()
+    }
+    if len(punches) == 1:
+        cases = punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)
+        return {"": cases}
+    found = RigidPunches(punches).solve_many(loads, **how)
+    return {base.name: cases for base, cases in zip(bases, found, strict=True)}
+
+
+def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, Mapping[str, CaseRow]]:
+    """Rows by case and footing.
+
+    Raises
+    ------
+    ValueError
+        If a footing is not known or has no load in a case.
+    """
+    found: dict[str, dict[str, CaseRow]] = {}
+    for row in rows:
+        footing = row.footing or (names[0] if len(names) == 1 else "")
+        if footing not in names:
+            raise ValueError(
+                f"{row.where}: expected a footing among {', '.join(names)}, the names of the mesh "
+                f"files, got {footing or 'none'}"
+            )
+        found.setdefault(row.name, {})[footing] = row
+    for case, of in found.items():
+        if missing := [name for name in names if name not in of]:
+            raise ValueError(f"expected a load of footing {missing[0]} in case {case!r}, got none")
+    return {case: found[case] for case in found}

@@ -1,0 +1,39 @@
+"""Errors and warnings in one line each, with remedies in words of the command line."""
+
+import re
+
+from ..terminal import tell
+
+#: how arguments of the library are called here
+OPTIONS = (
+    (r"unilateral=False", "--bilateral"),
+    (r"at= or origin=", "--at or --origin"),
+    (r", as by refine_to_contact", ""),
+    (r"method=\"cg\"", "a coarser mesh"),
+    (r"time_limit=", "--time-limit"),
+    (r"memory=, or ", ""),
+    (r"edge=\"constant\"", "--edge constant"),
+    (r"\b(force|at|moments|settlement|tilt|origin|collocation|accuracy|layer)=(?!=)", r"--\1 "),
+)
+
+
+def show_warning(warned: list[str], message: Warning | str, *where: object) -> None:
+    """Tell a warning in one line, and keep it."""
+    warned.append(one_line(message))
+    tell(f"warning: {warned[-1]}")
+
+
+def one_line(error: BaseException | Warning | str) -> str:
+    """What is said, or the name of the error, in one line."""
+    return in_options(" ".join(str(error).split())) or type(error).__name__
+
+
+def in_options(text: str) -> str:
+    """``text`` with the names of options in place of those of arguments.
+
+    >>> in_options("Remedy: unilateral=False for ground that pulls")
+    'Remedy: --bilateral for ground that pulls'
+    """
+    for argument, option in OPTIONS:
+        text = re.sub(argument, option, text)
+    return re.sub(r"(--\w+) (?=[,.;)]|$)", r"\1", text)

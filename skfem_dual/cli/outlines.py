@@ -1,0 +1,101 @@
+"""Outlines on the command line: a plan, and the mesh that its loads take."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import Load, Plan, PlanSolution, solve_plan
+from ..arguments import Pair
+from ..ground.substrates import Substrate
+from ..plans.corners import ring_of
+from ..plans.read import SUFFIXES
+from ..plans.tables import corners_of_text
+from ..terminal import is_watched
+
+#: what stands for the name of a file where the corners are given
+CORNERS = "corners"
+#: error allowed unless ``--accuracy`` is given
+ACCURACY = 1e-3
+
+
+def take_corners(options: argparse.Namespace) -> None:
+    """Let the corners stand among the footings, and refuse options that have no use.
+
+    Raises
+    ------
+    ValueError
+        If there is no footing, one too many, or an option that its kind does not know.
+    """
+    if (options.corners is None) == (not options.mesh):
+        had = "got neither" if options.corners is None else "got both"
+        raise ValueError(f"expected either MESH or --corners, {had}")
+    if options.corners is not None:
+        options.mesh = [CORNERS]
+    outlines = [path for path in options.mesh if is_outline(path)]
+    chosen = "accuracy", "time_limit"
+    if not outlines:
+        for name in (*chosen, "layer"):
+            if getattr(options, name) is not None:
+                raise ValueError(
+                    f"expected --{name.replace('_', '-')} with an outline "
+                    f"({', '.join(SUFFIXES)}), got the mesh {options.mesh[0]}"
+                )
+        return
+    usual = {
+        "grid": "dual",
+        "edge": "singular",
+        "edge_boundaries": None,
+        "collocation": "centroid",
+    }
+    for name, value in usual.items():
+        if getattr(options, name) != value:
+            raise ValueError(
+                f"expected a mesh with --{name.replace('_', '-')}, got the outline {outlines[0]}, "
+                "whose mesh is chosen for the usual method. Remedy: leave it out"
+            )
+
+
+def is_outline(path: str) -> bool:
+    """Whether a footing is an outline, by its name."""
+    return path == CORNERS or Path(path).suffix.lower() in SUFFIXES
+
+
+def plan_of(options: argparse.Namespace, path: str) -> Plan:
+    """The plan in a file, or of the corners given."""
+    if path == CORNERS:
+        corners = corners_of_text(options.corners)
+        ring = ring_of("--corners", [c[:2] for c in corners], [c[2] for c in corners])
+        return Plan.from_rings([ring])
+    drawing = Path(path).suffix.lower() == ".dxf"
+    return Plan.read(path, layer=options.layer if drawing else None)
+
+
+def solve_outline(
+    options: argparse.Namespace,
+    plan: Plan,
+    ground: Substrate,
+    origin: Pair,
+    loads: Sequence[Mapping[str, Any]],
+) -> PlanSolution:
+    """The footing under that of its loads that acts farthest from the origin.
+
+    The mesh is fine enough for it, and as a rule for those nearer to the middle.
+    """
+
+    levers = [np.hypot(*(Load(**load).point or (0.0, 0.0))) for load in loads]
+    load = dict(loads[int(np.argmax(levers))])
+    if (at := load.pop("at", None)) is not None:
+        load["at"] = origin[0] + at[0], origin[1] + at[1]
+    return solve_plan(
+        plan,
+        ground,
+        **load,
+        origin=origin,
+        accuracy=ACCURACY if options.accuracy is None else options.accuracy,
+        time_limit=options.time_limit,
+        unilateral=not options.bilateral,
+        progress=options.progress or is_watched(),
+    )

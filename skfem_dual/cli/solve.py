@@ -1,0 +1,150 @@
+"""``solve MESH``: rigid footings, their table and files."""
+
+import argparse
+import json
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+from .. import CasesSolution, PunchSolution
+from ..contact.system import DENSE
+from ..errors import ConvergenceError
+from ..io import write_cases, write_solution, write_whole
+from ..report import solve_on_other_grid, write_report
+from ..report.data import plain, report_data
+from ..report.details import Details
+from ..report.footing import Footing, footings_of
+from ..terminal import is_watched, tell
+from ..units import Units
+from .footings import (
+    ground_of,
+    punches_of,
+    read_bases,
+    require_one_load,
+    solve_cases,
+    solve_one,
+)
+from .outlines import take_corners
+from .pictures import draw
+from .tables import case_table, solution_table
+
+
+def solve(options: argparse.Namespace) -> tuple[int, str]:
+    """``solve MESH``: pressures under rigid footings, as a table and files."""
+    take_corners(options)
+    require_one_load(options)
+    details = _details(options)
+    times: dict[str, float] = {}
+    ground = ground_of(options)
+    bases = read_bases(options, ground, times)
+    punches = punches_of(options, ground, bases)
+    begin = perf_counter()
+    solution: PunchSolution | dict[str, CasesSolution]
+    if options.loads is None:
+        solution = solve_one(options, punches[0])
+        times |= solution.timings
+    else:
+        solution = solve_cases(options, bases, punches)
+        times |= punches[0].timings | {"all": perf_counter() - begin}
+    footings = footings_of(solution, details)
+    standing = footings[0].standing
+    governing = None if standing is None else standing.solution
+    condition = None
+    if options.loads is None and governing is not None and len(governing.pressure) <= DENSE:
+        condition = governing.condition_number
+    _write_data(options, footings, governing, times, condition)
+    if governing is not None:
+        if options.vtu:
+            write_solution(options.vtu, governing)
+        if options.png or options.svg:
+            draw(options, "isobars", governing, **_scale(details.units))
+    if options.report:
+        _report(options, solution, footings, governing)
+    failed = [
+        f"{f'{name}: ' if len(footing.cases) > 1 else ''}{message}"
+        for footing in footings
+        for name, message, ok in zip(
+            footing.cases.names, footing.cases.messages, footing.cases.success
+        )
+        if not ok
+    ]
+    if failed:
+        tell(f"no solution: {'; '.join(failed)}")
+    code = 3 if failed else 0
+    if options.quiet:
+        return code, ""
+    if isinstance(solution, PunchSolution):
+        return code, solution_table(footings[0], bases[0], times, condition)
+    return code, case_table(footings, bases, times)
+
+
+def _details(options: argparse.Namespace) -> Details:
+    names = [os.fsencode(Path(path).name).decode("utf-8", "replace") for path in options.mesh]
+    return Details(
+        title=options.title,
+        project=options.project,
+        author=options.author,
+        date=options.date,
+        mesh_name=", ".join(names),
+        units=Units(options.units),
+        allowable=options.allowable,
+        points=options.point,
+    )
+
+
+def _scale(units: Units) -> dict[str, str | float]:
+    """Pressures in pictures: over their mean, or in a unit."""
+    if not units.named:
+        return {}
+    unit = units.pressure
+    return {"title": f"pressure [{unit.symbol}]", "scale": 1 / unit.factor}
+
+
+def _write_data(
+    options: argparse.Namespace,
+    footings: Sequence[Footing],
+    governing: PunchSolution | None,
+    times: dict[str, float],
+    condition: float | None,
+) -> None:
+    """The table of cases and the JSON file."""
+    if options.table:
+        names = [footing.name for footing in footings if footing.name]
+        write_cases(options.table, *(footing.cases for footing in footings), footings=names)
+    if options.json:
+        found = report_data(footings, _couple(options, footings, governing))
+        found |= {"condition_number": condition, "seconds": times}
+        text = json.dumps(plain(found), indent=2, allow_nan=False) + "\n"
+        write_whole(options.json, lambda part: Path(part).write_text(text))
+
+
+def _couple(
+    options: argparse.Namespace, footings: Sequence[Footing], governing: PunchSolution | None
+) -> PunchSolution | None:
+    """The governing case on the other grid, to estimate the error; not of neighbours."""
+    if governing is None or len(footings) > 1:
+        return None
+    if options.other_grid is None:
+        try:
+            options.other_grid = solve_on_other_grid(
+                governing,
+                unilateral=not options.bilateral,
+                progress=options.progress or is_watched(),
+            )
+        except (ValueError, ConvergenceError) as error:  # the results do not depend on it
+            warnings.warn(f"not solved on the other grid: {error}", stacklevel=1)
+    return options.other_grid
+
+
+def _report(
+    options: argparse.Namespace,
+    solution: PunchSolution | dict[str, CasesSolution],
+    footings: Sequence[Footing],
+    governing: PunchSolution | None,
+) -> None:
+    couple = _couple(options, footings, governing)
+    details = replace(footings[0].details, remarks=tuple(options.warned))
+    write_report(options.report, solution, couple=couple, details=details)

@@ -1,0 +1,146 @@
+"""What the terminal shows of a solution."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..report.cases import CALLED
+from ..report.footing import Footing, between
+from ..units import Unit
+from .footings import Base
+
+#: coordinates that are zero but for rounding, over the extent of the plan
+NOISE = 1e-12
+
+
+def solution_table(
+    footing: Footing, base: Base, times: Mapping[str, float], condition: float | None
+) -> str:
+    """Names and values of one solution."""
+    (solution,) = footing.cases.solutions
+    rows = {"Mesh": f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"}
+    rows["Origin"] = _origin(base)
+    if base.accuracy is not None:
+        rows["Accuracy"] = str(base.accuracy)
+    if solution is None:
+        return _lines(rows)
+    rows |= solution.table()
+    del rows["Time [s]"]  # the solution's share of it
+    units, e = footing.details.units, solution.centre_of_pressure
+    size = np.ptp(base.mesh.p)
+    if units.named:
+        pressures = solution.pressure.min(), solution.pressure.max()
+        low, high = (f"{p * units.pressure.factor:.6g}" for p in pressures)
+        rows |= {
+            "Settlement W0": _read(solution.settlement, units.displacement),
+            "Tilt (Lx, Ly)": _pair(solution.tilt * units.slope.factor, units.slope),
+            "Force, acting at": f"{_read(solution.force, units.force)}, "
+            + f"{_pair(np.where(np.abs(e) < NOISE * size, 0.0, e), units.length)} off the origin",
+            "Contact area": _read(solution.contact_area, units.area),
+            "Pressure mean": _read(solution.mean_pressure, units.pressure),
+            "Pressure of cells": f"{low} to {high} {units.pressure.symbol}",
+        }
+    largest = footing.cases.largest_pressure[0]
+    rows["Largest pressure"] = _read(largest, units.pressure, named=units.named)
+    if footing.details.allowable is not None:
+        mean, most = 100 * footing.utilisation[:, 0]
+        rows["Of the allowable"] = f"mean {mean:.3g} %, largest {most:.3g} %"
+    for name, w in zip(footing.points, footing.settlements[0], strict=True):
+        if name.startswith("P"):
+            rows[f"Settlement {name}"] = _read(w, units.displacement, named=units.named)
+    if condition is not None:
+        rows["Condition number"] = f"{condition:.4g}"
+    rows["Time [s]"] = _times(times)
+    if not solution.success:
+        rows["Success"] = "NO: the numbers above do not solve the problem"
+    return _lines(rows)
+
+
+def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mapping) -> str:
+    """A line for each case of each footing, and their envelope."""
+    details, lines = footings[0].details, []
+    units = details.units
+    for footing, base in zip(footings, bases, strict=True):
+        cases = footing.cases
+        rows = {"Mesh": f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"}
+        rows["Origin"] = _origin(base)
+        if base.accuracy is not None:
+            rows["Accuracy"] = str(base.accuracy)
+    if base.accuracy is not None:
+        rows["Accuracy"] = str(base.accuracy)
+        lines += [_lines(rows), ""]
+        marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
+        heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
+        columns = [
+            cases.settlement,
+            *cases.tilt,
+            cases.largest_settlement,
+            cases.largest_pressure,
+        ]
+        shown = [
+            [head, f"[{unit.symbol}]" if units.named else "", *_numbers(column * unit.factor)]
+            for head, unit, column in zip(heads, marks, columns, strict=True)
+        ]
+        share = [f"{100 * s:.3g} %" if np.isfinite(s) else "-" for s in cases.contact_share]
+        names = ["case", "", *(name[:24] for name in cases.names)]
+        found = ["", "", *("" if ok else "NO SOLUTION" for ok in cases.success)]
+        table = [names, *shown, ["contact", "", *share], found]
+        widths = [max(map(len, column)) for column in table]
+        for i, row in enumerate(zip(*table, strict=True)):
+            if i != 1 or units.named:
+                cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
+                lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
+        lines += ["", *_envelope(footing), ""]
+    for pair in between(list(footings)):
+        moved = _read(pair.difference, units.displacement, named=units.named)
+        lines.append(
+            f"{pair.first} to {pair.second}: differential settlement {moved}, 1 : "
+            f"{1 / max(pair.distortion, 1e-12):.4g}, {pair.case}"
+        )
+    return "\n".join([*lines, f"{'Time [s]':<19}{_times(times)}"])
+
+
+def _envelope(footing: Footing) -> list[str]:
+    if not footing.cases.success.any():
+        return []
+    units = footing.details.units
+    marks = {
+        "largest_pressure": units.pressure,
+        "largest_settlement": units.displacement,
+        "slope": units.slope,
+        "contact_share": Unit("%", 100.0),
+    }
+    rows = {
+        CALLED[e.quantity]: (
+            f"{_read(e.value, marks[e.quantity], named=units.named or e.quantity[0] == 'c')}"
+            f", {e.name}"
+        )
+        for e in footing.cases.envelope()
+    }
+    if footing.details.allowable is not None:
+        rows["Of the allowable"] = f"{100 * np.nanmax(footing.utilisation):.3g} %"
+    return [f"{name:<24}{value}" for name, value in rows.items()]
+
+
+def _origin(base: Base) -> str:
+    return f"({base.origin[0]:.9g}, {base.origin[1]:.9g}), {base.origin_is}"
+
+
+def _lines(rows: Mapping[str, str]) -> str:
+    return "\n".join(f"{name:<19}{value}" for name, value in rows.items())
+
+
+def _numbers(values: np.ndarray) -> list[str]:
+    return [f"{v:.5g}" if np.isfinite(v) else "-" for v in values]
+
+
+def _read(value: float, unit: Unit, named: bool = True) -> str:
+    return f"{value * unit.factor:.6g}{f' {unit.symbol}' if named else ''}"
+
+
+def _pair(x: np.ndarray, unit: Unit) -> str:
+    return f"({x[0]:.5g}, {x[1]:.5g}) {unit.symbol}"
+
+
+def _times(times: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {seconds:.3f}" for name, seconds in times.items())

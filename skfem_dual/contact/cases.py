@@ -1,0 +1,197 @@
+"""Load cases: one punch, or several on one ground, under many loads."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any, Protocol
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import checked_flag, checked_instance, checked_number, checked_sequence
+from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
+from .cases_solution import CasesSolution
+from .footprint import LoadedCells
+from .load import Constraints, Load
+from .many import ManyLoads
+from .one_sign import solved
+from .problem import Contact
+from .solution import PunchSolution
+from .system import ContactSystem, Method, progress_bars
+from .unilateral import COARSEST
+from .verify import Verification
+
+Cases = Sequence[Any] | Mapping[str, Any]
+
+
+class Problem(Protocol):
+    """What is solved under many loads: a punch, or several."""
+
+    @property
+    def cells(self) -> LoadedCells:
+        """The cells of all punches."""
+
+    @property
+    def system(self) -> ContactSystem:
+        """The equations."""
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Seconds of assembly and factorisation."""
+
+    def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
+        """What the loads impose; a ValueError where no pressures can balance them."""
+
+    def verification(
+        self, constraints: Constraints, unilateral: bool, gap_rtol: float
+    ) -> Verification:
+        """What is asked of an answer."""
+
+    def find(
+        self,
+        constraints: Constraints,
+        flat: ndarray,
+        start: ndarray | None,
+        unilateral: bool,
+        method: Method,
+        gap_rtol: float,
+    ) -> tuple[Contact, ndarray]:
+        """Contact and position where some cells are flat."""
+
+    def answers(
+        self,
+        loads: tuple[Load, ...],
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+    ) -> tuple[PunchSolution, ...]:
+        """Of each punch."""
+
+
+@dataclass(frozen=True, eq=False)
+class CaseAnswers:
+    """Answers of all punches in all cases.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the cases.
+    answers : tuple of tuple of PunchSolution, or None
+        Of each case those of the punches; None where no pressures can balance the loads.
+    messages : tuple of str
+        What was found, or why not.
+    rough : tuple of str
+        Warnings of contact on few cells.
+    """
+
+    names: tuple[str, ...]
+    answers: tuple[tuple[PunchSolution, ...] | None, ...]
+    messages: tuple[str, ...]
+    rough: tuple[str, ...]
+
+    def of(self, number: int, punch: Any, loads: Sequence[Load]) -> CasesSolution:
+        """Those of one punch."""
+        mine = tuple(None if answer is None else answer[number] for answer in self.answers)
+        return CasesSolution(punch, self.names, tuple(loads), mine, self.messages)
+
+    def warn(self) -> None:
+        """Warn the caller of a solver of cases without success, and of rough ones."""
+        k = len(self.names)
+        bad = [
+            f"{name!r}: {message}"
+            for name, answer, message in zip(self.names, self.answers, self.messages)
+            if answer is None or not all(s.success for s in answer)
+        ]
+        if bad:
+            message = f"{len(bad)} of {k} load cases without a solution; {bad[0]}"
+            warnings.warn(message, ConvergenceWarning, stacklevel=3)
+        if self.rough:
+            message = f"{self.rough[0]} ({len(self.rough)} of {k} load cases)"
+            warnings.warn(message, ResolutionWarning, stacklevel=3)
+
+
+def named(cases: Cases) -> tuple[tuple[str, ...], list[Any]]:
+    """Names and loads of cases; the names of a sequence are its numbers from 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no sequence or mapping, there are none, or a name is no text.
+    """
+    if isinstance(cases, Mapping):
+        names = tuple(checked_instance("the name of a load case", name, str) for name in cases)
+        loads = list(cases.values())
+    else:
+        loads = checked_sequence("cases", cases)
+        names = tuple(str(number) for number in range(1, len(loads) + 1))
+    if not loads:
+        raise ValueError("expected at least one load case, got none")
+    return names, loads
+
+
+def solve_cases(
+    problem: Problem,
+    names: tuple[str, ...],
+    loads: Sequence[tuple[Load, ...]],
+    *,
+    unilateral: bool = True,
+    method: Method = "auto",
+    gap_rtol: float = 1e-10,
+    progress: bool = False,
+) -> CaseAnswers:
+    """Solve and verify cases; ``loads`` has the loads of the bodies in each."""
+    unilateral, progress = (
+        checked_flag("unilateral", unilateral),
+        checked_flag("progress", progress),
+    )
+    gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+    imposed: dict[int, Constraints] = {}
+    messages = [""] * len(names)
+    for k, load in enumerate(loads):
+        try:
+            imposed[k] = problem.constraints(load, unilateral)
+        except ValueError as error:  # the other cases do not depend on it
+            messages[k] = str(error)
+    answers: list[tuple[PunchSolution, ...] | None] = [None] * len(names)
+    rough = []
+    begin = perf_counter()
+    for k, (contact, position) in _verified(
+        problem, imposed, unilateral, method, gap_rtol, progress
+    ).items():
+        timings = problem.timings | {"all cases": perf_counter() - begin}
+        answers[k] = problem.answers(loads[k], contact, position, timings)
+        messages[k] = contact.message or contact.description
+        if contact.success and contact.rough:
+            rough.append(f"{contact.rough}; first in case {names[k]!r}")
+    return CaseAnswers(names, tuple(answers), tuple(messages), tuple(rough))
+
+
+def _verified(
+    problem: Problem,
+    imposed: dict[int, Constraints],
+    unilateral: bool,
+    method: Method,
+    gap_rtol: float,
+    progress: bool,
+) -> dict[int, tuple[Contact, ndarray]]:
+    """Contact and position in the cases, with success only where the equations hold."""
+    if not imposed:
+        return {}
+    given, system = list(imposed.values()), problem.system
+    verify = problem.verification(given[0], unilateral, gap_rtol)
+    with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
+        found = ManyLoads(system, given, method, gap_rtol).solve(unilateral)
+        pressure = np.column_stack([contact.pressure for contact, _ in found])
+        if not np.isfinite(pressure).all():
+            raise ConvergenceError("the loads are too large for floating-point numbers")
+        settled = system.matrix @ pressure
+        answers = {}
+        for (k, c), (contact, position), w in zip(imposed.items(), found, settled.T, strict=True):
+
+            def find(flat, start, c=c):  # type: ignore[no-untyped-def]
+                return problem.find(c, flat, start, unilateral, method, gap_rtol)
+
+            known = replace(verify, constraints=c)(contact, position, w), position
+            answers[k] = solved(problem.cells, find, unilateral, found=known)
+        return answers

@@ -1,0 +1,230 @@
+"""What load cases answer: one row for each, and their envelope."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import ConvexHull
+
+from ..grids.polygons import readonly
+from ..kernels.once import computed_once
+from .bearing import Circles
+from .footprint import Footprint
+from .load import Load
+from .solution import PunchSolution
+
+#: columns of `CasesSolution.table`
+COLUMNS = (
+    "name",
+    "force",
+    "x",
+    "y",
+    "settlement",
+    "tilt_x",
+    "tilt_y",
+    "largest_settlement",
+    "largest_pressure",
+    "contact_share",
+    "success",
+    "message",
+)
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The case that governs a quantity, and its value there.
+
+    Attributes
+    ----------
+    quantity : str
+        What it is, a name of `CasesSolution`.
+    value : float
+        Its extreme value.
+    number : int
+        Of the case, from 0.
+    name : str
+        Of the case.
+    """
+
+    quantity: str
+    value: float
+    number: int
+    name: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CasesSolution:
+    """Answers of one rigid punch under several load cases.
+
+    ``cases[i]`` and ``cases["name"]`` are the `PunchSolution` of a case. Arrays have one value
+    for each case, NaN where no pressures can balance the load.
+
+    Attributes
+    ----------
+    footprint : Footprint
+        The cells under the punch.
+    names : tuple of str
+        Of the k cases.
+    loads : tuple of Load
+        What was imposed in each.
+    solutions : tuple of PunchSolution or None
+        None where no pressures can balance the load.
+    messages : tuple of str
+        What was found in each, or why not.
+    """
+
+    footprint: Footprint
+    names: tuple[str, ...]
+    loads: tuple[Load, ...]
+    solutions: tuple[PunchSolution | None, ...]
+    messages: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __getitem__(self, case: int | str) -> PunchSolution:
+        if isinstance(case, str) and case not in self.names:
+            raise KeyError(f"expected the name of a case, {list(self.names)}, got {case!r}")
+        number = self.names.index(case) if isinstance(case, str) else case
+        solution = self.solutions[number]
+        if solution is None:
+            raise ValueError(
+                f"expected a case with a solution, got {self.names[number]!r}: "
+                f"{self.messages[number]}"
+            )
+        return solution
+
+    @computed_once
+    def success(self) -> ndarray:
+        """Whether the contact was found and the equations hold, see `verify`; shape (k,)."""
+        return readonly(np.array([s is not None and s.success for s in self.solutions]))
+
+    @computed_once
+    def force(self) -> ndarray:
+        """Forces imposed, or the resultants of imposed settlements; shape (k,)."""
+        given = [load.force for load in self.loads]
+        found = self._of(lambda s: s.force, ())
+        return readonly(np.array([f if p is None else p for p, f in zip(given, found)]))
+
+    @computed_once
+    def point(self) -> ndarray:
+        """Where the resultant acts, in the coordinates of the mesh; shape (2, k)."""
+        found = self._of(lambda s: s.centre_of_pressure, (2,))
+        imposed = np.array([load.point or (np.nan, np.nan) for load in self.loads])
+        x = np.where(np.isfinite(imposed), imposed, found) + np.array(self.footprint.origin)
+        return readonly(x.T)
+
+    @computed_once
+    def settlement(self) -> ndarray:
+        """Settlements W0 of the origin, positive into the ground; shape (k,)."""
+        return self._of(lambda s: s.settlement, ())
+
+    @computed_once
+    def tilt(self) -> ndarray:
+        """Inclinations (Lx, Ly); shape (2, k)."""
+        return self._of(lambda s: s.tilt, (2,)).T
+
+    @computed_once
+    def slope(self) -> ndarray:
+        """Inclinations in all, ``hypot(Lx, Ly)``; shape (k,)."""
+        return readonly(np.hypot(*self.tilt))
+
+    @computed_once
+    def largest_settlement(self) -> ndarray:
+        """Settlements of that point of the plan that settles most; shape (k,)."""
+        p = self.footprint.partition.polygons.p
+        corners = p[:, ConvexHull((p - p.mean(axis=1, keepdims=True)).T).vertices]
+        arm = corners - np.array(self.footprint.origin)[:, None]
+        return readonly((self.settlement + arm.T @ self.tilt).max(axis=0))
+
+    @computed_once
+    def largest_pressure(self) -> ndarray:
+        """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,)."""
+        circles = Circles.of(self.footprint)
+        return self._of(lambda s: circles.largest(s.pressure), ())
+
+    @computed_once
+    def contact_share(self) -> ndarray:
+        """Parts of the plan's area in contact; shape (k,)."""
+        area = self.footprint.partition.areas.sum()
+        return self._of(lambda s: s.contact_area / area, ())
+
+    def _of(self, quantity: Callable[[PunchSolution], Any], shape: tuple[int, ...]) -> ndarray:
+        nothing = np.full(shape, np.nan)
+        found = [nothing if s is None else quantity(s) for s in self.solutions]
+        return readonly(np.array(found, dtype=float).reshape(-1, *shape))
+
+    def envelope(self) -> tuple[Extreme, ...]:
+        """The cases that govern: largest pressure, settlement and tilt, least contact.
+
+        Only cases with ``success`` count.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+
+        Examples
+        --------
+        >>> from skfem import MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> dual = DualMesh.from_mesh(MeshTri.init_circle(3))
+        >>> punch = RigidPunch(HalfSpace(30e3, 0.3), dual.basis())
+        >>> cases = punch.solve_many({"own weight": {"force": 800.0},
+        ...                           "wind": {"force": 900.0, "at": (0.6, 0.0)}})
+        >>> [extreme.name for extreme in cases.envelope()]
+        ['wind', 'wind', 'wind', 'wind']
+        """
+        if not self.success.any():
+            raise ValueError(f"expected a case with a solution, got {self.messages[0]}")
+        signs = {"largest_pressure": 1, "largest_settlement": 1, "slope": 1, "contact_share": -1}
+        extremes = []
+        for quantity, sign in signs.items():
+            values = getattr(self, quantity)
+            k = int(np.argmax(np.where(self.success, sign * values, -np.inf)))
+            extremes.append(Extreme(quantity, float(values[k]), k, self.names[k]))
+        return tuple(extremes)
+
+    def table(self) -> list[dict[str, str | float | bool]]:
+        """A row for each case, by the names of its columns, `COLUMNS`."""
+        columns = (
+            self.names,
+            self.force.tolist(),
+            *self.point.tolist(),
+            self.settlement.tolist(),
+            *self.tilt.tolist(),
+            self.largest_settlement.tolist(),
+            self.largest_pressure.tolist(),
+            self.contact_share.tolist(),
+            self.success.tolist(),
+            self.messages,
+        )
+        return [dict(zip(COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write `table` to a CSV file, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        from ..io.cases import write_cases
+
+        write_cases(path, self)
+
+    def __repr__(self) -> str:
+        head = "  case          force        settlement   tilt                      contact"
+        rows = [
+            f"  {name[:13]:<14}{force:<13.6g}{w:<13.6g}{f'({lx:.4g}, {ly:.4g})':<26}{share:.3g}"
+            for name, force, w, lx, ly, share in zip(
+                self.names, self.force, self.settlement, *self.tilt, self.contact_share
+            )
+        ]
+        if len(rows) > 12:
+            rows = [*rows[:10], "  ...", rows[-1]]
+        found = f"  {self.success.sum()} of {len(self)} found"
+        return "\n".join(["<skfem_dual CasesSolution object>", head, *rows, found])

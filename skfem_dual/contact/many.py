@@ -1,0 +1,221 @@
+"""Contact of the same bodies under many loads.
+
+While all cells stay in contact the pressures of any load are a superposition of those by the unit
+motions. A load under which bodies lift off begins with the contact found under the load nearest to
+it, and all share one inverse V of the matrix: with the cells O out of contact, their gaps g obey
+``V_OO g = (V (gap - planes' s))_O``, fewer equations than those of the cells in contact wherever
+contact is the greater part.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+
+from ..errors import ConvergenceError
+from ..kernels.once import computed_once
+from .load import Constraints
+from .problem import Contact
+from .system import ContactSystem, Method
+from .unilateral import solve_scaled
+
+#: so many contacts found are kept to begin others with
+KEPT = 256
+#: sets of contact tried, and how often they may not come nearer, before a load is solved alone
+TRIES, PATIENCE = 20, 3
+#: tension and overlap that count as nothing, over the largest pressure and settlement
+ROUNDING = 1e-12
+
+
+class Responses(NamedTuple):
+    """Pressures and gaps of all cells while some are in contact.
+
+    Attributes
+    ----------
+    contact : (n,) array of bool
+        The cells in contact.
+    pressure, gap : (n, m + 1) array of float
+        By each unit motion, and in the last column without any.
+    """
+
+    contact: ndarray
+    pressure: ndarray
+    gap: ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ManyLoads:
+    """The equations of `ContactSystem` under many loads.
+
+    Attributes
+    ----------
+    system : ContactSystem
+        The equations.
+    constraints : sequence of Constraints
+        What is imposed in each of k cases.
+    method, gap_rtol
+        As of `ContactSystem.unilateral`, for loads that are solved alone.
+    """
+
+    system: ContactSystem
+    constraints: Sequence[Constraints]
+    method: Method = "auto"
+    gap_rtol: float = 1e-10
+
+    def solve(self, unilateral: bool) -> list[tuple[Contact, ndarray]]:
+        """Contact and position in each case.
+
+        Raises
+        ------
+        ConvergenceError
+            If a body can move without resistance.
+        """
+        together = self._loaded if self.method == "auto" else np.zeros_like(self._loaded)
+        moved = self._balanced(self._full, self._given[:, together])
+        pressure = self._full.pressure @ _and_one(moved)
+        tension = -pressure.min(axis=0, initial=0.0) / np.abs(pressure).max(axis=0, initial=1e-300)
+        full = tension <= ROUNDING if unilateral else np.ones(len(tension), dtype=bool)
+        gap = self.system.matrix @ pressure - self._motions @ _and_one(moved)
+        found: dict[int, tuple[Contact, ndarray]] = {}
+        cases = np.nonzero(together)[0]
+        failure = self.system.failure
+        for i in np.nonzero(full)[0].tolist():
+            p = pressure[:, i].clip(0) if unilateral else pressure[:, i]
+            touching = np.ones(len(p), dtype=bool)
+            contact = Contact(p, moved[:, i], gap[:, i], touching, not failure, failure)
+            found[int(cases[i])] = contact, moved[:, i] * self._units
+        # the less they pull in full contact, the sooner
+        lifting = np.nonzero(~full)[0]
+        found |= self._lifting_off(cases[lifting[np.argsort(tension[lifting], kind="stable")]])
+        for k in np.nonzero(~together)[0].tolist():
+            found[k] = self._alone(k, unilateral)
+        return [found[k] for k in range(len(self.constraints))]
+
+    @computed_once
+    def _units(self) -> ndarray:
+        """Motions that move the bodies by about one, shape (m,)."""
+        moved = np.abs(self.system.planes).max(axis=1)
+        return 1 / np.where(moved > 0, moved, 1.0)
+
+    @computed_once
+    def _loaded(self) -> ndarray:
+        """The cases in which forces and moments are imposed, and nothing else; mask."""
+        return np.array([len(c.given) == len(c.fixed) for c in self.constraints], dtype=bool)
+
+    @computed_once
+    def _given(self) -> ndarray:
+        """Their forces and moments on the unit motions, shape (m, k); zero in other cases."""
+        given = np.zeros((len(self._units), len(self.constraints)))
+        for k in np.nonzero(self._loaded)[0].tolist():
+            given[:, k] = self.constraints[k].given * self._units
+        return given
+
+    @computed_once
+    def _motions(self) -> ndarray:
+        """Settlement of the cells by the unit motions, and less the gap, shape (n, m + 1)."""
+        planes = self.system.planes * self._units[:, None]
+        return np.column_stack([planes.T, -self.system.gap])
+
+    @computed_once
+    def _full(self) -> Responses:
+        """Those of contact everywhere."""
+        by_motion = self.system.unit_pressures * self._units
+        pressure = np.column_stack([by_motion, -self.system.shape_pressures])
+        return Responses(np.ones(len(pressure), dtype=bool), pressure, np.zeros(pressure.shape))
+
+    @computed_once
+    def _inverse(self) -> ndarray:
+        """Pressures by unit settlements of the collocation points, shape (n, n)."""
+        return self.system.factors.solve(np.eye(len(self.system.areas)))
+
+    def _responses(self, contact: ndarray) -> Responses:
+        """Those of some cells in contact, by the lesser number of equations."""
+        inside, outside = np.nonzero(contact)[0], np.nonzero(~contact)[0]
+        pressure, gap = np.zeros((2, *self._motions.shape))
+        if len(outside) <= len(inside):
+            spread = self._inverse[:, outside]
+            gap[outside] = np.linalg.solve(spread[outside], -self._full.pressure[outside])
+            pressure = self._full.pressure + spread @ gap[outside]
+            pressure[outside] = 0.0
+        else:
+            matrix = np.asarray(self.system.matrix)[:, inside]
+            pressure[inside] = np.linalg.solve(matrix[inside], self._motions[inside])
+            gap = matrix @ pressure[inside] - self._motions
+            gap[inside] = 0.0
+        return Responses(contact, pressure, gap)
+
+    def _balanced(self, responses: Responses, given: ndarray) -> ndarray:
+        """Motions under forces and moments, shapes (m, ...)."""
+        acting = self.system.resultants * self._units[:, None]
+        stiffness, held = np.hsplit(acting @ responses.pressure, [-1])
+        return solve_scaled(stiffness, given - held.reshape(-1, *[1] * (given.ndim - 1)))
+
+    def _lifting_off(self, cases: ndarray) -> dict[int, tuple[Contact, ndarray]]:
+        """Contact and position in some cases, each from that of the load nearest to it."""
+        found: dict[int, tuple[Contact, ndarray]] = {}
+        dense = isinstance(self.system.matrix, np.ndarray)
+        size = np.linalg.norm(self._given, axis=0)
+        size[size == 0] = 1.0
+        place = self._given / size
+        if self.system.gap.any():  # the contact of shaped bodies depends on more than proportions
+            place = np.vstack([place, np.log(size)])
+        kept: deque[tuple[int, Responses]] = deque(maxlen=KEPT)
+        last = None
+        for k in cases.tolist():
+            start = self._full
+            if kept:
+                others = place[:, [i for i, _ in kept]]
+                start = kept[int(np.argmin(np.abs(others.T - place[:, k]).sum(axis=1)))][1]
+            answer = self._pivoted(start, self._given[:, k]) if dense else None
+            if answer is None:
+                found[k] = self._alone(k, start=None if dense else last)
+                last = found[k][0].pressure if found[k][0].success else None
+                continue
+            found[k] = answer[0], answer[0].motion * self._units
+            kept.append((k, answer[1]))
+        return found
+
+    def _pivoted(self, responses: Responses, given: ndarray) -> tuple[Contact, Responses] | None:
+        """Contact from that of another load; wrong cells change side until there is none.
+
+        None if they do not become fewer, or too few cells are left to resist tilts.
+        """
+        history: list[int] = []
+        for _ in range(TRIES):
+            try:
+                moved = self._balanced(responses, given)
+            except ConvergenceError:
+                return None
+            motion = np.append(moved, 1.0)
+            pressure, gap = responses.pressure @ motion, responses.gap @ motion
+            settled = gap + self._motions @ motion
+            tension = pressure < -ROUNDING * np.abs(pressure).max()
+            overlap = gap < -ROUNDING * np.abs(settled).max()
+            wrong = np.where(responses.contact, tension, overlap)
+            history.append(int(wrong.sum()))
+            if not wrong.any():
+                touching, steps = responses.contact, tuple(map(float, history))
+                return Contact(pressure.clip(0), moved, gap, touching, history=steps), responses
+            if len(history) > PATIENCE and history[-1] >= max(history[-1 - PATIENCE : -1]):
+                return None
+            contact = responses.contact ^ wrong
+            if contact.sum() < len(moved):
+                return None
+            responses = self._responses(contact)
+        return None
+
+    def _alone(
+        self, k: int, unilateral: bool = True, start: ndarray | None = None
+    ) -> tuple[Contact, ndarray]:
+        """One case, as if it were the only one."""
+        if not unilateral:
+            return self.system.bilateral(self.constraints[k])
+        return self.system.unilateral(self.constraints[k], self.method, start, self.gap_rtol)
+
+
+def _and_one(moved: ndarray) -> ndarray:
+    """Motions of k cases above a row of ones."""
+    return np.vstack([moved, np.ones((1, moved.shape[1]))])

@@ -1,0 +1,150 @@
+"""Load cases from CSV files, and their answers into them."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..arguments import Pair
+from .guarded import shortened
+from .tables import cell_number, read_table
+from .writing import PathLike, write_whole
+
+if TYPE_CHECKING:
+    from ..contact.cases_solution import CasesSolution
+
+#: columns of a table of loads; only the name and the force must be there
+KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my")
+#: numbers are zero or between these in size, in any sensible units
+LEAST, MOST = 1e-100, 1e100
+
+
+@dataclass(frozen=True)
+class CaseRow:
+    """A load case of one footing, as a line of a file has it.
+
+    Attributes
+    ----------
+    where : str
+        File and line, for messages.
+    name, footing : str
+        Of the case; of the footing, empty if that is not said.
+    force : float
+        Into the ground.
+    at : pair of float or None
+        Where it acts, in the coordinates of the plan.
+    eccentricity : pair of float or None
+        Or where it acts from the origin.
+    moments : pair of float
+        Mx about the x axis, positive where it presses down the side of larger y; My about the y
+        axis, positive where it presses down the side of larger x. About the point of the force.
+    """
+
+    where: str
+    name: str
+    footing: str
+    force: float
+    at: Pair | None
+    eccentricity: Pair | None
+    moments: Pair
+
+    def load(self, origin: Pair) -> dict[str, float | Pair]:
+        """Arguments of `Load`, for a punch with this origin."""
+        at = self.eccentricity or (0.0, 0.0)
+        if self.at is not None:
+            at = self.at[0] - origin[0], self.at[1] - origin[1]
+        mx, my = self.moments
+        moments: dict[str, float | Pair] = {"moments": (-my, mx)} if mx or my else {}
+        return {"force": self.force, "at": at, **moments}
+
+
+def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
+    """Read load cases from a CSV file with a line of headings.
+
+    Parameters
+    ----------
+    path : path
+        Columns ``name`` and ``force``; where the force acts, ``x, y`` in the coordinates of the
+        plan or ``ex, ey`` from the origin, which is meant without them; moments ``mx, my``; and
+        ``footing`` where there are several. Commas, semicolons or tabs part the columns. Empty
+        lines and those that begin with ``#`` do not count.
+
+    Raises
+    ------
+    FileNotFoundError, TypeError
+        If there is no such file, or the path is none.
+    ValueError
+        If a column is missing or not known, a number is none, or a case is named twice; says in
+        which line.
+    """
+    (where, heads), *rows = read_table(path)
+    heads = [head.lower() for head in heads]
+    _require_heads(heads, where)
+    cases = tuple(_case(heads, cells, place) for place, cells in rows)
+    seen: dict[tuple[str, str], str] = {}
+    for case in cases:
+        key = case.name, case.footing
+        if key in seen:
+            raise ValueError(
+                f"{case.where}: expected another name than {case.name!r}, see {seen[key]}"
+            )
+        seen[key] = case.where
+    return cases
+
+
+def write_cases(path: PathLike, *tables: "CasesSolution", footings: Sequence[str] = ()) -> None:
+    """Write the table of cases to a CSV file, whole or not at all; of footings by their names."""
+    rows = [row for cases in tables for row in cases.table()]
+    if footings:
+        names = [name for name, cases in zip(footings, tables, strict=True) for _ in cases.names]
+        rows = [{"footing": name, **row} for name, row in zip(names, rows, strict=True)]
+
+    def write(part: str) -> None:
+        with Path(part).open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+
+    write_whole(path, write)
+
+
+def _require_heads(heads: list[str], where: str) -> None:
+    for head in heads:
+        if head not in KNOWN:
+            raise ValueError(
+                f"{where}: expected headings among {', '.join(KNOWN)}, got "
+                f"{shortened(repr(head), 40)}"
+            )
+        if heads.count(head) > 1:
+            raise ValueError(f"{where}: expected each heading once, got {head} twice")
+    for needed in ("name", "force"):
+        if needed not in heads:
+            raise ValueError(f"{where}: expected a heading {needed}, got {', '.join(heads)}")
+    for pair in (("x", "y"), ("ex", "ey"), ("mx", "my")):
+        if len(set(pair) & set(heads)) == 1:
+            raise ValueError(f"{where}: expected both {' and '.join(pair)}, got one of them")
+    if {"x", "ex"} <= set(heads):
+        raise ValueError(f"{where}: expected either x, y or ex, ey, got both")
+
+
+def _case(heads: list[str], cells: list[str], where: str) -> CaseRow:
+    found = dict(zip(heads, cells, strict=True))
+    if not found["name"]:
+        raise ValueError(f"{where}: expected a name, got none")
+
+    def number(name: str) -> float:
+        return cell_number(found[name], name, where, LEAST, MOST)
+
+    def pair(a: str, b: str) -> Pair | None:
+        return (number(a), number(b)) if a in found else None
+
+    return CaseRow(
+        where,
+        found["name"],
+        found.get("footing", ""),
+        number("force"),
+        pair("x", "y"),
+        pair("ex", "ey"),
+        pair("mx", "my") or (0.0, 0.0),
+    )

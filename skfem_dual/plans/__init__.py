@@ -1,0 +1,1 @@
+"""Outlines of plans: corners and drawings in, meshes and answers out."""

@@ -1,0 +1,165 @@
+"""Closed lines of DXF drawings."""
+
+import warnings
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+from ..errors import MeshError, MeshWarning
+from .crossings import place
+from .tables import Corner
+
+#: ends of lines nearer to each other than this part of the drawing are joined
+NEAR = 1e-6
+#: shapes that make rings
+SHAPES = {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"}
+
+#: a piece of an outline: corners (2, n), bulges of the sides between them
+Piece = tuple[ndarray, ndarray]
+
+
+def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[list[Corner]]:
+    """Rings of a drawing.
+
+    Raises
+    ------
+    MeshError
+        If there are none, a line is not closed or branches, or the layer is not told.
+    """
+    entities = _on_layer(_shapes(path), layer, path)
+    rings: list[ndarray] = []
+    pieces: list[Piece] = []
+    for entity in entities:
+        x, bulges, closed = _piece(entity, path)
+        if closed:
+            rings.append(np.vstack([x, bulges]).T)
+        else:
+            pieces.append((x, bulges[: x.shape[1] - 1]))
+    if pieces:
+        box = np.hstack([*(x for x, _ in pieces), *(ring[:, :2].T for ring in rings)])
+        rings += _joined(pieces, NEAR * np.ptp(box, axis=1).max() if tol is None else tol, path)
+    return [[(x, y, b) for x, y, b in ring.tolist()] for ring in rings]
+
+
+def _shapes(path: Path) -> list[Any]:
+    """All entities of the model space that may be shapes."""
+    try:
+        import ezdxf
+    except ImportError as error:
+        raise ImportError(
+            "ezdxf reads drawings. Remedy: python -m pip install 'skfem-dual[plans]'"
+        ) from error
+    try:
+        drawing = ezdxf.readfile(path)
+    except (ezdxf.DXFError, OSError, ValueError, LookupError) as error:
+        raise MeshError(f"expected a DXF drawing in {path}: {error}") from error
+    return list(drawing.modelspace())
+
+
+def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
+    """The shapes of the layer; others there are told."""
+    shapes = [e for e in entities if e.dxftype() in SHAPES]
+    layers = Counter(e.dxf.layer for e in shapes)
+    had = ", ".join(f"{name!r} ({n} shape{'s' * (n > 1)})" for name, n in sorted(layers.items()))
+    if layer is not None:
+        shapes = [e for e in shapes if e.dxf.layer.lower() == layer.lower()]
+        entities = [e for e in entities if e.dxf.layer.lower() == layer.lower()]
+    elif len(layers) > 1:
+        raise MeshError(
+            f"expected the layer of the outline in {path}, which has {had}. Remedy: layer= with "
+            "one of these names"
+        )
+    if not shapes:
+        wanted = "" if layer is None else f" on the layer {layer!r}"
+        raise MeshError(
+            f"expected polylines, lines, arcs or circles{wanted} in {path}, got "
+            f"{had if layers else 'none'}. Remedy: "
+            + ("layer= with one of these names" if layers else "draw the outline with them")
+        )
+    if others := Counter(e.dxftype() for e in entities if e.dxftype() not in SHAPES):
+        left = ", ".join(f"{n} {kind}" for kind, n in sorted(others.items()))
+        warnings.warn(
+            f"{path}: left out {left}; only lines, arcs and circles are read", MeshWarning, 6
+        )
+    return shapes
+
+
+def _piece(entity: Any, path: Path) -> tuple[ndarray, ndarray, bool]:
+    """Corners, bulges of the sides that start in them, and whether the last one closes a ring."""
+    kind, up = entity.dxftype(), float(entity.dxf.extrusion.z)
+    if abs(up) < 1 - 1e-9:
+        raise MeshError(
+            f"expected a plan in the x, y plane, got a {kind} out of it in {path}. Remedy: draw "
+            "the outline in the plane"
+        )
+    if kind == "LINE":
+        return _plane([entity.dxf.start, entity.dxf.end]), np.zeros(2), False
+    if kind == "CIRCLE":
+        x, y, _ = entity.ocs().to_wcs(entity.dxf.center)
+        r = float(entity.dxf.radius)
+        return np.array([[x + r, x - r], [y, y]]), np.ones(2), True
+    if kind == "ARC":
+        turn = np.radians((entity.dxf.end_angle - entity.dxf.start_angle) % 360)
+        bulge = np.sign(up) * np.tan(turn / 4)
+        return _plane([entity.start_point, entity.end_point]), np.array([bulge, 0.0]), False
+    if kind == "LWPOLYLINE":
+        corners = list(entity.vertices_in_wcs())
+        bulges = [b for *_, b in entity.get_points("xyb")]
+        closed = bool(entity.closed)
+    else:
+        if entity.is_poly_face_mesh or entity.is_polygon_mesh:
+            raise MeshError(f"expected polylines in the plane, got a mesh in {path}")
+        corners = list(entity.points_in_wcs())
+        bulges = [float(v.dxf.get("bulge", 0.0)) for v in entity.vertices]
+        closed = bool(entity.is_closed)
+    return _plane(corners), np.sign(up) * np.array(bulges, dtype=float), closed
+
+
+def _plane(points: list[Any]) -> ndarray:
+    return np.array([[p.x for p in points], [p.y for p in points]], dtype=float)
+
+
+def _joined(pieces: list[Piece], tol: float, path: Path) -> list[ndarray]:
+    """Rings of pieces whose ends meet within ``tol``: arrays (n, 3) of x, y and bulge."""
+    ends = np.stack([x[:, k] for x, _ in pieces for k in (0, -1)])  # of piece i: 2 i, 2 i + 1
+    near = cKDTree(ends).query_ball_point(ends, tol)
+    partner = np.full(len(ends), -1)
+    for i, found in enumerate(near):
+        others = [j for j in found if j != i]
+        if len(others) != 1:
+            raise MeshError(_broken(ends, i, others, tol, path))
+        partner[i] = others[0]
+    rings, left = [], set(range(len(pieces)))
+    while left:
+        ring, end = [], 2 * min(left)
+        while end // 2 in left:
+            left.remove(end // 2)
+            x, bulges = pieces[end // 2]
+            if end % 2:  # to and fro
+                x, bulges = x[:, ::-1], -bulges[::-1]
+            ring.append(np.vstack([x[:, :-1], bulges]).T)
+            end = int(partner[end ^ 1])
+        rings.append(np.concatenate(ring))
+    return rings
+
+
+def _broken(ends: ndarray, i: int, others: list[int], tol: float, path: Path) -> str:
+    """Why the lines at an end make no ring."""
+    where = place(ends[i])
+    if others:
+        return (
+            f"expected lines that close to rings in {path}, got {len(others) + 1} that meet at "
+            f"{where}. Remedy: leave out what is not the outline, or layer="
+        )
+    distance = np.hypot(*(ends - ends[i]).T)
+    distance[i] = np.inf
+    j = int(np.argmin(distance))
+    return (
+        f"expected lines that close to rings in {path}, got an end at {where}; the next one is "
+        f"{distance[j]:.3g} away, at {place(ends[j])}. Remedy: close the gap, or tol= greater "
+        f"than it, now {tol:.3g}"
+    )

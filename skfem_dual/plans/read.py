@@ -1,0 +1,143 @@
+"""Plans from files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from ..arguments import checked_size, checked_text
+from ..errors import MeshError
+from ..io.guarded import require_file, shortened
+from ..io.writing import PathLike
+from .corners import ring_of
+from .drawings import rings_of_drawing
+from .plan import Plan
+from .tables import Corner, rings_of_table
+
+#: names of files by what they hold
+SUFFIXES = {
+    ".csv": "csv",
+    ".txt": "csv",
+    ".wkt": "wkt",
+    ".geojson": "geojson",
+    ".json": "geojson",
+    ".dxf": "dxf",
+}
+#: names of coordinate systems in degrees
+DEGREES = "CRS84", "EPSG::4326", "EPSG:4326"
+
+
+def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = None) -> Plan:
+    """Read the outline of a footing.
+
+    Rings may come in any order and sense: what lies in an odd number of others is a hole.
+
+    Parameters
+    ----------
+    path : path
+        By its name CSV (``.csv``, ``.txt``), WKT (``.wkt``), GeoJSON (``.geojson``, ``.json``) or
+        DXF (``.dxf``). CSV has a corner on each line, ``x, y`` or ``x, y, bulge``, with or without
+        a header, separated by commas, semicolons (then with decimal commas, too), tabs or blanks,
+        and an empty line between rings. WKT and GeoJSON have polygons and multipolygons. DXF has
+        closed polylines with bulges, circles, and lines and arcs that join.
+    layer : str, optional
+        The layer of a drawing; needed if it has shapes on several.
+    tol : float, optional
+        Distance within which ends of lines and arcs of a drawing join, by default 1e-6 of its
+        extent.
+
+    Returns
+    -------
+    Plan
+        In the units of the file; `Plan.scaled` changes them.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    TypeError, ValueError
+        If an argument is wrong, or a folder.
+    ImportError
+        If shapely (WKT, GeoJSON) or ezdxf (DXF) is missing: the extra ``plans`` has both.
+    MeshError
+        If the file cannot be read, has no outline, or one that is not closed, crosses itself or
+        overlaps another; it tells where.
+
+    Warns
+    -----
+    MeshWarning
+        If a drawing has something else on the layer.
+    """
+    path = require_file(path, "an outline")
+    kind = SUFFIXES.get(path.suffix.lower())
+    if kind is None:
+        raise MeshError(
+            f"expected an outline in a file ending in {', '.join(SUFFIXES)}, got {path}. Remedy: "
+            "name it by its format, or read_mesh for meshes"
+        )
+    if kind != "dxf" and (layer is not None or tol is not None):
+        raise ValueError(f"expected layer and tol for DXF drawings only, got {path}")
+    if kind == "dxf":
+        layer = None if layer is None else checked_text("layer", layer)
+        tol = None if tol is None else checked_size("tol", tol)
+        rings = rings_of_drawing(path, layer, tol)
+    else:
+        text = _text(path)
+        rings = rings_of_table(text, path) if kind == "csv" else _rings_of_shapes(kind, text, path)
+    try:
+        made = [
+            ring_of(f"ring {i}", [corner[:2] for corner in ring], [corner[2] for corner in ring])
+            for i, ring in enumerate(rings)
+        ]
+        return Plan.from_rings(made)
+    except ValueError as error:
+        raise MeshError(f"{path}: {error}") from error
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise MeshError(f"expected text in {path}: {error}") from error
+
+
+def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
+    """Rings of the polygons in WKT or GeoJSON."""
+    try:
+        import shapely
+    except ImportError as error:
+        raise ImportError(
+            "shapely reads WKT and GeoJSON. Remedy: python -m pip install 'skfem-dual[plans]', "
+            "or give the corners as CSV"
+        ) from error
+    try:
+        found = shapely.from_wkt(text) if kind == "wkt" else shapely.from_geojson(text)
+    except (shapely.errors.ShapelyError, ValueError) as error:
+        name = {"wkt": "WKT", "geojson": "GeoJSON"}[kind]
+        raise MeshError(f"expected {name} in {path}: {shortened(str(error), 160)}") from error
+    if kind == "geojson":
+        _require_lengths(text, path)
+    polygons = [p for p in shapely.get_parts(shapely.get_parts([found])) if not p.is_empty]
+    others = sorted({p.geom_type for p in polygons} - {"Polygon"})
+    if others or not polygons:
+        raise MeshError(
+            f"expected polygons in {path}, got {', '.join(others) or 'none'}. Remedy: closed "
+            "areas, POLYGON or MULTIPOLYGON"
+        )
+    return [
+        [(float(c[0]), float(c[1]), 0.0) for c in ring.coords]
+        for polygon in polygons
+        for ring in (polygon.exterior, *polygon.interiors)
+    ]
+
+
+def _require_lengths(text: str, path: Path) -> None:
+    """Refuse coordinates that are said to be degrees."""
+    name: Any = json.loads(text)
+    for key in ("crs", "properties", "name"):
+        name = name.get(key) if isinstance(name, dict) else None
+    name = str(name)
+    if name.endswith(DEGREES):
+        raise MeshError(
+            f"expected coordinates as lengths in {path}, got degrees ({name}). Remedy: write it "
+            "in a projected system, as of your site"
+        )

@@ -1,0 +1,156 @@
+"""Closed outlines of straight sides and arcs."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.curves import shares
+from ..grids.planar import cross
+from ..grids.polygons import readonly
+from .sides import Sides
+
+#: an arc has a node for so much of its angle at least
+COARSEST = np.pi / 4
+#: directions that differ by less, in radians, make no corner
+SMOOTH = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """A closed line with ``corners`` (2, k) and bulges (k,) of the sides that start there.
+
+    It is a boundary as those of `grids.curves`; its polygons have the area within it.
+    """
+
+    corners: ndarray
+    bulges: ndarray
+
+    @classmethod
+    def circle(cls, centre: ndarray, radius: float) -> "Ring":
+        """A circle, as two halves."""
+        ends = centre[:, None] + radius * np.array([[1.0, -1.0], [0.0, 0.0]])
+        return cls(readonly(ends), readonly(np.ones(2)))
+
+    @cached_property
+    def sides(self) -> Sides:
+        """Its sides."""
+        return Sides(self.corners, np.roll(self.corners, -1, axis=1), self.bulges)
+
+    @property
+    def reversed(self) -> "Ring":
+        """The same in the other sense."""
+        return Ring(readonly(self.corners[:, ::-1]), readonly(-np.roll(self.bulges[::-1], -1)))
+
+    @property
+    def area(self) -> float:
+        """Area within, negative if clockwise."""
+        return float(self._moments[0])
+
+    @property
+    def first_moments(self) -> ndarray:
+        """Integrals of the coordinates within, negative if clockwise."""
+        return self._moments[1:] + self._moments[0] * self.corners[:, 0]
+
+    @cached_property
+    def _moments(self) -> ndarray:
+        """Area and first moments from the first corner, for the digits far from the origin."""
+        local = Sides(
+            self.corners - self.corners[:, :1], self.sides.end - self.corners[:, :1], self.bulges
+        )
+        twice = cross(local.start, local.end)
+        first = ((local.start + local.end) * twice).sum(axis=1) / 6 + local.moments().sum(axis=1)
+        return np.append(twice.sum() / 2 + local.areas().sum(), first)
+
+    @property
+    def length(self) -> float:
+        """Perimeter."""
+        return float(self.sides.length.sum())
+
+    @cached_property
+    def box(self) -> ndarray:
+        """Lower left and upper right corner as columns."""
+        x = self.sides.extremes()
+        return np.stack([x.min(axis=1), x.max(axis=1)], axis=1)
+
+    @cached_property
+    def turns(self) -> ndarray:
+        """Change of direction in each corner, from -pi to pi, positive to the left."""
+        begin, end = self.sides.directions
+        return np.pi - np.mod(np.pi - begin + np.roll(end, 1), 2 * np.pi)
+
+    @cached_property
+    def is_circle(self) -> bool:
+        """Whether it is one circle."""
+        sides = self.sides
+        if not (sides.curved.all() and np.all(np.abs(self.turns) < SMOOTH)):
+            return False
+        apart = np.hypot(*(sides.centre - sides.centre[:, :1])) + np.ptp(sides.radius)
+        return bool(apart.max() < 1e-9 * sides.radius[0])
+
+    @property
+    def _least(self) -> ndarray:
+        """Fewest pieces of each side."""
+        arcs = np.ceil(np.abs(self.sides.angle) / COARSEST - 1e-9).astype(int)
+        return np.where(self.sides.curved, np.maximum(arcs, 2), 1)
+
+    @property
+    def least(self) -> int:
+        """Smallest number of points."""
+        return int(self._least.sum())
+
+    def points(self, k: int) -> ndarray:
+        """``k`` points, equally spaced on each side, in its sense; shape (2, k)."""
+        if self.is_circle:
+            angle = 2 * np.pi * np.arange(k) / k
+            arm = self.corners[:, :1] - self.sides.centre[:, :1]
+            turned = np.stack([-arm[1], arm[0]]) * np.sign(self.bulges[0])
+            x = self.sides.centre[:, :1] + np.cos(angle) * arm + np.sin(angle) * turned
+            return self.moved_to_area(x, np.zeros(k, dtype=int))
+        parts = shares(k, self.sides.length, self._least)
+        side = np.repeat(np.arange(len(parts)), parts)
+        first = np.cumsum(parts) - parts
+        x = self.sides.at(side, (np.arange(parts.sum()) - first[side]) / parts[side])
+        return self.moved_to_area(x, side)
+
+    def moved_to_area(self, x: ndarray, side: ndarray) -> ndarray:
+        """Points in order along the ring, those inside arcs moved along their radii.
+
+        The polygon through them then has the area of the arcs, where these have inner points.
+
+        Parameters
+        ----------
+        x : (2, n) array of float
+            Points on or near the ring.
+        side : (n,) array of int
+            The side each lies on; corners belong to the side that starts there.
+        """
+        x = x.copy()
+        if self.is_circle:
+            arm = x - self.sides.centre[:, :1]
+            onward = np.roll(arm, -1, axis=1)
+            step = np.abs(np.arctan2(cross(arm, onward), np.sum(arm * onward, axis=0)))
+            radius = self.sides.radius[0] * np.sqrt(2 * np.pi / np.sin(step).sum())
+            return self.sides.centre[:, :1] + radius * arm / np.hypot(*arm)
+        for i in np.nonzero(self.sides.curved)[0]:
+            inner = np.nonzero(side == i)[0][1:]
+            if len(inner) == 0:
+                continue
+            centre, radius = self.sides.centre[:, i : i + 1], self.sides.radius[i]
+            ends = self.sides.start[:, i : i + 1], self.sides.end[:, i : i + 1]
+            arm = np.hstack([ends[0], x[:, inner], ends[1]]) - centre
+            step = np.arctan2(
+                cross(arm[:, :-1], arm[:, 1:]), np.sum(arm[:, :-1] * arm[:, 1:], axis=0)
+            )
+            sine = np.abs(np.sin(step))
+            # sector areas: f^2 between inner points, f beside the ends, which stay
+            square, linear = sine[1:-1].sum(), sine[0] + sine[-1]
+            wanted = np.abs(self.sides.angle[i])
+            factor = 2 * wanted / (linear + np.sqrt(linear**2 + 4 * square * wanted))
+            x[:, inner] = centre + factor * radius * arm[:, 1:-1] / np.hypot(*arm[:, 1:-1])
+        return x
+
+    def depth(self, x: ndarray) -> ndarray:
+        """Distance of points to the ring, negative outside."""
+        return np.where(self.sides.winding(x) != 0, 1, -1) * self.sides.distance(x)

@@ -1,0 +1,277 @@
+"""Finer and finer meshes of a plan, until the answers on them are accurate enough."""
+
+import warnings
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from skfem import MeshTri
+
+from ..arguments import Pair
+from ..contact.load import Hull, Load, require_compression
+from ..contact.punch import RigidPunch
+from ..contact.solution import PunchSolution
+from ..contact.system import DENSE
+from ..errors import MeshError
+from ..grids.dual_mesh import DualMesh
+from ..ground.substrates import Substrate
+from ..operators.resources import estimate
+from .plan import Plan
+
+#: length of the facets on the edge over that of the largest
+GRADED = 0.4
+#: length of the largest facets on the first mesh, over twice the area by the perimeter
+FIRST = 0.6
+#: errors shrink with this power of the length of the facets at least, and as a rule
+LEAST_ORDER, ORDER = 1.5, 2.0
+#: share of the distance between the positions by work and by collocation that errors have at least
+SHARE = 0.25
+#: steps from one length to the next
+SMALLEST_STEP, LARGEST_STEP = 0.5, 0.71
+#: share of the accuracy asked for that the next mesh aims at
+AIM = 0.7
+#: bytes of an entry of a dense matrix and of its factors
+ENTRY = 16.0
+#: accuracy of operators that are not dense
+RTOL = 1e-6
+#: cells grow with this power of the length of the facets, and seconds with that of the cells
+GROWTH, SLOWER = 1.5, 1.7
+#: meshes tried at most
+MESHES = 12
+#: and where there is no mesh of a length, so many times it
+SHORTER = 1.0, 0.94, 0.88
+#: lengths tried if the first is too coarse for the outline
+TRIES = 6
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A mesh that was solved on: its cells, the error estimated there (NaN on the first, which
+    has nothing to be compared with), and seconds."""
+
+    cells: int
+    error: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How an answer was reached.
+
+    Attributes
+    ----------
+    asked : float
+        The error allowed.
+    error : float
+        The error estimated: of the settlement of any point of the plan, over the settlement
+        under the force. If a settlement is imposed, of the force and of the moments, over the
+        force and that times the distance of the farthest point of the plan.
+    reached : bool
+        Whether it is at most what was asked for.
+    message : str
+        That, or what kept it from being reached.
+    trials : tuple of Trial
+        The meshes, coarsest first.
+    """
+
+    asked: float
+    error: float
+    reached: bool
+    message: str
+    trials: tuple[Trial, ...]
+
+    @property
+    def cells(self) -> int:
+        """Cells of the answer."""
+        return self.trials[-1].cells
+
+    @property
+    def seconds(self) -> float:
+        """Seconds on all meshes."""
+        return sum(trial.seconds for trial in self.trials)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.error:.1e} estimated, {self.asked:.1e} asked"
+            f"{'' if self.reached else ', NOT REACHED'}; {self.cells} cells, "
+            f"{len(self.trials)} meshes, {self.seconds:.2f} s"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A mesh and the solution on it, what it warned of, the length of facets, and seconds."""
+
+    mesh: MeshTri
+    solution: PunchSolution
+    warned: list[warnings.WarningMessage]
+    size: float
+    seconds: float
+
+    @property
+    def cells(self) -> int:
+        """Cells of the mesh."""
+        return len(self.solution.pressure)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether it solves the equations, on cells fine enough for ground and contact."""
+        return self.solution.success and not self.warned
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is solved on each mesh."""
+
+    plan: Plan
+    substrate: Substrate
+    load: Load
+    origin: Pair
+    unilateral: bool
+    progress: bool
+
+    def on_coarsest(self) -> Attempt:
+        """On the coarsest mesh that will do."""
+        if self.unilateral:  # what no mesh can balance
+            hull = Hull.of(np.hstack([o.sides.extremes() for o, _ in self.plan.parts]))
+            require_compression(self.load, np.array(self.origin), (hull, hull), True)
+        size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
+        for coarser in LARGEST_STEP ** np.arange(TRIES):
+            begin = perf_counter()
+            try:
+                return self.on(self.mesh(coarser * size), coarser * size, begin)
+            except ValueError as error:  # the outline, or a load near its edge, takes finer ones
+                trouble = error
+        raise trouble
+
+    def finer(self, last: Attempt, step: float) -> tuple[Attempt, float]:
+        """On a mesh with facets ``step`` times as long, and that step.
+
+        Where less than half of the plan touches the ground the last mesh is halved there, and the
+        rest stays as it is.
+        """
+        begin = perf_counter()
+        cells, touching = last.solution.footprint.partition, last.solution.contact
+        if 2 * cells.areas[touching].sum() > self.plan.area:
+            mesh = self.mesh(step * last.size)
+        else:
+            mesh, step = last.mesh, 0.5
+            for _ in range(2):  # the triangles that touch and those around
+                near = np.isin(mesh.t, touching).any(axis=0)
+                touching = np.unique(mesh.t[:, near])
+            mesh = self.plan.refine(mesh, np.nonzero(near)[0])
+        return self.on(mesh, step * last.size, begin), step
+
+    def mesh(self, size: float) -> MeshTri:
+        """Of this length of facets, or little less where there is none."""
+        for shorter in SHORTER:
+            try:
+                return self.plan.mesh(shorter * size, graded=GRADED)
+            except MeshError as error:
+                trouble = error
+        raise trouble
+
+    def on(self, mesh: MeshTri, size: float, begin: float) -> Attempt:
+        """On a mesh, the making of which began at some time."""
+        dual = DualMesh.from_mesh(mesh)
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            punch = RigidPunch(self.substrate, dual.basis(), origin=self.origin)
+            load = self.load
+            solution = punch.solve(
+                load.force,
+                load.at,
+                load.moments,
+                settlement=load.settlement,
+                tilt=load.tilt,
+                unilateral=self.unilateral,
+                progress=self.progress,
+            )
+            solution.positions  # noqa: B018 - their time is part of the answer's
+        return Attempt(mesh, solution, warned, size, perf_counter() - begin)
+
+
+def search(
+    problem: Problem, accuracy: float, time_limit: float | None, memory: float
+) -> tuple[Attempt, Accuracy]:
+    """Finer meshes until the error is small enough, or one would take too much; see `Accuracy`."""
+    layered = problem.substrate.remainder is not None  # its table is not the first mesh's time
+    last = problem.on_coarsest()
+    error, change, trials = np.inf, 0.0, [Trial(last.cells, np.nan, last.seconds)]
+    message = "the accuracy asked for is reached"
+    while not (error <= accuracy and last.trusted):
+        aim = np.sqrt(AIM * accuracy / error) if error > accuracy else LARGEST_STEP
+        step = float(np.clip(aim if len(trials) > 1 else 1, SMALLEST_STEP, LARGEST_STEP))
+        if reason := _beyond(trials, step, time_limit, memory, layered):
+            message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
+            break
+        finer, step = problem.finer(last, step)
+        left = change * step**ORDER
+        change = difference(finer.solution, last.solution) / (step**-LEAST_ORDER - 1)
+        error = max(change, left, SHARE * inner_difference(finer.solution))
+        error = error if finer.solution.success else np.inf
+        trials.append(Trial(finer.cells, error, finer.seconds))
+        last = finer
+    reached = error <= accuracy and last.trusted
+    return last, Accuracy(accuracy, error, reached, message, tuple(trials))
+
+
+def _beyond(
+    trials: list[Trial], step: float, time_limit: float | None, memory: float, layered: bool
+) -> str:
+    """Why a mesh with facets ``step`` times as long is too much; empty if it is not."""
+    last = trials[-1]
+    so_far = f"the error is about {last.error:.1e} with {last.cells} cells"
+    if len(trials) == 1:
+        so_far = f"one answer, with {last.cells} cells, tells no error"
+    if len(trials) == MESHES:
+        return f"{so_far} on the last of {MESHES} meshes"
+    cells = round(last.cells * step**-GROWTH)
+    if cells <= DENSE:
+        needed = ENTRY * cells**2
+    else:
+        needed = estimate("fast", cells, cells, RTOL, layered).memory
+    if needed > memory:
+        return (
+            f"{so_far}; about {cells} would take {needed / 2**20:.4g} MiB of the "
+            f"{memory / 2**20:.4g} MiB allowed. Remedy: memory=, or accuracy="
+        )
+    seconds = last.seconds * (cells / last.cells) ** SLOWER
+    spent = sum(trial.seconds for trial in trials)
+    if time_limit is not None and spent + seconds > time_limit:
+        return (
+            f"{so_far} after {spent:.3g} s; about {cells} cells would take {seconds:.3g} s more, "
+            f"{time_limit:g} s are allowed. Remedy: time_limit=, or accuracy="
+        )
+    return ""
+
+
+def difference(one: PunchSolution, other: PunchSolution) -> float:
+    """How far two answers to a problem are apart, as the error in `Accuracy`."""
+    apart = _moved(one, one.positions[0] - other.positions[0])
+    reaction = np.abs(one.resultant - other.resultant)
+    reaction[1:] /= np.hypot(*_vertices(one)).max()
+    return max(apart, _over(reaction.max(), abs(one.force)))
+
+
+def inner_difference(solution: PunchSolution) -> float:
+    """How far the positions by work and by collocation of one answer are apart, alike."""
+    return _moved(solution, solution.positions[0] - solution.positions[2])
+
+
+def _moved(solution: PunchSolution, motion: np.ndarray) -> float:
+    """The farthest a point of the plan moves, over the settlement under the force."""
+    under = solution.settlement + solution.tilt @ np.nan_to_num(solution.centre_of_pressure)
+    farthest = np.abs(motion[0] + motion[1:] @ _vertices(solution)).max()
+    return _over(farthest, abs(under))
+
+
+def _vertices(solution: PunchSolution) -> np.ndarray:
+    """Vertices of the cells, from the origin."""
+    cells = solution.footprint
+    return cells.partition.polygons.p - np.array(cells.origin)[:, None]
+
+
+def _over(change: float, size: float) -> float:
+    """A change in parts of a size; none of none."""
+    return float(change / size) if size > 0 else (np.inf if change > 0 else 0.0)

@@ -1,0 +1,163 @@
+"""Pressure against what the ground may bear, settlements of points, stress with depth."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..contact.below import stress_below
+from ..contact.solution import PunchSolution
+from ..ground.substrates import HalfSpace
+from .figures import profile_picture
+from .footing import Between, Footing
+from .page import (
+    NONE,
+    Html,
+    amount,
+    coordinate,
+    figure,
+    number,
+    one_to,
+    paragraph,
+    percent,
+    section,
+    symbol,
+    table,
+)
+from .results import axes_of
+
+#: depths of the profile, over the greater extent of the plan
+DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
+
+
+def bearing_section(footings: Sequence[Footing]) -> Html:
+    """Mean and largest pressure of each footing, against the allowable one if there is one."""
+    details = footings[0].details
+    unit, allowable = details.units.pressure, details.allowable
+    head = ["Footing, case", f"Mean [{unit.symbol}]", f"Largest [{unit.symbol}]"]
+    if allowable is not None:
+        head += ["Mean / allowable", "Largest / allowable"]
+    rows = []
+    for footing in footings:
+        for k, name in enumerate(footing.cases.names):
+            values = footing.mean_pressure[k], footing.cases.largest_pressure[k]
+            used = [percent(u) for u in footing.utilisation[:, k]] if allowable else []
+            rows.append((_label(footing, name), *(amount(v, unit, 4) for v in values), *used))
+    stated = ""
+    if allowable is not None:
+        mean, largest = np.array([np.nan_to_num(f.utilisation).max(axis=1) for f in footings]).max(
+            axis=0
+        )
+        verdict = "is kept" if max(mean, largest) <= 1 else "is EXCEEDED"
+        if max(mean, largest) > 1 >= mean:
+            verdict = "is kept by the mean pressures, and exceeded by the largest pressure"
+        stated = f". It {verdict}"
+    limit = [] if allowable is None else [
+        paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
+    ]  # fmt: skip
+    radii = " and ".join(f"{footing.radius:.3g}" for footing in footings)
+    what = (
+        "The mean pressure is the force over the area in contact. The largest pressure is the "
+        f"largest mean on a circle with a radius of {radii} {details.units.length.symbol}, a "
+        "fifth of that of the largest circle that fits into the plan: under the sharp edge of a "
+        "rigid base on elastic ground the pressure grows beyond all bounds, the ground yields "
+        "there, and what a cell at the edge bears depends on its size; the mean on a circle does "
+        "not. The strength of the ground itself is not checked."
+    )
+    return section(
+        "Bearing pressure", table(rows, head, "", numeric=True), *limit, paragraph(what)
+    )
+
+
+def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Html:
+    """Settlements of corners and points over all cases, and differences between footings."""
+    units = footings[0].details.units
+    sink = units.displacement
+    head = ["Point", *axes_of(units), f"Least [{sink.symbol}]", f"Largest [{sink.symbol}]", "Case"]
+    rows = []
+    for footing in footings:
+        size = 1.0 if footing.standing is None else footing.standing.size
+        good = footing.cases.success
+        if not good.any():
+            continue
+        for i, (name, x) in enumerate(footing.points.items()):
+            w = np.where(good, footing.settlements[:, i], np.nan)
+            most = int(np.nanargmax(w))
+            rows.append(
+                (
+                    _label(footing, name),
+                    *(coordinate(c, size) for c in x),
+                    amount(np.nanmin(w), sink),
+                    amount(w[most], sink),
+                    footing.cases.names[most],
+                )
+            )
+    parts = [
+        table(rows, head, "Settlements of corners and points over all cases", numeric=True),
+        paragraph(
+            "A rigid base does not bend: the angular distortion between any two points of it is "
+            "its tilt along their line."
+        ),
+    ]
+    if pairs:
+        head = ["Footings", f"Distance [{units.length.symbol}]"]
+        head += [f"Differential settlement [{sink.symbol}]", "Angular distortion", "Case"]
+        rows = [
+            (
+                f"{p.first} – {p.second}",
+                number(p.distance),
+                amount(p.difference, sink),
+                one_to(p.distortion),
+                p.case,
+            )
+            for p in pairs
+        ]
+        parts.append(
+            table(rows, head, "Largest differences of footings, at their centroids", numeric=True)
+        )
+    return section("Settlements of corners and points", *parts)
+
+
+def profile(solution: PunchSolution) -> tuple[np.ndarray, np.ndarray] | None:
+    """Depths and vertical stresses below the plan's centroid; None if the ground is no half-space,
+    or nothing presses on it.
+
+    Depths are counted by the greater extent of the plan.
+    """
+    if not isinstance(solution.punch.substrate, HalfSpace) or not solution.pressure.any():
+        return None
+    footprint = solution.footprint
+    p = footprint.partition.polygons.p
+    depth = DEPTHS * np.ptp(p, axis=1).max()
+    x = np.vstack([np.repeat(footprint.centre[:, None], len(depth), axis=1), depth])
+    return depth, stress_below(solution, x).sigma_z
+
+
+def profile_section(footing: Footing) -> Html:
+    """Vertical stress with depth in the governing case."""
+    solution = footing.cases.solutions[footing.governing]
+    found = None if solution is None else profile(solution)
+    if found is None:
+        return NONE
+    units = footing.details.units
+    depth, stress = found
+    rows = [(number(z), amount(s, units.pressure)) for z, s in zip(depth, stress)]
+    head = f"Depth [{units.length.symbol}]", f"Vertical stress [{units.pressure.symbol}]"
+    where = "below the centroid of the plan"
+    return section(
+        f"Stress with depth{_of(footing)}",
+        table(rows, head, "", numeric=True),
+        figure(
+            profile_picture(depth, stress, units),
+            f"Vertical stress {where} with depth",
+            f"Vertical stress {where}, without the ground's own weight, "
+            f"in the case {footing.cases.names[footing.governing]}.",
+        ),
+    )
+
+
+def _label(footing: Footing, text: str) -> str:
+    return f"{footing.name}, {text}" if footing.name else text
+
+
+def _of(footing: Footing) -> str:
+    return f", {footing.name}" if footing.name else ""

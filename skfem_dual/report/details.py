@@ -1,0 +1,78 @@
+"""What a report says beyond the solution: who, what, units, and what the ground may bear."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import (
+    Pair,
+    checked_instance,
+    checked_pair,
+    checked_sequence,
+    checked_size,
+    checked_text,
+)
+from ..units import PLAIN, Units
+
+
+@dataclass(frozen=True)
+class Details:
+    """Title and measures of a report.
+
+    Attributes
+    ----------
+    title, project, author : str, optional
+        As they stand on top.
+    date : datetime, optional
+        Now by default.
+    mesh_name : str, optional
+        Where the mesh is from, such as the name of its file; names by commas of several.
+    units : Units or str
+        Of all numbers that go in, such as ``"kN,m"``, and those to read; see `Units`.
+    allowable : float, optional
+        Bearing pressure allowed, in force per length squared.
+    points : sequence of pair of float
+        Points of the plan, in its coordinates, whose settlements are wanted.
+    remarks : sequence of str
+        Warnings to show on top, such as those of reading the mesh.
+    """
+
+    title: str | None = None
+    project: str | None = None
+    author: str | None = None
+    date: datetime | None = None
+    mesh_name: str | None = None
+    units: Units = PLAIN
+    allowable: float | None = None
+    points: Sequence[Pair] = ()
+    remarks: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("title", "project", "author", "mesh_name"):
+            if (text := getattr(self, name)) is not None:
+                checked_text(name, text)
+        date = self.date
+        if date is not None:
+            checked_instance("date", date, datetime)
+        if not isinstance(self.units, Units):
+            object.__setattr__(self, "units", Units(self.units))
+        remarks = checked_sequence("remarks", self.remarks)
+        points = checked_sequence("points", self.points)
+        found = {
+            "date": datetime.now().astimezone() if date is None else date,
+            "allowable": self.allowable,
+            "points": tuple(checked_pair(f"points[{i}]", x) for i, x in enumerate(points)),
+            "remarks": tuple(checked_text("remarks", remark) for remark in remarks),
+        }
+        if self.allowable is not None:
+            found["allowable"] = checked_size("allowable", self.allowable)
+        for name, value in found.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def own_points(self) -> ndarray:
+        """The points wanted, shape (2, k)."""
+        return np.array(self.points, dtype=float).reshape(-1, 2).T

@@ -1,0 +1,205 @@
+"""What is read off the cases of one footing, for pages and for programs alike."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import checked_instance
+from ..contact.bearing import Circles
+from ..contact.cases_solution import CasesSolution
+from ..contact.solution import PunchSolution
+from ..grids.outline import distance_to_segments, edge_ribs
+from .details import Details
+from .numbers import Standing, distance_inside, reach
+from .results import point_names
+
+
+@dataclass(frozen=True, eq=False)
+class Footing:
+    """One footing under its k cases.
+
+    Attributes
+    ----------
+    name : str
+        As it is called beside others.
+    cases : CasesSolution
+        Its answers.
+    details : Details
+        Units, allowable pressure and points wanted.
+    """
+
+    name: str
+    cases: CasesSolution
+    details: Details
+
+    @classmethod
+    def of(cls, name: str, solution: PunchSolution | CasesSolution, details: Details) -> "Footing":
+        """Of cases, or of the one case of a single solution."""
+        if isinstance(solution, PunchSolution):
+            single = solution.footprint, ("load",), (solution.load,), (solution,)
+            solution = CasesSolution(*single, (solution.message,))
+        return cls(name, solution, details)
+
+    @cached_property
+    def governing(self) -> int:
+        """The case with the largest pressure among those with success, else the first solved."""
+        if self.cases.success.any():
+            return self.cases.envelope()[0].number
+        solved = [k for k, s in enumerate(self.cases.solutions) if s is not None]
+        return solved[0] if solved else 0
+
+    @cached_property
+    def standing(self) -> Standing | None:
+        """Of the governing case; None if no case has a solution."""
+        solution = self.cases.solutions[self.governing]
+        return None if solution is None else Standing(solution, self.details.units)
+
+    @cached_property
+    def points(self) -> dict[str, ndarray]:
+        """Corners and extremes of the plan, and the points wanted on it, by their names."""
+        if self.standing is None:
+            return {}
+        corners = dict(zip(point_names(self.standing), self.standing.points.T, strict=True))
+        wanted = self.details.own_points
+        numbers: list[int] = []
+        if wanted.size:
+            numbers = np.nonzero(self.cases.footprint.fan.locate(wanted) >= 0)[0].tolist()
+        return corners | {f"P{i + 1}": wanted[:, i] for i in numbers}
+
+    def distance(self, point: tuple[float, float]) -> float:
+        """Of a point from the edge of the plan."""
+        partition = self.cases.footprint.partition
+        a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
+        return float(distance_to_segments(np.reshape(point, (2, 1)), a, b)[0])
+
+    @cached_property
+    def settlements(self) -> ndarray:
+        """Of the points in each case, shape (k, m)."""
+        arms = np.array(list(self.points.values())).reshape(-1, 2) - self.cases.footprint.origin
+        return self.cases.settlement[:, None] + self.cases.tilt.T @ arms.T
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius of the circle whose mean pressure is compared."""
+        return Circles.of(self.cases.footprint).radius
+
+    @cached_property
+    def mean_pressure(self) -> ndarray:
+        """Force over the area in contact, shape (k,)."""
+        found = [np.nan if s is None else s.mean_pressure for s in self.cases.solutions]
+        return np.array(found)
+
+    @cached_property
+    def utilisation(self) -> ndarray:
+        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one."""
+        allowable = self.details.allowable
+        pressures = np.array([self.mean_pressure, self.cases.largest_pressure])
+        return pressures / (np.nan if allowable is None else allowable)
+
+    @cached_property
+    def kern_use(self) -> ndarray:
+        """Distance of the resultant from the centroid over that of the kern's edge, shape (k,).
+
+        NaN without kern or resultant."""
+        standing = self.standing
+        if standing is None or standing.kern is None:
+            return np.full(len(self.cases), np.nan)
+        centre = self.cases.footprint.centre
+        found = [
+            reach(standing.kern, centre, x) if np.isfinite(x).all() else np.nan
+            for x in self._resultants
+        ]
+        with np.errstate(divide="ignore"):
+            return 1 / np.array(found)
+
+    @cached_property
+    def edge_distance(self) -> ndarray:
+        """Distance of the resultant from the edge of the plan's convex hull, shape (k,)."""
+        if self.standing is None:
+            return np.full(len(self.cases), np.nan)
+        hull = self.standing.hull
+        return np.array([distance_inside(hull, x) for x in self._resultants])
+
+    @property
+    def _resultants(self) -> ndarray:
+        """Points of the resultants, shape (k, 2)."""
+        return np.where(self.cases.force > 0, self.cases.point, np.nan).T
+
+
+def footings_of(solution: Any, details: Details) -> list[Footing]:
+    """Footings of what is reported, one without a name if there is one."""
+    if not isinstance(solution, Mapping):
+        solution = {"": solution}
+    if not solution:
+        raise ValueError("expected the cases of some footings, got none")
+    for name, cases in solution.items():
+        checked_instance("the name of a footing", name, str)
+        checked_instance(f"footing {name!r}", cases, (CasesSolution, PunchSolution))
+    footings = [Footing.of(name, cases, details) for name, cases in solution.items()]
+    _require_points_on(footings, details)
+    return footings
+
+
+def _require_points_on(footings: list[Footing], details: Details) -> None:
+    """Refuse points whose settlement is wanted beside all footings."""
+    named = {name for footing in footings for name in footing.points}
+    solved = any(footing.standing is not None for footing in footings)
+    for i, (x, y) in enumerate(details.points, 1):
+        if solved and f"P{i}" not in named:
+            edge = min(footing.distance((x, y)) for footing in footings)
+            raise ValueError(
+                f"expected points on the plan, got ({x:.9g}, {y:.9g}), {edge:.3g} off it. Remedy: "
+                "coordinates of the plan; the settlement of the ground beside it is "
+                "solution.displacement(x)"
+            )
+
+
+@dataclass(frozen=True)
+class Between:
+    """The largest difference of two footings' settlements, at their centroids.
+
+    Attributes
+    ----------
+    first, second : str
+        The footings.
+    distance : float
+        Of their centroids.
+    difference : float
+        Settlement of the second less that of the first.
+    case : str
+        Where that is largest.
+    """
+
+    first: str
+    second: str
+    distance: float
+    difference: float
+    case: str
+
+    @property
+    def distortion(self) -> float:
+        """Difference over distance."""
+        return abs(self.difference) / self.distance
+
+
+def between(footings: list[Footing]) -> list[Between]:
+    """The differences of all pairs of footings, of cases with success."""
+    found = []
+    for a, b in combinations(footings, 2):
+        centres = [footing.cases.footprint.centre for footing in (a, b)]
+        settled = [
+            f.cases.settlement + (c - np.array(f.cases.footprint.origin)) @ f.cases.tilt
+            for f, c in zip((a, b), centres)
+        ]
+        difference = np.where(a.cases.success & b.cases.success, settled[1] - settled[0], np.nan)
+        if np.isnan(difference).all():
+            continue
+        k = int(np.nanargmax(np.abs(difference)))
+        distance = float(np.hypot(*(centres[1] - centres[0])))
+        found.append(Between(a.name, b.name, distance, float(difference[k]), a.cases.names[k]))
+    return found

@@ -1,0 +1,143 @@
+"""Units: what comes in, and what engineers read."""
+
+from dataclasses import dataclass, field
+
+from .arguments import checked_text
+
+#: in metres, and whether metric
+LENGTHS = {
+    "mm": (0.001, True),
+    "cm": (0.01, True),
+    "m": (1.0, True),
+    "in": (0.0254, False),
+    "ft": (0.3048, False),
+}
+#: in newtons, and whether metric
+FORCES = {
+    "N": (1.0, True),
+    "kN": (1e3, True),
+    "MN": (1e6, True),
+    "lbf": (4.4482216152605, False),
+    "kip": (4448.2216152605, False),
+}
+SQUARE_FOOT = 0.3048**2
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit to read, and what a number is multiplied by to be in it.
+
+    Attributes
+    ----------
+    symbol : str
+        As it is written.
+    factor : float
+        From consistent units to it.
+    """
+
+    symbol: str
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of force and length of all numbers that go in, and units of those that come out.
+
+    Parameters
+    ----------
+    text : str
+        ``"kN,m"``, ``"N,mm"`` or ``"kip,ft"``, force first: N, kN, MN with mm, cm, m; lbf, kip
+        with in, ft. Moduli and pressures that go in are forces per length squared. Empty for any
+        consistent units, named F and L.
+
+    Attributes
+    ----------
+    length, area, force, moment
+        As they go in.
+    displacement, slope, pressure, modulus
+        mm, per mille, kPa and MPa; or in, per mille, ksf and ksf.
+    strength : Unit
+        Of pressures times the square root of a length, as they go in.
+
+    Raises
+    ------
+    ValueError
+        If a unit is not known, or one is metric and the other not.
+
+    Examples
+    --------
+    >>> units = Units("kN,m")
+    >>> units.displacement.symbol, 0.0125 * units.displacement.factor
+    ('mm', 12.5)
+    >>> Units("kip,ft").pressure
+    Unit(symbol='ksf', factor=1.0)
+    """
+
+    text: str = ""
+    length: Unit = field(init=False)
+    area: Unit = field(init=False)
+    force: Unit = field(init=False)
+    moment: Unit = field(init=False)
+    displacement: Unit = field(init=False)
+    slope: Unit = field(init=False)
+    pressure: Unit = field(init=False)
+    modulus: Unit = field(init=False)
+    strength: Unit = field(init=False)
+
+    def __post_init__(self) -> None:
+        checked_text("units", self.text)
+        force, _, length = (part.strip() for part in self.text.partition(","))
+        found = _read(force, length, self.text) if self.text else NAMELESS
+        for name, unit in found.items():
+            object.__setattr__(self, name, unit)
+
+    @property
+    def named(self) -> bool:
+        """Whether the units are known."""
+        return bool(self.text)
+
+
+NAMELESS = {
+    "length": Unit("L"),
+    "area": Unit("L²"),
+    "force": Unit("F"),
+    "moment": Unit("F·L"),
+    "displacement": Unit("L"),
+    "slope": Unit("rad"),
+    "pressure": Unit("F/L²"),
+    "modulus": Unit("F/L²"),
+    "strength": Unit("F/L^1.5"),
+}
+
+
+def _read(force: str, length: str, text: str) -> dict[str, Unit]:
+    if force not in FORCES or length not in LENGTHS:
+        raise ValueError(
+            f"expected units FORCE,LENGTH of {', '.join(FORCES)} and {', '.join(LENGTHS)}, such "
+            f"as kN,m, got {text!r}"
+        )
+    (newtons, metric), (metres, metric_length) = FORCES[force], LENGTHS[length]
+    if metric != metric_length:
+        raise ValueError(f"expected both units metric or both not, such as kip,ft, got {text!r}")
+    pascals = newtons / metres**2
+    if metric:
+        displacement = Unit("mm", metres / 1e-3)
+        pressure, modulus = Unit("kPa", pascals / 1e3), Unit("MPa", pascals / 1e6)
+    else:
+        displacement = Unit("in", metres / 0.0254)
+        pressure = modulus = Unit("ksf", pascals / (FORCES["kip"][0] / SQUARE_FOOT))
+    return {
+        "length": Unit(length),
+        "area": Unit(f"{length}²"),
+        "force": Unit(force),
+        "moment": Unit(f"{force}·{length}"),
+        "displacement": displacement,
+        "slope": Unit("‰", 1e3),
+        "pressure": pressure,
+        "modulus": modulus,
+        "strength": Unit(f"{force}/{length}^1.5"),
+    }
+
+
+#: any consistent units
+PLAIN = Units()

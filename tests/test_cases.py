@@ -1,0 +1,208 @@
+"""Load cases: the same answers as case by case, whatever they share."""
+
+import csv
+import time
+
+import numpy as np
+import pytest
+from plans import disc, rectangle
+from skfem import MeshTri
+
+from skfem_dual import (
+    ConvergenceWarning,
+    DualMesh,
+    HalfSpace,
+    Load,
+    Paraboloid,
+    RigidPunch,
+    RigidPunches,
+    bearing_pressure,
+)
+
+UNIT = HalfSpace(1.0, 0.0)
+RANDOM = np.random.default_rng(3)
+
+
+def punch(mesh, **options):
+    return RigidPunch(UNIT, DualMesh.from_mesh(mesh).basis(), **options)
+
+
+def same(found, expected):
+    assert found.settlement == pytest.approx(expected.settlement, rel=1e-9)
+    assert found.tilt == pytest.approx(expected.tilt, rel=1e-9, abs=1e-9)
+    scale = expected.pressure.max()
+    assert found.pressure == pytest.approx(expected.pressure, abs=1e-8 * scale)
+    assert found.gap == pytest.approx(expected.gap, abs=1e-8 * expected.settlement)
+    assert found.contact_area == pytest.approx(expected.contact_area, rel=1e-9)
+    assert found.success
+    assert expected.success
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_cases_are_the_single_solutions(unilateral):
+    """Full contact, some and much of it lost, moments, a position: each as `solve` has it."""
+    of = punch(rectangle(14), origin=(0.2, -0.1))
+    loads = [
+        {"force": float(f), "at": tuple(e)}
+        for f, e in zip(
+            RANDOM.uniform(0.5, 2, 12), (0.55 * RANDOM.uniform(-1, 1, (12, 2))).tolist()
+        )
+    ]
+    loads += [{"force": 2.0, "moments": (0.3, -0.2)}, {"settlement": 0.1}]
+    loads += [Load(force=1.0, tilt=(0.1, 0.0)), {"settlement": 0.2, "tilt": (0.2, 0.1)}]
+    cases = of.solve_many(loads, unilateral=unilateral)
+    assert cases.success.all()
+    assert len({round(float(a), 6) for a in cases.contact_share}) > (7 if unilateral else 0)
+    for k, load in enumerate(loads):
+        given = load if isinstance(load, dict) else {"force": 1.0, "tilt": (0.1, 0.0)}
+        same(cases[k], of.solve(**given, unilateral=unilateral))
+
+
+@pytest.mark.parametrize(
+    "options", [{"gap": Paraboloid(1.0)}, {"rtol": 1e-6}, {"symmetry": "auto"}]
+)
+def test_shaped_punches_fast_operators_and_symmetries(options):
+    of = punch(rectangle(12), **options)
+    loads = [{"force": f, "at": (e, 0.0)} for f, e in [(0.2, 0.0), (0.3, 0.1), (1.0, 0.55)]]
+    cases = of.solve_many(loads)
+    for k, load in enumerate(loads):
+        expected = of.solve(**load)
+        assert cases[k].settlement == pytest.approx(expected.settlement, rel=1e-5)
+        assert cases[k].pressure == pytest.approx(expected.pressure, abs=1e-4 * expected.force)
+    assert cases.success.all()
+
+
+def test_turning_over_is_a_case_and_no_end():
+    of = punch(disc(3), origin=(10.0, 0.0))
+    cases = {
+        "dead": {"force": 2.0, "at": (-10.0, 0.0)},
+        "gale": {"force": 1.0, "at": (-8.5, 0.0)},
+        "wind": {"force": 1.0, "at": (-9.5, 0.0)},
+    }
+    with pytest.warns(ConvergenceWarning, match="1 of 3 load cases .*'gale': .* turns over"):
+        found = of.solve_many(cases)
+    assert found.success.tolist() == [True, False, True]
+    assert np.isnan(found.settlement[1])
+    assert np.isnan(found.largest_pressure[1])
+    assert found.point[0] == pytest.approx([0.0, 1.5, 0.5])
+    assert "2 of 3 found" in repr(found)
+    with pytest.raises(ValueError, match="'gale': expected a resultant within the plan"):
+        found["gale"]
+    with pytest.raises(KeyError, match="the name of a case"):
+        found["storm"]
+    governs = {e.quantity: (e.name, e.value) for e in found.envelope()}
+    assert governs["largest_settlement"][0] == "dead"
+    assert governs["contact_share"][0] == governs["slope"][0] == "wind"
+    assert governs["contact_share"][1] == found["wind"].contact_area / of.partition.areas.sum()
+    corner = found["dead"].punch_displacement(of.partition.polygons.p).max()
+    assert governs["largest_settlement"][1] == pytest.approx(corner, rel=1e-12)
+
+
+def test_nothing_stands():
+    with pytest.warns(ConvergenceWarning, match="1 of 1"):
+        cases = punch(disc(2)).solve_many([{"force": 1.0, "at": (3.0, 0.0)}])
+    with pytest.raises(ValueError, match="expected a case with a solution"):
+        cases.envelope()
+
+
+@pytest.mark.parametrize(
+    ("cases", "error", "message"),
+    [
+        ([], ValueError, "at least one load case"),
+        ([{"force": 1.0}, {"force": "heavy"}], TypeError, "load case '2': .*number"),
+        ({"wind": {"at": (0.0, 0.0)}}, ValueError, "load case 'wind': .*force or a settlement"),
+        ({"wind": {"load": 1.0}}, TypeError, "keys of load case 'wind'"),
+        ({1: {"force": 1.0}}, TypeError, "the name of a load case"),
+    ],
+)
+def test_bad_cases(cases, error, message):
+    with pytest.raises(error, match=message):
+        punch(disc(2)).solve_many(cases)
+
+
+def test_neighbours_under_cases():
+    mesh = disc(3)
+    punches = [
+        RigidPunch(UNIT, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0.0))
+        for x in (-1.3, 1.3)
+    ]
+    group = RigidPunches(punches)
+    cases = {
+        "both": [{"force": 1.0}, {"force": 2.0}],
+        "off": [{"force": 1.0, "at": (0.5, 0.1)}, {"force": 2.0, "at": (0.1, 0.0)}],
+    }
+    found = group.solve_many(cases)
+    assert len(found) == 2
+    for name, loads in cases.items():
+        expected = group.solve(loads)
+        for mine, theirs in zip(found, expected.solutions, strict=True):
+            same(mine[name], theirs)
+            assert len(mine[name].others) == 1
+    with pytest.raises(ValueError, match="2 bodies, got 1 in load case '1'"):
+        group.solve_many([[{"force": 1.0}]])
+
+
+def on_touching_circle(pressure):
+    """Mean of a pressure on the circle with a fifth of the radius that touches at (1, 0)."""
+    r = 0.2 * np.sqrt((np.arange(1000) + 0.5) / 1000)[:, None]
+    angle = 2 * np.pi * (np.arange(400) + 0.5) / 400
+    return pressure(0.8 + r * np.cos(angle), r * np.sin(angle)).mean()
+
+
+@pytest.mark.parametrize("at", [0.0, 0.3])
+def test_bearing_pressure_does_not_depend_on_the_mesh(at):
+    """Exact on a disc: ``(1 + 3 e x) / (2 sqrt(1 - r^2))`` of the mean."""
+    exact = on_touching_circle(lambda x, y: 0.5 * (1 + 3 * at * x) / np.sqrt(1 - x**2 - y**2))
+    errors, largest = [], []
+    for n in (2, 3, 4):
+        solution = punch(MeshTri.init_circle(n)).solve(np.pi, (at, 0.0))
+        errors.append(abs(bearing_pressure(solution) / exact - 1))
+        largest.append(solution.pressure.max())
+    assert errors[0] < 0.08
+    assert errors[-1] < 0.015
+    assert largest[-1] > 1.8 * largest[0]  # that of a cell does
+
+
+def test_bearing_pressure_of_a_sphere():
+    """Hertz: ``3 P / (2 pi a^2)`` in the middle, less on a circle of finite radius."""
+    solution = punch(MeshTri.init_circle(5), gap=Paraboloid(1.0)).solve(0.5)
+    a = (0.75 * 0.5) ** (1 / 3)
+    top = 1.5 * 0.5 / np.pi / a**2
+    mean = top * 2 / 3 * (1 - (1 - (0.2 / a) ** 2) ** 1.5) / (0.2 / a) ** 2
+    assert bearing_pressure(solution) == pytest.approx(mean, rel=5e-3)
+
+
+def test_table(tmp_path):
+    cases = punch(disc(3)).solve_many(
+        {"dead, live": {"force": 2.0}, "wind": {"force": 1, "at": (0.1, 0)}}
+    )
+    path = tmp_path / "out.csv"
+    cases.write(path)
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["name"] for row in rows] == ["dead, live", "wind"]
+    for row, expected in zip(rows, cases.table(), strict=True):
+        assert float(row["settlement"]) == expected["settlement"]
+        assert row["success"] == "True"
+    assert [p.name for p in tmp_path.iterdir()] == ["out.csv"]
+    with pytest.raises(FileNotFoundError):
+        cases.write(tmp_path / "no" / "out.csv")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("lifting", "seconds"), [(0, 1.0), (500, 6.0)])
+def test_a_thousand_cases(lifting, seconds):
+    """600 cells: seconds of one processor, with the matrix and all columns of the table."""
+    of = punch(MeshTri.init_tensor(np.linspace(-2, 2, 30), np.linspace(-1, 1, 20)))
+    e = RANDOM.uniform(-0.12, 0.12, (1000, 2)) * [2, 1]
+    angle = RANDOM.uniform(0, 2 * np.pi, lifting)
+    far = RANDOM.uniform(0.45, 0.85, lifting)  # of the way to the edge, along rays
+    e[:lifting] = (far * np.array([2 * np.cos(angle), np.sin(angle)])).T * 0.75
+    of.solve_many([{"force": 1.0}])  # kernels are compiled
+    of = RigidPunch(UNIT, of.basis)
+    begin = time.process_time()
+    cases = of.solve_many([{"force": 1.0, "at": tuple(x)} for x in e.tolist()])
+    cases.table()
+    assert time.process_time() - begin < seconds
+    assert cases.success.all()
+    assert (cases.contact_share < 1 - 1e-9).sum() == pytest.approx(lifting, abs=0.2 * lifting)

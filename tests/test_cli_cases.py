@@ -1,0 +1,210 @@
+"""Load cases, units and footings on the command line."""
+
+import csv
+import json
+import shlex
+import sys
+
+import numpy as np
+import pytest
+from plans import rectangle
+from test_cli import DATA, DISC, GROUND, run
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
+from skfem_dual.cli.messages import in_options
+from skfem_dual.cli.parser import EXAMPLES
+
+UNITS = ["--young", "30e3", "--poisson", "0.3", "--units", "kN,m"]
+SOIL = HalfSpace(30e3, 0.3)
+SITE = (512300.0, 231400.0)
+
+
+@pytest.fixture
+def footing(tmp_path):
+    """A footing of 4 m by 2 m at site coordinates."""
+    path = tmp_path / "footing.msh"
+    mesh = rectangle(8, 2.0, 1.0).translated(SITE)
+    mesh.save(path)
+    return path, mesh
+
+
+def cases_in(tmp_path, text, name="cases.csv"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_the_centroid_is_the_origin(capsys, footing):
+    path, _ = footing
+    code, out, err = run(capsys, "solve", path, *UNITS, "--force", "500")
+    assert (code, err) == (0, [])
+    assert out[1] == "Origin             (512300, 231400), centroid of the plan"
+    table = {line[:19].strip(): line[19:] for line in out}
+    assert table["Tilt (Lx, Ly)"].endswith("‰")
+    assert table["Force, acting at"] == "500 kN, (0, 0) m off the origin"
+    expected = RigidPunch(SOIL, DualMesh.from_mesh(footing[1]).basis(), origin=SITE).solve(500.0)
+    settlement, unit = table["Settlement W0"].split()
+    assert (float(settlement), unit) == (pytest.approx(1000 * expected.settlement, rel=1e-5), "mm")
+    mean, unit = table["Pressure mean"].split()
+    assert (float(mean), unit) == (pytest.approx(500 / 8, rel=1e-5), "kPa")
+    # another origin is the same load and the same footing
+    load = ["--force", "500", "--at", "100", "0"]
+    origin = ["--origin", str(SITE[0] - 100), str(SITE[1])]
+    code, out, err = run(capsys, "solve", path, *UNITS, *load, *origin)
+    assert code == 0
+    assert "the origin (512200, 231400) is 98 off the plan" in err[0]
+    assert "Remedy: leave out --origin for the centroid, (512300, 231400)" in err[0]
+
+
+def test_a_load_off_the_plan_is_told_in_options(capsys, footing):
+    code, out, err = run(capsys, "solve", footing[0], *UNITS, "--force", "1", "--at", "3", "0")
+    assert (code, out) == (2, [])
+    assert "outside the convex hull" in err[0]
+    assert "--bilateral for ground that pulls" in err[0]
+    assert "unilateral" not in err[0]
+    assert in_options("got force=-1. Remedy: at= or origin=, or tilt=") == (
+        "got --force -1. Remedy: --at or --origin, or --tilt"
+    )
+
+
+def test_cases_from_a_table(capsys, tmp_path, footing):
+    text = "name,force,x,y,mx,my\ndead,500,512300,231400,0,0\n"
+    text += "wind,450,512300,231400.1,0,500\nwest,450,512301.2,231400,0,0\n"
+    loads, table, data = cases_in(tmp_path, text), tmp_path / "out.csv", tmp_path / "out.json"
+    files = ["--loads", loads, "--table", table, "--json", data, "--svg", tmp_path / "x.svg"]
+    more = ["--allowable", "100", "--point", f"{SITE[0]},{SITE[1]}"]
+    code, out, err = run(capsys, "solve", footing[0], *UNITS, *files, *more)
+    assert (code, err) == (0, [])
+    of = RigidPunch(SOIL, DualMesh.from_mesh(footing[1]).basis(), origin=SITE)
+    expected = [
+        of.solve(500.0),
+        of.solve(450.0, at=(500 / 450, 0.1)),
+        of.solve(450.0, at=(1.2, 0.0)),
+    ]
+    with table.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = json.loads(data.read_text())["footings"][0]["cases"]
+    for row, case, solution in zip(rows, found, expected, strict=True):
+        assert float(row["settlement"]) == pytest.approx(solution.settlement, rel=1e-7)
+        assert case["settlement"] == float(row["settlement"])
+        assert case["tilt"] == pytest.approx(solution.tilt, rel=1e-6, abs=1e-12)
+        assert case["settlements"][-1] == pytest.approx(solution.settlement, rel=1e-7)
+        assert row["success"] == "True"
+    line = next(line for line in out if line.startswith("wind"))
+    assert float(line.split()[1]) == pytest.approx(1000 * expected[1].settlement, rel=1e-4)
+    largest = next(line for line in out if line.startswith("Least part in contact"))
+    assert largest.endswith("west")
+    assert "<svg" in (tmp_path / "x.svg").read_text()[:1000]
+
+
+def test_a_case_that_turns_over(capsys, tmp_path, footing):
+    loads = cases_in(tmp_path, "name,force,ex,ey\ndead,1,0,0\ngale,1,2.5,0\n")
+    table = tmp_path / "out.csv"
+    files = ["--loads", loads, "--table", table]
+    code, out, err = run(capsys, "solve", footing[0], *UNITS, *files)
+    assert code == 3
+    assert any("gale" in line and "no solution" in line for line in err)
+    assert any(line.startswith("gale") and "NO SOLUTION" in line for line in out)
+    with table.open(newline="") as file:
+        assert [row["success"] for row in csv.DictReader(file)] == ["True", "False"]
+
+
+def test_two_footings(capsys, tmp_path):
+    meshes = {"left": rectangle(6), "right": rectangle(6).translated((2.5, 0.0))}
+    for name, mesh in meshes.items():
+        mesh.save(tmp_path / f"{name}.msh")
+    text = "name,footing,force\ndead,left,500\ndead,right,300\n"
+    loads, data = cases_in(tmp_path, text), tmp_path / "out.json"
+    paths = [tmp_path / f"{name}.msh" for name in meshes]
+    options = [*UNITS, "--loads", loads, "--json", data]
+    code, out, err = run(capsys, "solve", *paths, *options, "--quiet")
+    assert (code, out, err) == (0, [], [])
+    punches = [
+        RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), origin=(2.5 * i, 0.0))
+        for i, mesh in enumerate(meshes.values())
+    ]
+    expected = RigidPunches(punches).solve([{"force": 500.0}, {"force": 300.0}])
+    found = json.loads(data.read_text())
+    for footing, solution in zip(found["footings"], expected.solutions, strict=True):
+        assert footing["cases"][0]["settlement"] == pytest.approx(solution.settlement, rel=1e-8)
+    difference = expected[1].settlement - expected[0].settlement
+    assert found["between"][0]["differential_settlement"] == pytest.approx(difference, rel=1e-6)
+    # a footing without a load, or one that is not there
+    for text, message in (
+        ("name,footing,force\ndead,left,500\n", "a load of footing right in case 'dead'"),
+        ("name,footing,force\ndead,middle,5\n", "line 2: expected a footing among left, right"),
+    ):
+        options = [*UNITS, "--loads", cases_in(tmp_path, text)]
+        code, out, err = run(capsys, "solve", *paths, *options)
+        assert (code, out, len(err)) == (2, [], 1)
+        assert message in err[0]
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["--loads", DISC, "--force", "1"], "either --loads or --force"),
+        (["--force", "1", "--table", "x.csv"], "--loads with --table"),
+        (["--force", "1", "--units", "kN"], "FORCE,LENGTH"),
+        (["--force", "1", "--point", "1;2"], "two numbers X,Y"),
+        (["--force", "1", "--point", "7,0", "--units", "kN,m"], "points on the plan"),
+        (["--force", "1", "--date", "May"], "a date YYYY-MM-DD"),
+        (["--loads", "none.csv"], "no such file: none.csv"),
+        (["--force", "1", "--allowable", "-3"], "allowable"),
+    ],
+)
+def test_wrong_options(capsys, args, message):
+    code, out, err = run(capsys, "solve", DISC, *GROUND, *args)
+    assert (code, out, len(err)) == (2, [], 1)
+    assert message in err[0]
+
+
+def test_several_meshes(capsys):
+    other = str(DATA / "eccentric_annulus.msh")
+    for meshes, options, message in (
+        ([DISC, other], ["--force", "1"], "--loads with several meshes"),
+        ([DISC, DISC], ["--loads", DISC], "meshes with different names, got disc, disc"),
+        ([DISC, other], ["--loads", DISC, "--svg", "x.svg"], "one mesh with --svg"),
+        ([DISC, other], ["--loads", DISC, "--origin", "0", "0"], "one mesh with --origin"),
+    ):
+        code, out, err = run(capsys, "solve", *meshes, *GROUND, *options)
+        assert (code, out, len(err)) == (2, [], 1)
+        assert message in err[0]
+
+
+def test_what_is_missing_is_told_before_the_work(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("skfem_dual.cli.footings.RigidPunch", None)
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    report = ["--report", tmp_path / "x.pdf"]
+    code, out, err = run(capsys, "solve", DISC, *GROUND, "--force", "1", *report)
+    assert (code, out, len(err)) == (2, [], 1)
+    assert "pip install 'skfem-dual[pdf]'" in err[0]
+    folder = tmp_path / "folder.csv"
+    folder.mkdir()
+    code, _, err = run(capsys, "solve", DISC, *GROUND, "--loads", folder)
+    assert (code, len(err)) == (2, 1)
+    assert "got the folder" in err[0]
+
+
+def test_examples_of_the_help(capsys, tmp_path, monkeypatch):
+    """As they stand there; the text promises three."""
+    monkeypatch.chdir(tmp_path)
+    for name, shift in (("footing", 0.0), ("left", 0.0), ("right", 3.0)):
+        rectangle(6).translated((shift, 0.0)).save(f"{name}.msh")
+    cases_in(tmp_path, "thickness, E, nu\n2, 20e3, 0.3\n, 60e3, 0.3\n", "layers.csv")
+    twelve = "".join(f"case {i},{500 + 10 * i},{10 * i},{5 * i}\n" for i in range(12))
+    cases_in(tmp_path, f"name,force,mx,my\n{twelve}")
+    both = "".join(f"dead,{name},500,0,0\nwind,{name},450,0,80\n" for name in ("left", "right"))
+    cases_in(tmp_path, f"name,footing,force,mx,my\n{both}", "pair.csv")
+    text = EXAMPLES.split("exit codes")[0].replace("\\\n", " ")
+    commands = [line for line in text.splitlines() if "skfem-dual solve" in line]
+    assert len(commands) == 3
+    for command in commands:
+        words = shlex.split(command)
+        code, out, err = run(capsys, *words[1:])
+        assert (code, err) == (0, []), command
+        assert out
+        for file in ("--report", "--table", "--json"):
+            if file in words:
+                assert (tmp_path / words[words.index(file) + 1]).stat().st_size > 300
+    assert np.isfinite(json.loads((tmp_path / "results.json").read_text())["seconds"]["all"])

@@ -1,0 +1,103 @@
+"""Outlines on the command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skfem_dual import HalfSpace, Plan, solve_plan
+from skfem_dual.cli import main
+
+GROUND = ["--young", "30e6", "--poisson", "0.25"]
+CORNERS = "0,0 3,0 3,1 1,1 1,3 0,3"
+PLAN = Plan.from_polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
+
+
+def run(capsys, *arguments):
+    code = main([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def rows(out):
+    return {line[:19].strip(): line[19:].strip() for line in out.splitlines()}
+
+
+def test_corners(capsys):
+    """As the library, from the centroid; what was asked for is told."""
+    code, out, err = run(capsys, "solve", "--corners", CORNERS, *GROUND, "--force", "1e6")
+    assert (code, err) == (0, "")
+    found = rows(out)
+    expected = solve_plan(PLAN, HalfSpace(30e6, 0.25), 1e6)
+    assert float(found["Settlement W0"]) == pytest.approx(expected.settlement, rel=1e-5)
+    assert found["Origin"] == "(1.1, 1.1), centroid of the plan"
+    assert found["Accuracy"].split(";")[0] == str(expected.accuracy).split(";")[0]
+
+
+def test_a_file_of_corners_with_cases(capsys, tmp_path):
+    """The mesh serves all cases, and the farthest from the middle is as accurate as asked for."""
+    outline, cases, out = (tmp_path / name for name in ("l.csv", "cases.csv", "out.json"))
+    outline.write_text("x,y\n" + CORNERS.replace(" ", "\n") + "\n")
+    cases.write_text("name,force,x,y\nself,1e6,1.1,1.1\nwind,1e6,1.3,0.9\n")
+    arguments = ["--loads", cases, "--accuracy", "2e-3", "--json", out]
+    code, printed, _ = run(capsys, "solve", outline, *GROUND, *arguments)
+    assert code == 0
+    assert "2.0e-03 asked" in printed
+    (footing,) = json.loads(out.read_text())["footings"]
+    truth = solve_plan(PLAN, HalfSpace(30e6, 0.25), 1e6, at=(1.3, 0.9), accuracy=2e-4)
+    wind = next(case for case in footing["cases"] if case["name"] == "wind")
+    assert wind["settlement"] == pytest.approx(truth.settlement, rel=4e-3)
+
+
+def test_origin_and_moments(capsys):
+    """A moment about the y axis presses down the side of larger x."""
+    load = ["--force", "1e6", "--moments", "0", "1e5", "--origin", "1", "1"]
+    _, out, _ = run(capsys, "solve", "--corners", CORNERS, *GROUND, *load)
+    found = rows(out)
+    expected = solve_plan(PLAN, HalfSpace(30e6, 0.25), 1e6, at=(1.1, 1.0), origin=(1.0, 1.0))
+    tilt = [float(x) for x in found["Tilt (Lx, Ly)"].strip("()").split(",")]
+    assert tilt == pytest.approx(expected.tilt.tolist(), rel=1e-2)
+    assert found["Origin"] == "(1, 1), from --origin"
+
+
+def test_what_is_not_reached_is_told(capsys):
+    options = ["--force", "1", "--accuracy", "1e-5", "--time-limit", "0.01"]
+    code, out, err = run(capsys, "solve", "--corners", CORNERS, *GROUND, *options)
+    assert code == 0
+    assert "NOT REACHED" in rows(out)["Accuracy"]
+    assert "Remedy: --time-limit, or --accuracy" in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "either MESH or --corners, got neither"),
+        (["{mesh}", "--corners", CORNERS], "either MESH or --corners, got both"),
+        (["{mesh}", "--accuracy", "1e-3"], "--accuracy with an outline"),
+        (["{mesh}", "--time-limit", "3"], "--time-limit with an outline"),
+        (["{drawing}"], "Remedy: --layer with one of these names"),
+        (["{drawing}", "--layer", "FOOTING", "--grid", "triangles"], "a mesh with --grid"),
+        (["--corners", "0,0 1,1 1,0 0,1"], "meeting itself at (0.5, 0.5)"),
+        (["--corners", "0,0 1,x"], "got '1,x'"),
+        (["--corners", "0,0 1,0"], "at least 3 corners of --corners, got 2"),
+    ],
+)
+def test_what_has_no_use(capsys, request, arguments, message):
+    data = request.path.parent / "data"
+    names = {"mesh": data / "disc.msh", "drawing": data / "footing.dxf"}
+    arguments = [a.format(**names) for a in arguments]
+    code, out, err = run(capsys, "solve", *arguments, *GROUND, "--force", "1")
+    assert (code, out) == (2, "")
+    assert message in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_drawing_at_site_coordinates(capsys, request):
+    """The centroid is the origin: the force acts there, and nothing turns over."""
+    path = request.path.parent / "data" / "footing.dxf"
+    arguments = ["--layer", "footing", "--force", "6e6", "--accuracy", "5e-3"]
+    code, out, _ = run(capsys, "solve", path, *GROUND, *arguments)
+    assert code == 0
+    area = 12 * 4 + 5 * 5 - np.pi * 0.75**2 + (1 - np.pi / 4)
+    assert float(rows(out)["Contact area"]) == pytest.approx(area, rel=1e-5)

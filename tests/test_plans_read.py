@@ -1,0 +1,201 @@
+"""Outlines from files, each written by the library of its format."""
+
+import json
+import sys
+
+import ezdxf
+import numpy as np
+import pytest
+import shapely
+
+from skfem_dual import MeshError, MeshWarning, Plan
+from skfem_dual.plans.tables import corners_of_text
+
+SITE = 451_200.0, 5_411_900.0
+FRAME = shapely.Polygon(
+    [(0, 0), (6, 0), (6, 4), (0, 4)], [[(1, 1), (2, 1), (2, 3)], [(4, 1), (5, 1), (5, 2)]]
+)
+APART = shapely.box(8, 0, 9, 1)
+
+
+def drawing(path, draw):
+    """A drawing with what a function puts into its model space, on the layer F."""
+    document = ezdxf.new()
+    draw(document.modelspace(), {"layer": "F"})
+    document.saveas(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0,0\n3,0\n3,1\n1,1\n1,3\n0,3\n",
+        "x,y\n0,0\n3,0\n3,1\n1,1\n1,3\n0,3\n0,0\n",
+        "Name;X [m];Y [m]\nA;0;0\nB;3,0;0\nC;3;1,0\nD;1;1\nE;1;3\nF;0;3\n",
+        "\ufeff# corners\n0 3\n1 3\n1 1\n3 1\n3 0\n0 0\n",
+        "y\tx\n0\t0\n0\t3\n1\t3\n1\t1\n3\t1\n3\t0\n",
+    ],
+)
+def test_corners_as_csv(tmp_path, text):
+    path = tmp_path / "footing.csv"
+    path.write_text(text, encoding="utf-8")
+    plan = Plan.read(path)
+    assert plan.area == 5.0
+    assert plan.centroid == pytest.approx([1.1, 1.1])
+
+
+def test_rings_of_csv(tmp_path):
+    """An empty line between outline and hole; a third column has bulges."""
+    path = tmp_path / "ring.csv"
+    path.write_text("x,y,bulge\n-2,0,1\n2,0,1\n\n-1,0,1\n1,0,1\n")
+    plan = Plan.read(path)
+    assert plan.area == pytest.approx(3 * np.pi)
+    assert all(ring.is_circle for ring in plan.rings)
+    assert corners_of_text(" 0,0  1,0.5 ") == [(0.0, 0.0, 0.0), (1.0, 0.5, 0.0)]
+
+
+@pytest.mark.parametrize("shape", [FRAME, shapely.MultiPolygon([FRAME, APART])])
+def test_wkt_and_geojson(tmp_path, shape):
+    wkt, geojson = tmp_path / "plan.wkt", tmp_path / "plan.geojson"
+    wkt.write_text(shape.wkt)
+    features = [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(shape)}]
+    geojson.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    for path in (wkt, geojson):
+        plan = Plan.read(path)
+        assert plan.area == pytest.approx(shape.area)
+        assert plan.centroid == pytest.approx([shape.centroid.x, shape.centroid.y])
+        assert len(plan.parts) == len(shapely.get_parts(shape))
+        x = np.random.default_rng(0).uniform(-1, 10, (2, 300))
+        assert np.array_equal(plan.contains(x), shapely.contains_xy(shape, *x))
+
+
+def test_polylines_with_bulges_and_circles(tmp_path):
+    """At site coordinates: half a circle on one side, a round hole, and the other sense."""
+
+    def draw(space, layer):
+        corners = [(0, 0, 0), (4, 0, 1), (4, 2, 0), (0, 2, 0)]
+        space.add_lwpolyline(
+            [(x + SITE[0], y + SITE[1], b) for x, y, b in corners],
+            format="xyb",
+            close=True,
+            dxfattribs=layer,
+        )
+        space.add_circle((SITE[0] + 1, SITE[1] + 1), 0.5, dxfattribs=layer)
+        old = space.add_polyline2d([(9, 0), (9, 1), (8, 1)], close=True, dxfattribs=layer)
+        old.translate(*SITE, 0)
+
+    plan = Plan.read(drawing(tmp_path / "a.dxf", draw))
+    assert plan.area == pytest.approx(8 + np.pi / 2 - np.pi / 4 + 0.5, rel=1e-9)
+    assert (len(plan.parts), len(plan.rings)) == (2, 3)
+
+
+def test_lines_and_arcs_that_join(tmp_path):
+    """In any order and sense, also mirrored; gaps below the tolerance are closed."""
+
+    def draw(space, layer):
+        space.add_line((2, 1), (0, 1), dxfattribs=layer)
+        space.add_arc((0, 0), 1, 90, 270, dxfattribs=layer)
+        space.add_line((2, -1 + 1e-8), (0, -1), dxfattribs=layer)
+        # drawn from below: x and angles are mirrored
+        mirrored = {"extrusion": (0, 0, -1), **layer}
+        space.add_arc((-2, 0), 1, 90, 270, dxfattribs=mirrored)
+
+    plan = Plan.read(drawing(tmp_path / "a.dxf", draw))
+    assert plan.area == pytest.approx(4 + np.pi)
+    assert plan.bounds == pytest.approx(np.array([[-1, 3], [-1, 1]]))
+    assert plan.corners.shape == (2, 0)
+
+
+def test_layers(tmp_path):
+    def draw(space, layer):
+        space.add_circle((0, 0), 1, dxfattribs=layer)
+        space.add_line((-9, 0), (9, 0), dxfattribs={"layer": "axes"})
+        space.add_text("A", dxfattribs=layer)
+
+    path = drawing(tmp_path / "a.dxf", draw)
+    with pytest.raises(MeshError, match=r"has 'F' \(1 shape\), 'axes' \(1 shape\).*layer="):
+        Plan.read(path)
+    with pytest.raises(MeshError, match=r"on the layer 'G' in .*, got 'F'"):
+        Plan.read(path, layer="G")
+    with pytest.warns(MeshWarning, match="left out 1 TEXT"):
+        assert Plan.read(path, layer="f").area == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (
+            [((0, 0), (1, 0)), ((1, 0), (0, 1)), ((0, 1), (0, 0.01))],
+            r"an end at \(0, 0\); the next one is 0.01 away, at \(0, 0.01\).*tol= greater",
+        ),
+        (
+            [((0, 0), (1, 0)), ((1, 0), (0, 1)), ((0, 1), (0, 0)), ((0, 0), (-1, 0))],
+            r"got 3 that meet at \(0, 0\)",
+        ),
+    ],
+)
+def test_lines_that_do_not_close(tmp_path, lines, message):
+    def draw(space, layer):
+        for a, b in lines:
+            space.add_line(a, b, dxfattribs=layer)
+
+    path = drawing(tmp_path / "a.dxf", draw)
+    with pytest.raises(MeshError, match=message):
+        Plan.read(path)
+    if len(lines) == 3:
+        assert Plan.read(path, tol=0.02).area == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", "", "expected corners in .*a.csv, got an empty file"),
+        ("a.csv", "x,y\n0,0\n1,0\nnorth\n", "got 'north' in line 4 of"),
+        ("a.csv", "0,0\n1,1\n1,0\n0,1\n", r"a.csv: expected rings .* at \(0.5, 0.5\)"),
+        ("a.wkt", "POLYGON((0 0, 1 0", "expected WKT in .*a.wkt: ParseException"),
+        ("a.wkt", "LINESTRING(0 0, 1 0, 1 1)", "expected polygons in .*, got LineString"),
+        ("a.wkt", "POLYGON EMPTY", "expected polygons in .*, got none"),
+        ("a.geojson", "{}", "expected GeoJSON in"),
+        ("a.geojson", "[1", "expected GeoJSON in"),
+        ("a.dxf", "what", "expected a DXF drawing in"),
+        ("a.xyz", "", "a file ending in .csv, .txt, .wkt"),
+    ],
+)
+def test_files_that_have_no_outline(tmp_path, name, text, message):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(MeshError, match=message):
+        Plan.read(path)
+
+
+def test_degrees_are_refused(tmp_path):
+    path = tmp_path / "a.geojson"
+    degrees = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+    path.write_text(json.dumps({"crs": degrees, **shapely.geometry.mapping(APART)}))
+    with pytest.raises(MeshError, match=r"coordinates as lengths in .*, got degrees"):
+        Plan.read(path)
+
+
+def test_a_drawing_without_an_outline(tmp_path):
+    path = drawing(tmp_path / "a.dxf", lambda space, layer: space.add_text("A"))
+    with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles in .*, got none"):
+        Plan.read(path)
+
+
+@pytest.mark.parametrize(("name", "package"), [("a.wkt", "shapely"), ("a.dxf", "ezdxf")])
+def test_remedy_for_missing_packages(tmp_path, monkeypatch, name, package):
+    """Corners as CSV do without."""
+    (tmp_path / name).write_text("")
+    (tmp_path / "a.csv").write_text("0,0\n1,0\n0,1\n")
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ImportError, match=rf"{package} reads .*pip install 'skfem-dual\[plans\]'"):
+        Plan.read(tmp_path / name)
+    assert Plan.read(tmp_path / "a.csv").area == 0.5
+
+
+def test_options_of_drawings_only(tmp_path):
+    (tmp_path / "a.csv").write_text("0,0\n1,0\n0,1\n")
+    with pytest.raises(ValueError, match="layer and tol for DXF drawings only"):
+        Plan.read(tmp_path / "a.csv", layer="F")
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        Plan.read(tmp_path / "none.csv")

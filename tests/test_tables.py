@@ -1,0 +1,85 @@
+"""Load cases and layers from CSV files; every error names its line."""
+
+import pytest
+
+from skfem_dual import HalfSpace, Layer, LayeredHalfSpace, Load
+from skfem_dual.io import read_cases, read_substrate
+
+
+def write(tmp_path, text, name="cases.csv"):
+    path = tmp_path / name
+    path.write_bytes(text.encode())
+    return path
+
+
+def test_where_forces_act_and_what_moments_do(tmp_path):
+    """A force off the origin, in three ways that are the same load."""
+    origin = (10.0, 20.0)
+    by_place = write(tmp_path, "name,force,x,y\na,2,10.5,19.75\n")
+    by_arm = write(tmp_path, "\ufeff# site\nName; Force; EX; EY\n\na; 2; 0.5; -0.25\n", "b.csv")
+    by_moment = write(tmp_path, "name\tforce\tmx\tmy\na\t2\t-0.5\t1.0\n", "c.csv")
+    for path in (by_place, by_arm, by_moment):
+        (row,) = read_cases(path)
+        assert Load(**row.load(origin)).point == pytest.approx((0.5, -0.25))
+    (row,) = read_cases(write(tmp_path, 'name,force\n"dead, live",1e3\n'))
+    assert (row.name, row.load(origin)) == ("dead, live", {"force": 1e3, "at": (0.0, 0.0)})
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "a line of headings and 1 to"),
+        ("name,force\n", "got 1 lines"),
+        ("force\n1\n", "line 1: expected a heading name, got force"),
+        ("name,load\na,1\n", "line 1: expected headings among .*, got 'load'"),
+        ("name,force,force\na,1,1\n", "line 1: expected each heading once"),
+        ("name,force,x\na,1,1\n", "line 1: expected both x and y"),
+        ("name,force,x,y,ex,ey\na,1,1,1,1,1\n", "line 1: expected either x, y or ex, ey"),
+        ("name,force\n\n# no\na,1\nb,heavy\n", "line 5: expected a number for force, got 'heavy'"),
+        ("name;force\na;1,5\n", "line 2: .*Remedy: a decimal point"),
+        ("name,force\na,inf\n", "line 2: expected a finite number for force"),
+        ("name,force\na,1,2\n", "line 2: expected 2 columns, got 3"),
+        ("name,force\n,1\n", "line 2: expected a name"),
+        ("name,force\na,1\na,2\n", "line 3: expected another name than 'a', see .*line 2"),
+    ],
+)
+def test_wrong_tables_name_the_line(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message):
+        read_cases(write(tmp_path, text))
+
+
+def test_files_that_are_none(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        read_cases(tmp_path / "none.csv")
+    path = tmp_path / "x.csv"
+    path.write_bytes(b"name,force\n\xff\xfe,1\n")
+    with pytest.raises(ValueError, match="text in UTF-8"):
+        read_cases(path)
+
+
+def test_layers(tmp_path):
+    text = "thickness, E, nu\n2.0, 20e6, 0.3\n3.0, 40e6, 0.25\n, 60e6, 0.2\n"
+    layers = [Layer(2.0, 20e6, 0.3), Layer(3.0, 40e6, 0.25)]
+    expected = LayeredHalfSpace(layers, HalfSpace(60e6, 0.2))
+    assert repr(read_substrate(write(tmp_path, text, "g.csv"))) == repr(expected)
+    rigid = text.replace(", 60e6, 0.2", "rigid,,")
+    found = read_substrate(write(tmp_path, rigid, "g.csv"))
+    assert repr(found) == repr(LayeredHalfSpace(layers, "bonded"))
+    alone = write(tmp_path, "thickness;E;nu\ninf;60e6;0.2\n", "g.csv")
+    assert read_substrate(alone) == HalfSpace(60e6, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("depth,E,nu\n,1,0\n", "line 1: expected the headings thickness, E, nu, got depth"),
+        ("thickness,E,nu\n2,1,0\n", "line 2: expected what lies below .*rigid"),
+        ("thickness,E,nu\n,1,0\n,1,0\n", "line 2: expected a number for thickness, got ''"),
+        ("thickness,E,nu\n2,soft,0\n,1,0\n", "line 2: expected a number for E, got 'soft'"),
+        ("thickness,E,nu\n2,1,0.7\n,1,0\n", "line 2: .*0 to 0.5"),
+        ("thickness,E,nu\nrigid,,\n", "line 2: expected a number for E"),
+    ],
+)
+def test_wrong_layers_name_the_line(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message):
+        read_substrate(write(tmp_path, text, "g.csv"))

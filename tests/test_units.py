@@ -1,0 +1,52 @@
+"""Units: pressures and settlements in what engineers read."""
+
+import pytest
+
+from skfem_dual.units import PLAIN, Units
+
+
+@pytest.mark.parametrize(
+    ("text", "pressure", "kilopascals", "displacement", "millimetres"),
+    [
+        ("kN,m", "kPa", 1.0, "mm", 1000.0),
+        ("N,mm", "kPa", 1000.0, "mm", 1.0),
+        ("MN, m", "kPa", 1000.0, "mm", 1000.0),
+        ("kN,cm", "kPa", 1e4, "mm", 10.0),
+        ("N,m", "kPa", 1e-3, "mm", 1000.0),
+    ],
+)
+def test_metric(text, pressure, kilopascals, displacement, millimetres):
+    units = Units(text)
+    assert (units.pressure.symbol, units.displacement.symbol) == (pressure, displacement)
+    assert units.pressure.factor == pytest.approx(kilopascals, rel=1e-14)
+    assert units.modulus.factor == pytest.approx(kilopascals / 1000, rel=1e-14)
+    assert units.displacement.factor == pytest.approx(millimetres, rel=1e-14)
+    assert units.slope.factor == 1000.0
+
+
+def test_feet_and_inches():
+    units = Units("kip,ft")
+    assert (units.pressure.symbol, units.pressure.factor) == ("ksf", 1.0)
+    assert units.displacement.factor == pytest.approx(12.0, rel=1e-14)
+    # 1 psi = 0.144 ksf
+    assert Units("lbf,in").pressure.factor == pytest.approx(0.144, rel=1e-12)
+    # 1 kip/ft^2 = 47.88 kPa
+    metric = Units("N,m").pressure.factor * 4448.2216152605 / 0.3048**2
+    assert metric == pytest.approx(47.880259, rel=1e-7)
+
+
+def test_any_consistent_units():
+    assert Units() == PLAIN
+    assert not PLAIN.named
+    assert {PLAIN.pressure.factor, PLAIN.displacement.factor, PLAIN.slope.factor} == {1.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("kN", "FORCE,LENGTH"), ("m,kN", "FORCE,LENGTH"), ("kN,ft", "both units metric")],
+)
+def test_wrong_units(text, message):
+    with pytest.raises(ValueError, match=message):
+        Units(text)
+    with pytest.raises(TypeError, match="text for units"):
+        Units(3)
