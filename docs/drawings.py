@@ -409,6 +409,25 @@ def punch() -> Axes:
 
 
 @drawing
+def moments() -> Axes:
+    """What positive moments of a table of loads press down, seen along their axes."""
+    ax = diagram(4.6, 1.7)
+    plate = np.array([[-1.0, 0.25], [1.0, -0.1], [0.96, -0.32], [-1.04, 0.03]])
+    for shift, along, moment in ((0.0, "y", "$M_x > 0$"), (3.2, "x", "$M_y > 0$")):
+        ax.plot([shift - 1.4, shift + 1.4], [0, 0], color=PRIMAL, linewidth=1, zorder=0)
+        ax.add_patch(Polygon(np.add(plate, (shift, 0)), facecolor=LIGHT, edgecolor=OUTLINE))
+        arrow = {"arrowstyle": "->", "color": OUTLINE, "connectionstyle": "arc3,rad=-0.5"}
+        ax.annotate("", (shift + 0.6, 0.4), (shift - 0.6, 0.5), arrowprops=arrow)
+        ax.text(shift + 0.75, 0.6, moment, fontsize=11)
+        ax.annotate("", (shift - 0.5, -0.6), (shift - 1.4, -0.6), arrowprops={"arrowstyle": "->"})
+        ax.text(shift - 0.4, -0.68, f"${along}$", fontsize=11)
+    ax.set_xlim(-1.6, 5.2)
+    ax.set_ylim(-0.9, 1.1)
+    ax.set_axis_off()
+    return ax
+
+
+@drawing
 def neighbours() -> Axes:
     """Fig. 15: the nodes around a node of either grid."""
     example = import_module("ex15_neighbour_nodes")

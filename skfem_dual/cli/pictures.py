@@ -6,8 +6,13 @@ from typing import Any
 from ..io import write_whole
 
 
-def draw(options: argparse.Namespace, what: str, *args: Any, **kwargs: Any) -> None:
-    """Write the pictures asked for; both libraries draw by the same names."""
+def draw(
+    options: argparse.Namespace, what: str, *args: Any, length: str = "", **kwargs: Any
+) -> None:
+    """Write the pictures asked for; both libraries draw by the same names.
+
+    ``length`` is the unit of the axes, where that is known.
+    """
     if options.png:
         from ..visuals import pyvista
 
@@ -18,4 +23,6 @@ def draw(options: argparse.Namespace, what: str, *args: Any, **kwargs: Any) -> N
         from ..visuals import matplotlib
 
         axes = getattr(matplotlib, what)(*args, **kwargs)
+        if length:
+            axes.set(xlabel=f"x [{length}]", ylabel=f"y [{length}]")
         write_whole(options.svg, axes.figure.savefig)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
@@ -95,12 +96,13 @@ def _details(options: argparse.Namespace) -> Details:
     )
 
 
-def _scale(units: Units) -> dict[str, str | float]:
-    """Pressures in pictures: over their mean, or in a unit."""
+def _scale(units: Units) -> dict[str, Any]:
+    """Pressures in pictures: over their mean, or in a unit, with that of the axes."""
     if not units.named:
         return {}
     unit = units.pressure
-    return {"title": f"pressure [{unit.symbol}]", "scale": 1 / unit.factor}
+    title = f"pressure [{unit.symbol}]"
+    return {"title": title, "scale": 1 / unit.factor, "length": units.length.symbol}
 
 
 def _write_data(

@@ -223,6 +223,8 @@ def _pictures(footing: Footing) -> Html:
     ]
     numbers = {footing.governing: ["the largest pressure"]} if not cases.success.any() else {}
     for extreme in cases.envelope() if cases.success.any() else ():
+        if extreme.quantity == "contact_share" and extreme.value >= 1:
+            continue  # that of any case
         numbers.setdefault(extreme.number, []).append(CALLED[extreme.quantity].lower())
     for k, what in numbers.items():
         solution = cases.solutions[k]
