@@ -19,7 +19,7 @@ from ..ground.substrates import Substrate
 #: estimated error of the settlement from which on cells are called too coarse
 ALLOWED = 0.025
 #: the fitted factor, and the ratio of cells to the ground's length from which on it grows no more
-FACTOR, MOST = 0.05, 12.0
+FACTOR, MOST = 0.02, 12.0
 #: cells smaller than so many lengths of the ground need not be looked at
 FINE = 0.5
 
