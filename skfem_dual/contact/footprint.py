@@ -236,7 +236,7 @@ class Footprint(LoadedCells):
         if rtol is not None:
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
-        if coarse := too_coarse(substrate, partition):
+        if coarse := too_coarse(substrate, partition, edge == "singular"):
             warnings.warn(coarse, ResolutionWarning, stacklevel=2)
         weights, slopes = None, None
         if edge == "singular":

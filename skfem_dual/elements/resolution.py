@@ -20,6 +20,8 @@ from ..ground.substrates import Substrate
 ALLOWED = 0.025
 #: the fitted factor, and the ratio of cells to the ground's length from which on it grows no more
 FACTOR, MOST = 5e-4, 12.0
+#: pressures that vary linearly over the cells leave this part of it
+SLOPED = 0.4
 #: cells smaller than so many lengths of the ground need not be looked at
 FINE = 0.5
 
@@ -47,15 +49,18 @@ def coarseness(substrate: Stratified, h: ndarray, a: float) -> ndarray:
     return FACTOR * (h / a * thin * np.maximum(short / long - 1, 0)) ** 2
 
 
-def too_coarse(substrate: Substrate, partition: Partition) -> str | None:
-    """What to warn of if the cells are too coarse for the ground, else None."""
+def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) -> str | None:
+    """What to warn of if the cells are too coarse for the ground, else None.
+
+    ``sloped`` tells whether the pressure varies linearly over them.
+    """
     h = float(np.sqrt(np.median(partition.areas)))
     if not isinstance(substrate, Stratified) or h < FINE * substrate.lengths[0]:
         return None
     begin, end = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
     a = 2 * float(partition.areas.sum() / np.hypot(*(end - begin)).sum())
     finer = h * 2.0 ** (-np.arange(41) / 4)
-    error = coarseness(substrate, finer, a)
+    error = (SLOPED if sloped else 1.0) * coarseness(substrate, finer, a)
     if error[0] <= ALLOWED:
         return None
     cells = int(np.ceil(len(partition) * (h / finer[np.argmax(error <= ALLOWED)]) ** 2))

@@ -18,7 +18,10 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix, diags
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
+from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
@@ -88,7 +91,8 @@ class Slopes:
 def _around(weights: EdgeWeights) -> tuple[ndarray, ndarray]:
     """Pairs of cells that share a vertex, ascending in the first."""
     polygons = weights.partition.polygons
-    at = np.ones(len(polygons.indices)), polygons.indices, polygons.offsets
+    place = _places(weights.partition)[polygons.indices]
+    at = np.ones(len(place)), place, polygons.offsets
     vertices = csr_matrix(at, shape=(len(polygons), polygons.p.shape[1]))
     pairs = (vertices @ vertices.T).tocoo()
     cell, other = pairs.row, pairs.col
@@ -96,6 +100,16 @@ def _around(weights: EdgeWeights) -> tuple[ndarray, ndarray]:
     keep = (cell != other) & ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
     order = np.argsort(cell[keep], kind="stable")
     return cell[keep][order], other[keep][order]
+
+
+def _places(partition: Partition) -> ndarray:
+    """A number for the place of each vertex: the banks of a seam have the same places."""
+    p = partition.polygons.p
+    ends = np.unique(partition.facets[:, partition.f2c[1] == -1])
+    near = 1e-10 * np.sqrt(partition.areas.sum())
+    a, b = ends[cKDTree(p[:, ends].T).query_pairs(near, output_type="ndarray")].T
+    same = csr_matrix((np.ones(len(a)), (a, b)), shape=(p.shape[1], p.shape[1]))
+    return connected_components(same, directed=False)[1]
 
 
 def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
