@@ -122,7 +122,7 @@ def test_brown(K, cells):
         found = [s.deflection(ring(r)).mean() for r in radii]
         errors[edge] = np.abs(found - exact).max()
         assert s.force == pytest.approx(uniform(punch) @ settled(punch), rel=1e-10)
-    assert errors[None] < (1.2e-2 if K < 0.1 else 5e-3)
+    assert errors[None] < (1.2e-2 if K < 0.1 else 6e-3)
     assert errors[None] < 0.7 * errors["constant"]
 
 
