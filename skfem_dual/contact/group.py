@@ -358,7 +358,7 @@ class RigidPunches:
                 others = tuple((p, q) for p, q in zip(self.punches, pressures, strict=True))
                 others = others[:i] + others[i + 1 :]
                 member = None
-                if flat and self.stiffness is None:
+                if flat:
                     origin = np.array(punch.origin) - self._centres[number]
                     member = Member(together, number, origin)
                 solutions[i] = punch.solution(load, part, own, timings, others, member)

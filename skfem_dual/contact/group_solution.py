@@ -61,7 +61,7 @@ class PunchesSolution:
         first = [self[body[0]] for body in self.punches.bodies]
         if self.punches.stiffness is None:
             return np.zeros((len(first), 3))
-        positions = np.array([[s.settlement, *s.tilt] for s in first])
+        positions = np.array([[s.collocated_settlement, *s.collocated_tilt] for s in first])
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
     def displacement(self, x: ArrayLike) -> ndarray:
@@ -102,4 +102,5 @@ class GroupAnswer:
             load.constraints(group.punches[body[0]].origin - centre)
             for load, body, centre in zip(self.loads, group.bodies, group._centres, strict=True)
         ]
-        return group.work.positions(Constraints.together(constraints), self.touching)
+        everything = Constraints.together(constraints)
+        return group.work.positions(everything, self.touching, group.stiffness)
