@@ -3,9 +3,8 @@
     python benchmarks/bounds.py [--cases 500] [--seed 0] [--workers 2] [--file FILE]
 
 Plans, meshes of 100 to 300 dual cells, grounds and loads are drawn at random; a third of the
-loads lift the punch off. The exact position is that on a far finer mesh, graded to the edge.
-Medians of widths and errors are over the
-size of the quantity. With a file an interrupted run goes on where it ended.
+loads lift the punch off. The exact position is that on a far finer mesh. Medians of widths and
+errors are over the size of the quantity. With a file an interrupted run goes on where it ended.
 """
 
 import argparse

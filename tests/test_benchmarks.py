@@ -153,3 +153,14 @@ def test_a_fault_is_seen_or_not(load, tmp_path, monkeypatch):
     path.write_text("x = 2\n")
     with pytest.raises(RuntimeError, match="the tests of one fail without any fault"):
         mutation.study(None, tmp_path, "one", None)
+
+
+def test_bounds(load, capsys):
+    bounds = load("bounds")
+    found = bounds.main(cases=4, fine=400)
+    assert len(found) == 4
+    assert np.mean([one.holds for one in found]) > 0.7
+    for one in found:
+        assert (one.low <= one.found).all()
+        assert (one.found <= one.high).all()
+    assert "full contact" in capsys.readouterr().out

@@ -276,14 +276,16 @@ def test_corners_settle_like_a_rigid_body():
     for name, *cells in table[1:]:
         cx, cy, w = (cell["values"][0] for cell in cells)
         assert corners.pop((round(cx, 9), round(cy, 9))) == name["text"]
-        assert w == pytest.approx(plane @ [1.0, cx, cy], rel=1e-9)
+        # by the work of the pressures, not in the collocation points only
+        assert w == pytest.approx(plane @ [1.0, cx, cy], rel=2e-3)
+        assert w == pytest.approx(solution.punch_displacement([[cx], [cy]])[0], rel=1e-12)
     assert not corners
-    at = plane @ [np.ones(4), [2, 4, 4, 2], [-1, -1, 3, 3]]
+    at = solution.punch_displacement([[2, 4, 4, 2], [-1, -1, 3, 3]])
     assert found.values("Largest settlement")[0] == pytest.approx(at.max())
     assert found.values("Smallest settlement")[0] == pytest.approx(at.min())
     assert found.values("Difference of both") == pytest.approx([np.ptp(at)])
     centre = found.values("Settlement of the centroid of the plan")
-    assert centre == pytest.approx([plane @ [1.0, 3.0, 1.0]])
+    assert centre == pytest.approx(solution.punch_displacement([[3.0], [1.0]]))
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -517,7 +519,8 @@ def test_indicator(grid):
     assert found.values("Tilt Lx [rad]")[:2] == [s.tilt[0] for s in pair]
     assert found.values("Tilt Ly [rad]")[2] == abs(solution.tilt[1] - other.tilt[1])
     assert "not a bound" in found.said()
-    assert "not expected to enclose" in found.said()
+    low, high = solution.bounds.settlement
+    assert f"expected from {low:.6g} to {high:.6g}" in found.said()
     assert "not estimated" in page(solution).said()
 
 

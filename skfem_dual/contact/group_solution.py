@@ -63,7 +63,7 @@ class PunchesSolution:
         first = [self[body[0]] for body in self.punches.bodies]
         if self.punches.stiffness is None:
             return np.zeros((len(first), 3))
-        positions = np.array([[s.settlement, *s.tilt] for s in first])
+        positions = np.array([[s.collocated_settlement, *s.collocated_tilt] for s in first])
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
     def displacement(self, x: ArrayLike) -> ndarray:
@@ -104,7 +104,8 @@ class GroupAnswer:
             load.constraints(group.punches[body[0]].origin - centre)
             for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)
         ]
-        return group.work.positions(Constraints.together(constraints), self.touching)
+        everything = Constraints.together(constraints)
+        return group.work.positions(everything, self.touching, group.stiffness)
 
 
 def answers_of(
@@ -120,7 +121,7 @@ def answers_of(
     others = tuple((punch, part.pressure, part.flat) for punch, part in every)
     solutions = {}
     together = None
-    if punches.stiffness is None and all(punch.gap is None for punch in punches.punches):
+    if all(punch.gap is None for punch in punches.punches):
         together = GroupAnswer(punches, loads, contact.touching)
     for number, body in enumerate(punches.bodies):
         moved = position[3 * number : 3 * number + 3]

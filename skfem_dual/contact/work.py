@@ -130,7 +130,9 @@ class Work:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
         return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
 
-    def positions(self, constraints: Constraints, touching: ndarray) -> ndarray | None:
+    def positions(
+        self, constraints: Constraints, touching: ndarray, frame: ndarray | None = None
+    ) -> ndarray | None:
         """Positions under a load with contact on some cells.
 
         Parameters
@@ -139,6 +141,8 @@ class Work:
             What is imposed.
         touching : (n,) array of bool
             The cells in contact.
+        frame : (m, m) array of float, optional
+            Forces that a frame takes from the loads by the position.
 
         Returns
         -------
@@ -161,6 +165,8 @@ class Work:
         found = []
         for compliance in compliances:
             stiffness = np.linalg.inv(compliance)
+            if frame is not None:
+                stiffness = stiffness + frame / np.outer(unit, unit)
             given = constraints.given - balance @ stiffness @ fixed
             y = np.linalg.solve(balance @ stiffness @ motions, given)
             found.append((fixed + motions @ y) / unit)
