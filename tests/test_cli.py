@@ -330,7 +330,9 @@ def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
 
     def solve(punch, *args, **kwargs):
         found = original(punch, *args, **kwargs)
-        return replace(found, success=False, message="the contact cycles", settlement=np.nan)
+        return replace(
+            found, success=False, message="the contact cycles", collocated_settlement=np.nan
+        )
 
     original = RigidPunch.solve
     monkeypatch.setattr(RigidPunch, "solve", solve)
