@@ -46,8 +46,17 @@ TRIES = 6
 
 @dataclass(frozen=True)
 class Trial:
-    """A mesh that was solved on: its cells, the error estimated there (NaN on the first, which
-    has nothing to be compared with), and seconds."""
+    """A mesh that was solved on.
+
+    Attributes
+    ----------
+    cells : int
+        Its dual cells.
+    error : float
+        The error estimated; NaN on the first, which has nothing to be compared with.
+    seconds : float
+        What mesh and solution took.
+    """
 
     cells: int
     error: float
