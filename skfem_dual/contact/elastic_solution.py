@@ -142,12 +142,14 @@ class ElasticSolution(CellPressures):
 
     @computed_once
     def contact_modulus(self) -> float:
-        """E* of the ground and the structure together, from what both yield under single cells.
+        """E* of the ground and a solid together, from what both yield under single cells.
 
-        Beside a solid as soft as the ground gaps open twice as far as beside a rigid one, beside a
-        plate as far: loads on single cells hardly bend it.
+        Beside a solid as soft as the ground gaps open half as far as beside a rigid one. Plates
+        bend, but loads on single cells do not dent them.
         """
         punch, cells = self.punch, self.footprint
+        if punch.boundary is None:
+            return super().contact_modulus
         f2c = cells.partition.f2c[:, cells.partition.f2c[1] >= 0]
         touching = self.pressure > 0
         line = np.unique(f2c[:, touching[f2c[0]] != touching[f2c[1]]])
