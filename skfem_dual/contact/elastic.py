@@ -354,15 +354,11 @@ class ElasticPunch(Body):
         if flat.any():
             ground = cells.flattened_operator(operator.ground, flat)
             operator = replace(operator, ground=ground, loads=self.loads_of(cells.flattened(flat)))
-        known = operator is self.operator
-        matrix = operator if not dense else self.matrix if known else operator.to_dense()
+        matrix = operator if not dense else operator.to_dense() if flat.any() else self.matrix
         return ContactSystem(matrix, planes, resultants, gap, areas, self.timings)
 
     def share(self, f: ndarray, held: ndarray, flat: ndarray | None = None) -> Share:
-        """What the structure brings into the equations, under loads as of `checked_loads`.
-
-        Cells may be flat, (n,) array of bool.
-        """
+        """What the structure brings into the equations; cells may be flat, (n,) of bool."""
         cells = self.footprint if flat is None else self.footprint.flattened(flat)
         loads = self.loads if cells is self.footprint else self.loads_of(cells)
         return Share(

@@ -144,7 +144,7 @@ class ElasticSolution(CellPressures):
     def contact_modulus(self) -> float:
         """E* of the ground and a solid together, from what both yield under single cells.
 
-        Beside a solid as soft as the ground gaps open half as far as beside a rigid one. Plates
+        Beside a solid as soft as the ground gaps open twice as far as beside a rigid one. Plates
         bend, but loads on single cells do not dent them.
         """
         punch, cells = self.punch, self.footprint
