@@ -40,34 +40,61 @@ class Strips(NamedTuple):
     @classmethod
     def from_weights(cls, weights: EdgeWeights, cells: ndarray) -> Self:
         """Of weighted cells, ascending."""
-        fan = weights.fan
-        number = np.full(len(weights.partition), -1)
-        number[cells] = np.arange(len(cells))
-        own = np.nonzero(number[fan.cell] >= 0)[0]
-        triangle, corners = _cut(weights.root[fan.t[:, own]])
-        triangle = own[triangle]
-        # a strip of four corners is two triangles; its load is what those carry
-        halves = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
-        pieces = np.tile(triangle, 2), halves
-        points = points_in_pieces(weights.partition, weights, fan, pieces, 1)
-        load = np.bincount(points.piece, points.weight, 2 * len(triangle))
-        load = load.reshape(2, -1).sum(axis=0)
-        x = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners)
+        cell, x, area, load = strip_polygons(weights, cells)
+        jump = np.sign(area) * (load / np.abs(area) - 1)
         following = np.roll(x, -1, axis=1)
-        area = np.sum(x[0] * following[1] - x[1] * following[0], axis=0) / 2
-        keep = np.abs(area) > 1e-14 * fan.areas[triangle]
-        jump = np.sign(area[keep]) * (load[keep] / np.abs(area[keep]) - 1)
-        x, following = x[..., keep], following[..., keep]
         length = np.hypot(*(following - x))
-        order = np.argsort(number[fan.cell[triangle[keep]]], kind="stable")
+        order = np.argsort(cell, kind="stable")
         real = length.T[order] > 0
-        cell = np.repeat(number[fan.cell[triangle[keep]]][order], 4)[real.ravel()]
+        cell = np.repeat(np.searchsorted(cells, cell[order]), 4)[real.ravel()]
         begin, along, length, jump = (
             np.moveaxis(a, -1, -2)[..., order, :][..., real]
             for a in (x, following - x, length, np.tile(jump, (4, 1)))
         )
         starts = np.searchsorted(cell, np.arange(len(cells) + 1))
         return cls(*inputs(begin, along / length, length, jump, starts))
+
+
+class StripPolygons(NamedTuple):
+    """Strips of weighted cells.
+
+    Attributes
+    ----------
+    cell : (k,) array of int
+        The cell of each.
+    corners : (2, 4, k) array of float
+        In turn, in either sense; two are equal at an apex.
+    area : (k,) array of float
+        Positive if the corners are counter-clockwise.
+    load : (k,) array of float
+        Load under a unit mean pressure on the cell.
+    """
+
+    cell: ndarray
+    corners: ndarray
+    area: ndarray
+    load: ndarray
+
+
+def strip_polygons(weights: EdgeWeights, cells: ndarray) -> StripPolygons:
+    """Strips of weighted cells, ascending."""
+    fan = weights.fan
+    wanted = np.zeros(len(weights.partition), dtype=bool)
+    wanted[cells] = True
+    own = np.nonzero(wanted[fan.cell])[0]
+    triangle, corners = _cut(weights.root[fan.t[:, own]])
+    triangle = own[triangle]
+    # a strip of four corners is two triangles; its load is what those carry
+    halves = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
+    pieces = np.tile(triangle, 2), halves
+    points = points_in_pieces(weights.partition, weights, fan, pieces, 1)
+    load = np.bincount(points.piece, points.weight, 2 * len(triangle))
+    load = load.reshape(2, -1).sum(axis=0)
+    x = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners)
+    following = np.roll(x, -1, axis=1)
+    area = np.sum(x[0] * following[1] - x[1] * following[0], axis=0) / 2
+    keep = np.abs(area) > 1e-14 * fan.areas[triangle]
+    return StripPolygons(fan.cell[triangle[keep]], x[..., keep], area[keep], load[keep])
 
 
 def _cut(root: ndarray) -> tuple[ndarray, ndarray]:
