@@ -29,8 +29,8 @@ from .system import DENSE
 from .work import Sectors, sectors
 
 
-def require_homogeneous(cells: Footprint) -> None:
-    """Refuse ground and numbers of cells whose shear tractions are not known, by a ValueError."""
+def homogeneous(cells: Footprint) -> HalfSpace:
+    """The ground; a ValueError where shear tractions on it, or on so many cells, are not known."""
     if not isinstance(cells.substrate, HalfSpace):
         raise ValueError(
             "expected a HalfSpace for horizontal and twisting motions, got "
@@ -42,6 +42,7 @@ def require_homogeneous(cells: Footprint) -> None:
             f"expected up to {DENSE} cells for horizontal and twisting motions, whose matrix is "
             f"dense, got {len(cells)}. Remedy: a coarser mesh"
         )
+    return cells.substrate
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class Motions:
     touching: ndarray
 
     def __post_init__(self) -> None:
-        require_homogeneous(self.footprint)
+        homogeneous(self.footprint)
 
     @computed_once
     def _tractions(self) -> Tractions:
@@ -93,7 +94,8 @@ class Motions:
 
     def _displacements(self, x: ndarray) -> ndarray:
         """Displacements at points of shape (2, k) by the cells that touch, (c k, c ntouching)."""
-        found = self._tractions.displacements(self.footprint.substrate, x, normal=self.rough)
+        ground = homogeneous(self.footprint)
+        found = self._tractions.displacements(ground, x, normal=self.rough)
         c = len(found)
         return found[..., self.touching].reshape(c * x.shape[1], -1)
 
@@ -205,12 +207,17 @@ class ShearSolution:
         shift = moving(motions.footprint.centre - origin)[3:, 3:]
         stiffness = shift.T @ motions.stiffness @ shift
         by_points = np.linalg.solve(motions.collocated_stiffness, np.linalg.solve(shift.T, load))
-        *displacement, twist = np.linalg.solve(stiffness, load)
+        position = np.linalg.solve(stiffness, load)
         traction = np.tensordot(by_points, motions.tractions, 1)
-        arrays = (readonly(a) for a in (displacement, traction, stiffness, origin))
-        displacement, traction, stiffness, origin = arrays
-        horizontal, torsion = readonly(load[:2]), float(load[2])
-        return cls(horizontal, torsion, displacement, float(twist), traction, stiffness, origin)
+        return cls(
+            horizontal=readonly(load[:2]),
+            torsion=float(load[2]),
+            displacement=readonly(position[:2]),
+            twist=float(position[2]),
+            traction=readonly(traction),
+            stiffness=readonly(stiffness),
+            origin=readonly(origin),
+        )
 
     def displacements(self, x: ArrayLike) -> ndarray:
         """Horizontal displacement of the base at points of shape (2, ...), of the same shape."""
@@ -261,6 +268,6 @@ def shear_load(cells: Footprint, horizontal: Pair | None, torsion: float | None)
     """
     if horizontal is None and torsion is None:
         return None
-    require_homogeneous(cells)
+    homogeneous(cells)
     force = (0.0, 0.0) if horizontal is None else checked_pair("horizontal", horizontal)
     return np.array([*force, 0.0 if torsion is None else checked_number("torsion", torsion)])

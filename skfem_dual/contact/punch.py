@@ -331,10 +331,10 @@ class RigidPunch(Body):
         force, at, moments, settlement, tilt
             What is imposed; see `Load`.
         horizontal, torsion : pair of float, float, optional
-            A force (Hx, Hy) on the base, in the plane of the ground, and a moment about the vertical
-            through ``origin``, positive from x towards y. Cells in contact carry them by shear
-            tractions, which neither slip nor change the pressures; see ``solution.shear``. On a
-            `HalfSpace` only, with up to 4000 cells.
+            A force (Hx, Hy) on the base, in the plane of the ground, and a moment about the
+            vertical through ``origin``, positive from x towards y. Cells in contact carry them by
+            shear tractions, which neither slip nor change the pressures; see
+            ``solution.shear``. On a `HalfSpace` only, with up to 4000 cells.
         unilateral : bool
             Whether the contact region is found: the ground does not pull, and the punch lifts
             off where it would. If not, all cells stay in contact, the paper's (5).

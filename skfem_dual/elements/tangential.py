@@ -1,6 +1,6 @@
-"""Displacements of the surface of a homogeneous half-space by shear and normal tractions on cells.
+"""Displacements of the surface of a half-space by shear and normal tractions on cells.
 
-A tangential force Q along x on the surface moves it, with G the shear modulus and z downwards, by::
+A tangential force Q along x on the surface moves it, with G the shear modulus and z down::
 
     ux = Q / (2 pi G) [(1 - nu) / r + nu x^2 / r^3],    uy = Q / (2 pi G) nu x y / r^3,
     uz = Q / (4 pi G) (1 - 2 nu) x / r^2,
@@ -16,6 +16,7 @@ Sources: V. Cerruti's solution in K. L. Johnson, Contact Mechanics (1985), equat
 sums over ribs are this project's own.
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -24,8 +25,10 @@ from scipy.sparse import csr_matrix
 
 from ..grids.fan import Fan
 from ..grids.partition import Partition
+from ..grids.polygons import readonly
 from ..ground.substrates import HalfSpace
 from ..kernels.compiled import compiled, inputs
+from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .ribs import rib_integral
@@ -79,6 +82,7 @@ class LoadedRibs(NamedTuple):
         return cls(*inputs(begin, direction, length.T.ravel(), densities, starts))
 
 
+@dataclass(frozen=True, eq=False)
 class Tractions:
     """Tractions of cells, as ribs for points near by and far away.
 
@@ -94,36 +98,59 @@ class Tractions:
         How they follow the cells around, too.
     """
 
-    def __init__(
-        self,
-        partition: Partition,
-        fan: Fan,
-        weights: EdgeWeights | None = None,
-        slopes: Slopes | None = None,
-    ) -> None:
-        n = len(partition)
-        self.partition, self.slopes = partition, slopes
-        self.radius = np.zeros(n)
-        centres = partition.centroids if weights is None else weights.centroids
-        corners, density = fan.p[:, fan.t], np.ones(len(fan.cell))
-        cell = fan.cell
-        self.near: LoadedRibs | None = None
-        if weights is not None and weights.weighted.any():
-            varying = weights.weighted
+    partition: Partition
+    fan: Fan
+    weights: EdgeWeights | None = None
+    slopes: Slopes | None = None
+
+    @property
+    def _centres(self) -> ndarray:
+        """Where mean tractions act."""
+        return self.partition.centroids if self.weights is None else self.weights.centroids
+
+    @property
+    def _weighted(self) -> ndarray:
+        """Triangles of the fan of the weights that are in weighted cells."""
+        if self.weights is None:
+            return np.empty(0, dtype=int)
+        return np.nonzero(self.weights.weighted[self.weights.fan.cell])[0]
+
+    @computed_once
+    def far(self) -> LoadedRibs:
+        """Of triangles, where they are weighted moved to where their loads act."""
+        fan, weights, own = self.fan, self.weights, self._weighted
+        if weights is None:
+            corners, density, cell = fan.p[:, fan.t], np.ones(len(fan.cell)), fan.cell
+        else:
+            plain = ~weights.weighted[fan.cell]
             mean, off = weights.of_triangles
-            own = np.nonzero(varying[weights.fan.cell])[0]
-            plain = ~varying[cell]
-            moved = weights.fan.p[:, weights.fan.t[:, own]] + off[:, None, own]
-            corners = np.concatenate([corners[..., plain], moved], axis=2)
             loaded = weights.fan.cell[own]
-            density = np.concatenate([density[plain], mean[own] / weights.mean[loaded]])
-            cell = np.concatenate([cell[plain], loaded])
-            spokes = np.hypot(*(moved - partition.centroids[:, None, loaded])).max(axis=0)
-            np.maximum.at(self.radius, loaded, IN_STRIPS * spokes)
-            strips = strip_polygons(weights, np.nonzero(varying)[0])
-            near = strips.load / strips.area, strips.cell, centres
-            self.near = LoadedRibs.from_polygons(strips.corners, *near)
-        self.far = LoadedRibs.from_polygons(corners, density, cell, centres)
+            moved = weights.fan.p[:, weights.fan.t[:, own]] + off[:, None, own]
+            corners = np.concatenate([fan.p[:, fan.t[:, plain]], moved], axis=2)
+            density = np.append(np.ones(plain.sum()), mean[own] / weights.mean[loaded])
+            cell = np.append(fan.cell[plain], loaded)
+        return LoadedRibs.from_polygons(corners, density, cell, self._centres)
+
+    @computed_once
+    def near(self) -> LoadedRibs:
+        """Of strips between levels of the distance to the edge, in weighted cells only."""
+        if self.weights is None or not len(self._weighted):
+            empty = np.empty((2, 4, 0)), np.empty(0), np.empty(0, dtype=int)
+            return LoadedRibs.from_polygons(*empty, self._centres)
+        strips = strip_polygons(self.weights, np.nonzero(self.weights.weighted)[0])
+        density = strips.load / strips.area
+        return LoadedRibs.from_polygons(strips.corners, density, strips.cell, self._centres)
+
+    @computed_once
+    def radius(self) -> ndarray:
+        """Points nearer than that to the centroid of a cell see its strips."""
+        radius = np.zeros(len(self.partition))
+        if self.weights is not None:
+            fan, own = self.weights.fan, self._weighted
+            corners, cell = fan.p[:, fan.t[:, own]], fan.cell[own]
+            spokes = np.hypot(*(corners - self.partition.centroids[:, None, cell])).max(axis=0)
+            np.maximum.at(radius, cell, IN_STRIPS * spokes)
+        return readonly(radius)
 
     def integrals(self, x: ndarray) -> ndarray:
         """Integrals over all cells by unit mean tractions at points of shape (2, m).
@@ -133,16 +160,26 @@ class Tractions:
         (5, m, n) array of float
             Of 1 / r, x^2 / r^3, x y / r^3, x / r^2 and y / r^2, with r and (x, y) from the field
             point to the source.
+
+        Examples
+        --------
+        In the centre of the square of sides 2, x^2 and y^2 have the same share of 1 / r:
+
+        >>> from skfem import MeshQuad
+        >>> mesh = MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0])
+        >>> square = Tractions(Partition.from_mesh(mesh), Fan.from_mesh(mesh))
+        >>> found = square.integrals(np.zeros((2, 1)))
+        >>> bool(np.isclose(found[1, 0, 0], 4 * np.arcsinh(1), rtol=1e-14))
+        True
         """
-        n = len(self.partition)
+        n, far, near = len(self.partition), self.far, self.near
         sums = np.zeros((3 if self.slopes is not None else 1, 5, x.shape[1], n))
         at = inputs(self.partition.centroids, self.radius)
 
         def work(rows: slice) -> None:
             points, part = inputs(x[:, rows]), sums[:, :, rows]
-            _add(*points, *at, self.far, False, part)
-            if self.near is not None:
-                _add(*points, *at, self.near, True, part)
+            _add(*points, *at, far, False, part)
+            _add(*points, *at, near, True, part)
 
         with Threads() as run:
             run(work, x.shape[1])
