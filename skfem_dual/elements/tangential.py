@@ -152,12 +152,14 @@ class Tractions:
             np.maximum.at(radius, cell, IN_STRIPS * spokes)
         return readonly(radius)
 
-    def integrals(self, x: ndarray) -> ndarray:
+    def integrals(self, x: ndarray, *, coupling: bool = True) -> ndarray:
         """Integrals over all cells by unit mean tractions at points of shape (2, m).
+
+        Without ``coupling`` the first three only.
 
         Returns
         -------
-        (5, m, n) array of float
+        (5, m, n) or (3, m, n) array of float
             Of 1 / r, x^2 / r^3, x y / r^3, x / r^2 and y / r^2, with r and (x, y) from the field
             point to the source.
 
@@ -173,7 +175,8 @@ class Tractions:
         True
         """
         n, far, near = len(self.partition), self.far, self.near
-        sums = np.zeros((3 if self.slopes is not None else 1, 5, x.shape[1], n))
+        densities, kinds = 1 if self.slopes is None else 3, 5 if coupling else 3
+        sums = np.zeros((densities, kinds, x.shape[1], n))
         at = inputs(self.partition.centroids, self.radius)
 
         def work(rows: slice) -> None:
@@ -187,8 +190,8 @@ class Tractions:
         if self.slopes is not None:
             for part, slope in zip(sums[1:], self.slopes.along, strict=True):
                 out += (csr_matrix(slope.T) @ part.reshape(-1, n).T).T.reshape(out.shape)
-        one, across, cross, x1, y1 = out
-        return np.stack([one, one - across, -cross, x1, y1])
+        out[1:3] = out[0] - out[1], -out[2]
+        return out
 
     def displacements(self, surface: HalfSpace, x: ndarray, *, normal: bool = False) -> ndarray:
         """Displacements of the surface by unit mean tractions on each cell.
@@ -214,13 +217,14 @@ class Tractions:
         for first in range(0, x.shape[1], step):
             rows = slice(first, first + step)
             part = out[:, rows]
-            one, xx, xy, x1, y1 = self.integrals(np.ascontiguousarray(x[:, rows]))
+            found = self.integrals(np.ascontiguousarray(x[:, rows]), coupling=normal)
+            one, xx, xy = found[:3]
             part[0, :, 0] = (1 - nu) * one + nu * xx
             part[1, :, 1] = one - nu * xx
             part[0, :, 1] = part[1, :, 0] = nu * xy
             if normal:
                 part[2, :, 2] = (1 - nu) * one
-                for i, coupling in enumerate((x1, y1)):
+                for i, coupling in enumerate(found[3:]):
                     # the ground moves towards a normal force, and down before a tangential one
                     part[i, :, 2] = (0.5 - nu) * coupling
                     part[2, :, i] = -part[i, :, 2]
@@ -246,7 +250,8 @@ def _add(x, centres, radius, ribs, close, out):
     """Add 1/r, y^2/r^3, -x y/r^3, x/r^2 and y/r^2 over cells at the points within their radius if
     ``close``, else at the others; the first axis of ``out`` is for the densities."""
     begin, along, length, density, starts = ribs
-    values = np.empty(5)
+    kinds = out.shape[1]
+    values = np.zeros(5)
     for i in range(x.shape[1]):
         x0, y0 = x[0, i], x[1, i]
         for k in range(len(radius)):
@@ -264,13 +269,14 @@ def _add(x, centres, radius, ribs, close, out):
                 t1, h = dx * tx + dy * ty, dx * ty - dy * tx
                 rise = (2 * t1 + size) * size / (r1 + r2)  # r2 - r1
                 v = rib_integral(x0, y0, ax, ay, size * tx, size * ty, size, r1, r2)
-                g = _log_integral(h, t1, t1 + size, r1, r2)
                 # the outward normal is (ty, -tx)
                 values[0] = v
                 values[1] = ty * ty * v + ty * tx * rise
                 values[2] = (ty * ty - tx * tx) * rise / 2 - tx * ty * v
-                values[3] = ty * g
-                values[4] = -tx * g
+                if kinds > 3:
+                    g = _log_integral(h, t1, t1 + size, r1, r2)
+                    values[3] = ty * g
+                    values[4] = -tx * g
                 for d in range(out.shape[0]):
-                    for c in range(5):
+                    for c in range(kinds):
                         out[d, c, i, k] += density[d, f] * values[c]
