@@ -391,13 +391,14 @@ def check_ex29(result):
     assert stiff.pressure([0, 0.8]) == pytest.approx([0.5, 0.5 / 0.6], rel=1e-4)
     few, many = CircularRaft(1.0, terms=12), CircularRaft(1.0)
     assert few.settlement([0, 1]) == pytest.approx(many.settlement([0, 1]), rel=1e-7)
-    # cells against it, from K = 0.01 on also at the edge and in the moment
+    # cells against it, from K = 0.01 on also in the moment
     found, known, ratios = result.found, result.known, np.array(list(result.circles))
     assert found[:, 0] == pytest.approx(known[:, 0], rel=1.2e-3)
-    assert found[:, 1] == pytest.approx(known[:, 1], rel=3e-2)
+    assert found[:, 1] == pytest.approx(known[:, 1], rel=1.2e-2)
     some = ratios >= 0.01
-    assert found[some, 1] == pytest.approx(known[some, 1], rel=1.2e-2)
-    assert found[some, 2] == pytest.approx(known[some, 2], rel=1.5e-2)
+    assert found[some, 1] == pytest.approx(known[some, 1], rel=4e-3)
+    # of the softest a sixtieth of that of a rigid one, in a cell as wide as its strip at the edge
+    assert found[some, 2] == pytest.approx(known[some, 2], rel=6e-3, abs=3e-5)
     # too stiff to bend: the rigid punch of the same cells, also under an eccentric load
     raft = result.raft
     x = np.asarray(raft.plate.global_coordinates())[0]
