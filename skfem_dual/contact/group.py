@@ -214,13 +214,13 @@ class RigidPunches:
     def _exact_rows(self) -> ExactRows:
         return rows_of([punch.footprint for punch in self.punches])
 
-    def _flattened(self, flat: ndarray) -> tuple[ContactSystem, list[Footprint]]:
-        """Equations and cells of the punches where some cells are flat."""
+    def _flattened(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat."""
+        if not flat.any():
+            return self.system
         own = zip(self.punches, self.slices, strict=True)
         parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
-        if not flat.any():
-            return self.system, parts
-        return self._system(parts, self.cells.flattened_operator(self.operator, flat)), parts
+        return self._system(parts, self.cells.flattened_operator(self.operator, flat))
 
     @property
     def _rtol(self) -> float:
@@ -317,15 +317,15 @@ class RigidPunches:
         gap_rtol: float,
     ) -> tuple[Contact, ndarray]:
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
-        system, parts = self._flattened(flat)
+        system = self._flattened(flat)
         if self.stiffness is not None:
             framed = FramedSystem(system, self.stiffness, constraints)
             return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
         given = constraints, unilateral
         contact, position = contact_of(system, *given, method, start, gap_rtol)
         verify = self.verification(*given, gap_rtol)
-        verify = replace(verify, system=system, exact=rows_of(parts))
-        return verify(contact, position), position
+        rows = self.cells.flattened_rows(verify.exact, flat)
+        return replace(verify, system=system, exact=rows)(contact, position), position
 
     def solve_many(
         self,

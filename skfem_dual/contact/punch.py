@@ -195,12 +195,12 @@ class RigidPunch(Body):
             self.timings,
         )
 
-    def _flattened(self, flat: ndarray) -> tuple[Footprint, ContactSystem]:
-        """Cells of which some are flat, and their equations."""
+    def _flattened(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat."""
         if not flat.any():
-            return self.footprint, self.system
-        cells = self.footprint.flattened(flat)
-        return cells, self._system(cells, self.footprint.flattened_operator(self.operator, flat))
+            return self.system
+        operator = self.footprint.flattened_operator(self.operator, flat)
+        return self._system(self.footprint.flattened(flat), operator)
 
     def stiffness(self) -> ndarray:
         """Force and moments by unit settlement and unit tilts, shape (3, 3).
@@ -346,12 +346,11 @@ class RigidPunch(Body):
         gap_rtol: float,
     ) -> tuple[Contact, ndarray]:
         """Contact and position where some cells are flat, (n,) array of bool, and verified."""
-        cells, system = self._flattened(flat)
-        given = constraints, unilateral
+        system, given = self._flattened(flat), (constraints, unilateral)
         contact, position = contact_of(system, *given, method, start, gap_rtol)
         verify = self.verification(*given, gap_rtol)
-        verify = replace(verify, system=system, exact=cells.exact_rows)
-        return verify(contact, position), position
+        rows = self.footprint.flattened_rows(verify.exact, flat)
+        return replace(verify, system=system, exact=rows)(contact, position), position
 
     def solve_many(
         self,
