@@ -1,7 +1,7 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, Literal
@@ -39,19 +39,18 @@ from .neighbours import (
     require_balance,
     require_one_ground,
 )
-from .one_sign import contact_of, solved
 from .problem import Contact, warn_of
 from .punch import RigidPunch
+from .rigid import RigidBodies
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .union import joint_operator, rows_of, union
-from .verify import Verification
 from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunches:
+class RigidPunches(RigidBodies):
     """Rigid punches on one substrate that act on each other through the ground.
 
     Each is a body with its own load, settlement and tilt; punches that are ``joined`` move as
@@ -211,13 +210,12 @@ class RigidPunches:
             return joint_operator([punch.footprint for punch in self.punches], self.cells)
 
     @computed_once
-    def _exact_rows(self) -> ExactRows:
+    def exact_rows(self) -> ExactRows:
+        """Some rows of the matrix, computed apart from it."""
         return rows_of([punch.footprint for punch in self.punches])
 
-    def _flattened(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat."""
-        if not flat.any():
-            return self.system
+    def flattened_system(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat, (n,) array of bool."""
         own = zip(self.punches, self.slices, strict=True)
         parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
         return self._system(parts, self.cells.flattened_operator(self.operator, flat))
@@ -297,17 +295,14 @@ class RigidPunches:
         everything = self.constraints(given, unilateral)
         pressures = self._pressures_of(start)
         begin = perf_counter()
-
-        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self.find(everything, flat, start, unilateral, method, gap_rtol)
-
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            contact, position = solved(self.cells, find, unilateral, pressures)
+        how = unilateral, method, gap_rtol
+        with progress_bars(progress):
+            contact, position = self.contact(everything, *how, pressures)
         timings = self.timings | {"solution": perf_counter() - begin}
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
-    def find(
+    def _find(
         self,
         constraints: Constraints,
         flat: ndarray,
@@ -316,16 +311,12 @@ class RigidPunches:
         method: Method,
         gap_rtol: float,
     ) -> tuple[Contact, ndarray]:
-        """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
-        system = self._flattened(flat)
-        if self.stiffness is not None:
-            framed = FramedSystem(system, self.stiffness, constraints)
-            return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
-        given = constraints, unilateral
-        contact, position = contact_of(system, *given, method, start, gap_rtol)
-        verify = self.verification(*given, gap_rtol)
-        rows = self.cells.flattened_rows(verify.exact, flat)
-        return replace(verify, system=system, exact=rows)(contact, position), position
+        """Of bodies under a frame with it."""
+        if self.stiffness is None:
+            return super()._find(constraints, flat, start, unilateral, method, gap_rtol)
+        system = self.flattened_system(flat) if flat.any() else self.system
+        framed = FramedSystem(system, self.stiffness, constraints)
+        return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
 
     def solve_many(
         self,
@@ -369,13 +360,6 @@ class RigidPunches:
                     raise ValueError(f"body {number}: {error}") from None
             parts.append(load.constraints(origin))
         return Constraints.together(parts)
-
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
-        """What is asked of an answer."""
-        rows = self._exact_rows
-        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:

@@ -1,6 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, Literal
 
@@ -20,22 +20,21 @@ from ..operators.symmetry import Symmetry
 from .body import Body
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
+from .footprint import Collocation, Edge, EdgeBoundaries, ExactRows, Footprint, Operator
 from .kern import kern
 from .load import Constraints, Load, load_of, require_compression
-from .one_sign import contact_of, solved
 from .pressures import CellPressures
 from .problem import Contact, warn_of
+from .rigid import RigidBodies
 from .shapes import Gap, gap_values
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .verify import Verification
 from .work import Part, Work, moved
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunch(Body):
+class RigidPunch(Body, RigidBodies):
     """A rigid, smooth punch on an elastic substrate, flat or shaped.
 
     The unknowns are the mean pressures of the cells of a partition, and the displacement of the
@@ -160,6 +159,11 @@ class RigidPunch(Body):
             return cells.operator(cells.tolerance)
 
     @property
+    def exact_rows(self) -> ExactRows | None:
+        """Some rows of the matrix, computed apart from it; None if there are none."""
+        return self.footprint.exact_rows
+
+    @property
     def _rtol(self) -> float:
         """Accuracy of the operator's products."""
         return getattr(self.operator, "rtol", self.rtol or 0.0)
@@ -195,10 +199,8 @@ class RigidPunch(Body):
             self.timings,
         )
 
-    def _flattened(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat."""
-        if not flat.any():
-            return self.system
+    def flattened_system(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat, (n,) array of bool."""
         operator = self.footprint.flattened_operator(self.operator, flat)
         return self._system(self.footprint.flattened(flat), operator)
 
@@ -325,32 +327,12 @@ class RigidPunch(Body):
         constraints = self.constraints((load,), unilateral)
         pressures = None if start is None else self.pressures_of(start)
         begin = perf_counter()
-
-        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self.find(constraints, flat, start, unilateral, method, gap_rtol)
-
-        # infinite loads are refused there
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            contact, position = solved(self.footprint, find, unilateral, pressures)
+        how = unilateral, method, gap_rtol
+        with progress_bars(progress):
+            contact, position = self.contact(constraints, *how, pressures)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         return PunchSolution.from_contact(self, load, contact, position, timings)
-
-    def find(
-        self,
-        constraints: Constraints,
-        flat: ndarray,
-        start: ndarray | None,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
-    ) -> tuple[Contact, ndarray]:
-        """Contact and position where some cells are flat, (n,) array of bool, and verified."""
-        system, given = self._flattened(flat), (constraints, unilateral)
-        contact, position = contact_of(system, *given, method, start, gap_rtol)
-        verify = self.verification(*given, gap_rtol)
-        rows = self.footprint.flattened_rows(verify.exact, flat)
-        return replace(verify, system=system, exact=rows)(contact, position), position
 
     def solve_many(
         self,
@@ -393,13 +375,6 @@ class RigidPunch(Body):
         if unilateral:
             require_compression(loads[0], origin, self.footprint.hulls, self.gap is None)
         return loads[0].constraints(origin)
-
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
-        """What is asked of an answer."""
-        rows = self.footprint.exact_rows
-        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
 
     def answers(
         self,
