@@ -11,16 +11,13 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import (
-    checked_choice,
     checked_flag,
     checked_instance,
     checked_number,
     checked_sequence,
-    checked_text,
 )
-from ..grids.checks import check_type
 from ..grids.polygons import readonly
-from ..ground.substrates import Substrate, checked_substrate
+from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
@@ -34,7 +31,7 @@ from .load import Constraints, Load, load_of
 from .neighbours import (
     checked_joined,
     free_of,
-    punch_on,
+    punches_on,
     require_apart,
     require_balance,
     require_one_ground,
@@ -149,15 +146,7 @@ class RigidPunches(RigidBodies):
         ValueError
             If a subdomain does not exist.
         """
-        checked_substrate(substrate)
-        check_type(mesh)
-        checked_choice("grid", grid, ("dual", "triangles"))
-        known = sorted(mesh.subdomains or {})
-        names = known if names is None else checked_sequence("names", names)
-        names = [checked_text("names", name) for name in names]
-        if missing := [name for name in names if name not in known] or not names:
-            raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
-        return cls([punch_on(substrate, mesh.restrict(name), grid) for name in names], joined)
+        return cls(punches_on(substrate, mesh, names, grid), joined)
 
     @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:
@@ -231,27 +220,26 @@ class RigidPunches(RigidBodies):
         return self._system([punch.footprint for punch in self.punches], self.operator)
 
     def _system(self, parts: list[Footprint], operator: Operator) -> ContactSystem:
-        n = self.slices[-1].stop
-        planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
-        for number, body in enumerate(self.bodies):
-            own = slice(3 * number, 3 * number + 3)
-            for i in body:
-                punch, cells = self.punches[i], self.slices[i]
-                shift = (punch.centre - self.centres[number])[:, None]
-                for target, of in (
-                    (planes, punch.planes(punch.collocation_points)),
-                    (resultants, parts[i].resultants),
-                ):
-                    target[own, cells] = of
-                    target[own, cells][1:] += shift * of[0]
+        planes = [punch.planes(punch.collocation_points) for punch in self.punches]
         return ContactSystem(
             operator,
-            planes,
-            resultants,
+            self._by_bodies(planes),
+            self._by_bodies([part.resultants for part in parts]),
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
         )
+
+    def _by_bodies(self, parts: list[ndarray]) -> ndarray:
+        """Motions or moments about the centroids of the punches as those of the bodies."""
+        out = np.zeros((3 * len(self.bodies), self.slices[-1].stop))
+        for number, body in enumerate(self.bodies):
+            for i in body:
+                target = out[3 * number : 3 * number + 3, self.slices[i]]
+                target[:] = parts[i]
+                shift = self.punches[i].centre - self.centres[number]
+                target[1:] += shift[:, None] * parts[i][0]
+        return out
 
     def solve(
         self,

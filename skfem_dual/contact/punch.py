@@ -20,17 +20,17 @@ from ..operators.symmetry import Symmetry
 from .body import Body
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import Collocation, Edge, EdgeBoundaries, ExactRows, Footprint, Operator
+from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
-from .load import Constraints, Load, load_of, require_compression
+from .load import Constraints, Load, between_waves, load_of, require_compression
 from .pressures import CellPressures
 from .problem import Contact, warn_of
 from .rigid import RigidBodies
-from .shapes import Gap, gap_values
+from .shapes import Gap
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .work import Part, Work, moved
+from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -159,11 +159,6 @@ class RigidPunch(Body, RigidBodies):
             return cells.operator(cells.tolerance)
 
     @property
-    def exact_rows(self) -> ExactRows | None:
-        """Some rows of the matrix, computed apart from it; None if there are none."""
-        return self.footprint.exact_rows
-
-    @property
     def _rtol(self) -> float:
         """Accuracy of the operator's products."""
         return getattr(self.operator, "rtol", self.rtol or 0.0)
@@ -177,12 +172,6 @@ class RigidPunch(Body, RigidBodies):
             return self.footprint.usable_symmetry()
         self.symmetry.require(self.partition, self.collocation_points, self.weights)
         return self.symmetry
-
-    @computed_once
-    def initial_gap(self) -> ndarray:
-        """Gap between punch and ground in the collocation points before contact."""
-        x = self.collocation_points
-        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
     @computed_once
     def system(self) -> ContactSystem:
@@ -322,7 +311,7 @@ class RigidPunch(Body, RigidBodies):
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
         if self._periodic:
-            load = _between_waves(load, unilateral)
+            load = between_waves(load, unilateral)
         progress = checked_flag("progress", progress)
         constraints = self.constraints((load,), unilateral)
         pressures = None if start is None else self.pressures_of(start)
@@ -363,7 +352,7 @@ class RigidPunch(Body, RigidBodies):
         loads = [load_of(f"load case {name!r}", load) for name, load in zip(names, given)]
         if self._periodic:
             unilateral = options.get("unilateral", True)
-            loads = [_between_waves(load, unilateral) for load in loads]
+            loads = [between_waves(load, unilateral) for load in loads]
         single = [(load,) for load in loads]
         answers = solve_cases(self, names, single, **options)
         answers.warn()
@@ -386,24 +375,14 @@ class RigidPunch(Body, RigidBodies):
         """The answer under one load, from contact and position of the plan's centroid."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
 
-    def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
-        """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
-
-        ``touching`` are the cells in contact; None where there is no such position.
-        """
-        if self.gap is not None or self.weights is None:
-            return None
-        shift = self.centre - self.origin
-        found = self._work.positions(load.constraints(-shift), touching)
-        return None if found is None else moved(found, -shift)
-
     @property
     def cells(self) -> Footprint:
         """The cells under the punch."""
         return self.footprint
 
     @computed_once
-    def _work(self) -> Work:
+    def work(self) -> Work:
+        """Positions by the work of the pressures."""
         return Work((Part(self.footprint, 0, self.centre),), self.system)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
@@ -417,14 +396,3 @@ class RigidPunch(Body, RigidBodies):
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
-
-
-def _between_waves(load: Load, unilateral: bool) -> Load:
-    """A load on periodic ground, which neither tilts nor has a place of its own."""
-    untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
-    if load.force is None or not untilted or not unilateral:
-        raise ValueError(
-            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
-            "periodic, and a settlement relative to the mean of the surface imposes no force"
-        )
-    return Load(force=load.force, tilt=(0.0, 0.0))
