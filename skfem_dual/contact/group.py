@@ -397,9 +397,14 @@ class RigidPunches:
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
+        return self.work_without(np.zeros(len(self.cells), dtype=bool))
+
+    def work_without(self, flat: ndarray) -> Work:
+        """The same where some cells are flat."""
+        system, cells = self._flattened(flat)
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
-        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self.system)
+        parts = ((of, body_of[i]) for i, of in enumerate(cells))
+        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

@@ -412,15 +412,21 @@ class RigidPunch(Body):
         """The answer under one load, from contact and position of the plan's centroid."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
 
-    def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
+    def positions_by_work(
+        self, load: Load, touching: ndarray, flat: ndarray | None = None
+    ) -> ndarray | None:
         """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
 
-        ``touching`` are the cells in contact; None where there is no such position.
+        ``touching`` are the cells in contact, ``flat`` those without slopes; None where there is
+        no such position.
         """
         if self.gap is not None or self.weights is None:
             return None
-        shift = self.centre - self.origin
-        found = self._work.positions(load.constraints(-shift), touching)
+        shift, work = self.centre - self.origin, self._work
+        if flat is not None:
+            cells, system = self._flattened(flat)
+            work = Work((Part(cells, 0, self.centre),), system)
+        found = work.positions(load.constraints(-shift), touching)
         return None if found is None else moved(found, -shift)
 
     @property
