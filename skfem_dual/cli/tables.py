@@ -66,8 +66,6 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
         rows["Origin"] = _origin(base)
         if base.accuracy is not None:
             rows["Accuracy"] = str(base.accuracy)
-    if base.accuracy is not None:
-        rows["Accuracy"] = str(base.accuracy)
         lines += [_lines(rows), ""]
         marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
         heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
