@@ -50,7 +50,8 @@ def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) ->
     parts += [profile_section(footing) for footing in footings]
     first = footings[0]
     if first.standing is not None:
-        parts.append(error_section(first.standing, first.accuracy))
+        case = _of(first) + first.cases.names[first.governing]
+        parts.append(error_section(first.standing, first.accuracy, case))
         units = first.details.units
         parts.append(solver_section(first.standing.solution, version, units))
     return parts

@@ -110,14 +110,14 @@ def resultant_section(solution: PunchSolution, standing: Standing) -> Html:
     )
 
 
-def error_section(standing: Standing, accuracy: Accuracy | None) -> Html:
+def error_section(standing: Standing, accuracy: Accuracy | None, case: str = "") -> Html:
     """Between which values the exact position is expected, and how the mesh was chosen."""
     title = "How far the numbers may be off"
     parts = [] if accuracy is None else [_accuracy(accuracy)]
     bounds, units = standing.bounds, standing.units
     if bounds is None:
         return section(title, *parts, paragraph("No bounds are known: ", standing.no_bounds, "."))
-    sizes = abs(standing.solution.settlement), *[float(np.hypot(*standing.solution.tilt))] * 2
+    sizes = abs(bounds.settlement.mean()), *[float(np.hypot(*standing.solution.tilt))] * 2
     level = standing.is_level(sizes[1])
     named = [
         (f"Settlement at the load [{units.displacement.symbol}]", units.displacement),
@@ -141,6 +141,7 @@ def error_section(standing: Standing, accuracy: Accuracy | None) -> Html:
         *parts,
         table(rows, ("", "From", "To", "Half the width", "Relative", "By"), numeric=True),
         paragraph(
+            f"Of the case {case}. " if case else "",
             "Between these values the exact settlement of the point ", where, " from the origin "
             "and the exact tilts are expected, for this ground and this plan of straight facets. "
             "They follow from the same problem solved on the other grid of the mesh; not proven, "
