@@ -17,7 +17,7 @@ from .bounds import Bounds, why_none
 from .load import Load
 from .pressures import CellPressures
 from .problem import Contact
-from .work import Member
+from .work import Member, positions_alone
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
 REPR_BOUNDS = 200
@@ -158,7 +158,7 @@ class PunchSolution(CellPressures):
         if self.member is not None:
             found = self.member.positions
         else:
-            found = None if self.others else self.punch.positions_by_work(self.load, touching)
+            found = None if self.others else positions_alone(self.punch, self.load, touching)
         if found is None or not self.success:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
