@@ -7,8 +7,9 @@ import numpy as np
 
 from ..contact.solution import PunchSolution
 from ..ground.substrates import Substrate
-from .bearing import bearing_section, points_section, profile_section
+from .bearing import bearing_section, points_section
 from .checks import error_section, solver_section
+from .depth import depth_section
 from .figures import mesh_picture, plan_picture
 from .footing import Between, Footing, between
 from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
@@ -50,7 +51,7 @@ def cases_sections(
     parts += [_results(footing) for footing in footings]
     parts += [_envelope(footings), bearing_section(footings), points_section(footings, pairs)]
     parts += [_pictures(footing) for footing in footings]
-    parts += [profile_section(footing) for footing in footings]
+    parts += [depth_section(footing) for footing in footings]
     first = footings[0]
     if first.standing is not None:
         parts.append(error_section(first.standing.solution, first.standing, couple))

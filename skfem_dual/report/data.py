@@ -11,7 +11,7 @@ from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
 from ..post.estimate import estimate_error
-from .bearing import profile
+from .depth import below
 from .details import Details
 from .footing import Footing, between
 
@@ -100,7 +100,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
     cases, standing = footing.cases, footing.standing
     footprint = cases.footprint
     p = footprint.partition.polygons.p
-    found = None if standing is None else profile(standing.solution)
+    found = below(footing)
     envelope = cases.envelope() if cases.success.any() else ()
     return plain(
         {
@@ -122,7 +122,15 @@ def _footing(footing: Footing) -> dict[str, Any]:
             ],
             "stress_profile": None
             if found is None
-            else {"case": cases.names[footing.governing], "depth": found[0], "stress": found[1]},
+            else {
+                "case": cases.names[footing.governing],
+                "point": found.profile.x,
+                "depth": found.profile.depth,
+                "stress": found.profile.stresses.sigma_z,
+                "strain": found.profile.strain,
+                "settlement": found.profile.displacement[2],
+                "parts": {"depths": found.depths, "shortening": found.parts},
+            },
         }
     )
 
