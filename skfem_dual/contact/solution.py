@@ -18,7 +18,7 @@ from .load import Load
 from .motions import ShearSolution
 from .pressures import CellPressures
 from .problem import Contact
-from .work import Member
+from .work import Member, positions_alone
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
 REPR_BOUNDS = 200
@@ -139,8 +139,7 @@ class PunchSolution(CellPressures):
 
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
-        do not take part. Of others, and beside structures
-        that bend, that of collocation. What is
+        do not take part. Of others, and beside structures that bend, that of collocation. What is
         imposed is kept.
         """
         return float(self.positions[0, 0])
@@ -161,8 +160,10 @@ class PunchSolution(CellPressures):
         touching[self.contact] = True
         if self.member is not None:
             found = self.member.positions
+        elif self.others:
+            found = None
         else:
-            found = None if self.others else self.punch.positions_by_work(self.load, touching)
+            found = positions_alone(self.punch, self.load, touching, self.flat)
         if found is None or not self.success:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
