@@ -147,14 +147,16 @@ def lifted(K, n):
     plate, stiffness = kirchhoff(mesh, ElementTriArgyris())
     cells = DualMesh.from_mesh(mesh).basis()
     s = ElasticPunch(SOIL, cells, plate, rigidity(K) * stiffness).solve(patch(plate))
-    found = [s.deflection([0.0, 0.0]), s.deflection(ring(0.998)).mean()]
+    near, nearer = (s.deflection(ring(r)).mean() for r in (0.98, 0.99))
+    found = [s.deflection([0.0, 0.0]), 2 * nearer - near]  # straight where nothing is pressed
     assert s.success
     assert s.force == pytest.approx(1.0, rel=1e-10)
     return np.abs(np.append(found, np.sqrt(s.contact_area / np.pi)) - LIFTED[K])
 
 
 def test_lifts_off():
-    assert (lifted(0.1, 150) < (3e-3, 6e-3, 5e-3)).all()
+    # the radius to a tenth of a cell
+    assert (lifted(0.1, 150) < (5e-4, 5e-3, 0.1 * np.sqrt(np.pi / 150))).all()
 
 
 @pytest.mark.slow
@@ -165,7 +167,7 @@ def test_lift_off_converges(K):
     assert (fine < 0.65 * coarse).all()
     assert fine[0] < (5e-4 if K == 0.1 else 3e-3)
     assert fine[0] < coarse[0] / 4
-    assert fine[2] < 7e-3
+    assert fine[2] < 1e-2
 
 
 def test_infinite_plate_under_a_point_force():
