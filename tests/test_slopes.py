@@ -150,9 +150,7 @@ def test_pressure_between_the_edge_and_the_middle():
     """Under a circle, in any point farther than 0.1 from the edge; of the second order in h."""
     errors = []
     for n in (150, 600):
-        solution = RigidPunch(SOIL, DualMesh.from_mesh(disc(n=n)).basis()).solve(
-            1.0
-        )
+        solution = RigidPunch(SOIL, DualMesh.from_mesh(disc(n=n)).basis()).solve(1.0)
         x = np.random.default_rng(0).uniform(-1, 1, (2, 4000))
         x = x[:, np.hypot(*x) < 0.9]
         exact = 1 / (2 * np.pi * np.sqrt(1 - np.sum(x**2, axis=0)))

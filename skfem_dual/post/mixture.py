@@ -19,8 +19,8 @@ NEAREST = 24
 #: shares of 0.29 to 0.37 on uniform, random and graded meshes of discs, ellipses, squares, Ls and
 #: annuli; the smaller share errs on the side of the better solution
 OPPOSED = 0.3
-#: share of edge-weighted dual cells beside such triangles, which are twice as many. With 0.3 to 0.5
-#: both grids are better than the better one was, on the same plans; with 0.8 they are not
+#: share of edge-weighted dual cells beside such triangles, which are twice as many. With 0.3 to
+#: 0.5 both grids are better than the better one was, on the same plans; with 0.8 they are not
 WEIGHTED = 0.4
 #: strongest smoothing D : A
 MOST = 2.0
