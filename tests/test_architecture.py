@@ -142,6 +142,7 @@ LAYERS = [
         "contact.bounds",
         "contact.solution",
         "contact.cases_solution",
+        "contact.rigid",
         "contact.cases",
         "contact.elastic_solution",
         "contact.punch",

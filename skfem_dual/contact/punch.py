@@ -1,6 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, Literal
 
@@ -22,20 +22,19 @@ from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
-from .load import Constraints, Load, load_of, require_compression
-from .one_sign import contact_of, solved
+from .load import Constraints, Load, between_waves, load_of, require_compression
 from .pressures import CellPressures
 from .problem import Contact, warn_of
-from .shapes import Gap, gap_values
+from .rigid import RigidBodies
+from .shapes import Gap
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .verify import Verification
-from .work import Part, Work, moved
+from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunch(Body):
+class RigidPunch(Body, RigidBodies):
     """A rigid, smooth punch on an elastic substrate, flat or shaped.
 
     The unknowns are the mean pressures of the cells of a partition, and the displacement of the
@@ -175,12 +174,6 @@ class RigidPunch(Body):
         return self.symmetry
 
     @computed_once
-    def initial_gap(self) -> ndarray:
-        """Gap between punch and ground in the collocation points before contact."""
-        x = self.collocation_points
-        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
-
-    @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
         return self._system(self.footprint, self.operator)
@@ -195,12 +188,10 @@ class RigidPunch(Body):
             self.timings,
         )
 
-    def _flattened(self, flat: ndarray) -> tuple[Footprint, ContactSystem]:
-        """Cells of which some are flat, and their equations."""
-        if not flat.any():
-            return self.footprint, self.system
-        cells = self.footprint.flattened(flat)
-        return cells, self._system(cells, self.footprint.flattened_operator(self.operator, flat))
+    def flattened_system(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat, (n,) array of bool."""
+        operator = self.footprint.flattened_operator(self.operator, flat)
+        return self._system(self.footprint.flattened(flat), operator)
 
     def stiffness(self) -> ndarray:
         """Force and moments by unit settlement and unit tilts, shape (3, 3).
@@ -320,38 +311,17 @@ class RigidPunch(Body):
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
         if self._periodic:
-            load = _between_waves(load, unilateral)
+            load = between_waves(load, unilateral)
         progress = checked_flag("progress", progress)
         constraints = self.constraints((load,), unilateral)
         pressures = None if start is None else self.pressures_of(start)
         begin = perf_counter()
-
-        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self.find(constraints, flat, start, unilateral, method, gap_rtol)
-
-        # infinite loads are refused there
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            contact, position = solved(self.footprint, find, unilateral, pressures)
+        how = unilateral, method, gap_rtol
+        with progress_bars(progress):
+            contact, position = self.contact(constraints, *how, pressures)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         return PunchSolution.from_contact(self, load, contact, position, timings)
-
-    def find(
-        self,
-        constraints: Constraints,
-        flat: ndarray,
-        start: ndarray | None,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
-    ) -> tuple[Contact, ndarray]:
-        """Contact and position where some cells are flat, (n,) array of bool, and verified."""
-        cells, system = self._flattened(flat)
-        given = constraints, unilateral
-        contact, position = contact_of(system, *given, method, start, gap_rtol)
-        verify = self.verification(*given, gap_rtol)
-        verify = replace(verify, system=system, exact=cells.exact_rows)
-        return verify(contact, position), position
 
     def solve_many(
         self,
@@ -382,7 +352,7 @@ class RigidPunch(Body):
         loads = [load_of(f"load case {name!r}", load) for name, load in zip(names, given)]
         if self._periodic:
             unilateral = options.get("unilateral", True)
-            loads = [_between_waves(load, unilateral) for load in loads]
+            loads = [between_waves(load, unilateral) for load in loads]
         single = [(load,) for load in loads]
         answers = solve_cases(self, names, single, **options)
         answers.warn()
@@ -395,13 +365,6 @@ class RigidPunch(Body):
             require_compression(loads[0], origin, self.footprint.hulls, self.gap is None)
         return loads[0].constraints(origin)
 
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
-        """What is asked of an answer."""
-        rows = self.footprint.exact_rows
-        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
-
     def answers(
         self,
         loads: tuple[Load, ...],
@@ -412,31 +375,20 @@ class RigidPunch(Body):
         """The answer under one load, from contact and position of the plan's centroid."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
 
-    def positions_by_work(
-        self, load: Load, touching: ndarray, flat: ndarray | None = None
-    ) -> ndarray | None:
-        """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
-
-        ``touching`` are the cells in contact, ``flat`` those without slopes; None where there is
-        no such position.
-        """
-        if self.gap is not None or self.weights is None:
-            return None
-        shift, work = self.centre - self.origin, self._work
-        if flat is not None:
-            cells, system = self._flattened(flat)
-            work = Work((Part(cells, 0, self.centre),), system)
-        found = work.positions(load.constraints(-shift), touching)
-        return None if found is None else moved(found, -shift)
-
     @property
     def cells(self) -> Footprint:
         """The cells under the punch."""
         return self.footprint
 
     @computed_once
-    def _work(self) -> Work:
+    def work(self) -> Work:
+        """Positions by the work of the pressures."""
         return Work((Part(self.footprint, 0, self.centre),), self.system)
+
+    def work_without(self, flat: ndarray) -> Work:
+        """The same where some cells are flat."""
+        cells = self.footprint.flattened(flat)
+        return Work((Part(cells, 0, self.centre),), self.flattened_system(flat))
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""
@@ -449,14 +401,3 @@ class RigidPunch(Body):
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
-
-
-def _between_waves(load: Load, unilateral: bool) -> Load:
-    """A load on periodic ground, which neither tilts nor has a place of its own."""
-    untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
-    if load.force is None or not untilted or not unilateral:
-        raise ValueError(
-            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
-            "periodic, and a settlement relative to the mean of the surface imposes no force"
-        )
-    return Load(force=load.force, tilt=(0.0, 0.0))

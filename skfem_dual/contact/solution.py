@@ -17,7 +17,7 @@ from .bounds import Bounds, why_none
 from .load import Load
 from .pressures import CellPressures
 from .problem import Contact
-from .work import Member
+from .work import Member, positions_alone
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
 REPR_BOUNDS = 200
@@ -159,7 +159,7 @@ class PunchSolution(CellPressures):
         elif self.others:
             found = None
         else:
-            found = self.punch.positions_by_work(self.load, touching, self.flat)
+            found = positions_alone(self.punch, self.load, touching, self.flat)
         if found is None or not self.success:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
