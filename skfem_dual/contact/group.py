@@ -369,18 +369,9 @@ class RigidPunches(RigidBodies):
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
-        return self._work([punch.footprint for punch in self.punches], self.system)
-
-    def work_without(self, flat: ndarray) -> Work:
-        """The same where some cells are flat."""
-        own = zip(self.punches, self.slices, strict=True)
-        parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
-        return self._work(parts, self.flattened_system(flat))
-
-    def _work(self, footprints: list[Footprint], system: ContactSystem) -> Work:
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        parts = ((of, body_of[i]) for i, of in enumerate(footprints))
-        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), system)
+        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
+        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

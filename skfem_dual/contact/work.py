@@ -114,6 +114,15 @@ class Work:
         x, cell, load = zip(*found, strict=True)
         return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
 
+    def flattened(self, flat: ndarray, body: Any) -> "Work":
+        """The same of a body where some of its cells are flat, (n,) array of bool."""
+        parts, first = [], 0
+        for part in self.parts:
+            own = flat[first : first + len(part.footprint)]
+            parts.append(part._replace(footprint=part.footprint.flattened(own)))
+            first += len(own)
+        return Work(tuple(parts), body.flattened_system(flat))
+
     @computed_once
     def planes(self) -> ndarray:
         """Settlement of the sectors by motions of unit size, shape (m, nsectors)."""
@@ -252,7 +261,7 @@ def positions_alone(
     if punch.gap is not None or punch.weights is None:
         return None
     shift = punch.centre - punch.origin
-    work = punch.work if flat is None else punch.work_without(flat)
+    work = punch.work if flat is None else punch.work.flattened(flat, punch)
     found = work.positions(load.constraints(-shift), touching)
     return None if found is None else moved(found, -shift)
 
