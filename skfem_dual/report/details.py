@@ -1,8 +1,9 @@
 """What a report says beyond the solution: who, what, units, and what the ground may bear."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -15,6 +16,7 @@ from ..arguments import (
     checked_size,
     checked_text,
 )
+from ..plans.search import Accuracy
 from ..units import PLAIN, Units
 
 
@@ -36,8 +38,13 @@ class Details:
         Bearing pressure allowed, in force per length squared.
     points : sequence of pair of float
         Points of the plan, in its coordinates, whose settlements are wanted.
+    profile : pair of float, optional
+        Point below which stresses and strains are wanted; the plan's centroid by default.
     remarks : sequence of str
         Warnings to show on top, such as those of reading the mesh.
+    accuracy : mapping of str to Accuracy
+        How the meshes of footings were chosen, by their names, ``""`` of a single one; that of
+        a `PlanSolution` is known.
     """
 
     title: str | None = None
@@ -48,7 +55,9 @@ class Details:
     units: Units = PLAIN
     allowable: float | None = None
     points: Sequence[Pair] = ()
+    profile: Pair | None = None
     remarks: Sequence[str] = ()
+    accuracy: Mapping[str, Accuracy] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("title", "project", "author", "mesh_name"):
@@ -59,14 +68,19 @@ class Details:
             checked_instance("date", date, datetime)
         if not isinstance(self.units, Units):
             object.__setattr__(self, "units", Units(self.units))
+        checked_instance("accuracy", self.accuracy, Mapping)
+        for name, record in self.accuracy.items():
+            checked_instance(f"accuracy[{name!r}]", record, Accuracy)
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
-        found = {
+        found: dict[str, Any] = {
             "date": datetime.now().astimezone() if date is None else date,
             "allowable": self.allowable,
             "points": tuple(checked_pair(f"points[{i}]", x) for i, x in enumerate(points)),
             "remarks": tuple(checked_text("remarks", remark) for remark in remarks),
         }
+        if self.profile is not None:
+            found["profile"] = checked_pair("profile", self.profile)
         if self.allowable is not None:
             found["allowable"] = checked_size("allowable", self.allowable)
         for name, value in found.items():
