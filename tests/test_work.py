@@ -128,11 +128,9 @@ def test_lifted_off():
 
 
 def test_a_thin_incompressible_layer_keeps_its_collocated_settlement():
-    """Ground and punch are apart by half of the settlement near the edge."""
+    """Ground and punch are too far apart in all cells near the edge."""
     ground = LayeredHalfSpace([Layer(0.02, 1.0, 0.49)], "bonded")
-    with pytest.warns(UserWarning, match="cells"):
-        of = punch(fine_disc(n=150), substrate=ground)
-    found = of.solve(1.0)
+    found = punch(fine_disc(n=150), substrate=ground).solve(1.0)
     assert found.settlement == pytest.approx(found.collocated_settlement, rel=2e-3)
     assert found.positions[1, 0] > 1.02 * found.settlement
 

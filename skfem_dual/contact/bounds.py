@@ -20,7 +20,7 @@ FLOOR = 1e-5
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
 #: in full contact, lifted off and of shaped punches, where grids share the error of the line of
 #: contact
-FULL, LIFTED, SHAPED = (0.45, 1.15), (1.2, 4.0), (3.0, 3.0)
+FULL, LIFTED, SHAPED = (0.8, 0.9), (0.9, 1.7), (3.0, 3.0)
 
 Side = Literal["found", "proven"]
 

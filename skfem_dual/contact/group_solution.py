@@ -106,7 +106,7 @@ class GroupAnswer:
         ]
         everything = Constraints.together(constraints)
         flat = self.contact.flat
-        work = group.work if flat is None else group.work_without(flat)
+        work = group.work if flat is None else group.work.flattened(flat, group)
         return work.positions(everything, self.contact.touching, group.stiffness)
 
 
