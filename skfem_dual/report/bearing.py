@@ -6,6 +6,8 @@ import numpy as np
 
 from ..contact.below import stress_below
 from ..contact.solution import PunchSolution
+from ..ground.graded import GradedHalfSpace
+from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import HalfSpace
 from .figures import profile_picture
 from .footing import Between, Footing
@@ -118,16 +120,22 @@ def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Htm
 
 
 def profile(solution: PunchSolution) -> tuple[np.ndarray, np.ndarray] | None:
-    """Depths and vertical stresses below the plan's centroid; None if the ground is no half-space,
-    or nothing presses on it.
+    """Depths and vertical stresses below the plan's centroid; None if the ground is periodic,
+    rigid just below, or nothing presses on it.
 
-    Depths are counted by the greater extent of the plan.
+    Depths are counted by the greater extent of the plan, down to a rigid base.
     """
-    if not isinstance(solution.punch.substrate, HalfSpace) or not solution.pressure.any():
+    ground = solution.punch.substrate
+    half_spaces = HalfSpace, GradedHalfSpace, LayeredHalfSpace
+    if not isinstance(ground, half_spaces) or not solution.pressure.any():
         return None
     footprint = solution.footprint
     p = footprint.partition.polygons.p
     depth = DEPTHS * np.ptp(p, axis=1).max()
+    if isinstance(ground, LayeredHalfSpace) and isinstance(ground.base, str):
+        depth = depth[depth < sum(layer.thickness for layer in ground.layers)]
+        if not len(depth):
+            return None
     x = np.vstack([np.repeat(footprint.centre[:, None], len(depth), axis=1), depth])
     return depth, stress_below(solution, x).sigma_z
 
