@@ -96,7 +96,7 @@ def measured(mesh: MeshTri, rtol: float, start: float) -> tuple[Row, ndarray]:
     dual = DualMesh.from_mesh(mesh)
     meshed = perf_counter()
     punch = RigidPunch(SOIL, dual.basis())
-    cells = punch.partition, punch.collocation_points, punch.weights
+    cells = punch.partition, punch.collocation_points, punch.footprint.slopes
     operator = InfluenceOperator.from_partition(SOIL, *cells, rtol, method="fast")
     ready = perf_counter()
     operator @ np.ones(len(dual))

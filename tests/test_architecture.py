@@ -213,6 +213,7 @@ LAYERS = [
         "report.results",
         "report.footing",
         "report.bearing",
+        "report.depth",
         "report.checks",
         "report.cases",
         "report.structure",

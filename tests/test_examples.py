@@ -83,7 +83,8 @@ def check_ex12(result):
     # of the excised square extrapolated to 5e-6 (benchmarks/eight_plans.py), E* = 16 / 15
     for name in ("edge-weighted", "edge-weighted, triangles"):
         w = square.solutions[name].settlement
-        assert w == pytest.approx(0.9375 / 2.013249, rel=3e-4)
+        # the work of pressures that are not quite right comes from above
+        assert 0 < w * 2.013249 / 0.9375 - 1 < 4e-4
         assert square.solutions[name].tilt == pytest.approx(0, abs=2e-5)
         lx, ly = annulus.solutions[name].tilt
         assert lx > 1e-3  # less ground under the side of the hole
@@ -355,8 +356,8 @@ def check_ex28(result):
 
     for name, (settlement, tilt) in result.circles.items():
         known = CIRCLES[name][1]
-        assert settlement == pytest.approx(known[0], rel=6e-4)
-        assert tilt == pytest.approx(known[1], rel=1.5e-3)
+        assert settlement == pytest.approx(known[0], rel=2e-4)
+        assert tilt == pytest.approx(known[1], rel=4e-4)
     even, _, stiffer, softer, between, rock = result.rectangles.values()
     for s in result.rectangles.values():
         assert s.resultant == pytest.approx([FORCE, FORCE * AT[0], FORCE * AT[1]], abs=1e-3)
@@ -478,9 +479,9 @@ def check_ex31(result):
     rows = result.rows
     assert rows[-1].cells > 4000
     assert abs(rows[-1].settlement) < 2e-5
-    assert abs(rows[-1].tilt) < 3e-5
-    settlements = np.abs([row.settlement for row in rows])
-    assert (settlements[1:] < 0.5 * settlements[:-1]).all()
+    assert abs(rows[-1].tilt) < 6e-5
+    errors = np.abs([(row.settlement, row.tilt) for row in rows])
+    assert (errors[1:] < 0.5 * errors[:-1]).all()
     for row in rows:
         assert row.operator < 1e-6
         assert all(h[-1] < 1.01e-6 and len(h) < 25 for h in row.histories)

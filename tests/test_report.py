@@ -34,7 +34,7 @@ from skfem_dual.contact import system
 from skfem_dual.grids import generate
 from skfem_dual.grids.generate import polygon
 from skfem_dual.io import read_mesh
-from skfem_dual.report import bearing, figures, report_html, write_report
+from skfem_dual.report import figures, report_html, write_report
 from skfem_dual.report.numbers import Standing, characteristic_points, distance_inside, reach
 from skfem_dual.report.page import Html, coordinate, escaped, number, one_to
 
@@ -652,19 +652,3 @@ def test_wrong_arguments():
         report_html(1.0)
     with pytest.raises(TypeError, match=r"accuracy\[''\]"):
         report_html(solution, accuracy={"": 1e-3})
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_stress_below_the_centre_of_a_circle():
-    """P / (2 pi a^2) (1 + 3 (z/a)^2) / (1 + (z/a)^2)^2, also on layers of the same ground."""
-    dual = DualMesh.from_mesh(generate.disc(n=600))
-    same = LayeredHalfSpace([Layer(1.5, SOIL.young, SOIL.poisson)], SOIL)
-    for ground in (SOIL, same):
-        found = page(RigidPunch(ground, dual.basis()).solve(2 * np.pi))
-        rows = next(t for t in found.tables if t[0][0]["text"].startswith("Depth"))[1:]
-        z, stress = np.array([[cell["values"][0] for cell in row] for row in rows]).T
-        assert len(z) == 11
-        assert stress == pytest.approx((1 + 3 * z**2) / (1 + z**2) ** 2, rel=1e-2)
-    base = LayeredHalfSpace([Layer(1.5, SOIL.young, SOIL.poisson)], "bonded")
-    depths = bearing.profile(RigidPunch(base, dual.basis()).solve(1.0))[0]
-    assert 0 < depths.max() < 1.5

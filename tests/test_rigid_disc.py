@@ -108,7 +108,7 @@ def test_same_ground_and_size_is_computed_once():
 )
 def test_cells_meet_the_disc(ground, grid):
     """Uniform cells on steep and thin ground, within what homogeneous ground has."""
-    dual = DualMesh.from_mesh(disc(n=300, true_area=True))
+    dual = DualMesh.from_mesh(disc(n=300))
     basis = dual.basis() if grid == "dual" else dual.primal_basis()
     found = RigidPunch(ground, basis).solve(1.0, unilateral=False).settlement
     assert found == pytest.approx(RigidDisc.on(ground, 1.0).settlement, rel=1e-3)

@@ -96,7 +96,7 @@ def test_a_wrong_operator_is_noticed_by_exact_rows(answer):
 @pytest.mark.filterwarnings("ignore:150 cells of a size")
 def test_settlements_of_the_wrong_sign_are_no_success():
     """A layer far thinner than the cells: the discrete ground is not stable any more."""
-    ground = LayeredHalfSpace([Layer(0.01, 1.0, 0.49)], "bonded")
+    ground = LayeredHalfSpace([Layer(0.01, 1.0, 0.5)], "bonded")
     of = RigidPunch(ground, DualMesh.from_mesh(generate.disc(n=150)).basis())
     with pytest.warns(ConvergenceWarning, match="settlement has the wrong sign"):
         solution = of.solve(1.0, unilateral=False)

@@ -108,6 +108,14 @@ def _add_solve(commands: Any) -> None:
         default=[],
         help="a point of the plan whose settlement is wanted; any number of times",
     )
+    group.add_argument(
+        "--profile",
+        metavar=("X", "Y"),
+        type=number,
+        nargs=2,
+        help="the point below which stresses, strains and the shares of layers are told in "
+        "--report and --json, the centroid of the plan by default",
+    )
     group = command.add_argument_group("files")
     _add_outputs(
         group,

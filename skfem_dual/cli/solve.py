@@ -99,6 +99,7 @@ def _details(options: argparse.Namespace) -> Details:
         units=Units(options.units),
         allowable=options.allowable,
         points=options.point,
+        profile=options.profile,
     )
 
 

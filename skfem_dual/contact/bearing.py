@@ -107,9 +107,9 @@ def bearing_pressure(solution: CellPressures) -> float:
     --------
     Under a round footing with a central force it is the mean pressure, and 1 % more:
 
-    >>> from skfem import MeshTri
     >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
-    >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
+    >>> from skfem_dual.grids.generate import disc
+    >>> dual = DualMesh.from_mesh(disc(n=300))
     >>> solution = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(3.14159)
     >>> print(f"{bearing_pressure(solution):.2f}")
     1.01

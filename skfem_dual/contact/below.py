@@ -16,9 +16,9 @@ from ..arguments import (
     checked_points,
     checked_size,
 )
-from ..elements.deep_remainder import CellLoads
 from ..elements.depth import components, strata_of
 from ..elements.stresses import Stresses
+from ..elements.strips import CellLoads
 from ..grids.polygons import readonly
 from ..messages import shown
 from .pressures import CellPressures
@@ -89,7 +89,10 @@ def _fields(
 ) -> ndarray:
     """As `components`, under all bodies; they are on one ground."""
     checked_instance("solution", solution, CellPressures)
-    loads = [CellLoads(cells.partition, p, cells.weights) for cells, p in solution.all_pressures]
+    loads = [
+        CellLoads(cells.partition, p, cells.weights, cells.slopes_of(p))
+        for cells, p in solution.all_pressures
+    ]
     return components(solution.footprint.substrate, loads, x, kinds)
 
 

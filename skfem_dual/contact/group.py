@@ -369,9 +369,16 @@ class RigidPunches(RigidBodies):
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
+        return self.work_without(np.zeros(len(self.cells), dtype=bool))
+
+    def work_without(self, flat: ndarray) -> Work:
+        """The same where some cells are flat."""
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
-        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self.system)
+        parts = [
+            Part(punch.footprint.flattened(flat[cells]), body_of[i], self.centres[body_of[i]])
+            for i, (punch, cells) in enumerate(zip(self.punches, self.slices, strict=True))
+        ]
+        return Work(tuple(parts), self.flattened_system(flat) if flat.any() else self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

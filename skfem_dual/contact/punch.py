@@ -385,6 +385,11 @@ class RigidPunch(Body, RigidBodies):
         """Positions by the work of the pressures."""
         return Work((Part(self.footprint, 0, self.centre),), self.system)
 
+    def work_without(self, flat: ndarray) -> Work:
+        """The same where some cells are flat."""
+        part = Part(self.footprint.flattened(flat), 0, self.centre)
+        return Work((part,), self.flattened_system(flat))
+
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""
         if not isinstance(start, CellPressures):

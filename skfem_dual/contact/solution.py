@@ -135,8 +135,7 @@ class PunchSolution(CellPressures):
 
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
-        do not take part. Of others, and beside structures
-        that bend, that of collocation. What is
+        do not take part. Of others, and beside structures that bend, that of collocation. What is
         imposed is kept.
         """
         return float(self.positions[0, 0])
@@ -157,8 +156,10 @@ class PunchSolution(CellPressures):
         touching[self.contact] = True
         if self.member is not None:
             found = self.member.positions
+        elif self.others:
+            found = None
         else:
-            found = None if self.others else positions_alone(self.punch, self.load, touching)
+            found = positions_alone(self.punch, self.load, touching, self.flat)
         if found is None or not self.success:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))

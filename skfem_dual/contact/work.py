@@ -240,15 +240,19 @@ def moved(positions: ndarray, by: ndarray) -> ndarray:
     return positions @ np.vstack([[1.0, 0.0, 0.0], np.column_stack([by, np.eye(2)])])
 
 
-def positions_alone(punch: Any, load: Load, touching: ndarray) -> ndarray | None:
+def positions_alone(
+    punch: Any, load: Load, touching: ndarray, flat: ndarray | None
+) -> ndarray | None:
     """(W0, Lx, Ly) of a punch with no other beside it, see `Work.positions`; shape (2, 3).
 
-    ``touching`` are the cells in contact; None where there is no such position.
+    ``touching`` are the cells in contact, ``flat`` those without slopes; None where there is no
+    such position.
     """
     if punch.gap is not None or punch.weights is None:
         return None
     shift = punch.centre - punch.origin
-    found = punch.work.positions(load.constraints(-shift), touching)
+    work = punch.work if flat is None else punch.work_without(flat)
+    found = work.positions(load.constraints(-shift), touching)
     return None if found is None else moved(found, -shift)
 
 

@@ -12,15 +12,14 @@ from numpy import ndarray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
-from ..grids.partition import Partition
 from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .clouds import Clouds
-from .edge_weights import EdgeWeights
 from .moments import load_moments, reach_of
 from .pieces import Pieces
+from .strips import CellLoads
 
 #: degrees of clouds, and the radii of their cells from which on they serve
 CLOUDS = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
@@ -32,37 +31,20 @@ SHALLOW = 1e-3
 DEPTHS = 64
 
 
-class CellLoads(NamedTuple):
-    """Pressures of cells.
-
-    Attributes
-    ----------
-    partition : Partition
-        The n cells.
-    pressure : (n,) array of float
-        Their mean pressures.
-    weights : EdgeWeights or None
-        How the pressure varies inside them; None if it does not.
-    """
-
-    partition: Partition
-    pressure: ndarray
-    weights: EdgeWeights | None
-
-
 class _Clouds(NamedTuple):
     """Cells and their pressures, as the kernel takes them."""
 
     clouds: Clouds
     pieces: Pieces
     pressure: ndarray
+    slopes: ndarray
     rule: ndarray
     rule_weights: ndarray
 
 
 def deep_remainder(ground: Stratified, loads: Sequence[CellLoads], x: ndarray) -> ndarray:
     """Six stresses and three displacements at points of shape (3, m), shape (9, m)."""
-    clouds = [_clouds(*load) for load in loads]
+    clouds = [_clouds(load) for load in loads]
     plans = np.hstack([load.partition.polygons.p for load in loads])
     beyond = 2 * max(c.clouds.radii.max() for c in clouds)
     cell = np.sqrt(min(load.partition.areas.min() for load in loads))
@@ -96,17 +78,16 @@ def _below(loads: _Clouds, tables: DepthTables, x: ndarray, which: ndarray) -> n
     return out
 
 
-def _clouds(partition: Partition, pressure: ndarray, weights: EdgeWeights | None) -> _Clouds:
-    pieces = Pieces.from_partition(partition, weights)
-    centres = partition.centroids if weights is None else weights.centroids
+def _clouds(load: CellLoads) -> _Clouds:
+    pieces, centres = Pieces.from_partition(load.partition, load.weights), load.acting
     radius = reach_of(pieces, centres)
-    moments = load_moments(pieces, centres, max(CLOUDS))
+    moments = load.moments(load_moments(pieces, centres, max(CLOUDS) + 1))
     clouds = Clouds.from_moments(
         centres, radius, moments, {degree: k * radius for degree, k in CLOUDS.items()}
     )
     at, rule_weights = get_quadrature(RefTri, RULE)
     rule = np.vstack([1 - at.sum(axis=0), at])
-    return _Clouds(clouds, pieces, *inputs(pressure, rule, 2 * rule_weights))
+    return _Clouds(clouds, pieces, *inputs(load.pressure, load.slope, rule, 2 * rule_weights))
 
 
 def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:
@@ -123,7 +104,7 @@ def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:
 @compiled
 def _add(x, which, loads, coefficients, d, out):
     """Add the remainder at points with tables of some numbers."""
-    clouds, pieces, pressure, rule, rule_weights = loads
+    clouds, pieces, pressure, slopes, rule, rule_weights = loads
     centres, radii, least, px, py, starts, weights = clouds
     vertices, offsets, density, first, last = pieces
     sums, stack = np.empty(9), np.empty((3 * CUTS + 4, 6))
@@ -132,7 +113,8 @@ def _add(x, which, loads, coefficients, d, out):
         table = coefficients[which[i]]
         sums[:] = 0.0
         for j in range(pressure.shape[0]):
-            if pressure[j] == 0.0:
+            gx, gy = slopes[0, j], slopes[1, j]
+            if pressure[j] == 0.0 and gx == 0.0 and gy == 0.0:
                 continue
             dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
             r2, cloud = dx * dx + dy * dy + square, 0
@@ -142,9 +124,10 @@ def _add(x, which, loads, coefficients, d, out):
                 for k in range(starts[cloud - 1], starts[cloud]):
                     _add_force(
                         dx - radii[j] * px[k], dy - radii[j] * py[k],
-                        pressure[j] * weights[j, k], table, square, sums,
+                        weights[j, k], table, square, sums,
                     )  # fmt: skip
                 continue
+            plane = pressure[j] - gx * centres[0, j] - gy * centres[1, j], gx, gy
             for piece in range(first[j], last[j]):
                 a = offsets[piece]
                 for b in range(a + 1, offsets[piece + 1] - 1):
@@ -152,7 +135,7 @@ def _add(x, which, loads, coefficients, d, out):
                     stack[0, 2], stack[0, 3] = vertices[0, b], vertices[1, b]
                     stack[0, 4], stack[0, 5] = vertices[0, b + 1], vertices[1, b + 1]
                     _add_triangle(
-                        x[0, i], x[1, i], pressure[j] * density[piece], stack,
+                        x[0, i], x[1, i], density[piece], plane, stack,
                         rule, rule_weights, table, square, sums,
                     )  # fmt: skip
         for q in range(9):
@@ -160,8 +143,8 @@ def _add(x, which, loads, coefficients, d, out):
 
 
 @compiled
-def _add_triangle(x, y, pressure, stack, rule, rule_weights, table, square, sums):
-    """Add a uniformly loaded triangle, the first of the stack, cut where it is near."""
+def _add_triangle(x, y, density, plane, stack, rule, rule_weights, table, square, sums):
+    """Add a triangle under a plane times a density, the first of the stack, cut where near."""
     height = 1
     smallest = 0.0
     while height > 0:
@@ -186,11 +169,12 @@ def _add_triangle(x, y, pressure, stack, rule, rule_weights, table, square, sums
                     stack[height, c] = part[c]
                 height += 1
             continue
-        load = pressure * (ux * vy - uy * vx) / 2
+        load = density * (ux * vy - uy * vx) / 2
         for g in range(rule_weights.shape[0]):
             px = rule[0, g] * ax + rule[1, g] * bx + rule[2, g] * cx
             py = rule[0, g] * ay + rule[1, g] * by + rule[2, g] * cy
-            _add_force(x - px, y - py, load * rule_weights[g], table, square, sums)
+            force = load * rule_weights[g] * (plane[0] + plane[1] * px + plane[2] * py)
+            _add_force(x - px, y - py, force, table, square, sums)
 
 
 @compiled

@@ -2,8 +2,8 @@
 
 Uniform cells on the homogeneous half-space with the moduli of the surface are exact: neighbouring
 cells share ribs, so every rib counts once, with the jump of the pressure across it. To them are
-added what the pressure varies inside edge-weighted cells, by strips near by and clouds of points
-from afar, and what the ground has beyond that half-space, see `deep_remainder`.
+added what the pressure varies inside the cells, by strips near by and clouds of points from afar,
+and what the ground has beyond that half-space, see `deep_remainder`.
 """
 
 from collections.abc import Sequence
@@ -29,11 +29,10 @@ from .boussinesq import (
     rib_stresses,
 )
 from .clouds import Clouds
-from .deep_remainder import CellLoads, deep_remainder
-from .edge_weights import EdgeWeights
+from .deep_remainder import deep_remainder
 from .moments import load_moments, reach_of
 from .pieces import Pieces
-from .strips import Strips
+from .strips import CellLoads, Strips
 
 
 def components(
@@ -59,11 +58,10 @@ def _homogeneous(
     surface: HalfSpace, load: CellLoads, x: ndarray, kinds: tuple[bool, bool]
 ) -> ndarray:
     """On the half-space with the moduli of the surface."""
-    partition, pressure, weights = load
-    ribs, nu = _LoadedRibs.from_pressure(partition, pressure), surface.poisson
+    ribs, nu = _LoadedRibs.from_pressure(load.partition, load.pressure), surface.poisson
     stress, displacement = kinds
     out = np.zeros((9, x.shape[1]))
-    correction = None if weights is None else _EdgeLoads.from_weights(weights, pressure, x)
+    varying = _Varying.from_loads(load, x)
 
     def work(rows: slice) -> None:
         at, part = np.ascontiguousarray(x[:, rows]), np.zeros((9, rows.stop - rows.start))
@@ -71,8 +69,8 @@ def _homogeneous(
             _stresses(*inputs(at), ribs, nu, part)
         if displacement:
             _displacements(*inputs(at), ribs, nu, part[6:])
-        if correction is not None:
-            _add_edge(*inputs(at), correction, nu, stress, displacement, part)
+        if varying is not None:
+            _add_varying(*inputs(at), varying, nu, stress, displacement, part)
         out[:, rows] = part
 
     with Threads() as run:
@@ -152,39 +150,38 @@ IN_STRIPS = 3.0
 CLOUDS = {6: IN_STRIPS, 4: 6.0, 2: 20.0}
 
 
-class _EdgeLoads(NamedTuple):
-    """What the pressure of weighted cells is beyond its mean.
+class _Varying(NamedTuple):
+    """What the pressure of cells is beyond its mean.
 
     Attributes
     ----------
-    pressure : (k,) array of float
-        Mean pressures of the weighted cells.
     clouds : Clouds
-        Of the same cells.
+        Of the cells in which it varies.
     strips : Strips
         Of those near some point.
     number : (k,) array of int
         Of each cell in these, -1 for none.
     """
 
-    pressure: ndarray
     clouds: Clouds
     strips: Strips
     number: ndarray
 
     @classmethod
-    def from_weights(cls, weights: EdgeWeights, pressure: ndarray, x: ndarray) -> Self | None:
-        """Of the cells that are weighted and loaded; None without any."""
-        cells = np.nonzero(weights.weighted & (pressure != 0))[0]
+    def from_loads(cls, loads: CellLoads, x: ndarray) -> Self | None:
+        """Of the cells that are weighted and loaded, or sloped; None without any."""
+        varies = (loads.weighted & (loads.pressure != 0)) | loads.slope.any(axis=0)
+        cells = np.nonzero(varies)[0]
         if not len(cells):
             return None
         varying, uniform = (
-            Pieces.from_partition(weights.partition, w).of(cells) for w in (weights, None)
+            Pieces.from_partition(loads.partition, w).of(cells) for w in (loads.weights, None)
         )
-        centres = weights.centroids[:, cells]
+        centres = loads.acting[:, cells]
         radius = np.maximum(reach_of(varying, centres), reach_of(uniform, centres))
         degree = max(CLOUDS)
-        moments = load_moments(varying, centres, degree) - load_moments(uniform, centres, degree)
+        moments = loads.moments(load_moments(varying, centres, degree + 1), cells)
+        moments -= loads.pressure[cells] * load_moments(uniform, centres, degree)
         least = {d: k * radius for d, k in CLOUDS.items()}
         clouds = Clouds.from_moments(centres, radius, moments, least)
         # points as near to a cell as strips need
@@ -192,9 +189,7 @@ class _EdgeLoads(NamedTuple):
         near = np.nonzero(distance <= IN_STRIPS * radius)[0]
         number = np.full(len(cells), -1)
         number[near] = np.arange(len(near))
-        strips = Strips.from_weights(weights, cells[near])
-        loaded, number = inputs(pressure[cells], number)
-        return cls(loaded, clouds, strips, number)
+        return cls(clouds, Strips.from_loads(loads, cells[near]), *inputs(number))
 
 
 @compiled
@@ -231,14 +226,14 @@ def _displacements(x, ribs, nu, out):
 
 
 @compiled
-def _add_edge(x, loads, nu, stress, displacement, out):
+def _add_varying(x, loads, nu, stress, displacement, out):
     """Add 2 pi times the stresses and 4 pi G times the displacements of the variation."""
-    pressure, clouds, strips, number = loads
+    clouds, strips, number = loads
     centres, radii, least, px, py, starts, weights = clouds
     begin, along, length, jump, ribs = strips
     for i in range(x.shape[1]):
         z = x[2, i]
-        for j in range(pressure.shape[0]):
+        for j in range(number.shape[0]):
             dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
             r2, cloud = dx * dx + dy * dy + z * z, 0
             while cloud < least.shape[0] and r2 > least[cloud, j]:
@@ -246,7 +241,7 @@ def _add_edge(x, loads, nu, stress, displacement, out):
             if cloud > 0:
                 for k in range(starts[cloud - 1], starts[cloud]):
                     a, b = dx - radii[j] * px[k], dy - radii[j] * py[k]
-                    force = pressure[j] * weights[j, k]
+                    force = weights[j, k]
                     if stress:
                         _add(out[:6], i, force, force_stresses(a, b, z, nu))
                     if displacement:
@@ -254,7 +249,7 @@ def _add_edge(x, loads, nu, stress, displacement, out):
                 continue
             for f in range(ribs[number[j]], ribs[number[j] + 1]):
                 a, b = x[0, i] - begin[0, f], x[1, i] - begin[1, f]
-                tx, ty, g = along[0, f], along[1, f], pressure[j] * jump[f]
+                tx, ty, g = along[0, f], along[1, f], jump[f]
                 if stress:
                     _add(out[:6], i, g, rib_stresses(a, b, z, tx, ty, length[f], nu))
                 if displacement:

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
-from .deep_remainder import CellLoads
 from .depth import components
 from .edge_weights import EdgeWeights
+from .strips import CellLoads
 
 
 class Stresses(NamedTuple):

@@ -1,6 +1,7 @@
-"""Pressures of edge-weighted cells as strips, each uniformly loaded, integrated by their ribs.
+"""Pressures that vary inside cells as strips, each uniformly loaded, integrated by their ribs.
 
-Each triangle of a cell is cut along levels of the distance to the edge, equidistant in its root.
+Each triangle of an edge-weighted cell is cut along levels of the distance to the edge, equidistant
+in its root; the others' along levels of their pressure, which is linear.
 """
 
 from typing import NamedTuple, Self
@@ -8,6 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
+from ..grids.partition import Partition
 from ..kernels.compiled import inputs
 from .edge_weights import EdgeWeights
 from .load_matrix import points_in_pieces
@@ -15,6 +17,79 @@ from .load_matrix import points_in_pieces
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
 #: less, and the fewest
 STRIPS, FEWEST = 16, 3
+
+
+#: corners of the four triangles that halving the sides of one makes
+RED = [
+    np.array(t) / 2
+    for t in (
+        [[2, 1, 1], [0, 1, 0], [0, 0, 1]],
+        [[1, 0, 0], [1, 2, 1], [0, 0, 1]],
+        [[1, 0, 0], [0, 1, 0], [1, 1, 2]],
+        [[1, 0, 1], [1, 1, 0], [0, 1, 1]],
+    )
+]
+#: least over greatest of the linear functions along whose levels unweighted cells are cut: in
+#: their roots these are nearly equidistant
+OFFSET = 0.4
+
+
+#: strips of less than this part of their cell are left out
+THIN = 1e-14
+
+
+class CellLoads(NamedTuple):
+    """Pressures of cells.
+
+    Attributes
+    ----------
+    partition : Partition
+        The n cells.
+    pressure : (n,) array of float
+        Their mean pressures.
+    weights : EdgeWeights or None
+        How the pressure varies inside them by the law of the edge; None if it does not.
+    slopes : (2, n) array of float or None
+        How it varies besides, see `Slopes`; None if it does not.
+    """
+
+    partition: Partition
+    pressure: ndarray
+    weights: EdgeWeights | None
+    slopes: ndarray | None = None
+
+    @property
+    def acting(self) -> ndarray:
+        """Where the mean pressures act, shape (2, n)."""
+        return self.partition.centroids if self.weights is None else self.weights.centroids
+
+    @property
+    def slope(self) -> ndarray:
+        """Slopes of all cells, zero if there are none; shape (2, n)."""
+        return np.zeros((2, len(self.partition))) if self.slopes is None else self.slopes
+
+    @property
+    def weighted(self) -> ndarray:
+        """Whether each cell is weighted, shape (n,)."""
+        if self.weights is None:
+            return np.zeros(len(self.partition), dtype=bool)
+        return self.weights.weighted
+
+    def moments(self, moments: ndarray, cells: ndarray | slice = slice(None)) -> ndarray:
+        """Moments of the pressure of some cells, from those of their law of one degree more.
+
+        ``moments`` are about `acting`, as of `load_moments`.
+        """
+        gx, gy = self.slope[:, cells]
+        k = np.arange(1, len(moments))
+        along = k[:, None, None] * moments[1:, :-1] * gx + k[:, None] * moments[:-1, 1:] * gy
+        return self.pressure[cells] * moments[:-1, :-1] + along
+
+    def inside(self, x: ndarray, cell: ndarray) -> ndarray:
+        """``q + g . (x - y)`` at points (2, m), each in a cell."""
+        return self.pressure[cell] + np.sum(
+            self.slope[:, cell] * (x - self.acting[:, cell]), axis=0
+        )
 
 
 class Strips(NamedTuple):
@@ -26,7 +101,7 @@ class Strips(NamedTuple):
         Where ribs begin and their directions, of unit length.
     length : (k,) array of float
     jump : (k,) array of float
-        Pressure on the left under a unit mean pressure on the cell, less 1.
+        Pressure on the left beyond the mean pressure of the cell.
     starts : (ncells + 1,) array of int
         The first rib of each cell.
     """
@@ -38,36 +113,88 @@ class Strips(NamedTuple):
     starts: ndarray
 
     @classmethod
-    def from_weights(cls, weights: EdgeWeights, cells: ndarray) -> Self:
-        """Of weighted cells, ascending."""
-        fan = weights.fan
-        number = np.full(len(weights.partition), -1)
-        number[cells] = np.arange(len(cells))
-        own = np.nonzero(number[fan.cell] >= 0)[0]
-        triangle, corners = _cut(weights.root[fan.t[:, own]])
-        triangle = own[triangle]
-        # a strip of four corners is two triangles; its load is what those carry
-        halves = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
-        pieces = np.tile(triangle, 2), halves
-        points = points_in_pieces(weights.partition, weights, fan, pieces, 1)
-        load = np.bincount(points.piece, points.weight, 2 * len(triangle))
-        load = load.reshape(2, -1).sum(axis=0)
-        x = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners)
-        following = np.roll(x, -1, axis=1)
-        area = np.sum(x[0] * following[1] - x[1] * following[0], axis=0) / 2
-        keep = np.abs(area) > 1e-14 * fan.areas[triangle]
-        jump = np.sign(area[keep]) * (load[keep] / np.abs(area[keep]) - 1)
-        x, following = x[..., keep], following[..., keep]
-        length = np.hypot(*(following - x))
-        order = np.argsort(number[fan.cell[triangle[keep]]], kind="stable")
-        real = length.T[order] > 0
-        cell = np.repeat(number[fan.cell[triangle[keep]]][order], 4)[real.ravel()]
+    def from_loads(cls, loads: CellLoads, cells: ndarray) -> Self:
+        """Of some cells, ascending."""
+        weighted = loads.weighted[cells]
+        parts = [_linear_strips(loads, cells[~weighted])]
+        if loads.weights is not None:
+            parts.append(_weighted_strips(loads, loads.weights, cells[weighted]))
+        x, excess, cell = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+        area = _area(x)
+        keep = np.abs(area) > THIN * loads.partition.areas[cell]
+        order = np.nonzero(keep)[0][np.argsort(cell[keep], kind="stable")]
+        jump, along = np.sign(area) * excess, np.roll(x, -1, axis=1) - x
+        x, along, jump, cell = x[..., order], along[..., order], jump[order], cell[order]
+        length = np.hypot(*along)
+        real = length.T > 0
         begin, along, length, jump = (
-            np.moveaxis(a, -1, -2)[..., order, :][..., real]
-            for a in (x, following - x, length, np.tile(jump, (4, 1)))
+            np.moveaxis(a, -1, -2)[..., real] for a in (x, along, length, np.tile(jump, (4, 1)))
         )
-        starts = np.searchsorted(cell, np.arange(len(cells) + 1))
+        starts = np.searchsorted(
+            np.repeat(cell, 4)[real.ravel()], np.append(cells, cells[-1:] + 1)
+        )
         return cls(*inputs(begin, along / length, length, jump, starts))
+
+
+def _weighted_strips(
+    loads: CellLoads, weights: EdgeWeights, cells: ndarray
+) -> tuple[ndarray, ndarray, ndarray]:
+    """Of the strips of edge-weighted cells: corners (2, 4, k), in any turn, what they carry beyond
+    the mean pressure of the cell, and the cell."""
+    fan = weights.fan
+    own = np.nonzero(np.isin(fan.cell, cells))[0]
+    # what varies along the edge takes smaller triangles
+    halves = np.stack(RED if loads.slopes is not None else [np.eye(3)])
+    part = np.repeat(np.arange(len(halves)), len(own))
+    own = np.tile(own, len(halves))
+    square = np.einsum("kvc,vk->ck", halves[part], weights.root[fan.t[:, own]] ** 2)
+    triangle, corners = _cut(np.sqrt(square))
+    corners = np.einsum("kvw,wck->vck", halves[part[triangle]], corners)
+    triangle = own[triangle]
+    # a strip of four corners is two triangles; its load is what those carry
+    pieces = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
+    where = np.tile(triangle, 2), pieces
+    points = points_in_pieces(loads.partition, weights, fan, where, 2)
+    carried = points.weight * loads.inside(points.x, points.cell)
+    load = np.bincount(points.piece, carried, 2 * len(triangle)).reshape(2, -1).sum(axis=0)
+    x, cell = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners), fan.cell[triangle]
+    return x, _density(load, np.abs(_area(x))) - loads.pressure[cell], cell
+
+
+def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    """The same of cells that are not weighted, from triangles around their centroids."""
+    polygons, centres = loads.partition.polygons, loads.partition.centroids
+    cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
+    following = np.arange(1, len(cell) + 1)
+    following[polygons.offsets[1:] - 1] = polygons.offsets[:-1]
+    own = np.nonzero(np.isin(cell, cells))[0]
+    cell = cell[own]
+    a, b = polygons.p[:, polygons.indices[own]], polygons.p[:, polygons.indices[following[own]]]
+    p = np.stack([centres[:, cell], a, b], axis=1)
+    rise = np.einsum("dk,dvk->vk", loads.slope[:, cell], p - p[:, :1])
+    most = np.maximum(np.abs(rise).max(axis=0), np.finfo(float).tiny)
+    triangle, corners = _cut(np.sqrt(1 + (1 - OFFSET) / (1 + OFFSET) * rise / most))
+    # triangles that turn the other way are taken off
+    turn = np.sign(_cross(a - p[:, 0], b - p[:, 0]))[triangle]
+    x, cell = np.einsum("dvk,vck->dck", p[..., triangle], corners), cell[triangle]
+    load = np.zeros(len(cell))
+    for part in (x[:, [0, 1, 2]], x[:, [0, 2, 3]]):
+        area = _cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]) / 2
+        load += area * loads.inside(part.mean(axis=1), cell)
+    return x, turn * (_density(load, _area(x)) - loads.pressure[cell]), cell
+
+
+def _cross(u: ndarray, v: ndarray) -> ndarray:
+    return u[0] * v[1] - u[1] * v[0]
+
+
+def _area(x: ndarray) -> ndarray:
+    """Signed areas of polygons with corners (2, c, k)."""
+    return _cross(x, np.roll(x, -1, axis=1)).sum(axis=0) / 2
+
+
+def _density(load: ndarray, area: ndarray) -> ndarray:
+    return np.divide(load, area, out=np.zeros(len(load)), where=area != 0)
 
 
 def _cut(root: ndarray) -> tuple[ndarray, ndarray]:

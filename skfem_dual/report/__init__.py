@@ -13,9 +13,10 @@ from ..contact.elastic_solution import ElasticSolution
 from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
-from .bearing import bearing_section, points_section, profile_section
+from .bearing import bearing_section, points_section
 from .cases import cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
+from .depth import depth_section
 from .details import Details
 from .footing import Footing, footings_of
 from .input import input_section
@@ -84,7 +85,8 @@ def report_html(
     **said
         ``title``, ``project``, ``author``, ``date``, ``mesh_name``, ``units`` (such as
         ``"kN,m"``: the page is then in units engineers read), ``allowable`` (bearing pressure),
-        ``points`` (whose settlements are wanted) and ``remarks``; see `Details`.
+        ``points`` (whose settlements are wanted), ``profile`` (a
+        point below which the ground is looked at) and ``remarks``; see `Details`.
 
     Returns
     -------
@@ -152,7 +154,7 @@ def _punch_sections(
         bearing_section(footings),
         NONE if not details.points else points_section(footings, []),
         standing_section(solution, standing),
-        profile_section(footings[0]),
+        depth_section(footings[0]),
         resultant_section(solution, standing),
         error_section(standing, footings[0].accuracy),
         solver_section(solution, __version__, details.units),

@@ -1,22 +1,14 @@
-"""Pressure against what the ground may bear, settlements of points, stress with depth."""
+"""Pressure against what the ground may bear, settlements of points."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..contact.below import stress_below
-from ..contact.solution import PunchSolution
-from ..ground.graded import GradedHalfSpace
-from ..ground.layered import LayeredHalfSpace
-from ..ground.substrates import HalfSpace
-from .figures import profile_picture
 from .footing import Between, Footing
 from .page import (
-    NONE,
     Html,
     amount,
     coordinate,
-    figure,
     number,
     one_to,
     paragraph,
@@ -26,9 +18,6 @@ from .page import (
     table,
 )
 from .results import axes_of
-
-#: depths of the profile, over the greater extent of the plan
-DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
 
 
 def bearing_section(footings: Sequence[Footing]) -> Html:
@@ -119,53 +108,5 @@ def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Htm
     return section("Settlements of corners and points", *parts)
 
 
-def profile(solution: PunchSolution) -> tuple[np.ndarray, np.ndarray] | None:
-    """Depths and vertical stresses below the plan's centroid; None if the ground is periodic,
-    rigid just below, or nothing presses on it.
-
-    Depths are counted by the greater extent of the plan, down to a rigid base.
-    """
-    ground = solution.punch.substrate
-    half_spaces = HalfSpace, GradedHalfSpace, LayeredHalfSpace
-    if not isinstance(ground, half_spaces) or not solution.pressure.any():
-        return None
-    footprint = solution.footprint
-    p = footprint.partition.polygons.p
-    depth = DEPTHS * np.ptp(p, axis=1).max()
-    if isinstance(ground, LayeredHalfSpace) and isinstance(ground.base, str):
-        depth = depth[depth < sum(layer.thickness for layer in ground.layers)]
-        if not len(depth):
-            return None
-    x = np.vstack([np.repeat(footprint.centre[:, None], len(depth), axis=1), depth])
-    return depth, stress_below(solution, x).sigma_z
-
-
-def profile_section(footing: Footing) -> Html:
-    """Vertical stress with depth in the governing case."""
-    solution = footing.cases.solutions[footing.governing]
-    found = None if solution is None else profile(solution)
-    if found is None:
-        return NONE
-    units = footing.details.units
-    depth, stress = found
-    rows = [(number(z), amount(s, units.pressure)) for z, s in zip(depth, stress)]
-    head = f"Depth [{units.length.symbol}]", f"Vertical stress [{units.pressure.symbol}]"
-    where = "below the centroid of the plan"
-    return section(
-        f"Stress with depth{_of(footing)}",
-        table(rows, head, "", numeric=True),
-        figure(
-            profile_picture(depth, stress, units),
-            f"Vertical stress {where} with depth",
-            f"Vertical stress {where}, without the ground's own weight, "
-            f"in the case {footing.cases.names[footing.governing]}.",
-        ),
-    )
-
-
 def _label(footing: Footing, text: str) -> str:
     return f"{footing.name}, {text}" if footing.name else text
-
-
-def _of(footing: Footing) -> str:
-    return f", {footing.name}" if footing.name else ""

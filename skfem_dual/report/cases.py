@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from ..ground.substrates import Substrate
-from .bearing import bearing_section, points_section, profile_section
+from .bearing import bearing_section, points_section
 from .checks import error_section, solver_section
+from .depth import depth_section
 from .figures import mesh_picture, plan_picture
 from .footing import Between, Footing, between
 from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
@@ -47,7 +48,7 @@ def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) ->
     parts += [_results(footing) for footing in footings]
     parts += [_envelope(footings), bearing_section(footings), points_section(footings, pairs)]
     parts += [_pictures(footing) for footing in footings]
-    parts += [profile_section(footing) for footing in footings]
+    parts += [depth_section(footing) for footing in footings]
     first = footings[0]
     if first.standing is not None:
         case = _of(first) + first.cases.names[first.governing]

@@ -10,7 +10,7 @@ from .. import __version__
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
-from .bearing import profile
+from .depth import below
 from .details import Details
 from .footing import Footing, between
 
@@ -97,7 +97,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
     cases, standing = footing.cases, footing.standing
     footprint = cases.footprint
     p = footprint.partition.polygons.p
-    found = None if standing is None else profile(standing.solution)
+    found = below(footing)
     envelope = cases.envelope() if cases.success.any() else ()
     return plain(
         {
@@ -120,7 +120,15 @@ def _footing(footing: Footing) -> dict[str, Any]:
             ],
             "stress_profile": None
             if found is None
-            else {"case": cases.names[footing.governing], "depth": found[0], "stress": found[1]},
+            else {
+                "case": cases.names[footing.governing],
+                "point": found.profile.x,
+                "depth": found.profile.depth,
+                "stress": found.profile.stresses.sigma_z,
+                "strain": found.profile.strain,
+                "settlement": found.profile.displacement[2],
+                "parts": {"depths": found.depths, "shortening": found.parts},
+            },
         }
     )
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -37,6 +38,8 @@ class Details:
         Bearing pressure allowed, in force per length squared.
     points : sequence of pair of float
         Points of the plan, in its coordinates, whose settlements are wanted.
+    profile : pair of float, optional
+        Point below which stresses and strains are wanted; the plan's centroid by default.
     remarks : sequence of str
         Warnings to show on top, such as those of reading the mesh.
     accuracy : mapping of str to Accuracy
@@ -52,6 +55,7 @@ class Details:
     units: Units = PLAIN
     allowable: float | None = None
     points: Sequence[Pair] = ()
+    profile: Pair | None = None
     remarks: Sequence[str] = ()
     accuracy: Mapping[str, Accuracy] = field(default_factory=dict)
 
@@ -69,12 +73,14 @@ class Details:
             checked_instance(f"accuracy[{name!r}]", record, Accuracy)
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
-        found = {
+        found: dict[str, Any] = {
             "date": datetime.now().astimezone() if date is None else date,
             "allowable": self.allowable,
             "points": tuple(checked_pair(f"points[{i}]", x) for i, x in enumerate(points)),
             "remarks": tuple(checked_text("remarks", remark) for remark in remarks),
         }
+        if self.profile is not None:
+            found["profile"] = checked_pair("profile", self.profile)
         if self.allowable is not None:
             found["allowable"] = checked_size("allowable", self.allowable)
         for name, value in found.items():

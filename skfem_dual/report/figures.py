@@ -7,20 +7,23 @@ import re
 from base64 import b64encode
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementQuad1, ElementTriP1
 
+from ..contact.below import Profile
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.pressures import CellPressures
+from ..elements.stresses import Stresses
 from ..grids.cellwise import nodal_mesh
 from ..units import Units
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
 from ..visuals.isolines import smooth_line
-from ..visuals.matplotlib import draw, isobars, plot_kern
+from ..visuals.matplotlib import draw, isobars, plot_kern, plot_profile
 from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
 from ..visuals.subject import pressure_scale
@@ -136,16 +139,26 @@ def _name_axes(ax: Axes, plan: Plan) -> None:
 
 
 @one_at_a_time
-def profile_picture(depth: ndarray, stress: ndarray, units: Units) -> Picture:
-    """Stress to the right, depth downwards."""
-    with _axes(np.array([[0.0, 1.0], [0.0, 1.1]]), 0.0) as (figure, ax):
-        ax.plot(units.pressure.factor * stress, depth, "o-", color=OUTLINE, markersize=4)
-        ax.set_xlim(left=min(0.0, units.pressure.factor * stress.min()))
-        ax.set_ylim(1.03 * depth.max(), 0.0)
-        ax.set_xlabel(f"vertical stress [{units.pressure.symbol}]", fontsize=9)
-        ax.set_ylabel(f"depth [{units.length.symbol}]", fontsize=9)
-        ax.grid(color="#dddddd", linewidth=0.6)
-        return _written(figure, vector=True)
+def profile_picture(profile: Profile, units: Units) -> Picture:
+    """Stresses, strain and settlement to the right, depth downwards."""
+    plt = pyplot()
+    stress, sink = units.pressure, units.displacement
+    read = replace(
+        profile,
+        stresses=Stresses(*(stress.factor * s for s in profile.stresses)),
+        displacement=sink.factor * profile.displacement,
+    )
+    with plt.style.context("default"), plt.rc_context({"svg.hashsalt": "skfem_dual"}):
+        first = plot_profile(read)
+        figure = cast("Figure", first.figure)
+        labels = f"stress [{stress.symbol}]", "vertical strain", f"settlement [{sink.symbol}]"
+        for ax, label in zip(figure.axes, labels, strict=True):
+            ax.set_xlabel(label, fontsize=9)
+            ax.grid(color="#dddddd", linewidth=0.6)
+        first.set_ylabel(f"depth [{units.length.symbol}]", fontsize=9)
+        picture = _written(figure, vector=True)
+        plt.close(figure)
+    return picture
 
 
 def _mark_force(ax: Axes, plan: Plan) -> None:

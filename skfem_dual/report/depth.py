@@ -1,0 +1,113 @@
+"""The ground below a footing: stress, strain and settlement with depth, and what layers yield."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+
+from ..contact.below import Profile, settlement_by_layers, vertical_profile
+from ..ground.stratified import Stratified
+from ..ground.substrates import HalfSpace
+from .figures import profile_picture
+from .footing import Footing
+from .page import NONE, Html, amount, figure, joined, number, pair, percent, section, table
+
+#: depths of the profile, over the greater extent of the plan; a rigid base takes the last place
+DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
+#: depths between which ground without layers is looked at, over the same
+PARTS = np.array([0.5, 1.0, 2.0])
+
+
+class Below(NamedTuple):
+    """What a report tells of the ground below a footing.
+
+    Attributes
+    ----------
+    profile : Profile
+        Over the depth.
+    depths : (k,) array of float
+        Where one part of the ground ends and the next begins, interfaces if there are any.
+    parts : (k + 1,) array of float
+        What each part of the ground contributes to the settlement of the surface; the last one
+        goes down for ever, or ends at a rigid base.
+    """
+
+    profile: Profile
+    depths: ndarray
+    parts: ndarray
+
+
+def below(footing: Footing) -> Below | None:
+    """In the governing case, at the point that was asked for or else the plan's centroid.
+
+    None if only the surface of the ground is known, or nothing presses on it.
+    """
+    solution = footing.cases.solutions[footing.governing]
+    footprint = footing.cases.footprint
+    ground = footprint.substrate
+    if not isinstance(ground, (HalfSpace, Stratified)):
+        return None
+    if solution is None or not solution.pressure.any():
+        return None
+    at = footing.details.profile
+    if at is None:
+        at = tuple(footprint.centre.tolist())
+    extent = float(np.ptp(footprint.partition.polygons.p, axis=1).max())
+    interfaces = ground.strata.interfaces
+    lowest = min(DEPTHS[-1] * extent, interfaces[-1])
+    inside = interfaces[interfaces < lowest]
+    profile = vertical_profile(solution, at, np.union1d(DEPTHS / DEPTHS[-1] * lowest, inside))
+    finite = interfaces[:-1]
+    depths = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
+    parts = settlement_by_layers(solution, np.reshape(at, (2, 1)), depths)[:, 0]
+    return Below(profile, depths, parts)
+
+
+def depth_section(footing: Footing) -> Html:
+    """Stress, strain and settlement with depth in the governing case."""
+    found = below(footing)
+    if found is None:
+        return NONE
+    profile, units = found.profile, footing.details.units
+    stress, sink = units.pressure, units.displacement
+    rows = [
+        (number(z), amount(s, stress), number(e, 4), amount(w, sink))
+        for z, s, e, w in zip(
+            profile.depth, profile.stresses.sigma_z, profile.strain, profile.displacement[2]
+        )
+    ]
+    head = (
+        f"Depth [{units.length.symbol}]",
+        f"Vertical stress [{stress.symbol}]",
+        "Vertical strain",
+        f"Settlement [{sink.symbol}]",
+    )
+    bounds = [0.0, *found.depths]
+    ends = [f"{z:.4g}" for z in found.depths] + ["below"]
+    shares = [
+        (f"{top:.4g} – {end}" if end != "below" else f"below {top:.4g}",
+         amount(part, sink), percent(part / found.parts.sum()))
+        for top, end, part in zip(bounds, ends, found.parts)
+    ]  # fmt: skip
+    where = joined(["below the point ", pair(profile.x)])
+    case = footing.cases.names[footing.governing]
+    plain = "below the centroid of the plan" if footing.details.profile is None else "at depth"
+    return section(
+        f"Stress with depth{f', {footing.name}' if footing.name else ''}",
+        table(rows, head, "", numeric=True),
+        figure(
+            profile_picture(profile, units),
+            f"Stresses, strain and settlement {plain}",
+            joined(
+                ["Stresses, vertical strain and settlement ", where,
+                 f", without the ground's own weight, in the case {case}. In an interface of "
+                 "layers strains are those above it."]
+            ),
+        ),
+        table(
+            shares,
+            (f"Depth [{units.length.symbol}]", f"Shortening [{sink.symbol}]", "Share"),
+            "What the ground contributes to the settlement of its surface there",
+            numeric=True,
+        ),
+    )  # fmt: skip
