@@ -23,6 +23,7 @@ from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
 from .load import Constraints, Load, between_waves, load_of, require_compression
+from .motions import Motions, moving, shear_load, sliding
 from .pressures import CellPressures
 from .problem import Contact, warn_of
 from .rigid import RigidBodies
@@ -193,14 +194,33 @@ class RigidPunch(Body, RigidBodies):
         operator = self.footprint.flattened_operator(self.operator, flat)
         return self._system(self.footprint.flattened(flat), operator)
 
-    def stiffness(self) -> ndarray:
-        """Force and moments by unit settlement and unit tilts, shape (3, 3).
+    def stiffness(self, *, full: bool = False, rough: bool = False) -> ndarray:
+        """Force and moments by unit settlement and unit tilts, or by all six motions.
+
+        Parameters
+        ----------
+        full : bool
+            Whether the base also slides and twists, on a `HalfSpace`.
+        rough : bool
+            Whether the base is bonded to the ground, so that pressures and shear tractions are
+            coupled; ``full`` only. Otherwise it is relaxed: horizontal motions are carried by
+            shear tractions alone, vertical ones by pressures alone.
 
         Returns
         -------
-        (3, 3) array of float
+        (3, 3) or (6, 6) array of float
             Maps ``(W0, Lx, Ly)`` of (3) to the integrals of ``p``, ``p x`` and ``p y`` with the
             coordinates from ``origin``. Symmetric up to the error of the discretisation.
+            If ``full``, ``(W0, Lx, Ly, Ux, Uy, twist)`` to these and ``(Hx, Hy, T)``: horizontal
+            displacements of the origin along x and y, and the rotation about the vertical, from x
+            towards y; the force on the base and its moment likewise. Under a flat punch with a
+            singular edge by the work of the tractions, which is closer; symmetric.
+
+        Raises
+        ------
+        ValueError
+            If ``rough`` without ``full``, or if ``full`` and the ground is not homogeneous or
+            there are more than 4000 cells.
 
         Examples
         --------
@@ -211,9 +231,30 @@ class RigidPunch(Body, RigidBodies):
         >>> [round(float(k), 2) for k in K.diagonal()]  # exact for the circle: 2, 4/3, 4/3
         [2.0, 1.33, 1.33]
         """
+        if checked_flag("full", full):
+            return self._full_stiffness(checked_flag("rough", rough))
+        if checked_flag("rough", rough):
+            raise ValueError("expected full=True with rough=True: a smooth base moves vertically")
         shift = np.eye(3)
         shift[0, 1:] = self.centre - self.origin
         return shift.T @ self.system.stiffness @ shift
+
+    def _full_stiffness(self, rough: bool) -> ndarray:
+        shift = moving(self.centre - self.origin)
+        if rough:
+            whole = np.ones(len(self.footprint), dtype=bool)
+            return shift.T @ Motions(self.footprint, True, whole).stiffness @ shift
+        stiffness = np.zeros((6, 6))
+        stiffness[3:, 3:] = self._motions.stiffness
+        by_work = self.gap is None and self.weights is not None
+        vertical = self._work.stiffness if by_work else self.system.stiffness
+        stiffness[:3, :3] = (vertical + vertical.T) / 2
+        return shift.T @ stiffness @ shift
+
+    @computed_once
+    def _motions(self) -> Motions:
+        """Horizontal ones while the whole base touches."""
+        return Motions(self.footprint, False, np.ones(len(self.footprint), dtype=bool))
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
@@ -266,6 +307,8 @@ class RigidPunch(Body, RigidBodies):
         *,
         settlement: float | None = None,
         tilt: Pair | None = None,
+        horizontal: Pair | None = None,
+        torsion: float | None = None,
         unilateral: bool = True,
         method: Method = "auto",
         start: CellPressures | None = None,
@@ -278,6 +321,11 @@ class RigidPunch(Body, RigidBodies):
         ----------
         force, at, moments, settlement, tilt
             What is imposed; see `Load`.
+        horizontal, torsion : pair of float, float, optional
+            A force (Hx, Hy) on the base, in the plane of the ground, and a moment about the
+            vertical through ``origin``, positive from x towards y. Cells in contact carry them by
+            shear tractions, which neither slip nor change the pressures; see
+            ``solution.shear``. On a `HalfSpace` only, with up to 4000 cells.
         unilateral : bool
             Whether the contact region is found: the ground does not pull, and the punch lifts
             off where it would. If not, all cells stay in contact, the paper's (5).
@@ -303,11 +351,13 @@ class RigidPunch(Body, RigidBodies):
         ValueError
             If the load is incomplete, contradictory or not finite, or if no pressures can
             balance it: tension, moments without a force, or a resultant beyond the plan; or if
-            ``gap_rtol`` is not positive and up to 0.01.
+            ``gap_rtol`` is not positive and up to 0.01; or if the ground is not known to carry
+            ``horizontal`` and ``torsion``, or hardly touches.
         ConvergenceError
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt)
+        shear = shear_load(self.footprint, horizontal, torsion)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
         if self._periodic:
@@ -321,7 +371,12 @@ class RigidPunch(Body, RigidBodies):
             contact, position = self.contact(constraints, *how, pressures)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
-        return PunchSolution.from_contact(self, load, contact, position, timings)
+        solution = PunchSolution.from_contact(self, load, contact, position, timings)
+        if shear is None:
+            return solution
+        origin = np.array(self.origin)
+        found = sliding(self.footprint, contact.touching, origin, shear, self._motions)
+        return replace(solution, shear=found)
 
     def solve_many(
         self,

@@ -15,6 +15,7 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
+from .motions import ShearSolution
 from .pressures import CellPressures
 from .problem import Contact
 from .work import Member, positions_alone
@@ -70,6 +71,8 @@ class PunchSolution(CellPressures):
         turn negative; None if there are none.
     member : Member or None
         What tells its position by work in a group of rigid punches.
+    shear : ShearSolution or None
+        How the punch slides and twists, if that was asked for.
     """
 
     load: Load
@@ -77,6 +80,7 @@ class PunchSolution(CellPressures):
     collocated_tilt: ndarray
     resultant_residual: ndarray
     member: Member | None = None
+    shear: ShearSolution | None = None
 
     @classmethod
     def from_contact(
@@ -227,6 +231,8 @@ class PunchSolution(CellPressures):
                 f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}"
             )
         }
+        if self.shear is not None:
+            position |= self.shear.table()
         return first | position | rows | residuals | last
 
     def _bounds_row(self) -> dict[str, str]:

@@ -184,6 +184,12 @@ class Work:
         pressures = self.system.unit_pressures / self._unit
         return self._compliances(pressures, np.ones(len(pressures), dtype=bool))
 
+    @property
+    def stiffness(self) -> ndarray:
+        """Forces by motions, shape (m, m), with contact on all cells."""
+        unit = self._unit
+        return np.linalg.inv(self._in_full_contact[0]) * np.outer(unit, unit)
+
     def _pressures(self, touching: ndarray) -> ndarray:
         """Pressures by motions of unit size with contact on some cells, shape (n, m)."""
         cells = np.nonzero(touching)[0]
