@@ -192,6 +192,7 @@ def test_report(capsys, tmp_path):
         assert f'<th scope="row">{name}</th><td><data value="{value!r}">' in text
     low = re.search(r'Settlement at the load \[L\]</th><td><data value="(.*?)">', text)[1]
     assert float(low) == found["error"]["bounds"]["settlement"][0]
+    assert sorted(tmp_path.iterdir()) == sorted(files)
 
 
 def test_report_tells_what_went_wrong(capsys, tmp_path):
