@@ -97,7 +97,8 @@ def _balance(mesh, kind, grid, load, rng) -> str:
         return "the pressures do not carry the force"
     if (found.pressure < -1e-9 * found.pressure.max()).any() or found.settlement <= 0:
         return "tension, or a settlement upwards"
-    gap = found.displacement(cells.centroids) - found.punch_displacement(cells.centroids)
+    plane = found.punch_displacement(cells.centroids, collocated=True)
+    gap = found.displacement(cells.centroids) - plane
     pressed = found.pressure > 0
     if np.abs(gap[pressed]).max() > 1e-5 * found.settlement:
         return f"ground and punch apart by {np.abs(gap[pressed]).max():.2g} under pressure"
@@ -143,7 +144,8 @@ def _ways(mesh, kind, grid, load, rng) -> str:
     if fault := _differ(one, other, tol=1e-6):
         return f"by another method {fault}"
     if one.success:
-        back = it.solve(settlement=one.settlement, tilt=tuple(one.tilt))
+        tilt = tuple(one.collocated_tilt)
+        back = it.solve(settlement=one.collocated_settlement, tilt=tilt)
         if back.success and not np.isclose(back.resultant[0], 1.0, rtol=1e-6):
             return "the position gives another force"
     return ""

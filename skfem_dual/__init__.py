@@ -17,6 +17,7 @@ from .contact.elastic_solution import ElasticSolution
 from .contact.group import RigidPunches
 from .contact.group_solution import PunchesSolution
 from .contact.load import Load
+from .contact.motions import ShearSolution
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
 from .contact.pressures import EdgeCoefficient
 from .contact.punch import RigidPunch
@@ -109,6 +110,7 @@ __all__ = [
     "RigidPunch",
     "RigidPunches",
     "RoundedCylinder",
+    "ShearSolution",
     "SmoothedCouple",
     "Sphere",
     "Stresses",

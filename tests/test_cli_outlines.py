@@ -49,6 +49,24 @@ def test_a_file_of_corners_with_cases(capsys, tmp_path):
     assert wind["settlement"] == pytest.approx(truth.settlement, rel=4e-3)
 
 
+def test_a_case_that_turns_over(capsys, tmp_path):
+    """It is told, and neither chooses the mesh nor keeps the others from being solved."""
+    cases, out = tmp_path / "cases.csv", tmp_path / "out.json"
+    cases.write_text("name,force,ex,ey\nself,1e6,0,0\ngale,1e6,3,0\n")
+    arguments = ["--loads", cases, "--json", out]
+    code, printed, err = run(capsys, "solve", "--corners", CORNERS, *GROUND, *arguments)
+    assert code == 3
+    assert "gale: expected a resultant within the plan" in err
+    assert "NO SOLUTION" in printed
+    (footing,) = json.loads(out.read_text())["footings"]
+    assert [case["success"] for case in footing["cases"]] == [True, False]
+    alone = solve_plan(PLAN, HalfSpace(30e6, 0.25), 1e6)
+    assert footing["cases"][0]["settlement"] == pytest.approx(alone.settlement, rel=1e-7)
+    record = footing["accuracy"]
+    assert record["reached"]
+    assert record["trials"][-1]["cells"] == footing["cells"] == alone.accuracy.cells
+
+
 def test_origin_and_moments(capsys):
     """A moment about the y axis presses down the side of larger x."""
     load = ["--force", "1e6", "--moments", "0", "1e5", "--origin", "1", "1"]

@@ -392,13 +392,14 @@ def check_ex29(result):
     assert stiff.pressure([0, 0.8]) == pytest.approx([0.5, 0.5 / 0.6], rel=1e-4)
     few, many = CircularRaft(1.0, terms=12), CircularRaft(1.0)
     assert few.settlement([0, 1]) == pytest.approx(many.settlement([0, 1]), rel=1e-7)
-    # cells against it, from K = 0.01 on also at the edge and in the moment
+    # cells against it, from K = 0.01 on also in the moment
     found, known, ratios = result.found, result.known, np.array(list(result.circles))
     assert found[:, 0] == pytest.approx(known[:, 0], rel=1.2e-3)
-    assert found[:, 1] == pytest.approx(known[:, 1], rel=3e-2)
+    assert found[:, 1] == pytest.approx(known[:, 1], rel=1.2e-2)
     some = ratios >= 0.01
-    assert found[some, 1] == pytest.approx(known[some, 1], rel=1.2e-2)
-    assert found[some, 2] == pytest.approx(known[some, 2], rel=1.5e-2)
+    assert found[some, 1] == pytest.approx(known[some, 1], rel=4e-3)
+    # of the softest a sixtieth of that of a rigid one, in a cell as wide as its strip at the edge
+    assert found[some, 2] == pytest.approx(known[some, 2], rel=6e-3, abs=3e-5)
     # too stiff to bend: the rigid punch of the same cells, also under an eccentric load
     raft = result.raft
     x = np.asarray(raft.plate.global_coordinates())[0]
@@ -408,7 +409,8 @@ def check_ex29(result):
     assert resultant[1] == pytest.approx((0.25, 0.0), abs=1e-5)  # of the polygon's load
     rigid = raft.punch.solve(*resultant)
     nodes = raft.plate.mesh.p
-    assert held.deflection == pytest.approx(rigid.punch_displacement(nodes), rel=1e-6)
+    plane = rigid.punch_displacement(nodes, collocated=True)
+    assert held.deflection == pytest.approx(plane, rel=1e-6)
     assert held.pressure == pytest.approx(rigid.pressure, rel=1e-5)
     # too thin to carry anything: the load goes through, if the cells can take it as it is
     punch = raft.punch
@@ -458,7 +460,8 @@ def check_ex30(result):
         assert b.pressure @ areas == pytest.approx(4.0, rel=1e-9)
         assert (b.pressure > 0).all()
     softest, stiffest = result.blocks[0], result.blocks[-1]
-    assert stiffest.base == pytest.approx(np.full(len(areas), rigid.settlement), rel=3e-4)
+    met = np.full(len(areas), rigid.collocated_settlement)
+    assert stiffest.base == pytest.approx(met, rel=3e-4)
     assert stiffest.pressure == pytest.approx(rigid.pressure, rel=5e-3)
     assert softest.pressure == pytest.approx(np.ones(len(areas)), abs=0.05)
     assert softest.base == pytest.approx(bare, rel=2e-2)
@@ -546,7 +549,7 @@ def check_ex34(result):
         assert x == pytest.approx(1.0 + thrust * arm / weight, rel=1e-6)
     # too stiff to bend: the rigid punch of the same cells
     x = np.array([[0.1, 2.0, BASE - 0.1], [LENGTH / 2] * 3])
-    rigid = result.rigid.punch_displacement(x)
+    rigid = result.rigid.punch_displacement(x, collocated=True)
     assert result.stiff.deflection(x) == pytest.approx(rigid, rel=1e-5)
     largest = result.rigid.pressure.max()
     assert result.stiff.pressure == pytest.approx(result.rigid.pressure, abs=1e-5 * largest)

@@ -156,6 +156,7 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.wkt", "LINESTRING(0 0, 1 0, 1 1)", "expected polygons in .*, got LineString"),
         ("a.wkt", "POLYGON EMPTY", "expected polygons in .*, got none"),
         ("a.geojson", "{}", "expected GeoJSON in"),
+        ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),
         ("a.dxf", "what", "expected a DXF drawing in"),
         ("a.xyz", "", "a file ending in .csv, .txt, .wkt"),

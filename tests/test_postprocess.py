@@ -84,8 +84,7 @@ def test_couples_of_solutions_with_exact_pressures(benchmark, capsys):
     found = benchmark.couples(250, cases, ("node", "centroid", "weighted"))
     for (_, name), (before, after) in found.items():
         ratio = after[2] / before[:2].min(axis=0)
-        # slopes inside weighted cells leave less to be gained than smoothing takes away
-        assert (ratio < {"node": 0.5, "centroid": 1.02, "weighted": 1.8}[name]).all()
+        assert (ratio < {"node": 0.5, "centroid": 1.02, "weighted": 0.95}[name]).all()
     assert "away from the edge" in capsys.readouterr().out
 
 
@@ -94,7 +93,10 @@ def test_all_couples_of_solutions(benchmark):
     found = benchmark.couples(600, benchmark.CASES, ("node", "centroid", "weighted"))
     for (_, name), (before, after) in found.items():
         ratio = after[2] / before[:2].min(axis=0)
-        assert (ratio <= (1.8 if name == "weighted" else 1.02)).all()
+        assert ratio[0] <= 1.05
+        # flat triangles at the edge of graded meshes remain worse than dual cells, but improve
+        improved = ratio[1] <= 1.02 or (name == "weighted" and after[2, 1] <= before[2, 1])
+        assert improved
         if name == "node":
             # meshes graded to the edge have little bias inside, where the triangles are good
             assert ratio[1] < 0.3
@@ -194,7 +196,11 @@ def test_force_and_moments_are_conserved(dual, request, conserve_of):
     assert moments(kept.basis, kept.values) == pytest.approx(wanted, abs=1e-12)
     assert moments(plain.basis, plain.values) != pytest.approx(wanted, abs=1e-4)
     grids = whole_edge(dual)
-    for pressure, part in ((kept.on_cells, slice(0, 145)), (kept.on_triangles, slice(145, None))):
+    parts = (kept.on_cells, slice(0, 145)), (kept.on_triangles, slice(145, None))
+    for (pressure, part), solution in zip(parts, pair, strict=True):
+        if solution.footprint.slopes is not None:  # cells with slopes have moments of their own
+            assert solution.footprint.resultant(pressure) == pytest.approx(wanted, abs=1e-12)
+            continue
         load = pressure * grids.areas[part]
         assert [load.sum(), *(grids.acting[:, part] @ load)] == pytest.approx(wanted, abs=1e-12)
     inner = ~grids.edge_nodes
@@ -277,7 +283,7 @@ def test_shares(dual, solutions, weighted):
     assert postprocess(*solutions).share == 0.3
     assert postprocess(solutions[0], weighted[1]).share == 0.0
     assert postprocess(weighted[0], solutions[1]).share == 1.0
-    assert np.isnan(postprocess(*weighted).share)
+    assert postprocess(*weighted).share == 0.4
     centroids = couple(dual, {"edge": "constant"})
     assert 0.5 < postprocess(*centroids).share <= 1.25
 

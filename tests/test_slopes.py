@@ -18,6 +18,7 @@ from skfem_dual.operators.entries import Entries
 
 SOIL = HalfSpace(1.0, 0.0)
 MESH = perturbed(MeshTri.init_tensor(*[np.linspace(-1, 1, 15)] * 2), 0.02)
+FINE = perturbed(MeshTri.init_tensor(*[np.linspace(-1, 1, 23)] * 2), 0.02)
 BASES = {
     "dual": DualMesh.from_mesh(MESH).basis(),
     "triangles": CellBasis(MESH, ElementTriP0()),
@@ -48,7 +49,7 @@ def whole(fan, times=0):
 @pytest.mark.parametrize("name", BASES)
 def test_linear_functions_are_found(name):
     """Of a linear factor near the edge, of a linear pressure inside, the slopes are exact."""
-    slopes = slopes_of(BASES[name])
+    slopes = slopes_of(DualMesh.from_mesh(FINE).basis() if name == "dual" else BASES[name])
     weights, partition = slopes.weights, slopes.weights.partition
     on, (a, b, c) = weights.weighted, (2.0, 0.3, -0.7)
     mean = np.where(np.isnan(weights.mean), 0.0, weights.mean)
@@ -171,7 +172,7 @@ def test_no_pressure_is_negative_anywhere(eccentricity):
     assert solution.resultant == pytest.approx([1, eccentricity, 0.1], abs=1e-12)
     settled = solution.displacement(punch.collocation_points)
     touching = solution.pressure > 0
-    expected = solution.punch_displacement(punch.collocation_points)
+    expected = solution.punch_displacement(punch.collocation_points, collocated=True)
     assert settled[touching] == pytest.approx(expected[touching], abs=1e-9)
 
 

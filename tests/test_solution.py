@@ -156,7 +156,10 @@ def test_edge_coefficient_of_the_disc(grid):
 def test_edge_coefficient_on_flat_cells(refinements):
     """At a curved edge the corners of the polygon lie off the curve by a part of flat cells."""
     edge = solve(disc(refinements, graded=True), "dual").edge_coefficient()
-    assert edge.values == pytest.approx(1 / (2 * np.pi * np.sqrt(2)), rel=0.045)
+    exact = 1 / (2 * np.pi * np.sqrt(2))
+    # slopes carry on from cells around to the edge: values of cells alone spread less
+    assert edge.values == pytest.approx(exact, rel=0.055)
+    assert edge.values.mean() == pytest.approx(exact, rel=0.015)
 
 
 def test_edge_coefficient_has_a_contour_for_every_hole():

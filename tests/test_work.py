@@ -26,14 +26,14 @@ def test_circle(n):
     """Several times closer than by collocation."""
     found = punch(fine_disc(n=n)).solve(1.0)
     assert abs(2 * found.settlement - 1) < 0.2 * abs(2 * found.collocated_settlement - 1)
-    assert abs(2 * found.settlement - 1) < 0.012 / n
+    assert abs(2 * found.settlement - 1) < 0.014 / n
 
 
 def test_thin_ring():
-    """Against a mesh of eight times the cells: collocation is off by ten times as much."""
+    """Against a mesh of eight times the cells: collocation is off by three times as much."""
     found = punch(annulus(0.8, n=200)).solve(1.0)
-    exact = 0.557034  # 3500 cells, graded to both edges
-    assert abs(found.settlement - exact) < 0.15 * abs(found.collocated_settlement - exact)
+    exact = 0.557026  # 1750 and 3500 cells, graded to both edges
+    assert abs(found.settlement - exact) < 0.3 * abs(found.collocated_settlement - exact)
 
 
 @pytest.mark.parametrize("grid", ["dual", "primal"])
@@ -43,8 +43,11 @@ def test_square(grid):
     found = of.solve(1.0, at=(0.1, 0.0))
     assert found.settlement == pytest.approx(SQUARE[0], rel=4e-4)
     assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=1e-3)
-    assert abs(found.settlement - SQUARE[0]) < abs(found.collocated_settlement - SQUARE[0])
-    if grid == "primal":
+    if grid == "dual":
+        assert abs(found.settlement - SQUARE[0]) < 0.1 * abs(
+            found.collocated_settlement - SQUARE[0]
+        )
+    else:
         with_all_cells = found.positions[1]
         assert abs(with_all_cells[1] / 0.1 - SQUARE[1]) > 3 * abs(found.tilt[0] / 0.1 - SQUARE[1])
 
@@ -117,17 +120,18 @@ def test_lifted_off():
     fine = punch(fine_disc(n=1200, graded=0.3)).solve(1.0, at=(0.5, 0.0))
     found = punch(fine_disc(n=300)).solve(1.0, at=(0.5, 0.0))
     assert len(found.contact) < len(found.pressure)
-    assert found.settlement == pytest.approx(fine.settlement, rel=1e-4)
-    assert found.tilt[0] == pytest.approx(fine.tilt[0], rel=1e-3)
-    error = abs(found.collocated_settlement - fine.settlement)
-    assert abs(found.settlement - fine.settlement) < error
+    assert found.flat is not None
+    exact = np.array([fine.settlement, fine.tilt[0]])
+    off = np.abs(found.positions[:, :2] / exact - 1)
+    assert (off[0] < [1.5e-4, 2e-4]).all()
+    assert (off[0] < [0.6, 0.2] * off[2]).all()
 
 
 def test_a_thin_incompressible_layer_keeps_its_collocated_settlement():
     """Ground and punch are apart by half of the settlement near the edge."""
-    ground = LayeredHalfSpace([Layer(0.1, 1.0, 0.5)], "bonded")
+    ground = LayeredHalfSpace([Layer(0.02, 1.0, 0.49)], "bonded")
     with pytest.warns(UserWarning, match="cells"):
-        of = punch(fine_disc(n=300), substrate=ground)
+        of = punch(fine_disc(n=150), substrate=ground)
     found = of.solve(1.0)
     assert found.settlement == pytest.approx(found.collocated_settlement, rel=2e-3)
     assert found.positions[1, 0] > 1.02 * found.settlement

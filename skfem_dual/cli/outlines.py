@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import Load, Plan, PlanSolution, solve_plan
 from ..arguments import Pair
+from ..contact.load import Hull
 from ..ground.substrates import Substrate
 from ..plans.corners import ring_of
 from ..plans.read import SUFFIXES
@@ -82,11 +83,15 @@ def solve_outline(
 ) -> PlanSolution:
     """The footing under that of its loads that acts farthest from the origin.
 
-    The mesh is fine enough for it, and as a rule for those nearer to the middle.
+    The mesh is fine enough for it, and as a rule for those nearer to the middle. Loads that turn
+    it over have no say, unless all do.
     """
-
-    levers = [np.hypot(*(Load(**load).point or (0.0, 0.0))) for load in loads]
-    load = dict(loads[int(np.argmax(levers))])
+    x = np.hstack([outline.sides.extremes() for outline, _ in plan.parts])
+    hull = Hull.of(x - np.reshape(origin, (2, 1)))
+    points = np.array([Load(**load).point or (0.0, 0.0) for load in loads])
+    levers = np.hypot(*points.T)
+    stands = np.array([options.bilateral or hull.beyond(point) <= 0 for point in points])
+    load = dict(loads[int(np.argmax(np.where(stands, levers, -1.0)))])
     if (at := load.pop("at", None)) is not None:
         load["at"] = origin[0] + at[0], origin[1] + at[1]
     return solve_plan(

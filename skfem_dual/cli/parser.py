@@ -81,7 +81,7 @@ def _add_solve(commands: Any) -> None:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.set_defaults(run=solve, other_grid=None)
+    command.set_defaults(run=solve)
     command.add_argument(
         "mesh",
         metavar="MESH",

@@ -3,7 +3,6 @@
 import argparse
 import json
 import os
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,15 +11,15 @@ from typing import Any
 
 from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
-from ..errors import ConvergenceError
 from ..io import write_cases, write_solution, write_whole
-from ..report import solve_on_other_grid, write_report
+from ..report import write_report
 from ..report.data import plain, report_data
 from ..report.details import Details
 from ..report.footing import Footing, footings_of
-from ..terminal import is_watched, tell
+from ..terminal import tell
 from ..units import Units
 from .footings import (
+    Base,
     ground_of,
     punches_of,
     read_bases,
@@ -50,20 +49,27 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     else:
         solution = solve_cases(options, bases, punches)
         times |= punches[0].timings | {"all": perf_counter() - begin}
-    footings = footings_of(solution, details)
+    footings = footings_of(solution, _with_accuracy(details, bases))
     standing = footings[0].standing
     governing = None if standing is None else standing.solution
     condition = None
-    if options.loads is None and governing is not None and len(governing.pressure) <= DENSE:
-        condition = governing.condition_number
-    _write_data(options, footings, governing, times, condition)
+    if standing is not None:
+        dense = len(standing.solution.pressure) <= DENSE
+        if options.loads is None and dense:
+            condition = standing.solution.condition_number
+        if options.json or options.report or (dense and not options.quiet):
+            begin = perf_counter()
+            _ = standing.bounds  # known from here on
+            times["bounds"] = perf_counter() - begin
+    _write_data(options, footings, times, condition)
     if governing is not None:
         if options.vtu:
             write_solution(options.vtu, governing)
         if options.png or options.svg:
             draw(options, "isobars", governing, **_scale(details.units))
     if options.report:
-        _report(options, solution, footings, governing)
+        details = replace(footings[0].details, remarks=tuple(options.warned))
+        write_report(options.report, solution, details=details)
     failed = [
         f"{f'{name}: ' if len(footing.cases) > 1 else ''}{message}"
         for footing in footings
@@ -97,6 +103,13 @@ def _details(options: argparse.Namespace) -> Details:
     )
 
 
+def _with_accuracy(details: Details, bases: Sequence[Base]) -> Details:
+    """With the records of the meshes that were chosen."""
+    single = len(bases) == 1
+    records = {"" if single else b.name: b.accuracy for b in bases if b.accuracy is not None}
+    return replace(details, accuracy=records)
+
+
 def _scale(units: Units) -> dict[str, Any]:
     """Pressures in pictures: over their mean, or in a unit, with that of the axes."""
     if not units.named:
@@ -109,7 +122,6 @@ def _scale(units: Units) -> dict[str, Any]:
 def _write_data(
     options: argparse.Namespace,
     footings: Sequence[Footing],
-    governing: PunchSolution | None,
     times: dict[str, float],
     condition: float | None,
 ) -> None:
@@ -118,36 +130,7 @@ def _write_data(
         names = [footing.name for footing in footings if footing.name]
         write_cases(options.table, *(footing.cases for footing in footings), footings=names)
     if options.json:
-        found = report_data(footings, _couple(options, footings, governing))
+        found = report_data(footings)
         found |= {"condition_number": condition, "seconds": times}
         text = json.dumps(plain(found), indent=2, allow_nan=False) + "\n"
         write_whole(options.json, lambda part: Path(part).write_text(text))
-
-
-def _couple(
-    options: argparse.Namespace, footings: Sequence[Footing], governing: PunchSolution | None
-) -> PunchSolution | None:
-    """The governing case on the other grid, to estimate the error; not of neighbours."""
-    if governing is None or len(footings) > 1:
-        return None
-    if options.other_grid is None:
-        try:
-            options.other_grid = solve_on_other_grid(
-                governing,
-                unilateral=not options.bilateral,
-                progress=options.progress or is_watched(),
-            )
-        except (ValueError, ConvergenceError) as error:  # the results do not depend on it
-            warnings.warn(f"not solved on the other grid: {error}", stacklevel=1)
-    return options.other_grid
-
-
-def _report(
-    options: argparse.Namespace,
-    solution: PunchSolution | dict[str, CasesSolution],
-    footings: Sequence[Footing],
-    governing: PunchSolution | None,
-) -> None:
-    couple = _couple(options, footings, governing)
-    details = replace(footings[0].details, remarks=tuple(options.warned))
-    write_report(options.report, solution, couple=couple, details=details)

@@ -8,6 +8,7 @@ from ..report.cases import CALLED
 from ..report.footing import Footing, between
 from ..units import Unit
 from .footings import Base
+from .messages import in_options
 
 #: coordinates that are zero but for rounding, over the extent of the plan
 NOISE = 1e-12
@@ -48,6 +49,7 @@ def solution_table(
     for name, w in zip(footing.points, footing.settlements[0], strict=True):
         if name.startswith("P"):
             rows[f"Settlement {name}"] = _read(w, units.displacement, named=units.named)
+    rows |= _bounds(footing, times)
     if condition is not None:
         rows["Condition number"] = f"{condition:.4g}"
     rows["Time [s]"] = _times(times)
@@ -66,8 +68,6 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
         rows["Origin"] = _origin(base)
         if base.accuracy is not None:
             rows["Accuracy"] = str(base.accuracy)
-    if base.accuracy is not None:
-        rows["Accuracy"] = str(base.accuracy)
         lines += [_lines(rows), ""]
         marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
         heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
@@ -90,7 +90,10 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
             if i != 1 or units.named:
                 cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
-        lines += ["", *_envelope(footing), ""]
+        lines += ["", *_envelope(footing)]
+        if len(footings) == 1:
+            lines += [f"{name:<24}{line}" for name, line in _bounds(footing, times).items()]
+        lines += [""]
     for pair in between(list(footings)):
         moved = _read(pair.difference, units.displacement, named=units.named)
         lines.append(
@@ -120,6 +123,23 @@ def _envelope(footing: Footing) -> list[str]:
     if footing.details.allowable is not None:
         rows["Of the allowable"] = f"{100 * np.nanmax(footing.utilisation):.3g} %"
     return [f"{name:<24}{value}" for name, value in rows.items()]
+
+
+def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:
+    """Between which values the settlement at the load is expected in the governing case."""
+    standing, units = footing.standing, footing.details.units
+    if standing is None:
+        return {}
+    called = f"Bounds of {footing.cases.names[footing.governing]}"[:23]
+    name = "Bounds" if len(footing.cases) == 1 else called
+    if "bounds" not in times:
+        return {name: "not computed for so many cells. Remedy: --json or --report"}
+    if (bounds := standing.bounds) is None:
+        return {name: f"none: {in_options(standing.no_bounds)}"}
+    low, high = (f"{w * units.displacement.factor:.6g}" for w in bounds.settlement)
+    read = f" {units.displacement.symbol}" if units.named else ""
+    by = "imposed" if "proven" in bounds.settlement_by else "expected"
+    return {name: f"W at ({bounds.at[0]:.4g}, {bounds.at[1]:.4g}) {low} to {high}{read}, {by}"}
 
 
 def _origin(base: Base) -> str:

@@ -2,17 +2,23 @@
 
 from abc import ABC, abstractmethod
 
+import numpy as np
 from numpy import ndarray
 
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.partition import Partition
+from ..grids.polygons import readonly
+from ..kernels.once import computed_once
 from .footprint import Footprint
+from .shapes import Gap, gap_values
 
 
 class Body(ABC):
     """What stands on a footprint shows its cells."""
+
+    gap: Gap | None
 
     @property
     @abstractmethod
@@ -38,6 +44,12 @@ class Body(ABC):
     def collocation_points(self) -> ndarray:
         """Collocation point of each cell, shape (2, n)."""
         return self.footprint.collocation_points
+
+    @computed_once
+    def initial_gap(self) -> ndarray:
+        """Gap between the unloaded body and the ground in the collocation points."""
+        x = self.collocation_points
+        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
     @property
     def acting(self) -> ndarray:

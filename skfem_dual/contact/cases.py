@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -12,61 +12,15 @@ from numpy import ndarray
 from ..arguments import checked_flag, checked_instance, checked_number, checked_sequence
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
 from .cases_solution import CasesSolution
-from .footprint import LoadedCells
 from .load import Constraints, Load
 from .many import ManyLoads
-from .one_sign import solved
 from .problem import Contact
+from .rigid import RigidBodies
 from .solution import PunchSolution
-from .system import ContactSystem, Method, progress_bars
+from .system import Method, progress_bars
 from .unilateral import COARSEST
-from .verify import Verification
 
 Cases = Sequence[Any] | Mapping[str, Any]
-
-
-class Problem(Protocol):
-    """What is solved under many loads: a punch, or several."""
-
-    @property
-    def cells(self) -> LoadedCells:
-        """The cells of all punches."""
-
-    @property
-    def system(self) -> ContactSystem:
-        """The equations."""
-
-    @property
-    def timings(self) -> dict[str, float]:
-        """Seconds of assembly and factorisation."""
-
-    def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
-        """What the loads impose; a ValueError where no pressures can balance them."""
-
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
-        """What is asked of an answer."""
-
-    def find(
-        self,
-        constraints: Constraints,
-        flat: ndarray,
-        start: ndarray | None,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
-    ) -> tuple[Contact, ndarray]:
-        """Contact and position where some cells are flat."""
-
-    def answers(
-        self,
-        loads: tuple[Load, ...],
-        contact: Contact,
-        position: ndarray,
-        timings: dict[str, float],
-    ) -> tuple[PunchSolution, ...]:
-        """Of each punch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +85,7 @@ def named(cases: Cases) -> tuple[tuple[str, ...], list[Any]]:
 
 
 def solve_cases(
-    problem: Problem,
+    problem: RigidBodies,
     names: tuple[str, ...],
     loads: Sequence[tuple[Load, ...]],
     *,
@@ -168,7 +122,7 @@ def solve_cases(
 
 
 def _verified(
-    problem: Problem,
+    problem: RigidBodies,
     imposed: dict[int, Constraints],
     unilateral: bool,
     method: Method,
@@ -188,10 +142,6 @@ def _verified(
         settled = system.matrix @ pressure
         answers = {}
         for (k, c), (contact, position), w in zip(imposed.items(), found, settled.T, strict=True):
-
-            def find(flat, start, c=c):  # type: ignore[no-untyped-def]
-                return problem.find(c, flat, start, unilateral, method, gap_rtol)
-
             known = replace(verify, constraints=c)(contact, position, w), position
-            answers[k] = solved(problem.cells, find, unilateral, found=known)
+            answers[k] = problem.contact(c, unilateral, method, gap_rtol, found=known)
         return answers

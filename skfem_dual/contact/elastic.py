@@ -39,7 +39,7 @@ from .one_sign import contact_of, solved
 from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted
-from .shapes import Gap, gap_values
+from .shapes import Gap
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
 from .verify import Verification
 
@@ -219,12 +219,6 @@ class ElasticPunch(Body):
         count = int(np.sum(size > AT_REST * size.max(initial=0.0)))
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
-
-    @computed_once
-    def initial_gap(self) -> ndarray:
-        """Gap between the unloaded structure and the ground in the collocation points."""
-        x = self.collocation_points
-        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
 
     @computed_once
     def operator(self) -> YieldingOperator:

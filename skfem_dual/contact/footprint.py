@@ -146,6 +146,15 @@ class LoadedCells:
         self._sloping.add_to(matrix, left_out, -1.0)
         return readonly(matrix)
 
+    def flattened_rows(self, exact: "ExactRows | None", flat: ndarray) -> "ExactRows | None":
+        """Those of `flattened` cells, by ``exact`` ones of these."""
+        if exact is None or self.slopes is None or self._sloping is None or not flat.any():
+            return exact
+        rows = exact.rows.copy()
+        sloping = self._sloping.at(exact.numbers)
+        sloping.add_to(rows, self.slopes.without(~flat), -1.0)
+        return ExactRows(exact.numbers, rows)
+
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
         """From the cells to points of shape (2, m), to a tolerance."""
         law = self.weights if self.slopes is None else self.slopes

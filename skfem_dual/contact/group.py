@@ -1,7 +1,7 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, Literal
@@ -11,16 +11,13 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import (
-    checked_choice,
     checked_flag,
     checked_instance,
     checked_number,
     checked_sequence,
-    checked_text,
 )
-from ..grids.checks import check_type
 from ..grids.polygons import readonly
-from ..ground.substrates import Substrate, checked_substrate
+from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
@@ -34,24 +31,23 @@ from .load import Constraints, Load, load_of
 from .neighbours import (
     checked_joined,
     free_of,
-    punch_on,
+    punches_on,
     require_apart,
     require_balance,
     require_one_ground,
 )
-from .one_sign import contact_of, solved
 from .problem import Contact, warn_of
 from .punch import RigidPunch
+from .rigid import RigidBodies
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .union import joint_operator, rows_of, union
-from .verify import Verification
 from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunches:
+class RigidPunches(RigidBodies):
     """Rigid punches on one substrate that act on each other through the ground.
 
     Each is a body with its own load, settlement and tilt; punches that are ``joined`` move as
@@ -150,15 +146,7 @@ class RigidPunches:
         ValueError
             If a subdomain does not exist.
         """
-        checked_substrate(substrate)
-        check_type(mesh)
-        checked_choice("grid", grid, ("dual", "triangles"))
-        known = sorted(mesh.subdomains or {})
-        names = known if names is None else checked_sequence("names", names)
-        names = [checked_text("names", name) for name in names]
-        if missing := [name for name in names if name not in known] or not names:
-            raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
-        return cls([punch_on(substrate, mesh.restrict(name), grid) for name in names], joined)
+        return cls(punches_on(substrate, mesh, names, grid), joined)
 
     @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:
@@ -211,16 +199,15 @@ class RigidPunches:
             return joint_operator([punch.footprint for punch in self.punches], self.cells)
 
     @computed_once
-    def _exact_rows(self) -> ExactRows:
+    def exact_rows(self) -> ExactRows:
+        """Some rows of the matrix, computed apart from it."""
         return rows_of([punch.footprint for punch in self.punches])
 
-    def _flattened(self, flat: ndarray) -> tuple[ContactSystem, list[Footprint]]:
-        """Equations and cells of the punches where some cells are flat."""
+    def flattened_system(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat, (n,) array of bool."""
         own = zip(self.punches, self.slices, strict=True)
         parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
-        if not flat.any():
-            return self.system, parts
-        return self._system(parts, self.cells.flattened_operator(self.operator, flat)), parts
+        return self._system(parts, self.cells.flattened_operator(self.operator, flat))
 
     @property
     def _rtol(self) -> float:
@@ -233,27 +220,26 @@ class RigidPunches:
         return self._system([punch.footprint for punch in self.punches], self.operator)
 
     def _system(self, parts: list[Footprint], operator: Operator) -> ContactSystem:
-        n = self.slices[-1].stop
-        planes, resultants = np.zeros((2, 3 * len(self.bodies), n))
-        for number, body in enumerate(self.bodies):
-            own = slice(3 * number, 3 * number + 3)
-            for i in body:
-                punch, cells = self.punches[i], self.slices[i]
-                shift = (punch.centre - self.centres[number])[:, None]
-                for target, of in (
-                    (planes, punch.planes(punch.collocation_points)),
-                    (resultants, parts[i].resultants),
-                ):
-                    target[own, cells] = of
-                    target[own, cells][1:] += shift * of[0]
+        planes = [punch.planes(punch.collocation_points) for punch in self.punches]
         return ContactSystem(
             operator,
-            planes,
-            resultants,
+            self._by_bodies(planes),
+            self._by_bodies([part.resultants for part in parts]),
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
         )
+
+    def _by_bodies(self, parts: list[ndarray]) -> ndarray:
+        """Motions or moments about the centroids of the punches as those of the bodies."""
+        out = np.zeros((3 * len(self.bodies), self.slices[-1].stop))
+        for number, body in enumerate(self.bodies):
+            for i in body:
+                target = out[3 * number : 3 * number + 3, self.slices[i]]
+                target[:] = parts[i]
+                shift = self.punches[i].centre - self.centres[number]
+                target[1:] += shift[:, None] * parts[i][0]
+        return out
 
     def solve(
         self,
@@ -297,17 +283,14 @@ class RigidPunches:
         everything = self.constraints(given, unilateral)
         pressures = self._pressures_of(start)
         begin = perf_counter()
-
-        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self.find(everything, flat, start, unilateral, method, gap_rtol)
-
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            contact, position = solved(self.cells, find, unilateral, pressures)
+        how = unilateral, method, gap_rtol
+        with progress_bars(progress):
+            contact, position = self.contact(everything, *how, pressures)
         timings = self.timings | {"solution": perf_counter() - begin}
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
-    def find(
+    def _find(
         self,
         constraints: Constraints,
         flat: ndarray,
@@ -316,16 +299,12 @@ class RigidPunches:
         method: Method,
         gap_rtol: float,
     ) -> tuple[Contact, ndarray]:
-        """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
-        system, parts = self._flattened(flat)
-        if self.stiffness is not None:
-            framed = FramedSystem(system, self.stiffness, constraints)
-            return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
-        given = constraints, unilateral
-        contact, position = contact_of(system, *given, method, start, gap_rtol)
-        verify = self.verification(*given, gap_rtol)
-        verify = replace(verify, system=system, exact=rows_of(parts))
-        return verify(contact, position), position
+        """Of bodies under a frame with it."""
+        if self.stiffness is None:
+            return super()._find(constraints, flat, start, unilateral, method, gap_rtol)
+        system = self.flattened_system(flat) if flat.any() else self.system
+        framed = FramedSystem(system, self.stiffness, constraints)
+        return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
 
     def solve_many(
         self,
@@ -370,13 +349,6 @@ class RigidPunches:
             parts.append(load.constraints(origin))
         return Constraints.together(parts)
 
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
-        """What is asked of an answer."""
-        rows = self._exact_rows
-        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
-
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
             return None
@@ -397,9 +369,16 @@ class RigidPunches:
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
+        return self.work_without(np.zeros(len(self.cells), dtype=bool))
+
+    def work_without(self, flat: ndarray) -> Work:
+        """The same where some cells are flat."""
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
-        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self.system)
+        parts = [
+            Part(punch.footprint.flattened(flat[cells]), body_of[i], self.centres[body_of[i]])
+            for i, (punch, cells) in enumerate(zip(self.punches, self.slices, strict=True))
+        ]
+        return Work(tuple(parts), self.flattened_system(flat) if flat.any() else self.system)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

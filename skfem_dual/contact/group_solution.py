@@ -94,7 +94,7 @@ class GroupAnswer:
 
     group: Any
     loads: tuple[Load, ...]
-    touching: ndarray
+    contact: Contact
 
     @computed_once
     def positions(self) -> ndarray | None:
@@ -105,7 +105,9 @@ class GroupAnswer:
             for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)
         ]
         everything = Constraints.together(constraints)
-        return group.work.positions(everything, self.touching, group.stiffness)
+        flat = self.contact.flat
+        work = group.work if flat is None else group.work_without(flat)
+        return work.positions(everything, self.contact.touching, group.stiffness)
 
 
 def answers_of(
@@ -122,7 +124,7 @@ def answers_of(
     solutions = {}
     together = None
     if all(punch.gap is None for punch in punches.punches):
-        together = GroupAnswer(punches, loads, contact.touching)
+        together = GroupAnswer(punches, loads, contact)
     for number, body in enumerate(punches.bodies):
         moved = position[3 * number : 3 * number + 3]
         for i in body:

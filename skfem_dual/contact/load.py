@@ -284,3 +284,14 @@ def _where(beyond_plan: float) -> str:
     if beyond_plan > 0:
         return "outside the convex hull of the plan"
     return "nearer to the edge of the plan's convex hull than its outermost cells"
+
+
+def between_waves(load: Load, unilateral: bool) -> Load:
+    """A load on periodic ground, which neither tilts nor has a place of its own."""
+    untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
+    if load.force is None or not untilted or not unilateral:
+        raise ValueError(
+            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
+            "periodic, and a settlement relative to the mean of the surface imposes no force"
+        )
+    return Load(force=load.force, tilt=(0.0, 0.0))

@@ -8,20 +8,45 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
-from ..arguments import checked_integer, checked_sequence
+from ..arguments import checked_choice, checked_integer, checked_sequence, checked_text
 from ..grids.cellwise import nodal_mesh
+from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import distance_to_segments, edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
-from ..ground.substrates import Substrate
+from ..ground.substrates import Substrate, checked_substrate
 from .footprint import hulls
 from .load import Load, require_compression
 from .punch import RigidPunch
 
 
-def punch_on(
+def punches_on(
+    substrate: Substrate,
+    mesh: MeshTri,
+    names: Sequence[str] | None,
+    grid: Literal["dual", "triangles"],
+) -> list[RigidPunch]:
+    """A flat punch on each subdomain of a mesh; arguments as of `RigidPunches.from_subdomains`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not what it must be, or a subdomain does not exist.
+    """
+    checked_substrate(substrate)
+    check_type(mesh)
+    checked_choice("grid", grid, ("dual", "triangles"))
+    known = sorted(mesh.subdomains or {})
+    names = known if names is None else checked_sequence("names", names)
+    names = [checked_text("names", name) for name in names]
+    if missing := [name for name in names if name not in known] or not names:
+        raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
+    return [_punch_on(substrate, mesh.restrict(name), grid) for name in names]
+
+
+def _punch_on(
     substrate: Substrate, mesh: MeshTri, grid: Literal["dual", "triangles"]
 ) -> RigidPunch:
     """A flat punch on the whole of a mesh, its origin at the centroid of its plan."""

@@ -1,6 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, Literal
 
@@ -22,20 +22,20 @@ from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
-from .load import Constraints, Load, load_of, require_compression
-from .one_sign import contact_of, solved
+from .load import Constraints, Load, between_waves, load_of, require_compression
+from .motions import Motions, moving, shear_load, sliding
 from .pressures import CellPressures
 from .problem import Contact, warn_of
-from .shapes import Gap, gap_values
+from .rigid import RigidBodies
+from .shapes import Gap
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
-from .verify import Verification
-from .work import Part, Work, moved
+from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunch(Body):
+class RigidPunch(Body, RigidBodies):
     """A rigid, smooth punch on an elastic substrate, flat or shaped.
 
     The unknowns are the mean pressures of the cells of a partition, and the displacement of the
@@ -175,12 +175,6 @@ class RigidPunch(Body):
         return self.symmetry
 
     @computed_once
-    def initial_gap(self) -> ndarray:
-        """Gap between punch and ground in the collocation points before contact."""
-        x = self.collocation_points
-        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
-
-    @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
         return self._system(self.footprint, self.operator)
@@ -195,21 +189,38 @@ class RigidPunch(Body):
             self.timings,
         )
 
-    def _flattened(self, flat: ndarray) -> tuple[Footprint, ContactSystem]:
-        """Cells of which some are flat, and their equations."""
-        if not flat.any():
-            return self.footprint, self.system
-        cells = self.footprint.flattened(flat)
-        return cells, self._system(cells, self.footprint.flattened_operator(self.operator, flat))
+    def flattened_system(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat, (n,) array of bool."""
+        operator = self.footprint.flattened_operator(self.operator, flat)
+        return self._system(self.footprint.flattened(flat), operator)
 
-    def stiffness(self) -> ndarray:
-        """Force and moments by unit settlement and unit tilts, shape (3, 3).
+    def stiffness(self, *, full: bool = False, rough: bool = False) -> ndarray:
+        """Force and moments by unit settlement and unit tilts, or by all six motions.
+
+        Parameters
+        ----------
+        full : bool
+            Whether the base also slides and twists, on a `HalfSpace`.
+        rough : bool
+            Whether the base is bonded to the ground, so that pressures and shear tractions are
+            coupled; ``full`` only. Otherwise it is relaxed: horizontal motions are carried by
+            shear tractions alone, vertical ones by pressures alone.
 
         Returns
         -------
-        (3, 3) array of float
+        (3, 3) or (6, 6) array of float
             Maps ``(W0, Lx, Ly)`` of (3) to the integrals of ``p``, ``p x`` and ``p y`` with the
             coordinates from ``origin``. Symmetric up to the error of the discretisation.
+            If ``full``, ``(W0, Lx, Ly, Ux, Uy, twist)`` to these and ``(Hx, Hy, T)``: horizontal
+            displacements of the origin along x and y, and the rotation about the vertical, from x
+            towards y; the force on the base and its moment likewise. Under a flat punch with a
+            singular edge by the work of the tractions, which is closer; symmetric.
+
+        Raises
+        ------
+        ValueError
+            If ``rough`` without ``full``, or if ``full`` and the ground is not homogeneous or
+            there are more than 4000 cells.
 
         Examples
         --------
@@ -220,9 +231,30 @@ class RigidPunch(Body):
         >>> [round(float(k), 2) for k in K.diagonal()]  # exact for the circle: 2, 4/3, 4/3
         [2.0, 1.33, 1.33]
         """
+        if checked_flag("full", full):
+            return self._full_stiffness(checked_flag("rough", rough))
+        if checked_flag("rough", rough):
+            raise ValueError("expected full=True with rough=True: a smooth base moves vertically")
         shift = np.eye(3)
         shift[0, 1:] = self.centre - self.origin
         return shift.T @ self.system.stiffness @ shift
+
+    def _full_stiffness(self, rough: bool) -> ndarray:
+        shift = moving(self.centre - self.origin)
+        if rough:
+            whole = np.ones(len(self.footprint), dtype=bool)
+            return shift.T @ Motions(self.footprint, True, whole).stiffness @ shift
+        stiffness = np.zeros((6, 6))
+        stiffness[3:, 3:] = self._motions.stiffness
+        by_work = self.gap is None and self.weights is not None
+        vertical = self._work.stiffness if by_work else self.system.stiffness
+        stiffness[:3, :3] = (vertical + vertical.T) / 2
+        return shift.T @ stiffness @ shift
+
+    @computed_once
+    def _motions(self) -> Motions:
+        """Horizontal ones while the whole base touches."""
+        return Motions(self.footprint, False, np.ones(len(self.footprint), dtype=bool))
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
@@ -275,6 +307,8 @@ class RigidPunch(Body):
         *,
         settlement: float | None = None,
         tilt: Pair | None = None,
+        horizontal: Pair | None = None,
+        torsion: float | None = None,
         unilateral: bool = True,
         method: Method = "auto",
         start: CellPressures | None = None,
@@ -287,6 +321,11 @@ class RigidPunch(Body):
         ----------
         force, at, moments, settlement, tilt
             What is imposed; see `Load`.
+        horizontal, torsion : pair of float, float, optional
+            A force (Hx, Hy) on the base, in the plane of the ground, and a moment about the
+            vertical through ``origin``, positive from x towards y. Cells in contact carry them by
+            shear tractions, which neither slip nor change the pressures; see
+            ``solution.shear``. On a `HalfSpace` only, with up to 4000 cells.
         unilateral : bool
             Whether the contact region is found: the ground does not pull, and the punch lifts
             off where it would. If not, all cells stay in contact, the paper's (5).
@@ -312,46 +351,32 @@ class RigidPunch(Body):
         ValueError
             If the load is incomplete, contradictory or not finite, or if no pressures can
             balance it: tension, moments without a force, or a resultant beyond the plan; or if
-            ``gap_rtol`` is not positive and up to 0.01.
+            ``gap_rtol`` is not positive and up to 0.01; or if the ground is not known to carry
+            ``horizontal`` and ``torsion``, or hardly touches.
         ConvergenceError
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt)
+        shear = shear_load(self.footprint, horizontal, torsion)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
         if self._periodic:
-            load = _between_waves(load, unilateral)
+            load = between_waves(load, unilateral)
         progress = checked_flag("progress", progress)
         constraints = self.constraints((load,), unilateral)
         pressures = None if start is None else self.pressures_of(start)
         begin = perf_counter()
-
-        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self.find(constraints, flat, start, unilateral, method, gap_rtol)
-
-        # infinite loads are refused there
-        with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-            contact, position = solved(self.footprint, find, unilateral, pressures)
+        how = unilateral, method, gap_rtol
+        with progress_bars(progress):
+            contact, position = self.contact(constraints, *how, pressures)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
-        return PunchSolution.from_contact(self, load, contact, position, timings)
-
-    def find(
-        self,
-        constraints: Constraints,
-        flat: ndarray,
-        start: ndarray | None,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
-    ) -> tuple[Contact, ndarray]:
-        """Contact and position where some cells are flat, (n,) array of bool, and verified."""
-        cells, system = self._flattened(flat)
-        given = constraints, unilateral
-        contact, position = contact_of(system, *given, method, start, gap_rtol)
-        verify = self.verification(*given, gap_rtol)
-        verify = replace(verify, system=system, exact=cells.exact_rows)
-        return verify(contact, position), position
+        solution = PunchSolution.from_contact(self, load, contact, position, timings)
+        if shear is None:
+            return solution
+        origin = np.array(self.origin)
+        found = sliding(self.footprint, contact.touching, origin, shear, self._motions)
+        return replace(solution, shear=found)
 
     def solve_many(
         self,
@@ -382,7 +407,7 @@ class RigidPunch(Body):
         loads = [load_of(f"load case {name!r}", load) for name, load in zip(names, given)]
         if self._periodic:
             unilateral = options.get("unilateral", True)
-            loads = [_between_waves(load, unilateral) for load in loads]
+            loads = [between_waves(load, unilateral) for load in loads]
         single = [(load,) for load in loads]
         answers = solve_cases(self, names, single, **options)
         answers.warn()
@@ -395,13 +420,6 @@ class RigidPunch(Body):
             require_compression(loads[0], origin, self.footprint.hulls, self.gap is None)
         return loads[0].constraints(origin)
 
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
-        """What is asked of an answer."""
-        rows = self.footprint.exact_rows
-        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
-
     def answers(
         self,
         loads: tuple[Load, ...],
@@ -412,25 +430,20 @@ class RigidPunch(Body):
         """The answer under one load, from contact and position of the plan's centroid."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
 
-    def positions_by_work(self, load: Load, touching: ndarray) -> ndarray | None:
-        """(W0, Lx, Ly) by the work of the pressures, see `Work.positions`; shape (2, 3).
-
-        ``touching`` are the cells in contact; None where there is no such position.
-        """
-        if self.gap is not None or self.weights is None:
-            return None
-        shift = self.centre - self.origin
-        found = self._work.positions(load.constraints(-shift), touching)
-        return None if found is None else moved(found, -shift)
-
     @property
     def cells(self) -> Footprint:
         """The cells under the punch."""
         return self.footprint
 
     @computed_once
-    def _work(self) -> Work:
+    def work(self) -> Work:
+        """Positions by the work of the pressures."""
         return Work((Part(self.footprint, 0, self.centre),), self.system)
+
+    def work_without(self, flat: ndarray) -> Work:
+        """The same where some cells are flat."""
+        part = Part(self.footprint.flattened(flat), 0, self.centre)
+        return Work((part,), self.flattened_system(flat))
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""
@@ -443,14 +456,3 @@ class RigidPunch(Body):
             f"<skfem_dual RigidPunch object>\n  Substrate: {self.substrate}\n"
             f"  Grid: {self.grid_description}"
         )
-
-
-def _between_waves(load: Load, unilateral: bool) -> Load:
-    """A load on periodic ground, which neither tilts nor has a place of its own."""
-    untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
-    if load.force is None or not untilted or not unilateral:
-        raise ValueError(
-            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
-            "periodic, and a settlement relative to the mean of the surface imposes no force"
-        )
-    return Load(force=load.force, tilt=(0.0, 0.0))

@@ -15,9 +15,10 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
+from .motions import ShearSolution
 from .pressures import CellPressures
 from .problem import Contact
-from .work import Member
+from .work import Member, positions_alone
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
 REPR_BOUNDS = 200
@@ -70,6 +71,8 @@ class PunchSolution(CellPressures):
         turn negative; None if there are none.
     member : Member or None
         What tells its position by work in a group of rigid punches.
+    shear : ShearSolution or None
+        How the punch slides and twists, if that was asked for.
     """
 
     load: Load
@@ -77,6 +80,7 @@ class PunchSolution(CellPressures):
     collocated_tilt: ndarray
     resultant_residual: ndarray
     member: Member | None = None
+    shear: ShearSolution | None = None
 
     @classmethod
     def from_contact(
@@ -135,8 +139,7 @@ class PunchSolution(CellPressures):
 
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
-        do not take part. Of others, and beside structures
-        that bend, that of collocation. What is
+        do not take part. Of others, and beside structures that bend, that of collocation. What is
         imposed is kept.
         """
         return float(self.positions[0, 0])
@@ -157,8 +160,10 @@ class PunchSolution(CellPressures):
         touching[self.contact] = True
         if self.member is not None:
             found = self.member.positions
+        elif self.others:
+            found = None
         else:
-            found = None if self.others else self.punch.positions_by_work(self.load, touching)
+            found = positions_alone(self.punch, self.load, touching, self.flat)
         if found is None or not self.success:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
@@ -226,6 +231,8 @@ class PunchSolution(CellPressures):
                 f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}"
             )
         }
+        if self.shear is not None:
+            position |= self.shear.table()
         return first | position | rows | residuals | last
 
     def _bounds_row(self) -> dict[str, str]:

@@ -5,7 +5,7 @@ Pressures p of the cells and a position s obey ``D p + gap = planes' s`` in cont
 Schur complement, the stiffness ``resultants D^-1 planes'``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,6 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..arguments import checked_choice, checked_number
 from ..kernels.limits import limited_threads
@@ -185,25 +184,7 @@ class ContactSystem:
                 "expected a dense matrix for the condition number, got an operator. Remedy: a "
                 f"coarser mesh; up to {DENSE} cells the matrix is dense"
             )
-        matrix, factors = self._array, self.factors
-
-        def largest(product: Callable[[ndarray], ndarray]) -> float:
-            gram = LinearOperator(matrix.shape, matvec=product, dtype=float)
-            # fixed start: the same digits in every run
-            start = np.random.default_rng(0).standard_normal(len(matrix))
-            return float(eigsh(gram, k=1, tol=1e-8, v0=start, return_eigenvectors=False)[0])
-
-        if len(matrix) < 3:  # too small for Lanczos
-            return float(np.linalg.cond(matrix))
-        scale = np.abs(matrix).max()  # in any units
-        scaled = matrix / scale
-
-        def inverse(v: ndarray, trans: int = 0) -> ndarray:
-            return scale * factors.solve(v, trans)
-
-        top = largest(lambda v: scaled.T @ (scaled @ v))
-        bottom = largest(lambda v: inverse(inverse(v, trans=1)))
-        return float(np.sqrt(top * bottom))
+        return self.factors.condition_number(self._array)
 
     def bilateral(self, constraints: Constraints) -> tuple[Contact, ndarray]:
         """Contact and position where all cells are in contact and the ground may pull.

@@ -22,7 +22,7 @@ from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
-from .load import Constraints
+from .load import Constraints, Load
 from .problem import DOZEN
 from .system import DENSE, ContactSystem
 
@@ -184,6 +184,12 @@ class Work:
         pressures = self.system.unit_pressures / self._unit
         return self._compliances(pressures, np.ones(len(pressures), dtype=bool))
 
+    @property
+    def stiffness(self) -> ndarray:
+        """Forces by motions, shape (m, m), with contact on all cells."""
+        unit = self._unit
+        return np.linalg.inv(self._in_full_contact[0]) * np.outer(unit, unit)
+
     def _pressures(self, touching: ndarray) -> ndarray:
         """Pressures by motions of unit size with contact on some cells, shape (n, m)."""
         cells = np.nonzero(touching)[0]
@@ -238,6 +244,22 @@ class Work:
 def moved(positions: ndarray, by: ndarray) -> ndarray:
     """Positions (W0, Lx, Ly) of shape (k, 3) of a point farther on by some way."""
     return positions @ np.vstack([[1.0, 0.0, 0.0], np.column_stack([by, np.eye(2)])])
+
+
+def positions_alone(
+    punch: Any, load: Load, touching: ndarray, flat: ndarray | None
+) -> ndarray | None:
+    """(W0, Lx, Ly) of a punch with no other beside it, see `Work.positions`; shape (2, 3).
+
+    ``touching`` are the cells in contact, ``flat`` those without slopes; None where there is no
+    such position.
+    """
+    if punch.gap is not None or punch.weights is None:
+        return None
+    shift = punch.centre - punch.origin
+    work = punch.work if flat is None else punch.work_without(flat)
+    found = work.positions(load.constraints(-shift), touching)
+    return None if found is None else moved(found, -shift)
 
 
 @dataclass(frozen=True, eq=False)

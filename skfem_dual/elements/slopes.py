@@ -17,7 +17,7 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -66,10 +66,14 @@ class Slopes:
 
     def without(self, cells: ndarray) -> "Slopes":
         """With no slope in some cells, given as (n,) array of bool."""
-        kept = diags(np.tile(np.where(cells, 0.0, 1.0), 2))
-        matrix = csr_matrix(kept @ self.matrix)
-        matrix.eliminate_zeros()
-        return type(self)(self.weights, matrix, self.second_moments)
+        counts = np.diff(self.matrix.indptr)
+        left_out = np.tile(cells, 2)
+        kept = ~np.repeat(left_out, counts)
+        starts = np.concatenate([[0], np.cumsum(np.where(left_out, 0, counts))])
+        rows = self.matrix.data[kept], self.matrix.indices[kept], starts
+        return type(self)(
+            self.weights, csr_matrix(rows, shape=self.matrix.shape), self.second_moments
+        )
 
     @computed_once
     def first_moments(self) -> ndarray:

@@ -197,6 +197,48 @@ def _density(load: ndarray, area: ndarray) -> ndarray:
     return np.divide(load, area, out=np.zeros(len(load)), where=area != 0)
 
 
+class StripPolygons(NamedTuple):
+    """Strips of weighted cells.
+
+    Attributes
+    ----------
+    cell : (k,) array of int
+        The cell of each.
+    corners : (2, 4, k) array of float
+        In turn, in either sense; two are equal at an apex.
+    area : (k,) array of float
+        Positive if the corners are counter-clockwise.
+    load : (k,) array of float
+        Load under a unit mean pressure on the cell.
+    """
+
+    cell: ndarray
+    corners: ndarray
+    area: ndarray
+    load: ndarray
+
+
+def strip_polygons(weights: EdgeWeights, cells: ndarray) -> StripPolygons:
+    """Strips of weighted cells, ascending."""
+    fan = weights.fan
+    wanted = np.zeros(len(weights.partition), dtype=bool)
+    wanted[cells] = True
+    own = np.nonzero(wanted[fan.cell])[0]
+    triangle, corners = _cut(weights.root[fan.t[:, own]])
+    triangle = own[triangle]
+    # a strip of four corners is two triangles; its load is what those carry
+    halves = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
+    pieces = np.tile(triangle, 2), halves
+    points = points_in_pieces(weights.partition, weights, fan, pieces, 1)
+    load = np.bincount(points.piece, points.weight, 2 * len(triangle))
+    load = load.reshape(2, -1).sum(axis=0)
+    x = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners)
+    following = np.roll(x, -1, axis=1)
+    area = np.sum(x[0] * following[1] - x[1] * following[0], axis=0) / 2
+    keep = np.abs(area) > 1e-14 * fan.areas[triangle]
+    return StripPolygons(fan.cell[triangle[keep]], x[..., keep], area[keep], load[keep])
+
+
 def _cut(root: ndarray) -> tuple[ndarray, ndarray]:
     """Triangles cut along levels, those of the roots of the distance at their corners (3, m).
 

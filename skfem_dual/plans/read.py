@@ -112,8 +112,11 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
     try:
         found = shapely.from_wkt(text) if kind == "wkt" else shapely.from_geojson(text)
     except (shapely.errors.ShapelyError, ValueError) as error:
-        name = {"wkt": "WKT", "geojson": "GeoJSON"}[kind]
-        raise MeshError(f"expected {name} in {path}: {shortened(str(error), 160)}") from error
+        name, told = {"wkt": "WKT", "geojson": "GeoJSON"}[kind], shortened(str(error), 160)
+        closed = ". Remedy: end each ring with its first point, in all digits"
+        raise MeshError(
+            f"expected {name} in {path}: {told}{closed if 'closed' in told else ''}"
+        ) from error
     if kind == "geojson":
         _require_lengths(text, path)
     polygons = [p for p in shapely.get_parts(shapely.get_parts([found])) if not p.is_empty]

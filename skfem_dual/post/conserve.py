@@ -19,6 +19,8 @@ class Balance:
     ----------
     couple : RegularCouple
         The couple of grids and the fields of its regular parts.
+    loads : (3, n) and (3, m) array of float
+        Force and first moments of unit pressures on dual cells and on triangles.
     resultants : (2, 3) array of float
         Force and first moments of the pressures on dual cells and on triangles. The field on the
         general triangulation takes their mean.
@@ -27,6 +29,7 @@ class Balance:
     """
 
     couple: RegularCouple
+    loads: tuple[ndarray, ndarray]
     resultants: ndarray
     origin: tuple[float, float]
 
@@ -47,10 +50,9 @@ class Balance:
     @computed_once
     def _integrals(self) -> list[ndarray]:
         """Integrals of 1, x and y times the functions of each field, shape (3, ...)."""
-        couple, n = self.couple, len(self.couple.dual)
-        loads = self._planes(couple.acting) * couple.areas
-        p, t = couple.general.p, couple.general.t
-        return [loads[:, :n], loads[:, n:], _hat_integrals(p, t, self._planes(p))]
+        scale = np.array([[1.0], [self._size], [self._size]])
+        p, t = self.couple.general.p, self.couple.general.t
+        return [*(load / scale for load in self.loads), _hat_integrals(p, t, self._planes(p))]
 
     def completed(self, which: int, values: ndarray) -> ndarray:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.

@@ -170,8 +170,9 @@ def postprocess(
     field, pressures = couple.to_field @ new, kept(couple.to_pressures @ new)
     grids = [pressures[:n], pressures[n:], field]
     if conserve:
+        loads = _loads(couple, on_cells, slice(n)), _loads(couple, on_triangles, slice(n, None))
         resultants = np.array([_resultant(s) for s in solutions])
-        balance = Balance(couple, resultants, on_cells.punch.origin)
+        balance = Balance(couple, loads, resultants, on_cells.punch.origin)
         grids = [balance.completed(which, values) for which, values in enumerate(grids)]
     return PostprocessedPressure(
         dual=dual,
@@ -191,6 +192,19 @@ _NONE = np.empty(0, np.int32)
 def _resultant(solution: PunchSolution) -> ndarray:
     """Force and first moments of the pressures on the cells."""
     return solution.footprint.resultant(solution.pressure)
+
+
+def _loads(couple: RegularCouple, solution: PunchSolution, part: slice) -> ndarray:
+    """Force and first moments of unit pressures on the cells of one grid.
+
+    Pressures with slopes inside the cells do not act where the law of the edge alone does.
+    """
+    cells = solution.footprint
+    if cells.slopes is None:
+        arm = couple.acting[:, part] - np.array(cells.origin)[:, None]
+        return np.vstack([np.ones(len(cells)), arm]) * couple.areas[part]
+    shift = np.concatenate([[0.0], cells.centre - cells.origin])
+    return cells.resultants + shift[:, None] * cells.partition.areas
 
 
 def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:

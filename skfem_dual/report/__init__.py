@@ -2,19 +2,15 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .. import __version__
-from ..arguments import checked_flag, checked_instance
+from ..arguments import checked_instance
 from ..contact.cases_solution import CasesSolution
 from ..contact.elastic_solution import ElasticSolution
-from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
-from ..grids.cellwise import CellwiseBasis
 from ..io import write_whole
 from ..io.writing import PathLike
 from .bearing import bearing_section, points_section
@@ -70,21 +66,20 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
 def report_html(
     solution: Reported,
     *,
-    couple: PunchSolution | None = None,
     details: Details | None = None,
     **said: Any,
 ) -> str:
     """A page with input, results and checks of a solution.
+
+    Of a rigid punch the problem is solved on the other grid of the mesh, too, which tells how
+    far the numbers may be off, see `PunchSolution.bounds`; of cases that with the largest
+    pressure under the first footing.
 
     Parameters
     ----------
     solution : PunchSolution, ElasticSolution, CasesSolution or mapping of str to CasesSolution
         What to report, on any grid: one load, a structure, load cases, or those of several
         footings on the same ground by their names.
-    couple : PunchSolution, optional
-        Of a rigid punch the same problem on the other grid of the `DualMesh`, from which the
-        error is estimated; `solve_on_other_grid` finds it. With cases, that of the case with the
-        largest pressure under the first footing.
     details : Details, optional
         What else it says, or as keyword arguments:
     **said
@@ -102,10 +97,9 @@ def report_html(
     Raises
     ------
     TypeError
-        If a solution is something else, or ``couple`` is given but not one on dual cells and
-        the other on triangles of one `DualMesh`; or with an ElasticSolution.
+        If a solution is something else.
     ValueError
-        If ``couple`` has another mesh, origin, load or ground, or units are not known.
+        If units are not known, or points are not on the plan.
     ImportError
         If matplotlib is missing.
 
@@ -115,9 +109,7 @@ def report_html(
     >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
     >>> dual = DualMesh.from_mesh(MeshTri.init_circle(3))
     >>> solution = RigidPunch(HalfSpace(30e3, 0.25), dual.basis()).solve(1.2e3, (0.1, 0.05))
-    >>> text = report_html(
-    ...     solution, title="Pier 3", units="kN,m", couple=solve_on_other_grid(solution)
-    ... )
+    >>> text = report_html(solution, title="Pier 3", units="kN,m")
     >>> "<h1>Pier 3</h1>" in text
     True
     """
@@ -128,18 +120,13 @@ def report_html(
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
     footings = [] if isinstance(solution, ElasticSolution) else footings_of(solution, details)
     if isinstance(solution, ElasticSolution):
-        if couple is not None:
-            raise TypeError("expected no couple of an ElasticSolution, got one")
         parts = structure_sections(
             solution, mesh_name, details.remarks, __version__, details.units
         )
     elif isinstance(solution, PunchSolution):
-        parts = _punch_sections(solution, couple, mesh_name, footings)
+        parts = _punch_sections(solution, mesh_name, footings)
     else:
-        standing = footings[0].standing
-        if couple is not None and standing is not None:
-            _check_same_problem(standing.solution, couple)
-        parts = cases_sections(footings, couple, mesh_name, __version__)
+        parts = cases_sections(footings, mesh_name, __version__)
     title = details.title
     if title is None:
         title = STRUCTURE if isinstance(solution, ElasticSolution) else TITLE
@@ -154,17 +141,12 @@ def report_html(
 
 
 def _punch_sections(
-    solution: PunchSolution,
-    couple: PunchSolution | None,
-    mesh_name: str,
-    footings: list[Footing],
+    solution: PunchSolution, mesh_name: str, footings: list[Footing]
 ) -> list[Html]:
-    if couple is not None:
-        _check_same_problem(solution, couple)
     details = footings[0].details
     standing = Standing(solution, details.units)
     return [
-        warnings_of(solution, standing, couple, details.remarks),
+        warnings_of(solution, standing, details.remarks),
         in_short(solution, standing),
         input_section(solution, standing, mesh_name),
         position_section(solution, standing),
@@ -174,79 +156,6 @@ def _punch_sections(
         standing_section(solution, standing),
         depth_section(footings[0]),
         resultant_section(solution, standing),
-        error_section(solution, standing, couple),
-        solver_section(solution, couple, __version__, details.units),
+        error_section(standing, footings[0].accuracy),
+        solver_section(solution, __version__, details.units),
     ]
-
-
-def _check_same_problem(solution: PunchSolution, couple: PunchSolution) -> None:
-    checked_instance("couple", couple, PunchSolution)
-    if couple.load != solution.load:
-        raise ValueError(f"expected a couple under {solution.load}, got one under {couple.load}")
-    ground, other = solution.punch.substrate, couple.punch.substrate
-    if ground != other and repr(ground) != repr(other):
-        raise ValueError(f"expected a couple on {ground}, got one on {other}")
-
-
-def solve_on_other_grid(
-    solution: PunchSolution, *, unilateral: bool | None = None, progress: bool = False
-) -> PunchSolution:
-    """The same problem on the triangles instead of the dual cells, or the reverse.
-
-    Under a flat punch dual cells with constant pressures are collocated in their nodes, so that
-    the solutions enclose the exact settlement, see `estimate_error`.
-
-    Parameters
-    ----------
-    solution : PunchSolution
-        On ``dual.basis()`` or ``dual.primal_basis()``.
-    unilateral : bool, optional
-        As for `RigidPunch.solve`; by default unless the ground pulls in ``solution``.
-    progress : bool
-        Whether iterations show progress bars.
-
-    Raises
-    ------
-    TypeError
-        If ``solution`` is something else, or not on a grid of a `DualMesh`.
-    ValueError
-        If its punch has the gaps of its cells for a shape, or neighbours; or as
-        `RigidPunch.solve`.
-    ConvergenceError
-        As `RigidPunch.solve`.
-    """
-    checked_instance("solution", solution, PunchSolution)
-    progress = checked_flag("progress", progress)
-    punch, basis = solution.punch, solution.punch.basis
-    if not isinstance(basis, CellwiseBasis):
-        raise TypeError(
-            "expected a solution on dual.basis() or dual.primal_basis() of a DualMesh, got one "
-            f"on {punch.grid_description}"
-        )
-    if solution.others:
-        raise ValueError("expected a single punch, got one with neighbours on the same ground")
-    if isinstance(punch.gap, (np.ndarray, list)):
-        raise ValueError("expected the shape as a function or field, got gaps of one grid's cells")
-    to_dual = basis.grid == "primal"
-    enclosing = punch.edge == "constant" and punch.gap is None
-    other = RigidPunch(
-        punch.substrate,
-        basis.dual.basis() if to_dual else basis.dual.primal_basis(),
-        edge=punch.edge,
-        edge_boundaries=punch.edge_boundaries,
-        collocation="node" if to_dual and enclosing else "centroid",
-        origin=punch.origin,
-        gap=punch.gap,
-        rtol=punch.rtol,
-        symmetry=None if punch.symmetry is None else "auto",
-    )
-    if unilateral is None:
-        unilateral = bool((solution.pressure >= 0).all())
-    unilateral = checked_flag("unilateral", unilateral)
-    found_before = unilateral and solution.iterations > 0 and solution.success
-    return other.solve(
-        **asdict(solution.load),
-        unilateral=unilateral,
-        start=solution if found_before else None,
-        progress=progress,
-    )

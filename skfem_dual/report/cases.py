@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.solution import PunchSolution
 from ..ground.substrates import Substrate
 from .bearing import bearing_section, points_section
 from .checks import error_section, solver_section
@@ -42,10 +41,8 @@ CALLED = {
 }
 
 
-def cases_sections(
-    footings: Sequence[Footing], couple: PunchSolution | None, mesh_name: str, version: str
-) -> list[Html]:
-    """All of a report but its head; ``couple`` is that of the first footing's governing case."""
+def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) -> list[Html]:
+    """All of a report but its head."""
     pairs = between(list(footings))
     parts = [_notices(footings), _in_short(footings, pairs), _input(footings, mesh_name)]
     parts += [_results(footing) for footing in footings]
@@ -54,9 +51,10 @@ def cases_sections(
     parts += [depth_section(footing) for footing in footings]
     first = footings[0]
     if first.standing is not None:
-        parts.append(error_section(first.standing.solution, first.standing, couple))
+        case = _of(first) + first.cases.names[first.governing]
+        parts.append(error_section(first.standing, first.accuracy, case))
         units = first.details.units
-        parts.append(solver_section(first.standing.solution, couple, version, units))
+        parts.append(solver_section(first.standing.solution, version, units))
     return parts
 
 

@@ -1,16 +1,15 @@
 """All of a report for other programs, as plain data under a schema with a version."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
-from ..contact.solution import PunchSolution
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
-from ..post.estimate import estimate_error
 from .depth import below
 from .details import Details
 from .footing import Footing, between
@@ -19,9 +18,7 @@ from .footing import Footing, between
 SCHEMA = "skfem-dual/1"
 
 
-def report_data(
-    footings: Sequence[Footing], couple: PunchSolution | None = None
-) -> dict[str, Any]:
+def report_data(footings: Sequence[Footing]) -> dict[str, Any]:
     """What the page of the same footings shows, as numbers, text, lists and dictionaries.
 
     All numbers are in the units that went in, ``None`` where a page has a dash. The fields are
@@ -44,7 +41,7 @@ def report_data(
             }
             for pair in between(list(footings))
         ],
-        "error": _error(footings[0], couple),
+        "error": _error(footings[0]),
         "success": all(bool(footing.cases.success.all()) for footing in footings),
     }
 
@@ -114,6 +111,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
             "area": footprint.partition.areas.sum(),
             "extent": [p.min(axis=1), p.max(axis=1)],
             "kern": None if standing is None or standing.kern is None else standing.kern.T,
+            "accuracy": None if footing.accuracy is None else asdict(footing.accuracy),
             "points": [{"name": name, "x": x[0], "y": x[1]} for name, x in footing.points.items()],
             "circle_radius": footing.radius,
             "cases": [_case(footing, k) for k in range(len(cases))],
@@ -180,18 +178,15 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
     }
 
 
-def _error(footing: Footing, couple: PunchSolution | None) -> dict[str, Any] | None:
-    """Settlement and tilts of the governing case on both grids."""
-    if couple is None or footing.standing is None:
+def _error(footing: Footing) -> dict[str, Any] | None:
+    """Between which values the exact position is expected in the governing case."""
+    standing = footing.standing
+    if standing is None:
         return None
-    solution = footing.standing.solution
-    pair = (solution, couple) if footing.standing.on_dual_cells else (couple, solution)
-    estimate = estimate_error(*pair)
     return plain(
         {
             "case": footing.cases.names[footing.governing],
-            "settlement": [s.settlement for s in pair],
-            "tilt": [s.tilt for s in pair],
-            "between_both": bool(estimate.bracketed[0]),
+            "bounds": None if standing.bounds is None else asdict(standing.bounds),
+            "no_bounds": standing.no_bounds,
         }
     )

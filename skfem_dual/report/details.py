@@ -1,7 +1,7 @@
 """What a report says beyond the solution: who, what, units, and what the ground may bear."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..arguments import (
     checked_size,
     checked_text,
 )
+from ..plans.search import Accuracy
 from ..units import PLAIN, Units
 
 
@@ -41,6 +42,9 @@ class Details:
         Point below which stresses and strains are wanted; the plan's centroid by default.
     remarks : sequence of str
         Warnings to show on top, such as those of reading the mesh.
+    accuracy : mapping of str to Accuracy
+        How the meshes of footings were chosen, by their names, ``""`` of a single one; that of
+        a `PlanSolution` is known.
     """
 
     title: str | None = None
@@ -53,6 +57,7 @@ class Details:
     points: Sequence[Pair] = ()
     profile: Pair | None = None
     remarks: Sequence[str] = ()
+    accuracy: Mapping[str, Accuracy] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("title", "project", "author", "mesh_name"):
@@ -63,6 +68,9 @@ class Details:
             checked_instance("date", date, datetime)
         if not isinstance(self.units, Units):
             object.__setattr__(self, "units", Units(self.units))
+        checked_instance("accuracy", self.accuracy, Mapping)
+        for name, record in self.accuracy.items():
+            checked_instance(f"accuracy[{name!r}]", record, Accuracy)
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
         found: dict[str, Any] = {

@@ -14,6 +14,8 @@ from ..contact.bearing import Circles
 from ..contact.cases_solution import CasesSolution
 from ..contact.solution import PunchSolution
 from ..grids.outline import distance_to_segments, edge_ribs
+from ..plans.search import Accuracy
+from ..plans.solve import PlanSolution
 from .details import Details
 from .numbers import Standing, distance_inside, reach
 from .results import point_names
@@ -52,6 +54,14 @@ class Footing:
             return self.cases.envelope()[0].number
         solved = [k for k, s in enumerate(self.cases.solutions) if s is not None]
         return solved[0] if solved else 0
+
+    @property
+    def accuracy(self) -> Accuracy | None:
+        """How its mesh was chosen, if it was."""
+        for solution in self.cases.solutions:
+            if isinstance(solution, PlanSolution):
+                return solution.accuracy
+        return self.details.accuracy.get(self.name)
 
     @cached_property
     def standing(self) -> Standing | None:

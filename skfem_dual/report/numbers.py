@@ -1,5 +1,6 @@
 """What engineers read off a solution: corners of the plan, reserves against lifting off."""
 
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -8,8 +9,9 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull, QhullError
 
+from ..contact.bounds import Bounds, why_none
 from ..contact.solution import PunchSolution
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, MeshError
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import edge_ribs
@@ -271,6 +273,27 @@ class Standing(Plan):
     def no_kern(self) -> str:
         """Why there is no kern; empty if there is one."""
         return self._kern[1]
+
+    @cached_property
+    def _bounds(self) -> tuple[Bounds | None, str]:
+        if reason := why_none(self.solution):
+            return None, reason
+        try:
+            with warnings.catch_warnings():  # told with the solution itself
+                warnings.simplefilter("ignore")
+                return self.solution.bounds, ""
+        except (ValueError, MeshError, ConvergenceError) as error:
+            return None, str(error)
+
+    @property
+    def bounds(self) -> Bounds | None:
+        """`PunchSolution.bounds`; None if there are none."""
+        return self._bounds[0]
+
+    @property
+    def no_bounds(self) -> str:
+        """Why there are no bounds; empty if there are."""
+        return self._bounds[1]
 
     @property
     def within_kern(self) -> bool | None:

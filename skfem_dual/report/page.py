@@ -95,7 +95,9 @@ def place(x: Sequence[float] | ndarray, size: float) -> Html:
 
 def percent(share: float) -> Html:
     """A share of a whole, of three digits."""
-    return Html(f"{number(100 * share, 3)} %") if np.isfinite(share) else DASH
+    if not np.isfinite(share):
+        return DASH
+    return Html(f'<span class="share">{number(100 * share, 3)} %</span>')
 
 
 def one_to(slope: float, negligible: bool = False) -> Html:
@@ -226,7 +228,7 @@ table:not(.numeric) td:last-child { width: 4rem; min-width: 2.6rem; padding-righ
 .numeric th, .numeric td { overflow-wrap: normal; }
 .numeric td, .numeric thead th:not(:first-child) { text-align: right; }
 .numeric th:last-child, .numeric td:last-child { padding-right: 0; }
-data { white-space: nowrap; }
+data, .share { white-space: nowrap; }
 sup { line-height: 0; }
 .short { display: flex; flex-wrap: wrap; gap: .8rem 2.2rem; margin: 1rem 0; padding: .9rem 1.1rem;
   background: #f4f5f6; }

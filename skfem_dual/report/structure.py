@@ -51,7 +51,7 @@ def structure_sections(
         _deflections(solution, plan),
         pressure_section(solution, plan),
         _balance(solution, plan),
-        solver_section(solution, None, version, units),
+        solver_section(solution, version, units),
     ]
 
 

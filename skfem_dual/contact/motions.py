@@ -1,0 +1,273 @@
+"""Sliding and twisting of a rigid base on a homogeneous half-space.
+
+A relaxed base carries horizontal forces by shear tractions alone: these press nowhere, and
+pressures push nothing aside. Under a rough one, bonded to the ground, shear tractions and
+pressures are coupled. The motions follow from the work of the tractions as in `work`.
+
+Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.7 and 3.9; V. I. Mossakovskii, The
+fundamental mixed problem of the theory of elasticity for a half-space with a circular line
+separating the boundary conditions, J. Appl. Math. Mech. 18 (1954), for the bonded disc.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy import ndarray
+from numpy.typing import ArrayLike
+
+from ..arguments import Pair, checked_number, checked_pair
+from ..elements.influence import flat_points
+from ..elements.tangential import Tractions
+from ..grids.polygons import readonly
+from ..ground.substrates import HalfSpace
+from ..kernels.once import computed_once
+from ..messages import shown
+from ..operators.factors import Factors
+from .footprint import Footprint
+from .system import DENSE
+from .work import Sectors, sectors
+
+
+def homogeneous(cells: Footprint) -> HalfSpace:
+    """The ground; a ValueError where shear tractions on it, or on so many cells, are not known."""
+    if not isinstance(cells.substrate, HalfSpace):
+        raise ValueError(
+            "expected a HalfSpace for horizontal and twisting motions, got "
+            f"{shown(cells.substrate)}: shear tractions are known on homogeneous ground only. "
+            "Remedy: stiffness() and solve without horizontal and torsion, which know every ground"
+        )
+    if not cells.few:
+        raise ValueError(
+            f"expected up to {DENSE} cells for horizontal and twisting motions, whose matrix is "
+            f"dense, got {len(cells)}. Remedy: a coarser mesh"
+        )
+    return cells.substrate
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """Tractions by rigid motions: three horizontal ones, or all six under a rough base.
+
+    Motions are (Ux, Uy, twist), preceded under a rough base by (W0, Lx, Ly), all at the centroid
+    of the plan; the twist is positive from x towards y.
+
+    Attributes
+    ----------
+    footprint : Footprint
+        The n cells.
+    rough : bool
+        Whether pressures and shear tractions are coupled.
+    touching : (n,) array of bool
+        The cells that carry tractions.
+    """
+
+    footprint: Footprint
+    rough: bool
+    touching: ndarray
+
+    def __post_init__(self) -> None:
+        homogeneous(self.footprint)
+
+    @computed_once
+    def _tractions(self) -> Tractions:
+        cells = self.footprint
+        slopes = cells.slopes
+        if slopes is not None and not self.touching.all():
+            # beside the line of contact there is nothing to compare a cell with
+            beside = (abs(slopes.matrix) @ ~self.touching).reshape(2, -1).any(axis=0)
+            slopes = slopes.without(beside | ~self.touching)
+        return Tractions(cells.partition, cells.fan, cells.weights, slopes)
+
+    def _planes(self, plane: ndarray) -> ndarray:
+        """Components of displacements by motions, (m, c, k), from (1, x, y) of shape (3, k).
+
+        Times loads likewise the components of the resultants by tractions.
+        """
+        one, x, y = plane
+        zero = np.zeros_like(one)
+        rows = [[one, zero], [zero, one], [-y, x]]
+        if self.rough:
+            vertical = [[zero, zero, p] for p in plane]
+            rows = [*vertical, *([*row, zero] for row in rows)]
+        return np.array(rows)
+
+    def _displacements(self, x: ndarray) -> ndarray:
+        """Displacements at points of shape (2, k) by the cells that touch, (c k, c ntouching)."""
+        ground = homogeneous(self.footprint)
+        found = self._tractions.displacements(ground, x, normal=self.rough)
+        c = len(found)
+        return found[..., self.touching].reshape(c * x.shape[1], -1)
+
+    @computed_once
+    def tractions(self) -> ndarray:
+        """Mean tractions of cells by unit motions, shape (m, c, n): along x, y and downwards."""
+        cells, own = self.footprint, np.nonzero(self.touching)[0]
+        x = cells.collocation_points[:, own]
+        planes = self._planes(cells.planes(x))
+        matrix = self._displacements(np.ascontiguousarray(x))
+        found = Factors.from_matrix(matrix).solve(planes.reshape(len(planes), -1).T)
+        out = np.zeros((*planes.shape[:2], len(cells)))
+        out[..., own] = found.T.reshape(planes.shape)
+        return readonly(out)
+
+    def resultants(self, tractions: ndarray) -> ndarray:
+        """Forces conjugate to the motions by tractions of shape (..., c, n), shape (..., m)."""
+        cells = self.footprint
+        arms = cells.resultants
+        slopes = self._tractions.slopes
+        if slopes is not None and slopes is not cells.slopes:
+            arms = cells.planes(cells.acting) * cells.partition.areas
+            arms[1:] += slopes.first_moments
+        return np.einsum("...cn,mcn->...m", tractions, self._planes(arms))
+
+    @computed_once
+    def collocated_stiffness(self) -> ndarray:
+        """Forces by motions with which ground and base meet in the collocation points."""
+        return self.resultants(self.tractions).T
+
+    @computed_once
+    def stiffness(self) -> ndarray:
+        """Forces by motions, symmetric, shape (m, m): by work, where the edge is singular and all
+        cells touch, otherwise by collocation."""
+        stiffness = self.collocated_stiffness
+        if self.footprint.weights is not None and self.touching.all():
+            flexibility = np.linalg.inv(stiffness)
+            flexibility = flexibility + flexibility.T @ self._work @ flexibility
+            stiffness = np.linalg.inv(flexibility)
+        return readonly((stiffness + stiffness.T) / 2)
+
+    @computed_once
+    def _work(self) -> ndarray:
+        """Work of the tractions by unit motions on how far the ground is ahead of the base."""
+        cells = self.footprint
+        x, cell, load = self._sectors
+        tractions, slopes = self.tractions, self._tractions.slopes
+        inside = tractions[..., cell]
+        if slopes is not None and cells.weights is not None:
+            arm = x - cells.weights.centroids[:, cell]
+            for part, slope in zip(arm, slopes.along, strict=True):
+                rise = (slope @ tractions.reshape(-1, len(cells)).T).T.reshape(tractions.shape)
+                inside = inside + part * rise[..., cell]
+        m = len(tractions)
+        moved = self._displacements(x) @ tractions[..., self.touching].reshape(m, -1).T
+        ahead = moved.T - self._planes(cells.planes(x)).reshape(m, -1)
+        return (inside * load).reshape(m, -1) @ ahead.T
+
+    @computed_once
+    def _sectors(self) -> Sectors:
+        cells = self.footprint
+        if cells.weights is None:
+            return Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))
+        return sectors(cells.weights, cells.on_dual_cells)
+
+
+def moving(by: ndarray) -> ndarray:
+    """Takes (W0, Lx, Ly, Ux, Uy, twist) of a point to those of a point farther on by some way."""
+    out = np.eye(6)
+    out[0, 1:3] = by
+    out[3:5, 5] = -by[1], by[0]
+    return out
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShearSolution:
+    """Shear tractions under a rigid base, and how it slides and twists.
+
+    Attributes
+    ----------
+    horizontal : (2,) array of float
+        The force (Hx, Hy) imposed on the base.
+    torsion : float
+        The moment imposed about the vertical through the origin, positive from x towards y.
+    displacement : (2,) array of float
+        Horizontal displacement (Ux, Uy) of the origin.
+    twist : float
+        Rotation about the vertical, positive from x towards y.
+    traction : (2, n) array of float
+        Mean shear tractions on the ground in each cell, along x and y; none where the base has
+        lifted off.
+    stiffness : (3, 3) array of float
+        Maps ``(Ux, Uy, twist)`` to ``(Hx, Hy, T)``.
+    origin : (2,) array of float
+        The point to which displacement and moment refer.
+    """
+
+    horizontal: ndarray
+    torsion: float
+    displacement: ndarray
+    twist: float
+    traction: ndarray
+    stiffness: ndarray
+    origin: ndarray
+
+    @classmethod
+    def from_motions(cls, motions: Motions, origin: ndarray, load: ndarray) -> Self:
+        """Under (Hx, Hy, T) from an origin, without coupling to pressures."""
+        shift = moving(motions.footprint.centre - origin)[3:, 3:]
+        stiffness = shift.T @ motions.stiffness @ shift
+        by_points = np.linalg.solve(motions.collocated_stiffness, np.linalg.solve(shift.T, load))
+        position = np.linalg.solve(stiffness, load)
+        traction = np.tensordot(by_points, motions.tractions, 1)
+        return cls(
+            horizontal=readonly(load[:2]),
+            torsion=float(load[2]),
+            displacement=readonly(position[:2]),
+            twist=float(position[2]),
+            traction=readonly(traction),
+            stiffness=readonly(stiffness),
+            origin=readonly(origin),
+        )
+
+    def displacements(self, x: ArrayLike) -> ndarray:
+        """Horizontal displacement of the base at points of shape (2, ...), of the same shape."""
+        x, shape = flat_points(x)
+        arm = x - self.origin[:, None]
+        moved = self.displacement[:, None] + self.twist * np.stack([-arm[1], arm[0]])
+        return moved.reshape(2, *shape)
+
+    def table(self) -> dict[str, str]:
+        """Rows of ``repr`` by their names."""
+        (hx, hy), (ux, uy) = self.horizontal, self.displacement
+        return {
+            "Horizontal force": f"({hx:.6g}, {hy:.6g}), torsion {self.torsion:.6g}",
+            "Displacement": f"({ux:.6g}, {uy:.6g}), twist {self.twist:.6g}",
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"  {name:<18}{value}" for name, value in self.table().items()]
+        return "\n".join(["<skfem_dual ShearSolution object>", *lines])
+
+
+def sliding(
+    cells: Footprint, touching: ndarray, origin: ndarray, load: ndarray, full: Motions
+) -> ShearSolution:
+    """Under (Hx, Hy, T) with contact on some cells, without coupling to pressures.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two cells touch.
+    """
+    if touching.sum() < 2:
+        raise ValueError(
+            "expected contact on two cells or more for horizontal forces and torsion, got contact "
+            f"on {touching.sum()}. Remedy: a larger vertical force, or smaller cells"
+        )
+    motions = full if touching.all() else Motions(cells, False, touching)
+    return ShearSolution.from_motions(motions, origin, load)
+
+
+def shear_load(cells: Footprint, horizontal: Pair | None, torsion: float | None) -> ndarray | None:
+    """(Hx, Hy, T), zero where it is not given; None if nothing is.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not finite numbers, or no ground is known to carry it.
+    """
+    if horizontal is None and torsion is None:
+        return None
+    homogeneous(cells)
+    force = (0.0, 0.0) if horizontal is None else checked_pair("horizontal", horizontal)
+    return np.array([*force, 0.0 if torsion is None else checked_number("torsion", torsion)])

@@ -1,0 +1,112 @@
+"""Rigid bodies on the ground, one or several: contact under loads, found and verified."""
+
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from .footprint import ExactRows, LoadedCells
+from .load import Constraints, Load
+from .one_sign import contact_of, solved
+from .problem import Contact
+from .solution import PunchSolution
+from .system import ContactSystem, Method
+from .verify import Verification
+
+
+class RigidBodies(ABC):
+    """What is solved under one set of loads or many: a punch, or several.
+
+    Attributes
+    ----------
+    timings : dict of str to float
+        Seconds of assembly and factorisation.
+    """
+
+    timings: dict[str, float]
+
+    @property
+    @abstractmethod
+    def cells(self) -> LoadedCells:
+        """The cells of all punches."""
+
+    @property
+    @abstractmethod
+    def operator(self) -> Any:
+        """From all cells to their collocation points."""
+
+    @property
+    @abstractmethod
+    def system(self) -> ContactSystem:
+        """The equations."""
+
+    @property
+    def exact_rows(self) -> ExactRows | None:
+        """Some rows of the matrix, computed apart from it; None if there are none."""
+        return self.cells.exact_rows
+
+    @property
+    @abstractmethod
+    def _rtol(self) -> float:
+        """Accuracy of the operator's products."""
+
+    @abstractmethod
+    def flattened_system(self, flat: ndarray) -> ContactSystem:
+        """The equations where some cells are flat, (n,) array of bool."""
+
+    @abstractmethod
+    def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
+        """What the loads impose; a ValueError where no pressures can balance them."""
+
+    @abstractmethod
+    def answers(
+        self,
+        loads: tuple[Load, ...],
+        contact: Contact,
+        position: ndarray,
+        timings: dict[str, float],
+    ) -> tuple[PunchSolution, ...]:
+        """Of each punch, from contact and positions of all."""
+
+    def verification(
+        self, constraints: Constraints, unilateral: bool, gap_rtol: float
+    ) -> Verification:
+        """What is asked of an answer."""
+        rows = self.exact_rows
+        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
+
+    def contact(
+        self,
+        constraints: Constraints,
+        unilateral: bool,
+        method: Method,
+        gap_rtol: float,
+        start: ndarray | None = None,
+        found: tuple[Contact, ndarray] | None = None,
+    ) -> tuple[Contact, ndarray]:
+        """Contact and positions, verified; ``start`` and ``found`` as of `solved`."""
+
+        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
+            return self._find(constraints, flat, start, unilateral, method, gap_rtol)
+
+        # infinite loads are refused there
+        with np.errstate(over="ignore", invalid="ignore"):
+            return solved(self.cells, find, unilateral, start, found)
+
+    def _find(
+        self,
+        constraints: Constraints,
+        flat: ndarray,
+        start: ndarray | None,
+        unilateral: bool,
+        method: Method,
+        gap_rtol: float,
+    ) -> tuple[Contact, ndarray]:
+        """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
+        system = self.flattened_system(flat) if flat.any() else self.system
+        contact, position = contact_of(system, constraints, unilateral, method, start, gap_rtol)
+        verify = self.verification(constraints, unilateral, gap_rtol)
+        rows = self.cells.flattened_rows(verify.exact, flat)
+        return replace(verify, system=system, exact=rows)(contact, position), position

@@ -1,0 +1,222 @@
+"""Horizontal and twisting motions of rigid bases."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from skfem import CellBasis, ElementTriP0
+
+from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
+from skfem_dual.contact.motions import Motions, moving
+from skfem_dual.grids.generate import disc, rectangle
+
+NU, SHEAR = 0.3, 5.0
+SOIL = HalfSpace(2 * SHEAR * (1 + NU), NU)
+
+
+def base(mesh, soil=SOIL, **options):
+    return RigidPunch(soil, DualMesh.from_mesh(mesh).basis(), **options)
+
+
+def circle(n=150, radius=2.0, soil=SOIL, **options):
+    return base(disc(n=n).scaled(radius), soil, **options)
+
+
+def exact_circle(a, nu=NU, shear=SHEAR):
+    """Stiffnesses (W0, Lx, Ly, Ux, Uy, twist) of a relaxed disc."""
+    tilt, slide = 8 * a**3 / (3 * (1 - nu)), 8 * a / (2 - nu)
+    return shear * np.array([4 * a / (1 - nu), tilt, tilt, slide, slide, 16 * a**3 / 3])
+
+
+def scaled(stiffness, length):
+    """Of motions of one size."""
+    unit = np.array([1, 1 / length, 1 / length, 1, 1, 1 / length])
+    return stiffness * np.outer(unit, unit)
+
+
+@pytest.fixture(scope="module")
+def unit_circle():
+    return circle(600, 1.0)
+
+
+def test_circle(unit_circle):
+    stiffness = unit_circle.stiffness(full=True)
+    exact = exact_circle(1.0)
+    assert stiffness.diagonal() == pytest.approx(exact, rel=1e-4)
+    rest = stiffness - np.diag(stiffness.diagonal())
+    assert np.abs(rest).max() < 1e-5 * exact[0]
+
+
+def test_circle_converges():
+    exact = exact_circle(2.0)[3:5]
+    errors = [
+        np.abs(circle(n).stiffness(full=True).diagonal()[3:5] / exact - 1).max() for n in (75, 300)
+    ]
+    assert errors[1] < 0.4 * errors[0]
+
+
+def test_circle_of_triangles():
+    punch = RigidPunch(SOIL, CellBasis(disc(n=300).scaled(2.0), ElementTriP0()))
+    assert punch.stiffness(full=True).diagonal() == pytest.approx(exact_circle(2.0), rel=5e-4)
+
+
+def test_ellipse():
+    """Under Q / (2 pi a b sqrt(1 - x^2/a^2 - y^2/b^2)) the ground moves as one; all chords through
+    a point carry pi / sqrt(cos^2/a^2 + sin^2/b^2) times its factor."""
+    a, b = 2.0, 1.0
+    mesh = disc(n=300)
+    mesh = type(mesh)(mesh.p * np.array([[a], [b]]), mesh.t)
+    soil = HalfSpace(2 * (1 + NU), NU)
+    found = RigidPunch(soil, CellBasis(mesh, ElementTriP0())).stiffness(full=True)
+
+    def flexibility(first, second):
+        def of_chord(t):
+            part = (1 - NU) + NU * np.cos(t) ** 2
+            return part / np.sqrt((np.cos(t) / first) ** 2 + (np.sin(t) / second) ** 2)
+
+        return quad(of_chord, 0, np.pi)[0] / (4 * np.pi * a * b)
+
+    assert found[3, 3] == pytest.approx(1 / flexibility(a, b), rel=1e-3)
+    assert found[4, 4] == pytest.approx(1 / flexibility(b, a), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("nu", "n"), [(0.2, 300), (0.4, 300), pytest.param(0.0, 600, marks=pytest.mark.slow)]
+)
+def test_bonded_circle(nu, n):
+    """Mossakovskii's vertical stiffness, and torsion, which nothing couples to."""
+    soil = HalfSpace(2 * SHEAR * (1 + nu), nu)
+    stiffness = circle(n, 1.0, soil).stiffness(full=True, rough=True)
+    vertical = 4 * SHEAR * np.log(3 - 4 * nu) / (1 - 2 * nu)
+    assert stiffness[0, 0] == pytest.approx(vertical, rel=1e-3)
+    assert stiffness[5, 5] == pytest.approx(16 * SHEAR / 3, rel=1e-4)
+    # tilted down at x > 0 the ground is drawn there, which the base holds back; so along y
+    assert stiffness[3, 1] < 0
+    assert stiffness[3, 1] == pytest.approx(stiffness[4, 2], rel=1e-3)
+
+
+def test_incompressible_ground_couples_nothing():
+    punch = circle(100, soil=HalfSpace(3.0, 0.5))
+    smooth, rough = punch.stiffness(full=True), punch.stiffness(full=True, rough=True)
+    assert scaled(rough, 2.0) == pytest.approx(scaled(smooth, 2.0), rel=2e-3, abs=1e-3)
+
+
+def test_bonded_is_stiffer():
+    punch = base(rectangle(3.0, 1.0, n=150))
+    rough, smooth = (
+        scaled(punch.stiffness(full=True, rough=bonded), 1.5) for bonded in (True, False)
+    )
+    for own, free in (slice(3), slice(3, 6)), (slice(3, 6), slice(3)):
+        # free to follow the other motions it is the least that bonded ground resists
+        least = rough[own, own] - rough[own, free] @ np.linalg.solve(
+            rough[free, free], rough[free, own]
+        )
+        more = np.linalg.eigvalsh(least - smooth[own, own])
+        assert more.min() > -1e-3 * smooth.max()
+    assert (rough.diagonal() > smooth.diagonal()).all()
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_reciprocity_of_collocation(rough):
+    """Before it is made symmetric the stiffness is so up to the error of the discretisation."""
+    cells = base(rectangle(3.0, 1.0, n=120)).footprint
+    found = Motions(cells, rough, np.ones(len(cells), dtype=bool)).collocated_stiffness
+    assert np.abs(found - found.T).max() < (0.05 if rough else 1e-3) * np.abs(found).max()
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_objectivity(rough):
+    mesh = rectangle(3.0, 1.0, n=60)
+    angle = 0.7
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    there = np.eye(6)
+    there[1:3, 1:3] = there[3:5, 3:5] = turn
+    still = base(mesh).stiffness(full=True, rough=rough)
+    turned = base(type(mesh)(turn @ mesh.p, mesh.t)).stiffness(full=True, rough=rough)
+    assert turned == pytest.approx(there @ still @ there.T, rel=1e-6, abs=1e-6 * still.max())
+
+
+def test_origin():
+    """Motions of another point do the same work."""
+    by = np.array([0.7, -1.1])
+    here, there = (circle(120, origin=tuple(o)).stiffness(full=True) for o in (0 * by, by))
+    motion = np.array([0.3, 0.1, -0.2, 0.4, 0.5, 0.6])
+    w, lx, ly, ux, uy, twist = motion
+    same = [w + lx * by[0] + ly * by[1], lx, ly, ux - twist * by[1], uy + twist * by[0], twist]
+    assert moving(by) @ motion == pytest.approx(same)
+    assert same @ there @ same == pytest.approx(motion @ here @ motion, rel=1e-12)
+
+
+def test_torsion_of_circle(unit_circle):
+    """Traction 3 T r / (4 pi a^3 sqrt(a^2 - r^2)) around the centre, twist 3 T / (16 G a^3)."""
+    punch, torsion = unit_circle, 2.0
+    solution = punch.solve(1.0, torsion=torsion)
+    shear = solution.shear
+    assert shear.twist == pytest.approx(3 * torsion / (16 * SHEAR), rel=1e-4)
+    assert shear.displacement == pytest.approx(0.0, abs=1e-6 * shear.twist)
+    x = punch.partition.centroids
+    r = np.hypot(*x)
+    inner = (r < 0.8) & (r > 0.1)
+    around = (x[0] * shear.traction[1] - x[1] * shear.traction[0]) / r
+    exact = 3 * torsion * r / (4 * np.pi * np.sqrt(1 - r**2))
+    assert around[inner] == pytest.approx(exact[inner], rel=0.01)
+    assert solution.pressure == pytest.approx(punch.solve(1.0).pressure)
+
+
+def test_tractions_balance_the_load():
+    punch = base(rectangle(3.0, 1.0, n=150), origin=(0.4, 0.2))
+    shear = punch.solve(1.0, at=(-0.3, -0.2), horizontal=(0.3, -0.2), torsion=0.5).shear
+    qx, qy = shear.traction
+    # punch.resultants are integrals of 1, x and y from the centroid
+    (hx, _, yqx), (hy, xqy, _) = punch.resultants @ qx, punch.resultants @ qy
+    dx, dy = punch.centre - np.array([0.4, 0.2])
+    assert (hx, hy) == pytest.approx((0.3, -0.2))
+    assert xqy + dx * hy - yqx - dy * hx == pytest.approx(0.5)
+    load = [0.3, -0.2, 0.5]
+    assert shear.stiffness @ [*shear.displacement, shear.twist] == pytest.approx(load)
+    moved = shear.displacements([[0.4, 1.4], [0.2, 0.2]])
+    assert moved[:, 0] == pytest.approx(shear.displacement)
+    assert moved[:, 1] - moved[:, 0] == pytest.approx([0.0, shear.twist])
+
+
+def test_lifted_off():
+    """Cells without contact carry nothing, and what remains is softer."""
+    punch = circle(200, 1.0)
+    held = punch.solve(1.0, horizontal=(0.1, 0.0), torsion=0.1)
+    lifted = punch.solve(1.0, at=(0.6, 0.0), horizontal=(0.1, 0.0), torsion=0.1)
+    free = lifted.pressure == 0
+    assert free.sum() > 20
+    assert not lifted.shear.traction[:, free].any()
+    assert np.abs(lifted.shear.traction[:, ~free]).max(axis=0).min() > 0
+    softer = np.linalg.eigvalsh(held.shear.stiffness - lifted.shear.stiffness)
+    assert softer.min() > 0
+    assert lifted.shear.traction @ punch.partition.areas == pytest.approx([0.1, 0.0], abs=2e-3)
+
+
+def test_constant_edge_is_coarser():
+    exact = exact_circle(2.0)
+    found = circle(200, edge="constant").stiffness(full=True).diagonal()
+    assert found == pytest.approx(exact, rel=0.05)
+    assert (found < exact).all()
+
+
+def test_what_is_printed():
+    text = repr(circle(60).solve(1.0, horizontal=(0.1, 0.0)))
+    assert "Horizontal force  (0.1, 0), torsion 0" in text
+
+
+def test_refused():
+    punch = circle(60)
+    layered = circle(60, soil=GradedHalfSpace.init_linear(1.0, 0.3, 0.5))
+    with pytest.raises(ValueError, match=r"expected a HalfSpace for horizontal .* Remedy"):
+        layered.stiffness(full=True)
+    with pytest.raises(ValueError, match="homogeneous ground only"):
+        layered.solve(1.0, torsion=1.0)
+    with pytest.raises(ValueError, match="expected full=True with rough=True"):
+        punch.stiffness(rough=True)
+    with pytest.raises(TypeError, match="two numbers for horizontal"):
+        punch.solve(1.0, horizontal=1.0)
+    with pytest.raises(ValueError, match="torsion"):
+        punch.solve(1.0, torsion=np.nan)
+    with pytest.raises(ValueError, match="contact on two cells or more"):
+        punch.solve(0.0, torsion=1.0)
