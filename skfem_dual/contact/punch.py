@@ -247,7 +247,7 @@ class RigidPunch(Body, RigidBodies):
         stiffness = np.zeros((6, 6))
         stiffness[3:, 3:] = self._motions.stiffness
         by_work = self.gap is None and self.weights is not None
-        vertical = self._work.stiffness if by_work else self.system.stiffness
+        vertical = self.work.stiffness if by_work else self.system.stiffness
         stiffness[:3, :3] = (vertical + vertical.T) / 2
         return shift.T @ stiffness @ shift
 
