@@ -1,6 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
 from typing import Any, Literal
 
