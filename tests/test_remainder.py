@@ -129,7 +129,7 @@ def test_symmetry_leaves_no_gap_in_the_full_matrix(name):
     full = RigidPunch(GROUNDS[name], basis)
     solution = RigidPunch(GROUNDS[name], basis, symmetry="auto").solve(1.0, at=(0.2, 0.1))
     settled = full.matrix @ solution.pressure
-    plane = solution.settlement + solution.tilt @ full.collocation_points
+    plane = solution.collocated_settlement + solution.collocated_tilt @ full.collocation_points
     assert np.abs(settled - plane).max() < 1e-9 * abs(solution.settlement)
 
 

@@ -75,8 +75,8 @@ def test_units_and_place_do_not_matter():
         return LayeredHalfSpace([Layer(0.05 * unit, 1.0 / unit, 0.49)], "bonded")
 
     h = np.array([0.15, 0.05, 0.01])
-    plain = coarseness(layer(1.0), h, 1.0)
-    assert coarseness(layer(1e3), 1e3 * h, 1e3) == pytest.approx(plain, rel=1e-9)
+    plain = coarseness(layer(1.0), h)
+    assert coarseness(layer(1e3), 1e3 * h) == pytest.approx(plain, rel=1e-9)
     assert (np.diff(plain) < 0).all()
 
 

@@ -3,31 +3,31 @@
 Over a layer thinner than the cells the ground's compliance grows with the wave number where the
 cells no longer tell waves from each other: on very thin bonded layers that keep their volume, or
 nearly so, settlements under a rigid punch come out with any sign. The estimate below was fitted to
-the errors of rigid discs, squares, rings and L-shapes of 150 and 600 dual cells on layers of 0.01
-to 0.5 radii, Poisson's ratios of 0 to 0.5; those of discs against `RigidDisc`. It tells the order
-of the error, not more.
+the errors of rigid discs of 150 and 600 dual cells on bonded layers of 0.01 to 0.3 radii, with
+Poisson's ratios of 0 to 0.5, against dual integral equations. It tells the order of the error, not
+more.
 """
 
 import numpy as np
 from numpy import ndarray
 
-from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.stratified import Stratified
 from ..ground.substrates import Substrate
 
 #: estimated error of the settlement from which on cells are called too coarse
 ALLOWED = 0.025
-#: the fitted factor, and the ratio of cells to the ground's length from which on it grows no more
-FACTOR, MOST = 5e-4, 12.0
-#: pressures that vary linearly over the cells leave this part of it
-SLOPED = 0.4
+#: the fitted factor and powers, of the cells over the ground's length and of how the compliance
+#: grows; the ratio of cells to that length from which on it grows no more
+FACTOR, POWERS, MOST = 4.5e-5, (1.25, 2.35), 16.0
+#: constant pressures follow waves less, and err so much less
+CONSTANT = 0.5
 #: cells smaller than so many lengths of the ground need not be looked at
 FINE = 0.5
 
 
-def coarseness(substrate: Stratified, h: ndarray, a: float) -> ndarray:
-    """Estimated relative error of the settlement by cells of sizes ``h`` under a plan.
+def coarseness(substrate: Stratified, h: ndarray) -> ndarray:
+    """Estimated relative error of the settlement by cells of sizes ``h``, sloped pressures.
 
     Parameters
     ----------
@@ -35,8 +35,6 @@ def coarseness(substrate: Stratified, h: ndarray, a: float) -> ndarray:
         The ground.
     h : (n,) array of float
         Square roots of the areas of cells.
-    a : float
-        Twice the area of the plan over the length of its edge; the radius of a disc.
 
     Returns
     -------
@@ -46,7 +44,8 @@ def coarseness(substrate: Stratified, h: ndarray, a: float) -> ndarray:
     k = np.pi / np.concatenate([h, 4 * h])
     short, long = (k * substrate.symbol(k)).reshape(2, -1)
     thin = np.minimum(h / substrate.lengths[0], MOST)
-    return FACTOR * (h / a * thin * np.maximum(short / long - 1, 0)) ** 2
+    grows = np.maximum(short / long - 1, 0)
+    return FACTOR * thin ** POWERS[0] * grows ** POWERS[1]
 
 
 def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) -> str | None:
@@ -57,10 +56,8 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     h = float(np.sqrt(np.median(partition.areas)))
     if not isinstance(substrate, Stratified) or h < FINE * substrate.lengths[0]:
         return None
-    begin, end = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
-    a = 2 * float(partition.areas.sum() / np.hypot(*(end - begin)).sum())
     finer = h * 2.0 ** (-np.arange(41) / 4)
-    error = (SLOPED if sloped else 1.0) * coarseness(substrate, finer, a)
+    error = (1.0 if sloped else CONSTANT) * coarseness(substrate, finer)
     if error[0] <= ALLOWED:
         return None
     cells = int(np.ceil(len(partition) * (h / finer[np.argmax(error <= ALLOWED)]) ** 2))

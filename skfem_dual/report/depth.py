@@ -14,6 +14,8 @@ from .page import NONE, Html, amount, figure, joined, number, pair, percent, sec
 
 #: depths of the profile, over the greater extent of the plan; a rigid base takes the last place
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
+#: an interface is looked at on both sides, below it deeper by this part
+JUST_BELOW = 1e-6
 #: depths between which ground without layers is looked at, over the same
 PARTS = np.array([0.5, 1.0, 2.0])
 
@@ -56,7 +58,9 @@ def below(footing: Footing) -> Below | None:
     interfaces = ground.strata.interfaces
     lowest = min(DEPTHS[-1] * extent, interfaces[-1])
     inside = interfaces[interfaces < lowest]
-    profile = vertical_profile(solution, at, np.union1d(DEPTHS / DEPTHS[-1] * lowest, inside))
+    both = np.append(inside, (1 + JUST_BELOW) * inside)
+    depths = np.union1d(DEPTHS / DEPTHS[-1] * lowest, both)
+    profile = vertical_profile(solution, at, depths)
     finite = interfaces[:-1]
     depths = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
     parts = settlement_by_layers(solution, np.reshape(at, (2, 1)), depths)[:, 0]
@@ -100,8 +104,8 @@ def depth_section(footing: Footing) -> Html:
             f"Stresses, strain and settlement {plain}",
             joined(
                 ["Stresses, vertical strain and settlement ", where,
-                 f", without the ground's own weight, in the case {case}. In an interface of "
-                 "layers strains are those above it."]
+                 f", without the ground's own weight, in the case {case}. Interfaces of "
+                 "layers are there twice, above and below."]
             ),
         ),
         table(
