@@ -34,7 +34,7 @@ SAID = {"units": "kN,m", "allowable": 250.0, "title": "Pier 3", "author": "A. En
 def undrawn(monkeypatch):
     picture = figures.Picture("data:image/png;base64,", 100)
     monkeypatch.setattr(figures, "_embedded", lambda *a, **k: picture)
-    monkeypatch.setattr("skfem_dual.report.bearing.profile_picture", lambda *a: picture)
+    monkeypatch.setattr("skfem_dual.report.depth.profile_picture", lambda *a: picture)
 
 
 @pytest.fixture(scope="module")

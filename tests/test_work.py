@@ -127,6 +127,7 @@ def test_lifted_off():
     assert (off[0] < [0.6, 0.2] * off[2]).all()
 
 
+@pytest.mark.filterwarnings("ignore:150 cells of a size")
 def test_a_thin_incompressible_layer_keeps_its_collocated_settlement():
     """Ground and punch are too far apart in all cells near the edge."""
     ground = LayeredHalfSpace([Layer(0.02, 1.0, 0.49)], "bonded")
