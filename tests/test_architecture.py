@@ -147,6 +147,7 @@ LAYERS = [
         "contact.rigid",
         "contact.cases",
         "contact.elastic_solution",
+        "contact.stiffness",
         "contact.punch",
         "contact.below",
         "contact.paths",

@@ -68,7 +68,7 @@ def test_second_moments_are_those_of_the_law(name):
     slopes = slopes_of(BASES[name])
     weights, partition = slopes.weights, slopes.weights.partition
     fan = Fan.from_basis(BASES[name])
-    points = points_in_pieces(partition, None, fan, whole(fan, 4), 4)
+    points = points_in_pieces(partition, None, fan, whole(fan, 3), 4)
     near = np.isin(points.cell, weights.fan.cell)
     triangle = weights.fan.locate(points.x[:, near])
     corners = weights.root[weights.fan.t[:, triangle]] ** 2

@@ -28,7 +28,6 @@ from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -144,7 +143,8 @@ class LoadedCells:
             return FlattenedOperator(operator, self._sloping, left_out)
         matrix = np.array(operator)
         self._sloping.add_to(matrix, left_out, -1.0)
-        return readonly(matrix)
+        matrix.setflags(write=False)
+        return matrix
 
     def flattened_rows(self, exact: "ExactRows | None", flat: ndarray) -> "ExactRows | None":
         """Those of `flattened` cells, by ``exact`` ones of these."""

@@ -306,11 +306,7 @@ class RigidPunches(RigidBodies):
         framed = FramedSystem(system, self.stiffness, constraints)
         return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
 
-    def solve_many(
-        self,
-        cases: Cases,
-        **options: Any,
-    ) -> tuple[CasesSolution, ...]:
+    def solve_many(self, cases: Cases, **options: Any) -> tuple[CasesSolution, ...]:
         """Many load cases, each with one load for each body; answers for each punch.
 
         As `RigidPunch.solve_many`; there must be no frame."""

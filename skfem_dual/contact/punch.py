@@ -17,25 +17,25 @@ from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
-from .body import Body
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
 from .load import Constraints, Load, between_waves, load_of, require_compression
-from .motions import Motions, moving, shear_load, sliding
+from .motions import shear_load, sliding
 from .pressures import CellPressures
 from .problem import Contact, warn_of
 from .rigid import RigidBodies
 from .shapes import Gap
 from .solution import PunchSolution
+from .stiffness import Movable
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
 from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigidPunch(Body, RigidBodies):
+class RigidPunch(Movable, RigidBodies):
     """A rigid, smooth punch on an elastic substrate, flat or shaped.
 
     The unknowns are the mean pressures of the cells of a partition, and the displacement of the
@@ -194,68 +194,6 @@ class RigidPunch(Body, RigidBodies):
         operator = self.footprint.flattened_operator(self.operator, flat)
         return self._system(self.footprint.flattened(flat), operator)
 
-    def stiffness(self, *, full: bool = False, rough: bool = False) -> ndarray:
-        """Force and moments by unit settlement and unit tilts, or by all six motions.
-
-        Parameters
-        ----------
-        full : bool
-            Whether the base also slides and twists, on a `HalfSpace`.
-        rough : bool
-            Whether the base is bonded to the ground, so that pressures and shear tractions are
-            coupled; ``full`` only. Otherwise it is relaxed: horizontal motions are carried by
-            shear tractions alone, vertical ones by pressures alone.
-
-        Returns
-        -------
-        (3, 3) or (6, 6) array of float
-            Maps ``(W0, Lx, Ly)`` of (3) to the integrals of ``p``, ``p x`` and ``p y`` with the
-            coordinates from ``origin``. Symmetric up to the error of the discretisation.
-            If ``full``, ``(W0, Lx, Ly, Ux, Uy, twist)`` to these and ``(Hx, Hy, T)``: horizontal
-            displacements of the origin along x and y, and the rotation about the vertical, from x
-            towards y; the force on the base and its moment likewise. Under a flat punch with a
-            singular edge by the work of the tractions, which is closer; symmetric.
-
-        Raises
-        ------
-        ValueError
-            If ``rough`` without ``full``, or if ``full`` and the ground is not homogeneous or
-            there are more than 4000 cells.
-
-        Examples
-        --------
-        >>> from skfem import MeshTri
-        >>> from skfem_dual import DualMesh, HalfSpace
-        >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
-        >>> K = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).stiffness()
-        >>> [round(float(k), 2) for k in K.diagonal()]  # exact for the circle: 2, 4/3, 4/3
-        [2.0, 1.33, 1.33]
-        """
-        if checked_flag("full", full):
-            return self._full_stiffness(checked_flag("rough", rough))
-        if checked_flag("rough", rough):
-            raise ValueError("expected full=True with rough=True: a smooth base moves vertically")
-        shift = np.eye(3)
-        shift[0, 1:] = self.centre - self.origin
-        return shift.T @ self.system.stiffness @ shift
-
-    def _full_stiffness(self, rough: bool) -> ndarray:
-        shift = moving(self.centre - self.origin)
-        if rough:
-            whole = np.ones(len(self.footprint), dtype=bool)
-            return shift.T @ Motions(self.footprint, True, whole).stiffness @ shift
-        stiffness = np.zeros((6, 6))
-        stiffness[3:, 3:] = self._motions.stiffness
-        by_work = self.gap is None and self.weights is not None
-        vertical = self.work.stiffness if by_work else self.system.stiffness
-        stiffness[:3, :3] = (vertical + vertical.T) / 2
-        return shift.T @ stiffness @ shift
-
-    @computed_once
-    def _motions(self) -> Motions:
-        """Horizontal ones while the whole base touches."""
-        return Motions(self.footprint, False, np.ones(len(self.footprint), dtype=bool))
-
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
 
@@ -378,11 +316,7 @@ class RigidPunch(Body, RigidBodies):
         found = sliding(self.footprint, contact.touching, origin, shear, self._motions)
         return replace(solution, shear=found)
 
-    def solve_many(
-        self,
-        cases: Cases,
-        **options: Any,
-    ) -> CasesSolution:
+    def solve_many(self, cases: Cases, **options: Any) -> CasesSolution:
         """Many load cases at a time, by superposition while all cells keep contact.
 
         Parameters

@@ -184,14 +184,8 @@ class InfluenceOperator(LinearOperator):
         checked_instance("partition", partition, Partition)
         if law is not None and not isinstance(law, (EdgeWeights, Slopes)):
             raise TypeError(f"expected EdgeWeights or Slopes for law, got {shown(law)}")
-        return cls(
-            substrate,
-            partition,
-            rtol,
-            method,
-            edge="constant" if law is None else law,
-            collocation=as_points(x),
-        )
+        cells, points = (substrate, partition, rtol, method), as_points(x)
+        return cls(*cells, edge="constant" if law is None else law, collocation=points)
 
     def at(self, x: ndarray) -> "InfluenceOperator":
         """From the same cells to other points ``x`` of shape (2, m), to the same tolerance."""
@@ -239,9 +233,7 @@ class InfluenceOperator(LinearOperator):
         if isinstance(self._kept, ndarray):
             return self._kept
         if isinstance(self._kept, BlockToeplitz):
-            matrix = self._kept.to_dense()
-            matrix.setflags(write=False)
-            return matrix
+            return _fixed(self._kept.to_dense())
         cells = self.substrate, self.partition, self.x, self._law
         return self.from_partition(*cells, self.rtol, "dense").to_dense()
 
@@ -357,6 +349,10 @@ def _dense(entries: Entries, tolerance: float, rtol: float) -> ndarray:
             matrix[near.row, near.col] += near.data
         if entries.sloping is not None and entries.slopes is not None:
             entries.sloping.add_to(matrix, entries.slopes)
+    return _fixed(matrix)
+
+
+def _fixed(matrix: ndarray) -> ndarray:
     matrix.setflags(write=False)
     return matrix
 
@@ -375,9 +371,8 @@ def _periodic(ground: PeriodicGround, partition: Partition) -> tuple[Kept, float
 
 
 def _transforms(entries: Entries, tolerance: float, rtol: float) -> BlockToeplitz:
-    return BlockToeplitz.from_substrate(
-        entries.substrate, cast(Lattice, entries.partition.lattice)
-    )
+    lattice = cast(Lattice, entries.partition.lattice)
+    return BlockToeplitz.from_substrate(entries.substrate, lattice)
 
 
 _MAKERS: dict[str, Callable[[Entries, float, float], Kept]] = {
@@ -393,13 +388,12 @@ def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
         return kept @ q
     if q.ndim == 2:
         return np.stack([_product(entries, kept, column) for column in q.T], axis=1)
-    dipoles, slopes = None, None
     if entries.sloping is not None and entries.slopes is not None:
         slopes = entries.slopes.of(q)
-        dipoles = entries.sloping.dipoles(slopes)
-    settled = kept.apply(q, dipoles)
+        settled = kept.apply(q, entries.sloping.dipoles(slopes))
+        settled += entries.sloping.near @ slopes.ravel()
+    else:
+        settled = kept.apply(q, None)
     if entries.correction is not None:
         settled += entries.correction.near @ q
-    if entries.sloping is not None and slopes is not None:
-        settled += entries.sloping.near @ slopes.ravel()
     return settled
