@@ -50,15 +50,6 @@ class Units:
         with in, ft. Moduli and pressures that go in are forces per length squared. Empty for any
         consistent units, named F and L.
 
-    Attributes
-    ----------
-    length, area, force, moment
-        As they go in.
-    displacement, slope, pressure, modulus
-        mm, per mille, kPa and MPa; or in, per mille, ksf and ksf.
-    strength : Unit
-        Of pressures times the square root of a length, as they go in.
-
     Raises
     ------
     ValueError
@@ -71,6 +62,12 @@ class Units:
     ('mm', 12.5)
     >>> Units("kip,ft").pressure
     Unit(symbol='ksf', factor=1.0)
+
+    Notes
+    -----
+    ``length``, ``area``, ``force`` and ``moment`` are units as they go in. ``displacement``,
+    ``slope``, ``pressure`` and ``modulus`` are mm, per mille, kPa and MPa, or in, per mille, ksf
+    and ksf. ``strength`` is that of pressures times the square root of a length, as they go in.
     """
 
     text: str = ""
