@@ -119,7 +119,11 @@ class CasesSolution:
 
     @computed_once
     def settlement(self) -> ndarray:
-        """Settlements W0 of the origin, positive into the ground; shape (k,)."""
+        """Settlements W0 of the origin, positive into the ground; shape (k,).
+
+        Computed when asked for: each case that lifts off takes a solution of its own, about 0.1 s
+        with 600 cells.
+        """
         return self._of(lambda s: s.settlement, ())
 
     @computed_once
