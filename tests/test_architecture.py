@@ -131,6 +131,7 @@ LAYERS = [
         "contact.positions",
         "contact.system",
         "contact.many",
+        "contact.contact_line",
         "contact.region",
         "contact.footprint",
         "contact.body",
