@@ -34,6 +34,7 @@ LAYERS = [
         "grids.cellwise",
         "grids.fan",
         "grids.outline",
+        "grids.lines",
         "grids.refinement",
         "grids.general",
         "grids.flips",
@@ -73,6 +74,7 @@ LAYERS = [
     [
         "elements.graded_rule",
         "elements.edge_weights",
+        "elements.line_weights",
         "elements.pieces",
         "elements.ribs",
         "elements.moments",
@@ -137,6 +139,7 @@ LAYERS = [
         "contact.body",
         "contact.one_sign",
         "contact.verify",
+        "contact.line_law",
         "contact.work",
         "contact.motions",
         "contact.kern",

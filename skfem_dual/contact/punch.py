@@ -21,6 +21,7 @@ from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
 from .kern import kern
+from .line_law import with_line_law
 from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import shear_load, sliding
 from .pressures import CellPressures
@@ -307,6 +308,8 @@ class RigidPunch(Movable, RigidBodies):
         how = unilateral, method, gap_rtol
         with progress_bars(progress):
             contact, position = self.contact(constraints, *how, pressures)
+            if unilateral:
+                contact, position = with_line_law(self, constraints, contact, position)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)

@@ -14,6 +14,7 @@ from ..errors import ConvergenceError, MeshError
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
+from .line_law import on_line
 from .load import Load
 from .motions import ShearSolution
 from .pressures import CellPressures
@@ -69,6 +70,9 @@ class PunchSolution(CellPressures):
     flat : (n,) array of bool or None
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
+    line : LineWeights or None
+        Of a shaped punch: how pressures end along the line of contact, inside the cells; None
+        where they end with the cells.
     member : Member or None
         What tells its position by work in a group of rigid punches.
     shear : ShearSolution or None
@@ -101,6 +105,7 @@ class PunchSolution(CellPressures):
         pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
         if contact.flat is not None:
             cells = cells.flattened(contact.flat)
+        cells = on_line(cells, contact.line)
         resultant = cells.resultant(pressure)
         imposed = resultant.copy()
         if load.force is not None:
@@ -130,6 +135,7 @@ class PunchSolution(CellPressures):
             timings=timings,
             others=others,
             flat=contact.flat,
+            line=contact.line,
             member=member,
         )
 

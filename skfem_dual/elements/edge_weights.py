@@ -112,6 +112,10 @@ class EdgeWeights:
             near = near[mesh.t].any(axis=0)
         return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs, law=law)
 
+    def cut(self, fan: Fan) -> Fan:
+        """Triangles of the cells, cut like those of the weights."""
+        return fan
+
     @computed_once
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan.
