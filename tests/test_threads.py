@@ -172,4 +172,5 @@ def test_mappings_are_filled_by_one_thread(monkeypatch):
     with ThreadPoolExecutor(THREADS) as pool:
         found = np.array(list(pool.map(work, range(THREADS))))
     area = dual.partition.areas.sum()
-    assert np.allclose(found[:, :2], area, rtol=1e-12) and np.ptp(found[:, 2]) == 0
+    assert np.allclose(found[:, :2], area, rtol=1e-12)
+    assert np.ptp(found[:, 2]) == 0
