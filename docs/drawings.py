@@ -558,7 +558,13 @@ def signs() -> Axes:
     ax.plot(0, 0, "o", color=OUTLINE, ms=4)
     ax.text(-0.08, -0.1, "origin", fontsize=9.5, ha="right")
     arrow((1.1, 0.2), (1.1, 1.7), "", (0, 0), DUAL, connectionstyle="arc3,rad=-0.3")
-    ax.text(1.42, 1.12, "tilt $L_x > 0$ [–]\nmoment $M_y > 0$,\n$M_1 < 0$ [kNm]", fontsize=9.5, color=DUAL)
+    ax.text(
+        1.42,
+        1.12,
+        "tilt $L_x > 0$ [–]\nmoment $M_y > 0$,\n$M_1 < 0$ [kNm]",
+        fontsize=9.5,
+        color=DUAL,
+    )
     for at, length in zip(np.linspace(-0.9, 0.9, 7), (0.5, 0.3, 0.27, 0.28, 0.32, 0.42, 0.75)):
         top = middle + tilt * at + 0.03
         ax.annotate("", (at, top + length), (at, top), arrowprops=ARROW | {"color": CONTACT})

@@ -55,7 +55,7 @@ def resolve(app, env, node, contnode):
 
 
 def setup(app) -> dict:
-    """Work before and after napoleon, leave members out; answer for references that sphinx does not find."""
+    """Work before and after napoleon, sort members, answer for references that are not found."""
     app.connect("autodoc-process-docstring", keep, priority=100)
     app.connect("autodoc-process-docstring", restore, priority=900)
     app.connect("autodoc-skip-member", skip)
