@@ -23,7 +23,11 @@ from skfem_dual.cli import main
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS) for path in (DOCS / "guide").glob("*.md"))
-PROGRAMS = [Path("quickstart.md"), *(page for page in PAGES if page.stem != "index")]
+PROGRAMS = [
+    Path("index.md"),
+    Path("quickstart.md"),
+    *(page for page in PAGES if page.stem != "index"),
+]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.M | re.S)
 #: rows whose figures are others every time
 VARY = re.compile(r"^ *(?:Residuals|Time \[s\]) .*", re.M)
