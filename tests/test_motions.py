@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from skfem import CellBasis, ElementTriP0
 
-from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
+from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
 from skfem_dual.contact.motions import Motions, moving
 from skfem_dual.grids.generate import disc, rectangle
 
@@ -207,11 +207,11 @@ def test_what_is_printed():
 
 def test_refused():
     punch = circle(60)
-    layered = circle(60, soil=GradedHalfSpace.init_linear(1.0, 0.3, 0.5))
-    with pytest.raises(ValueError, match=r"expected a HalfSpace for horizontal .* Remedy"):
-        layered.stiffness(full=True)
-    with pytest.raises(ValueError, match="homogeneous ground only"):
-        layered.solve(1.0, torsion=1.0)
+    sliding = circle(60, soil=LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], "smooth"))
+    with pytest.raises(ValueError, match=r"they slide away. Remedy"):
+        sliding.stiffness(full=True)
+    with pytest.raises(ValueError, match="holds horizontal forces"):
+        sliding.solve(1.0, torsion=1.0)
     with pytest.raises(ValueError, match="expected full=True with rough=True"):
         punch.stiffness(rough=True)
     with pytest.raises(TypeError, match="two numbers for horizontal"):
