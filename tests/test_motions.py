@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from skfem import CellBasis, ElementTriP0
 
-from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
 from skfem_dual.contact.motions import Motions, moving
 from skfem_dual.grids.generate import disc, rectangle
 

@@ -159,7 +159,9 @@ def weighted_strips(
     carried = points.weight * loads.inside(points.x, points.cell)
     load = np.bincount(points.piece, carried, 2 * len(triangle)).reshape(2, -1).sum(axis=0)
     x, cell = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners), fan.cell[triangle]
-    return x, _density(load, np.abs(area_of(x))), cell
+    area = np.abs(area_of(x))
+    wide = area > THIN * loads.partition.areas[cell]
+    return x[..., wide], load[wide] / area[wide], cell[wide]
 
 
 def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, ndarray]:
