@@ -336,20 +336,13 @@ def _primitive(
     omega: ndarray, powers: ndarray, start: float, width: float, nodes: ndarray
 ) -> ndarray:
     """Integrals of omega r from 0 to the nodes of each panel, shape (panels, nodes)."""
-    primitive = np.empty_like(omega)
+    ends = np.append(nodes, 1.0)
+    s = -1 + (ends[:, None] + 1) * (GAUSS + 1) / 2
+    left = start + width * np.arange(len(powers))
+    r = np.exp(left[:, None, None] + width * (s + 1) / 2)
+    values = np.polynomial.polynomial.polyval(s, powers.T)
+    parts = (values * r * r) @ GAUSS_WEIGHTS * (width / 2 * (ends + 1) / 2)
     # below the first panel it is half of omega r^2, up to a logarithm
-    total = omega[0, -1] * np.exp(2 * start) / 2
-    for i in range(len(powers)):
-        left = start + i * width
-        for j, node in enumerate(nodes):
-            primitive[i, j] = total + _integral(powers[i], left, width, node)
-        total += _integral(powers[i], left, width, 1.0)
-    return primitive
-
-
-def _integral(powers: ndarray, left: float, width: float, end: float) -> float:
-    """Integral of omega r over a panel of ln r from its begin, -1, to ``end``."""
-    s = -1 + (end + 1) * (GAUSS + 1) / 2
-    r = np.exp(left + width * (s + 1) / 2)
-    values = np.polynomial.polynomial.polyval(s, powers)
-    return float(np.sum(GAUSS_WEIGHTS * values * r * r) * width / 2 * (end + 1) / 2)
+    first = omega[0, -1] * np.exp(2 * start) / 2
+    before = first + np.cumsum(np.append(0.0, parts[:-1, -1]))
+    return before[:, None] + parts[:, :-1]
