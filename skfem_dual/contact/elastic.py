@@ -349,7 +349,8 @@ class ElasticPunch(Body):
             ground = cells.flattened_operator(operator.ground, flat)
             operator = replace(operator, ground=ground, loads=self.loads_of(cells.flattened(flat)))
         matrix = operator if not dense else operator.to_dense() if flat.any() else self.matrix
-        return ContactSystem(matrix, planes, resultants, gap, areas, self.timings)
+        nearby = self.operator.preconditioner if flat.any() else None
+        return ContactSystem(matrix, planes, resultants, gap, areas, self.timings, nearby)
 
     def share(self, f: ndarray, held: ndarray, flat: ndarray | None = None) -> Share:
         """What the structure brings into the equations; cells may be flat, (n,) of bool."""

@@ -207,7 +207,8 @@ class RigidPunches(RigidBodies):
         """The equations where some cells are flat, (n,) array of bool."""
         own = zip(self.punches, self.slices, strict=True)
         parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
-        return self._system(parts, self.cells.flattened_operator(self.operator, flat))
+        operator = self.cells.flattened_operator(self.operator, flat)
+        return self._system(parts, operator, self.system.approximate)
 
     @property
     def _rtol(self) -> float:
@@ -219,7 +220,9 @@ class RigidPunches(RigidBodies):
         """The equations for all pressures and the positions of the bodies."""
         return self._system([punch.footprint for punch in self.punches], self.operator)
 
-    def _system(self, parts: list[Footprint], operator: Operator) -> ContactSystem:
+    def _system(
+        self, parts: list[Footprint], operator: Operator, nearby: Any = None
+    ) -> ContactSystem:
         planes = [punch.planes(punch.collocation_points) for punch in self.punches]
         return ContactSystem(
             operator,
@@ -228,6 +231,7 @@ class RigidPunches(RigidBodies):
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
+            nearby,
         )
 
     def _by_bodies(self, parts: list[ndarray]) -> ndarray:

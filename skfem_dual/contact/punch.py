@@ -179,7 +179,7 @@ class RigidPunch(Movable, RigidBodies):
         """The equations for pressures and the position of the plan's centroid."""
         return self._system(self.footprint, self.operator)
 
-    def _system(self, cells: Footprint, operator: Operator) -> ContactSystem:
+    def _system(self, cells: Footprint, operator: Operator, nearby: Any = None) -> ContactSystem:
         return ContactSystem(
             operator,
             self.planes(self.collocation_points),
@@ -187,12 +187,13 @@ class RigidPunch(Movable, RigidBodies):
             self.initial_gap,
             self.partition.areas,
             self.timings,
+            nearby,
         )
 
     def flattened_system(self, flat: ndarray) -> ContactSystem:
         """The equations where some cells are flat, (n,) array of bool."""
         operator = self.footprint.flattened_operator(self.operator, flat)
-        return self._system(self.footprint.flattened(flat), operator)
+        return self._system(self.footprint.flattened(flat), operator, self.system.approximate)
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.

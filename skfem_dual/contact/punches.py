@@ -229,6 +229,7 @@ class Punches:
             np.concatenate([share.gap for share in shares]),
             np.concatenate([punch.partition.areas for punch in self.punches]),
             self.timings,
+            self.operator.preconditioner if flat.any() else None,
         )
 
     def _checked_loads(self, loads: Sequence[Any]) -> list[Any]:
