@@ -257,8 +257,9 @@ class Footprint(LoadedCells):
 
     @computed_once
     def fan(self) -> Fan:
-        """Triangles that fill the cells."""
-        return Fan.from_basis(self.basis)
+        """Triangles that fill the cells, also those of the weights."""
+        fan = Fan.from_basis(self.basis)
+        return fan if self.weights is None else fan.with_cells_of(self.weights.fan)
 
     @computed_once
     def triangles(self) -> PlanTriangles:

@@ -52,7 +52,7 @@ class Sectors(NamedTuple):
     load: ndarray
 
 
-def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
+def sectors(weights: EdgeWeights) -> Sectors:
     """The sectors of dual cells; of other cells the triangles of their fan."""
     fan, (mean, off) = weights.fan, weights.of_triangles
     least, most = np.full(len(weights.weighted), np.inf), np.zeros(len(weights.weighted))
@@ -61,8 +61,7 @@ def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
     cell, load = fan.cell[own], (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
-    # of the points of a fan barycentres come last
-    key = np.stack([cell, fan.t[:, own].max(axis=0) if on_dual_cells else own])
+    key = np.stack([cell, fan.part[own]])
     (cell, _), sector = np.unique(key, axis=1, return_inverse=True)
     total = np.bincount(sector.ravel(), load, len(cell))
     x = np.stack([np.bincount(sector.ravel(), load * a, len(cell)) for a in x]) / total
@@ -108,7 +107,7 @@ class Work:
         first, found = 0, [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
         for cells, *_ in self.parts:
             if cells.weights is not None:
-                x, cell, load = sectors(cells.weights, cells.on_dual_cells)
+                x, cell, load = sectors(cells.weights)
                 found.append(Sectors(x, cell + first, load))
             first += len(cells)
         x, cell, load = zip(*found, strict=True)
