@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -135,13 +136,17 @@ def _verified(
     given, system = list(imposed.values()), problem.system
     verify = problem.verification(given[0], unilateral, gap_rtol)
     with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-        found = ManyLoads(system, given, method, gap_rtol).solve(unilateral)
+        many = ManyLoads(system, problem.cells, given, method, gap_rtol)
+        found = many.solve(unilateral)
         pressure = np.column_stack([contact.pressure for contact, _ in found])
         if not np.isfinite(pressure).all():
             raise ConvergenceError("the loads are too large for floating-point numbers")
         settled = system.matrix @ pressure
         answers = {}
-        for (k, c), (contact, position), w in zip(imposed.items(), found, settled.T, strict=True):
+        every = zip(imposed.items(), found, settled.T, strict=True)
+        for number, ((k, c), (contact, position), w) in enumerate(every):
             known = replace(verify, constraints=c)(contact, position, w), position
-            answers[k] = problem.contact(c, unilateral, method, gap_rtol, found=known)
+            shared = partial(many.flattened, number)
+            how = unilateral, method, gap_rtol
+            answers[k] = problem.contact(c, *how, found=known, shared=shared)
         return answers

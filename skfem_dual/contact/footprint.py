@@ -134,6 +134,12 @@ class LoadedCells:
     def _sloping(self) -> SlopeCorrection | None:
         return self.slope_correction(self.collocation_points)
 
+    def unit_slopes(self) -> ndarray:
+        """Settlement of the collocation points by unit slopes along x, then along y, (n, 2 n)."""
+        if self._sloping is None:
+            return np.zeros((len(self), 2 * len(self)))
+        return self._sloping.to_dense()
+
     def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
         if isinstance(operator, FlattenedOperator) or self.slopes is None or self._sloping is None:

@@ -105,9 +105,7 @@ class GroupAnswer:
             for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)
         ]
         everything = Constraints.together(constraints)
-        flat = self.contact.flat
-        work = group.work if flat is None else group.work.flattened(flat, group)
-        return work.positions(everything, self.contact.touching, group.stiffness)
+        return group.work.positions(everything, self.contact, group.stiffness)
 
 
 def answers_of(

@@ -96,6 +96,8 @@ class Contact:
     flat : (n,) array of bool, optional
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
+    unit_pressures : (n, m) array of float, optional
+        By unit motions of bodies with that contact, if they are known.
     """
 
     pressure: ndarray
@@ -107,6 +109,7 @@ class Contact:
     history: tuple[float, ...] = ()
     residual: float = 0.0
     flat: ndarray | None = None
+    unit_pressures: ndarray | None = None
 
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
@@ -116,7 +119,8 @@ class Contact:
         """The same under one of several bodies, by its cells."""
         pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
         flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
-        return replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
+        part = replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
+        return replace(part, unit_pressures=None)
 
     @property
     def pulling(self) -> float:

@@ -18,7 +18,7 @@ from .load import Load
 from .motions import ShearSolution
 from .pressures import CellPressures
 from .problem import Contact
-from .work import Member, positions_alone
+from .work import Alone, Member
 
 #: up to so many cells a printed solution tells its bounds, in some hundredths of a second
 REPR_BOUNDS = 200
@@ -69,8 +69,8 @@ class PunchSolution(CellPressures):
     flat : (n,) array of bool or None
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
-    member : Member or None
-        What tells its position by work in a group of rigid punches.
+    member : Alone, Member or None
+        What tells its position by work, alone or in a group of rigid punches.
     shear : ShearSolution or None
         How the punch slides and twists, if that was asked for.
     """
@@ -79,7 +79,7 @@ class PunchSolution(CellPressures):
     collocated_settlement: float
     collocated_tilt: ndarray
     resultant_residual: ndarray
-    member: Member | None = None
+    member: Alone | Member | None = None
     shear: ShearSolution | None = None
 
     @classmethod
@@ -91,13 +91,15 @@ class PunchSolution(CellPressures):
         position: ndarray,
         timings: dict[str, float],
         others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
-        member: Member | None = None,
+        member: Alone | Member | None = None,
     ) -> "PunchSolution":
         """The answer, from contact and position of the plan's centroid.
 
         ``others`` are the punches beside it, with their pressures and the cells that are flat; of
         a group it is a ``member``.
         """
+        if member is None and not others:
+            member = Alone(punch, load, contact)
         pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
         if contact.flat is not None:
             cells = cells.flattened(contact.flat)
@@ -156,15 +158,8 @@ class PunchSolution(CellPressures):
     def positions(self) -> ndarray:
         """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
-        touching = np.zeros(len(self.pressure), dtype=bool)
-        touching[self.contact] = True
-        if self.member is not None:
-            found = self.member.positions
-        elif self.others:
-            found = None
-        else:
-            found = positions_alone(self.punch, self.load, touching, self.flat)
-        if found is None or not self.success:
+        found = self.member.positions if self.member is not None and self.success else None
+        if found is None:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
 

@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix, eye
 from scipy.spatial import cKDTree
 
 from ..ground.hankel import SquareTable, square_value
@@ -159,8 +159,22 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        gx, gy = _columns(sign * slopes.matrix)
-        (moments,), circles = inputs(self.second_moments), self._circles
+        self._add(matrix, sign * slopes.matrix)
+
+    def to_dense(self) -> ndarray:
+        """Settlements under unit slopes along x of all cells, then along y; shape (m, 2 n)."""
+        n = len(self.areas)
+        along = [np.zeros((self.x.shape[1], n)) for _ in range(2)]
+        for axis, matrix in enumerate(along):
+            self._add(matrix, eye(2 * n, n, -n * axis, format="csr"))
+        return np.hstack(along)
+
+    def _add(self, matrix: ndarray, slopes: csr_matrix) -> None:
+        """What slopes of shape (2 n, k) make of k mean pressures, to an (m, k) matrix."""
+        sloped = np.diff(slopes.indptr).reshape(2, -1).any(axis=0)
+        gx, gy = _columns(slopes[np.tile(sloped, 2)])
+        (moments,) = inputs(self.second_moments[..., sloped])
+        circles = Circles.of(self.centroids[:, sloped], self.areas[sloped])
 
         def work(rows: slice) -> None:
             x = inputs(self.x[:, rows])
@@ -168,13 +182,13 @@ class SlopeCorrection:
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        near = (sign * (self.near @ slopes.matrix)).tocoo()
+        near = (self.near @ slopes).tocoo()
         matrix[near.row, near.col] += near.data
 
 
 def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
     """Starts, cells and values of the columns of the slopes along x, and of those along y."""
-    n = matrix.shape[1]
+    n = matrix.shape[0] // 2
     along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
     gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
     return gx, gy
@@ -312,7 +326,7 @@ def _add_rows(x, circles, fall, moments, gx, gy, matrix):
                 f = _fall(dx * dx + dy * dy, square, fall)
                 lx[j, i] = f * (xx * dx + xy * dy)
                 ly[j, i] = f * (xy * dx + yy * dy)
-        for k in range(n):
+        for k in range(matrix.shape[1]):
             total[:] = 0.0
             for at in range(startx[k], startx[k + 1]):
                 j, slope = cellx[at], slopex[at]
