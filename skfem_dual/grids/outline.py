@@ -7,6 +7,7 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
+from ..kernels.compiled import inputs, vectorised
 from .partition import Partition
 from .planar import cross
 from .polygons import readonly
@@ -14,6 +15,8 @@ from .polygons import readonly
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
 #: or like a hexagon, they are
 LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
+#: pairs of a point and a segment that are looked at one by one, in some milliseconds
+ONE_BY_ONE = 2**22
 
 
 def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
@@ -29,8 +32,12 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     Returns
     -------
     (m,) array of float
-        Exact up to rounding; the cost is nearly linear in m.
+        Exact up to rounding; the cost is nearly linear in m where there are many.
     """
+    if x.shape[1] * a.shape[1] <= ONE_BY_ONE:
+        distance = np.empty(x.shape[1])
+        _least_distances(*inputs(x, a, b - a), distance)
+        return distance
     half = np.hypot(*(b - a)) / 2
     workers = -1 if x.shape[1] > 5000 else 1  # starting threads takes its time
     # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
@@ -54,6 +61,22 @@ def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     along, offset = b - a, x - a
     s = np.sum(offset * along, axis=0) / np.sum(along**2, axis=0).clip(np.finfo(float).tiny)
     return np.hypot(*(offset - np.clip(s, 0, 1) * along))
+
+
+@vectorised
+def _least_distances(x, a, along, distance):
+    """Distances of points to the nearest of segments from ``a`` by ``along``."""
+    distance[:] = np.inf
+    for k in range(a.shape[1]):
+        ax, ay, lx, ly = a[0, k], a[1, k], along[0, k], along[1, k]
+        square = max(lx * lx + ly * ly, 1e-300)
+        for i in range(x.shape[1]):
+            dx, dy = x[0, i] - ax, x[1, i] - ay
+            s = min(max((dx * lx + dy * ly) / square, 0.0), 1.0)
+            dx, dy = dx - s * lx, dy - s * ly
+            distance[i] = min(distance[i], dx * dx + dy * dy)
+    for i in range(x.shape[1]):
+        distance[i] = np.sqrt(distance[i])
 
 
 def edge_ribs(partition: Partition) -> ndarray:
