@@ -46,6 +46,8 @@ def times(text: str, accuracy: str) -> dict[tuple[str, str], str]:
         If there is no such accuracy.
     """
     head, *rows = text.partition("3. Milliseconds to accuracy")[2].splitlines()[1:]
+    if accuracy not in head.split():
+        raise ValueError(f"expected one of {', '.join(head.split())}, got {accuracy}")
     column = head.split().index(accuracy) + 2
     found = {}
     for row in rows:
