@@ -245,18 +245,21 @@ def test_tables_of_performance(load):
     assert str(ROOT) not in header
 
 
-def test_times_beside_others(load):
-    """Out of the least that `benchmarks/peers.py` prints, and out of what it printed last."""
-    times = load("measured").times
+def test_milliseconds_beside_others(load):
+    """Out of a text like that of `benchmarks/peers.py`, and out of what it printed last."""
+    milliseconds = load("measure").milliseconds
     text = (
         "3. Milliseconds to accuracy, and more\n              1.00%     0.10%\n"
         "Hertz   ours      6.8 (0.4), 24    13.3 (1.1), 150\n"
         "disc    Tamaas    0.8 (0.0), 256    no: 9e-04 at 1271\n   no: the most accurate\n"
     )
-    assert times(text, "0.10%") == {("ours", "Hertz"): "13.3", ("Tamaas", "disc"): "not reached"}
+    assert milliseconds(text, "0.10%") == {
+        ("ours", "Hertz"): "13.3",
+        ("Tamaas", "disc"): "not reached",
+    }
     with pytest.raises(ValueError, match="5%"):
-        times(text, "5%")
-    found = times((DOCS / "performance" / "peers.txt").read_text(), "0.10%")
+        milliseconds(text, "5%")
+    found = milliseconds((DOCS / "performance" / "peers.txt").read_text(), "0.10%")
     assert all(float(found["ours", plan]) > 0 for plan in ("disc", "square", "Hertz"))
 
 
