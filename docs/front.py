@@ -101,7 +101,7 @@ def draw_front(folder: Path) -> None:
         plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
         draw(plotter, names[name])
         plotter.view_vector((-0.35, -1.0, 0.85), (0, 0, 1))
-        plotter.camera.zoom(1.5)
+        plotter.camera.zoom(1.4)
         plotter.enable_anti_aliasing("ssaa")
         plotter.screenshot(folder / f"{name}.png", transparent_background=True)
         plotter.close()

@@ -5,14 +5,14 @@ what was not measured is left out. ``{beside} 0.10%`` is a table of the millisec
 accuracy out of ``performance/peers.txt``.
 """
 
-import re
 from pathlib import Path
 
 from docutils import nodes
 from docutils.parsers.rst import directives
+from measure import milliseconds
 from sphinx.util.docutils import SphinxDirective
 
-COLUMNS = {"disc": "rigid disc", "square": "rigid square", "Hertz": "sphere"}
+PLANS = {"disc": "rigid disc", "square": "rigid square", "Hertz": "sphere"}
 PACKAGES = ("ours", "bempp-cl", "Tamaas", "ContactMechanics")
 
 
@@ -37,26 +37,6 @@ class Measured(SphinxDirective):
         return found
 
 
-def times(text: str, accuracy: str) -> dict[tuple[str, str], str]:
-    """Milliseconds by package and problem, out of what ``benchmarks/peers.py`` prints.
-
-    Raises
-    ------
-    ValueError
-        If there is no such accuracy.
-    """
-    head, *rows = text.partition("3. Milliseconds to accuracy")[2].splitlines()[1:]
-    column = head.split().index(accuracy) + 2
-    found = {}
-    for row in rows:
-        cells = re.split(r"\s{2,}", row)
-        if cells[0] not in COLUMNS:
-            return found
-        reached = re.match(r"[\d.]+ ", cells[column])
-        found[cells[1], cells[0]] = reached[0].strip() if reached else "not reached"
-    return found
-
-
 class Beside(SphinxDirective):
     """A table of the packages, a row for each."""
 
@@ -66,11 +46,11 @@ class Beside(SphinxDirective):
         """Written as Markdown."""
         path = Path(self.env.srcdir) / "performance" / "peers.txt"
         self.env.note_dependency(str(path))
-        found = times(path.read_text("utf-8"), self.arguments[0])
+        found = milliseconds(path.read_text("utf-8"), self.arguments[0])
         rows = [
-            ["ms to " + self.arguments[0].replace("0%", " %"), *COLUMNS.values()],
-            ["---", *("--:" for _ in COLUMNS)],
-            *([name, *(found.get((name, plan), "–") for plan in COLUMNS)] for name in PACKAGES),
+            ["ms to " + self.arguments[0].replace("0%", " %"), *PLANS.values()],
+            ["---", *("--:" for _ in PLANS)],
+            *([name, *(found.get((name, plan), "–") for plan in PLANS)] for name in PACKAGES),
         ]
         return self.parse_text_to_nodes("\n".join(f"| {' | '.join(row)} |" for row in rows))
 
