@@ -345,12 +345,18 @@ class RigidPunch(Movable, RigidBodies):
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What one load imposes; a ValueError where no pressures, or no ground, can balance it."""
-        if loads[0].shear is not None:
+        load = loads[0]
+        if load.shear is not None:
             holding(self.footprint)
+            if load.force == 0:
+                raise ValueError(
+                    "expected a positive force with horizontal forces and torsion, which cells in "
+                    "contact carry, got 0. Remedy: stiffness(full=True) for a base without weight"
+                )
         origin = self.origin - self.centre
         if unilateral:
-            require_compression(loads[0], origin, self.footprint.hulls, self.gap is None)
-        return loads[0].constraints(origin)
+            require_compression(load, origin, self.footprint.hulls, self.gap is None)
+        return load.constraints(origin)
 
     def answers(
         self,
