@@ -221,6 +221,7 @@ LAYERS = [
         "report.footing",
         "report.bearing",
         "report.depth",
+        "report.sliding",
         "report.checks",
         "report.cases",
         "report.structure",

@@ -92,6 +92,8 @@ def solve_outline(
     levers = np.hypot(*points.T)
     stands = np.array([options.bilateral or hull.beyond(point) <= 0 for point in points])
     load = dict(loads[int(np.argmax(np.where(stands, levers, -1.0)))])
+    for name in ("horizontal", "torsion"):  # they do not change the pressures
+        load.pop(name, None)
     if (at := load.pop("at", None)) is not None:
         load["at"] = origin[0] + at[0], origin[1] + at[1]
     return solve_plan(

@@ -16,7 +16,6 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import Pair, checked_number, checked_pair
 from ..elements.influence import flat_points
 from ..elements.tangential import Tractions
 from ..grids.polygons import readonly
@@ -259,18 +258,3 @@ def sliding(
         )
     motions = full if touching.all() else Motions(cells, False, touching)
     return ShearSolution.from_motions(motions, origin, load)
-
-
-def shear_load(cells: Footprint, horizontal: Pair | None, torsion: float | None) -> ndarray | None:
-    """(Hx, Hy, T), zero where it is not given; None if nothing is.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not finite numbers, or no ground is known to carry it.
-    """
-    if horizontal is None and torsion is None:
-        return None
-    holding(cells)
-    force = (0.0, 0.0) if horizontal is None else checked_pair("horizontal", horizontal)
-    return np.array([*force, 0.0 if torsion is None else checked_number("torsion", torsion)])

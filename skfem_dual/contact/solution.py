@@ -15,7 +15,7 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
-from .motions import ShearSolution
+from .motions import ShearSolution, sliding
 from .pressures import CellPressures
 from .problem import Contact
 from .work import Alone, Member
@@ -71,8 +71,6 @@ class PunchSolution(CellPressures):
         turn negative; None if there are none.
     member : Alone, Member or None
         What tells its position by work, alone or in a group of rigid punches.
-    shear : ShearSolution or None
-        How the punch slides and twists, if that was asked for.
     """
 
     load: Load
@@ -80,7 +78,6 @@ class PunchSolution(CellPressures):
     collocated_tilt: ndarray
     resultant_residual: ndarray
     member: Alone | Member | None = None
-    shear: ShearSolution | None = None
 
     @classmethod
     def from_contact(
@@ -188,6 +185,21 @@ class PunchSolution(CellPressures):
         True
         """
         return Bounds.from_solution(self)
+
+    @computed_once
+    def shear(self) -> ShearSolution | None:
+        """How the punch slides and twists under its horizontal load; None without one.
+
+        Raises
+        ------
+        ValueError
+            If fewer than two cells touch.
+        """
+        load = self.load.shear
+        if load is None:
+            return None
+        origin, full = np.array(self.footprint.origin), self.punch.relaxed_motions
+        return sliding(self.footprint, self.pressure != 0, origin, load, full)
 
     @property
     def condition_number(self) -> float:
