@@ -134,6 +134,7 @@ LAYERS = [
         "contact.unilateral",
         "contact.positions",
         "contact.system",
+        "contact.contact_line",
         "contact.region",
         "contact.footprint",
         "contact.many",

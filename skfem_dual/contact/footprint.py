@@ -270,7 +270,7 @@ class Footprint(LoadedCells):
     @computed_once
     def triangles(self) -> PlanTriangles:
         """Triangles on which regions of contact are drawn."""
-        return PlanTriangles.of(self.partition, nodal_mesh(self.basis))
+        return PlanTriangles.of(self.partition, nodal_mesh(self.basis), self.weights)
 
     @computed_once
     def centre(self) -> ndarray:

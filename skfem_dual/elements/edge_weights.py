@@ -252,6 +252,14 @@ class EdgeWeights:
         """Centroids of the weighted cells, shape (2, n)."""
         return readonly(self.partition.centroids + self.moment / self.partition.areas)
 
+    @computed_once
+    def in_cells(self) -> ndarray:
+        """Mean of w over weighted cells, w in the centroids of the others, shape (n,)."""
+        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
+        root = np.sqrt(distance_to_segments(self.partition.centroids, p[:, 0], p[:, 1]))
+        at_centroids = self.factor(np.arange(len(root)), root) / root
+        return readonly(np.where(self.weighted, self.mean, at_centroids))
+
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the
         cell is not weighted."""
