@@ -80,7 +80,8 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     ]
     if failed:
         tell(f"no solution: {'; '.join(failed)}")
-    code = 3 if failed else 0
+    short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
+    code = 3 if failed else 4 if short else 0
     if options.quiet:
         return code, ""
     if isinstance(solution, PunchSolution):

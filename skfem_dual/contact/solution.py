@@ -1,6 +1,5 @@
 """Position of a rigid punch and the pressures under it: what a solver answers."""
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import checked_flag
 from ..elements.influence import flat_points
-from ..errors import ConvergenceError, MeshError
+from ..errors import ConvergenceError, MeshError, warnings_kept
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
@@ -237,8 +236,7 @@ class PunchSolution(CellPressures):
         if "bounds" not in self.__dict__ and len(self.pressure) > REPR_BOUNDS:
             return {"Bounds": "see solution.bounds"}
         try:
-            with warnings.catch_warnings():  # told with the solution itself
-                warnings.simplefilter("ignore")
+            with warnings_kept():  # told with the solution itself
                 bounds = self.bounds
         except (MeshError, ConvergenceError) as error:
             return {"Bounds": f"none: {error}"}
