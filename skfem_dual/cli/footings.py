@@ -180,11 +180,6 @@ def require_one_load(options: argparse.Namespace) -> None:
             "expected --loads with several meshes. Remedy: a table with the columns name, "
             "footing, force"
         )
-    several = [f"--{n}" for n in ("png", "svg", "vtu") if getattr(options, n) is not None]
-    if len(options.mesh) > 1 and several:
-        raise ValueError(
-            f"expected one mesh with {several[0]}, got several. Remedy: --report shows them all"
-        )
     if options.loads is None and options.table is not None:
         raise ValueError("expected --loads with --table, got one load. Remedy: --json")
 

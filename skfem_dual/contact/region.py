@@ -6,6 +6,7 @@ Mechanics, 1985, section 5.1): ``p = K s^(1/2)``, ``gap = 4 K s^(3/2) / (3 E*)``
 gaps on both sides of the edge become distances to it, whose zero is the edge.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +64,14 @@ class ContactRegion:
             Contact modulus E* of the surface.
         """
         return PlanTriangles.of(partition, mesh).region(pressure, gap, modulus)
+
+    @classmethod
+    def together(cls, regions: Sequence["ContactRegion"]) -> "ContactRegion":
+        """Those under several bodies."""
+        firsts = np.cumsum([0, *(region.p.shape[1] for region in regions)])
+        t = np.hstack([region.t + first for region, first in zip(regions, firsts)])
+        p, level = (np.hstack([getattr(r, name) for r in regions]) for name in ("p", "level"))
+        return cls(readonly(p), readonly(t), readonly(level))
 
     def __repr__(self) -> str:
         return (

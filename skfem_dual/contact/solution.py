@@ -172,8 +172,8 @@ class PunchSolution(CellPressures):
         Raises
         ------
         ValueError
-            If the punch has neighbours or quadrilateral cells, its shape is that of one grid's
-            cells only, or the equations do not hold.
+            If the punch has neighbours that do not move alone, or quadrilateral cells, its shape
+            is that of one grid's cells only, or the equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
 
