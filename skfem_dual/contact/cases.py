@@ -1,6 +1,5 @@
 """Load cases: one punch, or several on one ground, under many loads."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +10,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_flag, checked_instance, checked_number, checked_sequence
-from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
+from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
 from .cases_solution import CasesSolution
 from .load import Constraints, Load
 from .many import ManyLoads
@@ -60,10 +59,10 @@ class CaseAnswers:
         ]
         if bad:
             message = f"{len(bad)} of {k} load cases without a solution; {bad[0]}"
-            warnings.warn(message, ConvergenceWarning, stacklevel=3)
+            warn(message, ConvergenceWarning, stacklevel=3)
         if self.rough:
             message = f"{self.rough[0]} ({len(self.rough)} of {k} load cases)"
-            warnings.warn(message, ResolutionWarning, stacklevel=3)
+            warn(message, ResolutionWarning, stacklevel=3)
 
 
 def named(cases: Cases) -> tuple[tuple[str, ...], list[Any]]:

@@ -4,7 +4,6 @@ It is all that pressures, gaps and their equations depend on, whatever the body 
 alone or one of many. The equations are (5) of the paper.
 """
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, Self
@@ -23,7 +22,7 @@ from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
 from ..elements.slope_correction import SlopeCorrection
 from ..elements.slopes import Slopes
-from ..errors import ResolutionWarning
+from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
@@ -252,7 +251,7 @@ class Footprint(LoadedCells):
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition, edge == "singular"):
-            warnings.warn(coarse, ResolutionWarning, stacklevel=2)
+            warn(coarse, ResolutionWarning, stacklevel=2)
         weights, slopes = None, None
         if edge == "singular":
             weights = _weights(substrate, basis, partition, edge_boundaries)

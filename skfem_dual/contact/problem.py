@@ -1,6 +1,5 @@
 """Contact to be found, and contact that was found."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
@@ -8,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy import ndarray
 
-from ..errors import ConvergenceWarning, ResolutionWarning
+from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from .load import Constraints
 
@@ -164,8 +163,8 @@ def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
     ``parts`` are the cells of each body.
     """
     if not contact.success:
-        warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        warn(contact.message, ConvergenceWarning, stacklevel=3)
         return
     for cells in parts:
         if message := contact.under(cells).rough:
-            warnings.warn(message, ResolutionWarning, stacklevel=3)
+            warn(message, ResolutionWarning, stacklevel=3)

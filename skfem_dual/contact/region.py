@@ -8,6 +8,7 @@ it once more by second degree. Where the edge meets that of the plan both grow b
 are taken over it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +72,14 @@ class ContactRegion:
             Contact modulus E* of the surface.
         """
         return PlanTriangles.of(partition, mesh).region(pressure, gap, modulus)
+
+    @classmethod
+    def together(cls, regions: Sequence["ContactRegion"]) -> "ContactRegion":
+        """Those under several bodies."""
+        firsts = np.cumsum([0, *(region.p.shape[1] for region in regions)])
+        t = np.hstack([region.t + first for region, first in zip(regions, firsts)])
+        p, level = (np.hstack([getattr(r, name) for r in regions]) for name in ("p", "level"))
+        return cls(readonly(p), readonly(t), readonly(level))
 
     def __repr__(self) -> str:
         return (

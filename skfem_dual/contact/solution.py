@@ -1,6 +1,5 @@
 """Position of a rigid punch and the pressures under it: what a solver answers."""
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import checked_flag
 from ..elements.influence import flat_points
-from ..errors import ConvergenceError, MeshError
+from ..errors import ConvergenceError, MeshError, warnings_kept
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
@@ -170,8 +169,8 @@ class PunchSolution(CellPressures):
         Raises
         ------
         ValueError
-            If the punch has neighbours or quadrilateral cells, its shape is that of one grid's
-            cells only, or the equations do not hold.
+            If the punch has neighbours that do not move alone, or quadrilateral cells, its shape
+            is that of one grid's cells only, or the equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
 
@@ -249,8 +248,7 @@ class PunchSolution(CellPressures):
         if "bounds" not in self.__dict__ and len(self.pressure) > REPR_BOUNDS:
             return {"Bounds": "see solution.bounds"}
         try:
-            with warnings.catch_warnings():  # told with the solution itself
-                warnings.simplefilter("ignore")
+            with warnings_kept():  # told with the solution itself
                 bounds = self.bounds
         except (MeshError, ConvergenceError) as error:
             return {"Bounds": f"none: {error}"}

@@ -167,8 +167,9 @@ def _results(footing: Footing) -> Html:
         f"Largest settlement [{sink.symbol}]",
         f"Largest pressure [{pressure.symbol}]",
         "In contact",
-        "Kern used",
     ]
+    kern = bool(np.isfinite(footing.kern_use).any())
+    head += ["Kern used"] if kern else []
     rows = [
         (
             cases.names[k] if cases.success[k] else f"{cases.names[k]} (NO SOLUTION)",
@@ -177,7 +178,7 @@ def _results(footing: Footing) -> Html:
             amount(cases.largest_settlement[k], sink, 4),
             amount(cases.largest_pressure[k], pressure, 4),
             percent(cases.contact_share[k]),
-            percent(footing.kern_use[k]),
+            *([percent(footing.kern_use[k])] if kern else []),
         )
         for k in range(len(cases))
     ]
@@ -185,9 +186,11 @@ def _results(footing: Footing) -> Html:
         f"Results{', ' if footing.name else ''}{footing.name}",
         table(rows, head, "", numeric=True),
         paragraph(
-            "The base settles by W0 + Lx x + Ly y, with x and y from the origin. Kern used is the "
-            "distance of the resultant from the centroid over that of the kern's edge: up to "
-            "100 % the whole base keeps contact."
+            "The base settles by W0 + Lx x + Ly y, with x and y from the origin.",
+            " Kern used is the distance of the resultant from the centroid over that of the "
+            "kern's edge: up to 100 % the whole base keeps contact."
+            if kern
+            else "",
         ),
     )
 
