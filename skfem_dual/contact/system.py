@@ -117,10 +117,17 @@ class ContactSystem:
         """Whether a uniform pressure settles nothing, as on periodic ground."""
         return self._regular is not None and self._regular.singular
 
+    @property
+    def _formed(self) -> bool:
+        """Whether the matrix is there, or is formed where iterations do not end soon."""
+        under = self.matrix.ground if isinstance(self.matrix, YieldingOperator) else self.matrix
+        return isinstance(under, (np.ndarray, SymmetricMatrix))
+
     @computed_once
     def _array(self) -> Any:
         """The matrix as something that can be factorised, if it can be."""
-        return self.matrix if self._given or self._regular is None else self._regular.to_dense()
+        operator: Any = self.matrix if self._regular is None else self._regular
+        return operator if self._given else operator.to_dense()
 
     @property
     def approximate(self) -> Any:
@@ -244,7 +251,8 @@ class ContactSystem:
         constraints : Constraints
             What is imposed.
         method : {"auto", "active-set", "cg"}
-            ``"auto"``: conjugate gradients, with a matrix to rounding errors.
+            ``"auto"``: conjugate gradients, with a matrix to rounding errors; the active set
+            where they do not end soon, unless there are too many cells.
         start : (n,) array of float, optional
             Pressures to begin with.
         gap_rtol : float
@@ -353,14 +361,13 @@ class ContactSystem:
             return None
         if method == "active-set" or not conjugate:
             return active_set(replace(problem, matrix=self._array), _beginning(start, n))
-        if not (method == "auto" and self._given):
+        if not (method == "auto" and self._formed):
             return self._gradients(problem, start, gap_rtol)
-        found = self._gradients(problem, start, EXACTLY, FEW)
+        found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
         if found.success:
             return found
-        polished = active_set(
-            problem, _beginning(found.pressure if found.touching.any() else start, n)
-        )
+        contact = _beginning(found.pressure if found.touching.any() else start, n)
+        polished = active_set(replace(problem, matrix=self._array), contact)
         return replace(polished, history=found.history + polished.history)
 
     def _gradients(
