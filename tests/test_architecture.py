@@ -75,6 +75,7 @@ LAYERS = [
         "elements.edge_weights",
         "elements.pieces",
         "elements.ribs",
+        "elements.segments",
         "elements.moments",
         "elements.clouds",
         "elements.remainder",
