@@ -153,7 +153,7 @@ class LoadedCells:
 
     def flattened_rows(self, exact: "ExactRows | None", flat: ndarray) -> "ExactRows | None":
         """Those of `flattened` cells, by ``exact`` ones of these."""
-        if exact is None or self.slopes is None or self._sloping is None or not flat.any():
+        if exact is None or not flat.any() or self.slopes is None or self._sloping is None:
             return exact
         rows = exact.rows.copy()
         sloping = self._sloping.at(exact.numbers)

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from ..arguments import checked_flag
 from ..elements.influence import flat_points
-from ..errors import ConvergenceError, MeshError, warnings_kept
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
@@ -17,12 +16,9 @@ from .load import Load
 from .motions import ShearSolution, sliding
 from .pressures import CellPressures
 from .problem import Contact
+from .system import DENSE
 from .work import Alone, Member
 
-#: up to so many cells a printed solution tells its bounds, in some hundredths of a second
-REPR_BOUNDS = 200
-#: up to so many cells a printed solution tells the condition number, in a few milliseconds
-REPR_CONDITION = 2000
 TINY = float(np.finfo(float).tiny)
 
 
@@ -164,7 +160,7 @@ class PunchSolution(CellPressures):
         """Between which values the exact settlement and tilt are expected; computed on demand.
 
         Solves the same problem on the other grid of the mesh, in a few times the time of the
-        solution. Printed with solutions on up to 200 cells, or once computed.
+        solution. Printed with the solution once computed.
 
         Raises
         ------
@@ -241,26 +237,24 @@ class PunchSolution(CellPressures):
             position |= self.shear.table()
         return first | position | rows | residuals | last
 
-    def _bounds_row(self) -> dict[str, str]:
-        """The bounds, where they are known or soon are, or how to have them."""
-        if why_none(self):
-            return {}
-        if "bounds" not in self.__dict__ and len(self.pressure) > REPR_BOUNDS:
-            return {"Bounds": "see solution.bounds"}
-        try:
-            with warnings_kept():  # told with the solution itself
-                bounds = self.bounds
-        except (MeshError, ConvergenceError) as error:
-            return {"Bounds": f"none: {error}"}
-        name, line = next(iter(bounds.lines().items()))
-        return {"Bounds": f"{name} {line}"}
+    def _on_demand(self) -> dict[str, str]:
+        """Rows of what takes a few times the solution: once it is known, or how to have it."""
+        rows = {}
+        if "bounds" in self.__dict__:
+            name, line = next(iter(self.bounds.lines().items()))
+            rows["Bounds"] = f"{name} {line}"
+        elif not why_none(self):
+            rows["Bounds"] = "see solution.bounds"
+        system = self.punch.__dict__.get("system")  # not that of a group
+        if "condition_number" in getattr(system, "__dict__", {}):
+            rows["Condition number"] = f"{self.condition_number:.4g}"
+        elif len(self.pressure) <= DENSE:
+            rows["Condition number"] = "see solution.condition_number"
+        return rows
 
     def __repr__(self) -> str:
         rows = self.table()
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        rows |= self._bounds_row() | last
-        if len(self.pressure) <= REPR_CONDITION:
-            last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-            rows |= {"Condition number": f"{self.condition_number:.4g}"} | last
+        rows |= self._on_demand() | last
         lines = [f"  {name:<18}{value}" for name, value in rows.items()]
         return "\n".join(["<skfem_dual PunchSolution object>", *lines])

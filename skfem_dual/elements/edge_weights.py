@@ -21,7 +21,7 @@ from skfem import CellBasis
 
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
-from ..grids.outline import Wedges, distance_to_segments, wedges
+from ..grids.outline import MANY, Wedges, distance_to_segments, wedges
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
@@ -116,7 +116,8 @@ class EdgeWeights:
         # edge and half the length of a rib
         reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
         ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
-        nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=-1)
+        workers = -1 if mesh.p.shape[1] > MANY else 1
+        nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=workers)
         near = nearest < reach
         if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):
             near = near[mesh.t].any(axis=0)

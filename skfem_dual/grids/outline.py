@@ -17,6 +17,8 @@ from .polygons import readonly
 LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
 #: pairs of a point and a segment that are looked at one by one, in some milliseconds
 ONE_BY_ONE = 2**22
+#: points from which on threads look for the nearest, as starting them takes its time
+MANY = 5000
 
 
 def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
@@ -39,7 +41,7 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
         _least_distances(*inputs(x, a, b - a), distance)
         return distance
     half = np.hypot(*(b - a)) / 2
-    workers = -1 if x.shape[1] > 5000 else 1  # starting threads takes its time
+    workers = -1 if x.shape[1] > MANY else 1
     # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
     # not farther than the hypotenuse of the distance and half the length. Segments of one octave
     # of lengths at a time, so that this leaves few candidates
