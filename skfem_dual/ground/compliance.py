@@ -184,7 +184,7 @@ def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> nd
         own = homogeneous_across(*moduli((1 - way) * bottom))
         return k * bottom * (own - s * s / own)
 
-    path = solve_ivp(rate, (0.0, 1.0), s, "DOP853", rtol=1e-11, atol=1e-13)
+    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), s, "DOP853", rtol=1e-11, atol=1e-13)
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
     return path.y[:, -1]
