@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pyvista
+from matplotlib.image import imsave
 from numpy import ndarray
 
 from skfem_dual import ElasticSolution, PunchSolution
@@ -19,8 +20,8 @@ from skfem_dual.visuals.relief import GROUND, Relief
 from skfem_dual.visuals.style import COLORMAP
 
 PAGE = Path(__file__).parent / "index.md"
-#: pixels of a picture
-SIZE = (840, 500)
+#: pixels of a picture before it is cropped
+SIZE = (1100, 700)
 #: pressures over their mean up to which they are drawn; their height over the plan's extent
 HIGHEST, HEIGHT = 1.7, 0.2
 #: the largest settlement as it is drawn, over the plan's extent
@@ -91,6 +92,12 @@ PICTURES: dict[str, Callable[[pyvista.Plotter, Any], None]] = {
 }
 
 
+def cropped(image: ndarray) -> ndarray:
+    """A picture without the transparent rows and columns around what is drawn, (m, n, 4)."""
+    rows, columns = (np.flatnonzero(image[..., 3].any(axis=axis)) for axis in (1, 0))
+    return np.ascontiguousarray(image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
+
+
 def draw_front(folder: Path) -> None:
     """Run the programs of the page and write their pictures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -101,9 +108,9 @@ def draw_front(folder: Path) -> None:
         plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
         draw(plotter, names[name])
         plotter.view_vector((-0.35, -1.0, 0.85), (0, 0, 1))
-        plotter.camera.zoom(1.4)
+        plotter.camera.zoom(1.3)
         plotter.enable_anti_aliasing("ssaa")
-        plotter.screenshot(folder / f"{name}.png", transparent_background=True)
+        imsave(folder / f"{name}.png", cropped(plotter.screenshot(transparent_background=True)))
         plotter.close()
 
 

@@ -311,7 +311,7 @@ def circle_on_grounds() -> Rows:
     """Other methods: W E0 a / P and tilt E0 a^3 / M."""
     for name, (ground, settlement, tilt) in grounds().items():
         force, moment = stiffness(punch(ground, "coarse disc"))
-        yield Row(f"{name}: settlement", settlement, 1 / force, 2e-4)
+        yield Row(f"{name}: settlement", settlement, 1 / force, 1e-4)
         yield Row(f"{name}: tilt", tilt, 1 / moment, 5e-4)
 
 

@@ -2,7 +2,8 @@
 
 ``DualMesh`` refers to ``skfem_dual.DualMesh``. Napoleon takes what stands before a colon in the
 first line of a property for its type; here it is a sentence. Members that a page has in sections
-below their class are left out of the rest of its members.
+below their class are left out of the rest of its members. The first page of the reference gets the
+names of the others from them.
 """
 
 import re
@@ -40,6 +41,20 @@ def skip(app, what: str, name: str, obj, skipped: bool, options) -> bool | None:
     return True if (where, name) in app.env.config.sections else None
 
 
+def overview(app, docname: str, source: list[str]) -> None:
+    """Put below the title of each page of the reference what it describes."""
+
+    def summary(title: re.Match) -> str:
+        page = Path(app.srcdir) / "api" / f"{title[1]}.md"
+        names = re.findall(r"^\.\. auto\w+:: (\S+)", page.read_text(encoding="utf-8"), re.M)
+        lines = (f"   {name.removeprefix('skfem_dual.')}" for name in names)
+        head = ".. currentmodule:: skfem_dual\n\n.. autosummary::\n   :nosignatures:\n\n"
+        return f"{title[0]}\n\n```{{eval-rst}}\n{head}" + "\n".join(lines) + "\n```"
+
+    if docname == "api/index":
+        source[0] = re.sub(r"^## \[.*\]\((\w+)\.md\)$", summary, source[0], flags=re.M)
+
+
 def resolve(app, env, node, contnode):
     """Look names up that are unknown where they stand: as public, or in any documented module."""
     if node.get("refdomain") != "py" or node.get("reftype") != "obj":
@@ -60,5 +75,6 @@ def setup(app) -> dict:
     app.connect("autodoc-process-docstring", restore, priority=900)
     app.connect("autodoc-skip-member", skip)
     app.connect("missing-reference", resolve)
+    app.connect("source-read", overview)
     app.add_config_value("sections", sections(Path(app.srcdir) / "api"), "env")
     return {"parallel_read_safe": True}
