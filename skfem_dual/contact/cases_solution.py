@@ -144,8 +144,12 @@ class CasesSolution:
     @computed_once
     def largest_pressure(self) -> ndarray:
         """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,)."""
-        circles = Circles.of(self.footprint)
-        return self._of(circles.largest, ())
+        return self._of(self.circles.largest, ())
+
+    @computed_once
+    def circles(self) -> Circles:
+        """Circles on which pressures are compared."""
+        return Circles.of(self.footprint)
 
     @computed_once
     def contact_share(self) -> ndarray:

@@ -52,9 +52,11 @@ def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) ->
     parts += [sliding_section(footing) for footing in footings]
     parts += [depth_section(footing) for footing in footings]
     first = footings[0]
+    for each in footings:
+        if each.standing is not None:
+            case = each.cases.names[each.governing]
+            parts.append(error_section(each.standing, each.accuracy, case, each.name))
     if first.standing is not None:
-        case = _of(first) + first.cases.names[first.governing]
-        parts.append(error_section(first.standing, first.accuracy, case))
         units = first.details.units
         parts.append(solver_section(first.standing.solution, version, units))
     return parts
