@@ -277,6 +277,51 @@ def add_dipoles(x, begin, end, circles, numbers, fall, dipoles, out):
 
 
 @vectorised
+def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles, out):
+    """The same for lists of cells near points, under several loads at a time.
+
+    The points ``rows[0, k]`` to ``rows[1, k]`` take from ``cells[starts[k]:starts[k + 1]]`` with
+    their ``dipoles`` of shape (s, 2, n); ``out`` is of shape (s, m).
+    """
+    middles, squares = circles
+    widest, sets = 0, dipoles.shape[0]
+    for k in range(begin, end):
+        widest = max(widest, starts[k + 1] - starts[k])
+    cx, cy, square = np.empty(widest), np.empty(widest), np.empty(widest)
+    fx, fy, load = np.empty(widest), np.empty(widest), np.empty((sets, 2, widest))
+    coefficient, least, factor = fall.coefficient, fall.least, fall.factor
+    table, first = fall.rest.coefficients, fall.rest.first
+    for k in range(begin, end):
+        width = starts[k + 1] - starts[k]
+        for c in range(width):
+            j = cells[starts[k] + c]
+            cx[c], cy[c], square[c] = middles[0, j], middles[1, j], squares[j]
+            for s in range(sets):
+                load[s, 0, c], load[s, 1, c] = dipoles[s, 0, j], dipoles[s, 1, j]
+        for i in range(rows[0, k], rows[1, k]):
+            x0, y0 = x[0, i], x[1, i]
+            # as `_fall`, in loops without branches
+            for c in range(width):
+                dx, dy = x0 - cx[c], y0 - cy[c]
+                r2 = dx * dx + dy * dy
+                f = coefficient / (r2 * np.sqrt(r2)) if r2 > AT_REST * square[c] else 0.0
+                fx[c], fy[c] = f * dx, f * dy
+            if factor > 0.0:
+                for c in range(width):
+                    dx, dy = x0 - cx[c], y0 - cy[c]
+                    r2 = dx * dx + dy * dy
+                    u = max(r2, square[c], least)
+                    f = factor * square_value(table, first, u) * (2 - r2 / u)
+                    fx[c] += f * dx
+                    fy[c] += f * dy
+            for s in range(sets):
+                total = 0.0
+                for c in range(width):
+                    total += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]
+                out[s, i] += total
+
+
+@vectorised
 def _add_rows(x, circles, fall, moments, gx, gy, matrix):
     """Some rows at a time: sums over the cells around are the same for all of them."""
     middles, squares = circles
