@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS: dict[str, list[str]] = {
     "edge": ["edge.py"],
     "edge_time": ["edge_time.py"],
+    "small": ["small.py"],
     "grids": ["grids.py"],
     "substrates": ["substrates.py"],
     "fast_operator": ["fast_operator.py", "--million"],

@@ -20,7 +20,7 @@ from ..kernels.compiled import compiled, inlined, inputs
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights, Factors
 from .moments import Dipoles, dipole_influence
-from .segments import WIDTH, add_segments, put_segment
+from .segments import WIDTH, Pairs, add_segments, put_segment
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 IN_STRIPS = 2.5
@@ -130,23 +130,6 @@ class Triangles(NamedTuple):
         return cls(p, t, root, starts, mean, factors)
 
 
-class Pairs(NamedTuple):
-    """Cells and the points near them.
-
-    Attributes
-    ----------
-    cells : (k,) array of int
-    x : (2, npairs) array of float
-        Points, those of a cell one after the other.
-    offsets : (k + 1,) array of int
-        The first point of each cell.
-    """
-
-    cells: ndarray
-    x: ndarray
-    offsets: ndarray
-
-
 def snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
     """Points, but centroids of cells where these are as good as there: next to the middle of a
     dipole what it adds and what is taken off again would drown all else."""
@@ -162,22 +145,17 @@ def _near(
     own = weights.weighted[fan.cell]
     spokes = np.hypot(*(fan.p[:, fan.t[:, own]] - partition.centroids[:, None, fan.cell[own]]))
     radii = np.maximum.reduceat(spokes.max(axis=0), np.searchsorted(fan.cell[own], cells))
-    points = cKDTree(x.T).query_ball_point(partition.centroids[:, cells].T, IN_STRIPS * radii)
-    counts = np.array([len(i) for i in points], dtype=np.int64)
-    rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    sums = np.zeros((3, len(rows)))
-    triangles = Triangles.of(weights)
-    pairs = Pairs(*inputs(cells, x[:, rows], offsets))
+    pairs = Pairs.within(IN_STRIPS * radii, cells, partition.centroids[:, cells], x)
+    sums, triangles = np.zeros((3, len(pairs.points))), Triangles.of(weights)
     with Threads() as run:
         run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, sums), len(cells))
     values = coefficient * sums[0]
-    column = np.repeat(cells, counts)
-    d = x[:, rows] - partition.centroids[:, column]
+    column = np.repeat(cells, np.diff(pairs.offsets))
+    d = pairs.x - partition.centroids[:, column]
     r = np.hypot(*d)
     apart = r > 0
     values[apart] -= np.sum(dipoles[:, column] * d, axis=0)[apart] / r[apart] ** 3
-    return csr_matrix((values, (rows, column)), shape=(x.shape[1], len(partition)))
+    return csr_matrix((values, (pairs.points, column)), shape=(x.shape[1], len(partition)))
 
 
 @compiled

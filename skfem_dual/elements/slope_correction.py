@@ -14,7 +14,6 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csc_matrix, csr_matrix, eye
-from scipy.spatial import cKDTree
 
 from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
@@ -23,13 +22,12 @@ from ..kernels.threads import Threads
 from .edge_correction import (
     IN_STRIPS,
     STRIPS,
-    Pairs,
     Triangles,
     strip_segments,
     strips_room,
 )
 from .moments import radii
-from .segments import add_segments, put_segment
+from .segments import Pairs, add_segments, put_segment
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together
@@ -199,12 +197,8 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     weights = slopes.weights
     partition = weights.partition
     polygons, n = partition.polygons, len(partition)
-    points = cKDTree(x.T).query_ball_point(
-        partition.centroids.T, IN_STRIPS * radii(partition.polygons)
-    )
-    counts = np.array([len(i) for i in points], dtype=np.int64)
-    rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
-    pairs = Pairs(*inputs(np.arange(n), x[:, rows], np.concatenate([[0], np.cumsum(counts)])))
+    pairs = Pairs.within(IN_STRIPS * radii(polygons), np.arange(n), partition.centroids, x)
+    rows = pairs.points
     triangles = Triangles.of(weights)
     (weighted,) = inputs(weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
@@ -215,9 +209,9 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
 
     with Threads() as run:
         run(work, n)
-    column = np.repeat(np.arange(n), counts)
-    values = sums[1:] + sums[0] * (x[:, rows] - weights.centroids[:, column])
-    d = x[:, rows] - partition.centroids[:, column]
+    column = np.repeat(np.arange(n), np.diff(pairs.offsets))
+    values = sums[1:] + sums[0] * (pairs.x - weights.centroids[:, column])
+    d = pairs.x - partition.centroids[:, column]
     r2 = np.sum(d * d, axis=0)
     apart = r2 > AT_REST / np.pi * partition.areas[column]
     cube = np.divide(1.0, r2 * np.sqrt(r2), out=np.zeros_like(r2), where=apart)
