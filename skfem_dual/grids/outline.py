@@ -14,6 +14,8 @@ from .polygons import readonly
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
 #: or like a hexagon, they are
 LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
+#: cosine of the angle between a segment and the way to it below which it faces a point
+POINTING = 0.82
 
 
 def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
@@ -137,5 +139,5 @@ def _facing(x: ndarray, a: ndarray, b: ndarray) -> float:
     s = (np.sum(offset * along, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
     way = offset - s * along
     r, length = np.hypot(*way), np.hypot(*along)
-    facing = (np.abs(np.sum(way * along, axis=0)) < np.sqrt(0.5) * r * length) & (r > 0)
+    facing = (np.abs(np.sum(way * along, axis=0)) < POINTING * r * length) & (r > 0)
     return float(r[facing].min(initial=np.hypot(*offset).max()))
