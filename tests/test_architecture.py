@@ -29,6 +29,7 @@ LAYERS = [
         "grids.quality",
         "grids.checks",
         "grids.lattice",
+        "grids.mappings",
         "grids.partition",
         "grids.dual_mesh",
         "grids.cellwise",

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..grids.corners import signed_areas
+from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -124,7 +125,7 @@ class ContactRegion:
         if not self.edge:
             return np.empty(0, dtype=np.int64)
         middles = np.hstack([(line[:, 1:] + line[:, :-1]) / 2 for line in self.edge])
-        return np.unique(mesh.element_finder()(*middles))
+        return np.unique(mesh.element_finder(own_mapping(mesh))(*middles))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.dual_mesh import DualMesh
 from ..grids.fan import Fan
 from ..grids.general import general_triangulation
+from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
@@ -214,7 +215,7 @@ class RegularCouple:
 
     def field_basis(self) -> CellBasis:
         """First-order elements on the general triangulation."""
-        return CellBasis(self.general, ElementTriP1())
+        return CellBasis(self.general, ElementTriP1(), mapping=own_mapping(self.general))
 
 
 def _edges(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray]:
