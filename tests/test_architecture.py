@@ -74,6 +74,7 @@ LAYERS = [
     ],
     [
         "elements.graded_rule",
+        "elements.wedge_law",
         "elements.edge_weights",
         "elements.pieces",
         "elements.ribs",

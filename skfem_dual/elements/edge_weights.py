@@ -34,10 +34,9 @@ from .wedge_law import exponent, wedge_factor
 VARIATION = 1.1
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
-#: times that cells in corners are cut half way to these
-HALVES = 4
-#: so they are cut nearer to corners than so many lengths, where phi is off by so much in the middle
-BESIDE, BENT = 4.0, 0.04
+#: sides of triangles nearer to a corner than so many lengths are halved where phi in the middle is
+#: off by more than so much of it; so often
+BESIDE, BENT, HALVES = 4.0, 0.04, 4
 
 
 class Factors(NamedTuple):
@@ -138,11 +137,13 @@ class EdgeWeights:
         nearest = cKDTree(corners.x).query(fan.p[:, fan.t].reshape(2, -1).T)[0]
         t = fan.t[:, nearest.reshape(3, -1).min(axis=0) < BESIDE * longest]
         a, b = np.unique(np.sort([t, np.roll(t, -1, axis=0)], axis=0).reshape(2, -1), axis=1)
-        begin, end, middle = self.phi(np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b])/2])).reshape(3, -1)
+        begin, end, middle = self.phi_at(
+            np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b]) / 2])
+        ).reshape(3, -1)
         bent = np.abs(2 * middle - begin - end) > 2 * BENT * middle
         return np.stack([a, b])[:, bent]
 
-    def phi(self, x: ndarray) -> ndarray:
+    def phi_at(self, x: ndarray) -> ndarray:
         """Distance of points to the edge, but next to corners."""
         p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
         size = np.sqrt(self.partition.areas.sum())
@@ -162,7 +163,7 @@ class EdgeWeights:
         """
         fan = self.fan
         used = np.unique(fan.t)
-        own = self.phi(fan.p[:, used])
+        own = self.phi_at(fan.p[:, used])
         phi = np.full(fan.p.shape[1], own.max())
         phi[used] = own
         size = np.sqrt(self.partition.areas.sum())

@@ -85,29 +85,26 @@ class Fan:
         )
 
     def halved(self, sides: ndarray) -> "Fan":
-        """With some sides of triangles, points (2, k), cut in halves, and the triangles with them;
-        the middles follow the other points."""
-        n, k = self.p.shape[1], sides.shape[1]
-        keys = np.sort(sides.astype(np.int64), axis=0).T @ [n, 1]
-        order = np.argsort(keys)
-        of = np.nonzero(np.isin(self.t, sides).sum(axis=0) > 1)[0]
-        rest = np.delete(np.arange(self.t.shape[1]), of)
-        p = np.hstack([self.p, self.p[:, sides].mean(axis=1)])
-        t = self.t[:, of].astype(np.int64)
-        own = np.sort([t, np.roll(t, -1, axis=0)], axis=0).T @ [n, 1]
-        place = order[np.searchsorted(keys, own.T, sorter=order).clip(max=k - 1)]
-        middle = np.where(keys[place] == own.T, n + place, -1)
-        while (middle >= 0).any():
-            cut = (middle >= 0).any(axis=0)
-            length = np.hypot(*(p[:, t[:, cut]] - p[:, np.roll(t[:, cut], -1, axis=0)]))
-            longest = np.where(middle[:, cut] >= 0, length, -1.0).argmax(axis=0)
-            turn = (longest + np.arange(3)[:, None]) % 3, np.nonzero(cut)[0]
-            (a, b, c), (ab, bc, ca) = t[turn], middle[turn]
-            none = np.full(len(a), -1)
-            t = np.hstack([t[:, ~cut], [a, ab, c], [ab, b, c]])
-            middle = np.hstack([middle[:, ~cut], [none, none, ca], [none, bc, none]])
-            of = np.concatenate([of[~cut], of[cut], of[cut]])
-        t, of = np.hstack([self.t[:, rest], t]), np.append(rest, of)
+        """With some sides of triangles, points (2, k), cut in halves: their triangles in two, or
+        in four with those halved too that have a triangle with two others. Middles follow the
+        other points."""
+        n = self.p.shape[1]
+        ends = np.sort([self.t, np.roll(self.t, -1, axis=0)], axis=0).astype(np.int64)
+        keys = ends[0] * n + ends[1]
+        cut = np.unique(np.sort(sides.astype(np.int64), axis=0).T @ [n, 1])
+        while len(more := np.setdiff1d(keys[:, np.isin(keys, cut).sum(axis=0) == 2], cut)):
+            cut = np.union1d(cut, more)
+        p = np.hstack([self.p, self.p[:, np.divmod(cut, n)].mean(axis=1)])
+        halved = np.isin(keys, cut)
+        middle = n + np.searchsorted(cut, keys)
+        whole, half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (0, 1, 3))
+        a, b, c = self.t[:, quarters]
+        ab, bc, ca = middle[:, quarters]
+        turn = (halved[:, half].argmax(axis=0) + np.arange(3)[:, None]) % 3, half
+        (d, e, f), de = self.t[turn], middle[turn][0]
+        parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
+        t = np.hstack([self.t[:, whole], *map(np.array, parts)])
+        of = np.concatenate([whole, *[quarters] * 4, half, half])
         return Fan._sorted(p, t, self.cell[of], self.part[of])
 
     def with_cells_of(self, other: "Fan") -> "Fan":
