@@ -22,6 +22,7 @@ pyvista.OFF_SCREEN = True
 
 from drawings import draw_all
 from example_pages import SECTIONS, FileNames, copy_examples
+from themes import scrape
 from validation import write_tables
 
 logging.getLogger("skfem").setLevel(logging.WARNING)  # tells of every assembly
@@ -40,6 +41,7 @@ extensions = [
     "example_pages",
     "mathml",
     "measured",
+    "themes",
 ]
 exclude_patterns = ["_*", "ext", "generated", "gallery/*/*.py.md5"]
 default_role = "py:obj"
@@ -63,7 +65,7 @@ sphinx_gallery_conf = {
     "examples_dirs": [f"_examples/{folder}" for folder in SECTIONS],
     "gallery_dirs": [f"gallery/{folder}" for folder in SECTIONS],
     "filename_pattern": r"ex\d",
-    "image_scrapers": ("matplotlib", "pyvista"),
+    "image_scrapers": (scrape,),
     "reset_argv": FileNames(EXAMPLES),
     "within_subsection_order": "FileNameSortKey",
     "notebook_extensions": set(),
@@ -74,7 +76,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "min_reported_time": 1e9,
     "write_computation_times": False,
-    "thumbnail_size": (400, 280),
+    "thumbnail_size": (480, 360),
     "matplotlib_animations": False,
 }
 
