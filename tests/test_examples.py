@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from scipy.special import ellipk
 from skfem import CellBasis, ElementTriP2
 
@@ -603,17 +604,29 @@ def test_example(name, monkeypatch, tmp_path):
     result = example.main(**SMALL.get(name, {}))
     assert str(result)
     globals()[f"check_{name.split('_')[0]}"](result)
-    from gallery import drawn, save
+    from gallery import drawn
 
-    pictures = drawn(example.visualize, result)
-
-    for title, picture in pictures.items():
-        assert hasattr(picture, "show")
-        save(picture, tmp_path / title)
-        assert (tmp_path / f"{title}.png").stat().st_size > 10_000
+    for title, ax in drawn(example.visualize, result).items():
+        assert hasattr(ax, "show")
+        canvas = ax.figure.canvas
+        canvas.draw()
+        assert np.asarray(canvas.buffer_rgba())[..., 3].mean() > 5, title  # of 255
+        assert not colliding(ax.figure), title
     import matplotlib.pyplot as plt
 
     plt.close("all")
+
+
+def colliding(figure):
+    """Pairs of texts that cover a tenth of each other."""
+    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
+    boxes = np.array([t.get_window_extent().extents for t in texts])
+    low, high = boxes[:, :2], boxes[:, 2:]
+    common = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
+    area = np.prod(high - low, axis=1)
+    shared = np.prod(common.clip(0), axis=2) / np.minimum(area[:, None], area)
+    i, j = np.nonzero(np.triu(shared, 1) > 0.1)
+    return [(texts[k].get_text(), texts[m].get_text()) for k, m in zip(i, j)]
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from sphinx.transforms import SphinxTransform
 from sphinx_gallery.utils import scale_image
 
 #: lightness of ink up to which, and of fills from which on, colours change, and to what
-INK, PALE, LIGHT_INK, DULL = 0.35, 0.8, 0.9, 0.25
+INK, PALE, LIGHT_INK, DULL = 0.35, 0.7, 0.9, 0.25
 
 
 def twin(path: Path) -> Path:
@@ -65,8 +65,9 @@ def turn(artist: Artist) -> None:
     """Change the colours of an artist."""
     if isinstance(artist, Text):
         artist.set_color(turned(artist.get_color()))
-        if (box := artist.get_bbox_patch()) is not None:
-            turn(box)
+        for patch in (artist.get_bbox_patch(), getattr(artist, "arrow_patch", None)):
+            if patch is not None:
+                turn(patch)
     elif isinstance(artist, Line2D):
         artist.set(
             markeredgecolor=turned(artist.get_markeredgecolor()),
@@ -83,9 +84,9 @@ def turn(artist: Artist) -> None:
 
 def turned(color):
     """Black for white, dull for pale; other colours read on both."""
-    if isinstance(color, str) and color == "none":
-        return color
     *rgb, alpha = to_rgba(color)
+    if alpha == 0:
+        return "none"
     hue, lightness, saturation = rgb_to_hls(*rgb)
     grey = max(rgb) - min(rgb) < 0.06
     if grey and lightness < INK:
