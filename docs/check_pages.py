@@ -2,7 +2,8 @@
 
 Every page is opened wide and as wide as a phone. Pictures must load, nothing may be told in the
 console, no page may be wider than the screen, links within the pages must lead somewhere, and
-the search must find a class of the reference.
+the search must find a class of the reference, and labels of drawings, SVG files of matplotlib, must
+not cover each other.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
 pictures of the pages are kept.
 """
@@ -39,6 +40,18 @@ WIDTH = "return [document.documentElement.scrollWidth, window.innerWidth]"
 EAGER = "document.querySelectorAll('img').forEach(i => i.loading = 'eager')"
 LOADED = """const done = arguments[0];
     Promise.all(Array.from(document.images).map(i => i.decode().catch(() => 0))).then(done)"""
+
+#: pairs of texts of a drawing that cover a tenth of each other
+COVERED = """const boxes = Array.from(document.querySelectorAll('g[id^="text_"]'))
+    .map(g => [g.id, g.getBoundingClientRect()]).filter(([id, b]) => b.width * b.height > 0);
+  const found = [];
+  boxes.forEach(([one, a], i) => boxes.slice(i + 1).forEach(([other, b]) => {
+    const w = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+    const h = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+    const least = Math.min(a.width * a.height, b.width * b.height);
+    if (w > 0 && h > 0 && w * h > 0.1 * least) found.push(one + ' and ' + other);
+  }));
+  return found"""
 
 
 #: a word to search for, the page that has it, and the wait until results are there
@@ -161,6 +174,10 @@ def check(folder: Path, shots: Path | None = None) -> list[str]:
         driver.get(f"{address}/search.html?q={WORD}")
         if not any(PLACE in link for link in driver.execute_async_script(RESULTS)):
             faults.append(f"search.html: {WORD} is not found in {PLACE}")
+        for drawing in sorted(folder.glob("_images/*.svg")):
+            driver.get(f"{address}/_images/{drawing.name}")
+            covered = driver.execute_script(COVERED)
+            faults += [f"{drawing.name}: {pair} cover each other" for pair in covered]
     return faults
 
 

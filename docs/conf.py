@@ -24,6 +24,7 @@ from drawings import draw_all
 from example_pages import SECTIONS, FileNames, copy_examples
 from front import draw_front
 from notebook import write_notebook
+from themes import scrape
 from validation import write_tables
 
 logging.getLogger("skfem").setLevel(logging.WARNING)  # tells of every assembly
@@ -42,6 +43,7 @@ extensions = [
     "example_pages",
     "mathml",
     "measured",
+    "themes",
 ]
 exclude_patterns = ["_*", "ext", "generated", "gallery/*/*.py.md5"]
 default_role = "py:obj"
@@ -67,7 +69,7 @@ sphinx_gallery_conf = {
     "examples_dirs": [f"_examples/{folder}" for folder in SECTIONS],
     "gallery_dirs": [f"gallery/{folder}" for folder in SECTIONS],
     "filename_pattern": r"ex\d",
-    "image_scrapers": ("matplotlib", "pyvista"),
+    "image_scrapers": (scrape,),
     "reset_argv": FileNames(EXAMPLES),
     "within_subsection_order": "FileNameSortKey",
     "notebook_extensions": set(),
@@ -78,7 +80,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "min_reported_time": 1e9,
     "write_computation_times": False,
-    "thumbnail_size": (400, 280),
+    "thumbnail_size": (480, 360),
     "matplotlib_animations": False,
 }
 
