@@ -2,8 +2,8 @@
 
 Every page is opened wide and as wide as a phone. Pictures must load, nothing may be told in the
 console, no page may be wider than the screen, links within the pages must lead somewhere, and
-the search must find a class of the reference, and labels of drawings, SVG files of matplotlib, must
-not cover each other.
+the search must find a class of the reference, and labels of drawings, SVG files of matplotlib,
+must not cover each other.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
 pictures of the pages are kept.
 """
