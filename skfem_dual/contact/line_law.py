@@ -19,11 +19,12 @@ from ..errors import ConvergenceError
 from .footprint import Footprint
 from .load import Constraints
 from .problem import Contact
-from .system import POLISHED
 from .verify import Verification
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
+#: up to so many cells it is cheap to solve between those in contact again
+MOST = 3000
 
 
 def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
@@ -41,7 +42,7 @@ def with_line_law(
     obeys the equations: ``line`` of the contact tells.
     """
     cells, found = punch.footprint, (contact, position)
-    small = isinstance(punch.operator, np.ndarray) and len(cells) <= POLISHED
+    small = isinstance(punch.operator, np.ndarray) and len(cells) <= MOST
     small = small and cells.collocation == "centroid"
     if punch.gap is None or cells.weights is not None or not small or not contact.success:
         return found

@@ -1,6 +1,5 @@
 """Contact to be found, and contact that was found."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
@@ -9,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..elements.line_weights import LineWeights
-from ..errors import ConvergenceWarning, ResolutionWarning
+from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from .load import Constraints
 
@@ -58,8 +57,8 @@ class ContactProblem:
         Force or moment conjugate to each motion by unit pressure on each cell.
     given : (k,) array of float
         The forces and moments imposed.
-    smoother : LinearOperator, optional
-        Approximate inverse of the matrix, symmetric and positive, if all areas are the same.
+    inverse : LinearOperator, optional
+        Approximate inverse of the matrix; times the areas nearly symmetric, and positive.
     """
 
     matrix: ndarray | Product
@@ -68,7 +67,7 @@ class ContactProblem:
     planes: ndarray
     resultants: ndarray
     given: ndarray
-    smoother: Product | None = None
+    inverse: Product | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +98,8 @@ class Contact:
         turn negative; None if there are none.
     line : LineWeights, optional
         How pressures end along the line of contact, if not with the cells.
+    unit_pressures : (n, m) array of float, optional
+        By unit motions of bodies with that contact, if they are known.
     """
 
     pressure: ndarray
@@ -111,6 +112,7 @@ class Contact:
     residual: float = 0.0
     flat: ndarray | None = None
     line: LineWeights | None = None
+    unit_pressures: ndarray | None = None
 
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
@@ -120,7 +122,8 @@ class Contact:
         """The same under one of several bodies, by its cells."""
         pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
         flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
-        return replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
+        part = replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
+        return replace(part, unit_pressures=None)
 
     @property
     def pulling(self) -> float:
@@ -164,8 +167,8 @@ def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
     ``parts`` are the cells of each body.
     """
     if not contact.success:
-        warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        warn(contact.message, ConvergenceWarning, stacklevel=3)
         return
     for cells in parts:
         if message := contact.under(cells).rough:
-            warnings.warn(message, ResolutionWarning, stacklevel=3)
+            warn(message, ResolutionWarning, stacklevel=3)

@@ -8,6 +8,7 @@ it once more by second degree. Where the edge meets that of the plan both grow b
 are taken over it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from skfem import Mesh
 from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import signed_areas
 from ..grids.lines import signed_distance
+from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -70,6 +72,14 @@ class ContactRegion:
             Contact modulus E* of the surface.
         """
         return PlanTriangles.of(partition, mesh).region(pressure, gap, modulus)
+
+    @classmethod
+    def together(cls, regions: Sequence["ContactRegion"]) -> "ContactRegion":
+        """Those under several bodies."""
+        firsts = np.cumsum([0, *(region.p.shape[1] for region in regions)])
+        t = np.hstack([region.t + first for region, first in zip(regions, firsts)])
+        p, level = (np.hstack([getattr(r, name) for r in regions]) for name in ("p", "level"))
+        return cls(readonly(p), readonly(t), readonly(level))
 
     def __repr__(self) -> str:
         return (
@@ -131,7 +141,7 @@ class ContactRegion:
         if not self.edge:
             return np.empty(0, dtype=np.int64)
         middles = np.hstack([(line[:, 1:] + line[:, :-1]) / 2 for line in self.edge])
-        return np.unique(mesh.element_finder()(*middles))
+        return np.unique(mesh.element_finder(own_mapping(mesh))(*middles))
 
 
 @dataclass(frozen=True, eq=False)

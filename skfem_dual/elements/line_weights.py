@@ -14,7 +14,6 @@ import numpy as np
 from numpy import ndarray
 from scipy.sparse import coo_matrix, csr_matrix
 
-from ..grids.corners import signed_areas
 from ..grids.fan import Fan
 from ..grids.lines import signed_distance
 from ..grids.partition import Partition
@@ -80,18 +79,10 @@ class LineWeights(EdgeWeights):
         depth = np.where(np.abs(depth) > 1e-9 * size.min(), depth, 0.0)
         everywhere = np.full(fan.p.shape[1], depth.max())
         everywhere[used] = depth
-        near_line = Fan(fan.p, fan.t[:, own], fan.cell[own], fan.interpolation)
-        cut, depth = _cut(near_line, everywhere)
+        fan = replace(fan, t=fan.t[:, own], cell=fan.cell[own], part=fan.part[own])
+        fan, depth = fan.cut_at_zero(everywhere)
         ribs = np.empty(0, dtype=np.int32)
-        return cls(partition, cut, ribs, readonly(depth), readonly(in_points))
-
-    def cut(self, fan: Fan) -> Fan:
-        """Triangles of all cells, cut by the line."""
-        others = ~np.isin(fan.cell, self.fan.cell)
-        cell = np.concatenate([fan.cell[others], self.fan.cell])
-        order = np.argsort(cell, kind="stable")
-        t = np.hstack([fan.t[:, others], self.fan.t])[:, order]
-        return replace(self.fan, t=readonly(t), cell=readonly(cell[order]))
+        return cls(partition, fan, ribs, readonly(depth), readonly(in_points))
 
     @computed_once
     def root(self) -> ndarray:
@@ -162,30 +153,3 @@ class LineWeights(EdgeWeights):
 def _identity(n: int) -> coo_matrix:
     each = np.arange(n)
     return coo_matrix((np.ones(n), (each, each)), shape=(n, n))
-
-
-def _cut(fan: Fan, depth: ndarray) -> tuple[Fan, ndarray]:
-    """Triangles cut where a function, given at the points and linear in them, is zero."""
-    values = depth[fan.t]
-    crossed = (values > 0).any(axis=0) & (values < 0).any(axis=0)
-    t, values, whole = fan.t[:, crossed], values[:, crossed], ~crossed
-    # a vertex alone on its side first; zeros are on the other
-    inside = values > 0
-    single = inside.sum(axis=0) == 1
-    alone = np.argmax(np.where(single, inside, values < 0), axis=0)
-    order = (alone + np.arange(3)[:, None]) % 3
-    (a, b, c), (va, vb, vc) = (np.take_along_axis(x, order, axis=0) for x in (t, values))
-    first = fan.p.shape[1]
-    onward, back = first + np.arange(len(a)), first + len(a) + np.arange(len(a))
-    p = fan.p
-    along = [p[:, a] + va / (va - v) * (p[:, end] - p[:, a]) for v, end in ((vb, b), (vc, c))]
-    p = np.hstack([p, *along])
-    pieces = [[a, onward, back], [onward, b, c], [onward, c, back]]
-    t = np.hstack([fan.t[:, whole], *pieces])
-    of = np.concatenate([np.nonzero(whole)[0], np.tile(np.nonzero(crossed)[0], 3)])
-    order = np.argsort(of, kind="stable")
-    t, of = t[:, order], of[order]
-    full = signed_areas(p, t) > 1e-14 * fan.areas[of]
-    t, of = readonly(t[:, full], np.int32), of[full]
-    cell = readonly(fan.cell[of])
-    return Fan(readonly(p), t, cell, fan.interpolation), np.append(depth, np.zeros(2 * len(a)))
