@@ -13,10 +13,8 @@ SOIL, A = HalfSpace(1.0, 0.0), 0.83
 FORCE = 4 / 3 * A**3
 
 
-def sphere(mesh, grid="dual", soil=SOIL, **options):
-    dual = DualMesh.from_mesh(mesh)
-    basis = dual.basis() if grid == "dual" else dual.primal_basis()
-    return RigidPunch(soil, basis, gap=Paraboloid(1.0), **options)
+def sphere(mesh, soil=SOIL):
+    return RigidPunch(soil, DualMesh.from_mesh(mesh).basis(), gap=Paraboloid(1.0))
 
 
 @pytest.fixture(scope="module")
@@ -73,15 +71,12 @@ def test_the_ground_meets_the_sphere(pressed):
     assert pressed.ground_displacement(points) == pytest.approx(shape, abs=1e-4 * A**2)
 
 
-def test_triangles_and_layers(mesh):
-    coarse = disc(n=420)
-    for found in (
-        sphere(coarse, "primal").solve(FORCE),
-        sphere(mesh, soil=LayeredHalfSpace([Layer(1.0, 1.0, 0.0)], SOIL)).solve(FORCE),
-    ):
-        assert found.line is not None
-        assert found.settlement == pytest.approx(A**2, rel=6e-5)
-        assert found.contact_area == pytest.approx(np.pi * A**2, rel=2e-3)
+def test_layers():
+    """A layer like what is below it, whose matrix is made anew."""
+    found = sphere(disc(n=300), LayeredHalfSpace([Layer(1.0, 1.0, 0.0)], SOIL)).solve(FORCE)
+    assert found.line is not None
+    assert found.settlement == pytest.approx(A**2, rel=1e-4)
+    assert found.contact_area == pytest.approx(np.pi * A**2, rel=3e-3)
 
 
 def test_a_force_beside_the_middle(mesh):

@@ -314,6 +314,9 @@ class RigidPunch(Movable, RigidBodies):
     def solve_many(self, cases: Cases, **options: Any) -> CasesSolution:
         """Many load cases at a time, by superposition while all cells keep contact.
 
+        Pressures under shaped punches end with the cells here, see ``PunchSolution.line``:
+        settlements are off by 2e-4 with 500 cells in contact where `solve` has 1e-5.
+
         Parameters
         ----------
         cases : mapping of str to Load or mapping, or sequence of them

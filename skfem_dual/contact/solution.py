@@ -66,8 +66,9 @@ class PunchSolution(CellPressures):
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
     line : LineWeights or None
-        Of a shaped punch: how pressures end along the line of contact, inside the cells; None
-        where they end with the cells.
+        Of a shaped punch: how pressures end along the line of contact, inside the cells, by the
+        root of the distance to it; cells that it crosses have a pressure, and those whose
+        collocation point is out of contact a gap, too. None where pressures end with the cells.
     member : Alone, Member or None
         What tells its position by work, alone or in a group of rigid punches.
     """
