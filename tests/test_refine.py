@@ -21,13 +21,13 @@ def test_refinement_to_the_edge_of_contact():
     """The error falls, and faster per cell than on meshes refined everywhere."""
     a = 0.55
     found = refine_to_contact(
-        sphere, perturbed(rectangle(14), 0.01), {"force": 4 / 3 * a**3}, refinements=3
+        sphere, perturbed(rectangle(14), 0.01), {"force": 4 / 3 * a**3}, refinements=2
     )
-    assert len(found) == 4
+    assert len(found) == 3
     assert all(s.success for s in found)
     cells = np.array([len(s.pressure) for s in found])
     area = np.array([s.contact_area for s in found]) / (np.pi * a**2) - 1
-    assert np.abs(area[-1]) < 3e-3
+    assert np.abs(area[-1]) < 2e-3
     assert np.abs(area[-1]) < np.abs(area[0]) / 4
     uniform = sphere(perturbed(rectangle(round(np.sqrt(cells[-1])) - 1), 0.005))
     uniform_area = uniform.solve(4 / 3 * a**3).contact_area / (np.pi * a**2) - 1

@@ -61,7 +61,7 @@ def moved_line(
     square = (pressure / unit)[near] ** 2
     gaps = (opening.clip(0) / unit)[near] ** (2 / 3) / np.cbrt(size**2)
     inverse = np.linalg.inv(matrix)
-    strength = _largest(square, s)
+    strength = np.max(square / np.maximum(s, 0.5), axis=1)
     for _ in range(3):  # K^2 times the size, by which gaps are compared with pressures
         values = np.where(inner, square, -np.cbrt(strength**2)[:, None] * gaps)
         start, slope = (inverse @ np.einsum("mki,mk->mi", weighted, values)[..., None])[:, :2, 0].T
@@ -69,8 +69,3 @@ def moved_line(
     moved = np.divide(start, slope, out=np.zeros_like(start), where=slope > 0)
     known = np.sum(weight * ~inner, axis=1) > 0.5
     return points, np.where(known, moved.clip(-FARTHEST, FARTHEST), 0.0) * size[:, 0]
-
-
-def _largest(square: ndarray, s: ndarray) -> ndarray:
-    """The largest slope of some values from zero on, each row."""
-    return np.max(square / np.maximum(s, 0.5), axis=1)

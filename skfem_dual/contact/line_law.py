@@ -56,7 +56,7 @@ def with_line_law(
         )
         answer = _on_line(punch, on_line(cells, line), line, constraints)
         if answer is None:
-            return contact, position
+            return found
         again, moved = answer
         gap = np.where(again.touching, 0.0, again.gap.clip(0))
         pressure = np.where(gap == 0, line.at_points(again.pressure), 0.0)
