@@ -204,7 +204,6 @@ def test_several_meshes(capsys):
     for meshes, options, message in (
         ([DISC, other], ["--force", "1"], "--loads with several meshes"),
         ([DISC, DISC], ["--loads", DISC], "meshes with different names, got disc, disc"),
-        ([DISC, other], ["--loads", DISC, "--svg", "x.svg"], "one mesh with --svg"),
         ([DISC, other], ["--loads", DISC, "--origin", "0", "0"], "one mesh with --origin"),
     ):
         code, out, err = run(capsys, "solve", *meshes, *GROUND, *options)

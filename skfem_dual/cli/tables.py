@@ -102,8 +102,7 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
                 cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
         lines += ["", *_envelope(footing)]
-        if len(footings) == 1:
-            lines += [f"{name:<24}{line}" for name, line in _bounds(footing, times).items()]
+        lines += [f"{name:<24}{line}" for name, line in _bounds(footing, times).items()]
         lines += [""]
     for pair in between(list(footings)):
         moved = _read(pair.difference, units.displacement, named=units.named)

@@ -120,11 +120,7 @@ class CasesSolution:
 
     @computed_once
     def settlement(self) -> ndarray:
-        """Settlements W0 of the origin, positive into the ground; shape (k,).
-
-        Computed when asked for: each case that lifts off takes a solution of its own, about 0.1 s
-        with 600 cells.
-        """
+        """Settlements W0 of the origin, positive into the ground; shape (k,)."""
         return self._of(lambda s: s.settlement, ())
 
     @computed_once
@@ -148,8 +144,12 @@ class CasesSolution:
     @computed_once
     def largest_pressure(self) -> ndarray:
         """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,)."""
-        circles = Circles.of(self.footprint)
-        return self._of(lambda s: circles.largest(s.pressure), ())
+        return self._of(self.circles.largest, ())
+
+    @computed_once
+    def circles(self) -> Circles:
+        """Circles on which pressures are compared."""
+        return Circles.of(self.footprint)
 
     @computed_once
     def contact_share(self) -> ndarray:

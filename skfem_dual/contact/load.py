@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+import scipy
 from numpy import ndarray
 from scipy.linalg import block_diag
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair
@@ -219,7 +219,7 @@ class Hull:
             return self.beyond(x)
         # least t, and least distance d, with normals @ (x + t along) + offsets <= d
         rate = self.normals @ along
-        found = linprog(
+        found = scipy.optimize.linprog(
             [0.0, 1.0],
             np.column_stack([rate / np.abs(rate).max(), -np.ones(len(rate))]),
             -(self.normals @ x + self.offsets),

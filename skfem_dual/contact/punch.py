@@ -19,7 +19,7 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
+from .footprint import Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
 from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import holding
@@ -177,22 +177,18 @@ class RigidPunch(Movable, RigidBodies):
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
-        return self._system(self.footprint, self.operator)
-
-    def _system(self, cells: Footprint, operator: Operator) -> ContactSystem:
         return ContactSystem(
-            operator,
+            self.operator,
             self.planes(self.collocation_points),
-            cells.resultants,
+            self.footprint.resultants,
             self.initial_gap,
             self.partition.areas,
             self.timings,
         )
 
-    def flattened_system(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat, (n,) array of bool."""
-        operator = self.footprint.flattened_operator(self.operator, flat)
-        return self._system(self.footprint.flattened(flat), operator)
+    def flattened_resultants(self, flat: ndarray) -> ndarray:
+        """Force and moments of unit pressures where some cells are flat, (n,) array of bool."""
+        return self.footprint.flattened(flat).resultants
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
@@ -376,7 +372,7 @@ class RigidPunch(Movable, RigidBodies):
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
-        return Work((Part(self.footprint, 0, self.centre),), self.system)
+        return Work((Part(self.footprint, 0, self.centre),), self)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""

@@ -191,9 +191,8 @@ class Punches:
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, method == "active-set")
-            chosen: Method = "cg" if method == "auto" and constraints.conjugate else method
             known = constraints, unilateral
-            contact, position = contact_of(system, *known, chosen, start, gap_rtol)
+            contact, position = contact_of(system, *known, method, start, gap_rtol)
             rtol = getattr(self.ground, "rtol", 0.0)
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             return verify(contact, position), position
@@ -229,6 +228,7 @@ class Punches:
             np.concatenate([share.gap for share in shares]),
             np.concatenate([punch.partition.areas for punch in self.punches]),
             self.timings,
+            self.operator.preconditioner if flat.any() else None,
         )
 
     def _checked_loads(self, loads: Sequence[Any]) -> list[Any]:

@@ -24,9 +24,9 @@ An Introduction to Invariant Imbedding (1975), for Riccati equations of such rat
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from ..errors import ConvergenceError
 
@@ -161,7 +161,9 @@ def through_graded(
     start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
     # below the surface nothing is known better than the integrals over waves
     rtol = 1e-9 if down else 1e-11
-    path = solve_ivp(rate, (0.0, 1.0), start.ravel(), "DOP853", rtol=rtol, atol=rtol / 100)
+    path = scipy.integrate.solve_ivp(
+        rate, (0.0, 1.0), start.ravel(), "DOP853", rtol=rtol, atol=rtol / 100
+    )
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
     out = path.y[:, -1].reshape(-1, n)
@@ -182,7 +184,7 @@ def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> nd
         own = homogeneous_across(*moduli((1 - way) * bottom))
         return k * bottom * (own - s * s / own)
 
-    path = solve_ivp(rate, (0.0, 1.0), s, "DOP853", rtol=1e-11, atol=1e-13)
+    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), s, "DOP853", rtol=1e-11, atol=1e-13)
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
     return path.y[:, -1]

@@ -115,6 +115,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
             "points": [{"name": name, "x": x[0], "y": x[1]} for name, x in footing.points.items()],
             "circle_radius": footing.radius,
             "cases": [_case(footing, k) for k in range(len(cases))],
+            "error": _error(footing),
             "envelope": [
                 {"quantity": e.quantity, "value": e.value, "case": e.name} for e in envelope
             ],
