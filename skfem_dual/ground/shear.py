@@ -23,7 +23,7 @@ import numpy as np
 from numpy import ndarray
 
 from .compliance import homogeneous, homogeneous_across
-from .hankel import BITS, ONE, SHIFT, SQUARES, RadialTable, SquareTable
+from .hankel import RadialTable, SquareTable
 
 #: compliances Q11, Q12, Q22 and S at wave numbers, (4, n)
 Compliances = Callable[[ndarray], ndarray]
@@ -90,13 +90,3 @@ class ShearTable(NamedTuple):
         found.append(settlement.squares[0])
         coefficients = np.stack([f.coefficients for f in found], axis=-1)
         return cls(np.ascontiguousarray(coefficients), found[0].first, *ends)
-
-    def evaluate(self, r: ndarray) -> ndarray:
-        """All four at distances of shape (m,) in the range, shape (4, m)."""
-        bits = np.square(r).view(np.int64)
-        panel = (bits >> SHIFT) - self.first
-        t = (((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64) - 1) * (2 << BITS) - 1
-        out = np.zeros((4, len(r)))
-        for power in range(SQUARES, -1, -1):
-            out = out * t + self.coefficients[panel, power].T
-        return out
