@@ -73,7 +73,9 @@ def test_circle_converges():
 
 def test_circle_of_triangles():
     punch = RigidPunch(SOIL, CellBasis(disc(n=300).scaled(2.0), ElementTriP0()))
-    assert punch.stiffness(full=True).diagonal() == pytest.approx(exact_circle(2.0), rel=5e-4)
+    found, exact = punch.stiffness(full=True).diagonal(), exact_circle(2.0)
+    assert found[:5] == pytest.approx(exact[:5], rel=2e-4)
+    assert found[5] == pytest.approx(exact[5], rel=1e-3)
 
 
 def test_ellipse():

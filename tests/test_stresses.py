@@ -202,7 +202,8 @@ def test_surface_of_stratified_ground_is_the_limit(ground, weighted):
     if not weighted:
         expected = solution.pressure_at(x)
         assert sigma.sigma_z == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
-    assert np.abs([sigma.tau_yz, sigma.tau_zx]).max() < 2e-3 * np.abs(solution.pressure).max()
+    # where strips end, their tractions jump a little
+    assert np.abs([sigma.tau_yz, sigma.tau_zx]).max() < 3e-3 * np.abs(solution.pressure).max()
 
 
 def round_polar(rings, sectors):
