@@ -131,6 +131,8 @@ def single_load(options: argparse.Namespace) -> dict[str, Any]:
         "moments": None if moments is None else (-moments[1], moments[0]),
         "settlement": options.settlement,
         "tilt": options.tilt,
+        "horizontal": options.horizontal,
+        "torsion": options.torsion,
     }
 
 
@@ -171,7 +173,7 @@ def punches_of(
 
 def require_one_load(options: argparse.Namespace) -> None:
     """Refuse loads given twice, or only one for several footings."""
-    single = "force", "at", "moments", "settlement", "tilt"
+    single = "force", "at", "moments", "settlement", "tilt", "horizontal", "torsion"
     given = [f"--{name}" for name in single if getattr(options, name) is not None]
     if options.loads is not None and given:
         raise ValueError(f"expected either --loads or {given[0]}, got both")

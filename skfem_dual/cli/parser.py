@@ -181,13 +181,15 @@ def _add_loads(group: Any) -> None:
         help="moments about the x axis, positive where it presses down the side of larger y, and "
         "about the y axis, positive where it presses down the side of larger x",
     )
+    pair("--horizontal", metavar=("HX", "HY"), help="horizontal force on the base, along x and y")
+    value("--torsion", help="moment about the vertical through the origin, from x towards y")
     pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
     group.add_argument(
         "--loads",
         metavar="FILE",
         help="load cases as CSV with the columns name, force; x, y (where the force acts, in the "
         "coordinates of the plan) or ex, ey (from the origin); mx, my (moments as above); "
-        "footing (name of its mesh file), with several",
+        "hx, hy, torsion (horizontal); footing (name of its mesh file), with several",
     )
     pair(
         "--origin",

@@ -141,11 +141,13 @@ class LoadedCells:
 
     def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
-        if isinstance(operator, FlattenedOperator) or self.slopes is None or self._sloping is None:
+        if isinstance(operator, FlattenedOperator) or self.slopes is None:
             raise ValueError("expected cells that all have slopes, got flat ones")
         left_out = self.slopes.without(~flat)
-        if isinstance(operator, InfluenceOperator):
-            return FlattenedOperator(operator, self._sloping, left_out)
+        if isinstance(operator, InfluenceOperator) and operator.sloping is not None:
+            return FlattenedOperator(operator, operator.sloping, left_out)
+        if self._sloping is None:
+            raise ValueError("expected cells that all have slopes, got flat ones")
         matrix = np.array(operator)
         self._sloping.add_to(matrix, left_out, -1.0)
         matrix.setflags(write=False)
@@ -153,11 +155,13 @@ class LoadedCells:
 
     def flattened_rows(self, exact: "ExactRows | None", flat: ndarray) -> "ExactRows | None":
         """Those of `flattened` cells, by ``exact`` ones of these."""
-        if exact is None or self.slopes is None or self._sloping is None or not flat.any():
+        if exact is None or self.slopes is None or not flat.any():
             return exact
-        rows = exact.rows.copy()
-        sloping = self._sloping.at(exact.numbers)
-        sloping.add_to(rows, self.slopes.without(~flat), -1.0)
+        rows, x = exact.rows.copy(), self.collocation_points[:, exact.numbers]
+        sloping = self._sloping if self.few else self.slope_correction(x)
+        if sloping is not None:
+            sloping = sloping.at(exact.numbers) if self.few else sloping
+            sloping.add_to(rows, self.slopes.without(~flat), -1.0)
         return ExactRows(exact.numbers, rows)
 
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
@@ -262,13 +266,14 @@ class Footprint(LoadedCells):
 
     @computed_once
     def fan(self) -> Fan:
-        """Triangles that fill the cells."""
-        return Fan.from_basis(self.basis)
+        """Triangles that fill the cells, also those of the weights."""
+        fan = Fan.from_basis(self.basis)
+        return fan if self.weights is None else fan.with_cells_of(self.weights.fan)
 
     @computed_once
     def triangles(self) -> PlanTriangles:
         """Triangles on which regions of contact are drawn."""
-        return PlanTriangles.of(self.partition, nodal_mesh(self.basis))
+        return PlanTriangles.of(self.partition, nodal_mesh(self.basis), self.weights)
 
     @computed_once
     def centre(self) -> ndarray:

@@ -27,7 +27,7 @@ from .cases_solution import CasesSolution
 from .footprint import ExactRows, LoadedCells
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution, answers_of
-from .load import Constraints, Load, load_of
+from .load import Constraints, Load, load_of, require_vertical
 from .neighbours import (
     checked_joined,
     free_of,
@@ -333,6 +333,7 @@ class RigidPunches(RigidBodies):
         parts = []
         for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
             origin = self.punches[body[0]].origin - self.centres[number]
+            require_vertical(f"body {number}", load)
             if unilateral and self.stiffness is None:
                 members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
                 try:

@@ -56,8 +56,8 @@ class ContactProblem:
         Force or moment conjugate to each motion by unit pressure on each cell.
     given : (k,) array of float
         The forces and moments imposed.
-    smoother : LinearOperator, optional
-        Approximate inverse of the matrix, symmetric and positive, if all areas are the same.
+    inverse : LinearOperator, optional
+        Approximate inverse of the matrix; times the areas nearly symmetric, and positive.
     """
 
     matrix: ndarray | Product
@@ -66,7 +66,7 @@ class ContactProblem:
     planes: ndarray
     resultants: ndarray
     given: ndarray
-    smoother: Product | None = None
+    inverse: Product | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+from ..kernels.limits import threads_for_matrix
 from .footprint import ExactRows, LoadedCells
 from .load import Constraints, Load
 from .one_sign import contact_of, solved
@@ -64,7 +65,8 @@ class RigidBodies(ABC):
         """The equations where some cells are flat."""
         operator = self.cells.flattened_operator(self.operator, flat)
         acting = self.flattened_resultants(flat)
-        return replace(self.system, matrix=operator, resultants=acting)
+        nearby = self.system.approximate
+        return replace(self.system, matrix=operator, resultants=acting, nearby=nearby)
 
     @abstractmethod
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
@@ -106,7 +108,7 @@ class RigidBodies(ABC):
             return self._find(constraints, flat, start, unilateral, method, gap_rtol, shared)
 
         # infinite loads are refused there
-        with np.errstate(over="ignore", invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(len(self.cells)):
             return solved(self.cells, find, unilateral, start, found)
 
     def _find(

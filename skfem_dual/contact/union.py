@@ -105,7 +105,7 @@ def _union_of_weights(parts: Sequence[LoadedCells], partition: Partition) -> Edg
         readonly(
             np.concatenate([fan.cell + cells[i] for fan, i in zip(fans, weighted)]), np.int32
         ),
-        block_diag([fan.interpolation for fan in fans], "csr"),
+        np.concatenate([fan.part for fan in fans]),
     )
     edge = np.concatenate([each.ribs + ribs[i] for each, i in zip(weights, weighted)])
     return _UnionWeights(partition, fan, edge, tuple(weights), cells[weighted])

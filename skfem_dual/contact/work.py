@@ -19,6 +19,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..elements.edge_weights import EdgeWeights
+from ..elements.load_matrix import points_in_pieces
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
@@ -32,12 +33,13 @@ from .system import DENSE
 #: better on meshes graded to the edge, 1.5 on uniform ones
 VARIATION = 1.5
 #: where ground and punch are apart by more than so much of a unit motion, on average over a cell,
-#: the pressure in the cell is of another kind, as in corners of triangles: it is left out
+#: the pressure in the cell is of another kind, as on thin layers that keep their volume: it is
+#: left out
 APART = 0.025
 
 
 class Sectors(NamedTuple):
-    """Parts of cells near the edge, one for each triangle of the mesh in which the cell has one.
+    """Parts of cells near the edge: a dual cell has one in each triangle of the mesh.
 
     Attributes
     ----------
@@ -55,20 +57,36 @@ class Sectors(NamedTuple):
 
 
 def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
-    """The sectors of dual cells; of other cells the triangles of their fan."""
+    """The sectors of dual cells; of other cells two halves of each triangle around the middle."""
     fan, (mean, off) = weights.fan, weights.of_triangles
     least, most = np.full(len(weights.weighted), np.inf), np.zeros(len(weights.weighted))
     np.minimum.at(least, fan.cell, weights.root[fan.t].min(axis=0))
     np.maximum.at(most, fan.cell, weights.root[fan.t].max(axis=0))
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
-    cell, load = fan.cell[own], (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
+    load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
-    # of the points of a fan barycentres come last
-    key = np.stack([cell, fan.t[:, own].max(axis=0) if on_dual_cells else own])
+    key = np.stack([fan.cell[own], fan.part[own]])
     (cell, _), sector = np.unique(key, axis=1, return_inverse=True)
-    total = np.bincount(sector.ravel(), load, len(cell))
-    x = np.stack([np.bincount(sector.ravel(), load * a, len(cell)) for a in x]) / total
+    sector, m = sector.ravel(), len(cell)
+    total = np.bincount(sector, load, m)
+    x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
+    if not on_dual_cells:
+        spread = _spread(weights, own, sector, x) / np.sqrt(total)
+        x = np.hstack([x - spread, x + spread])
+        cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
     return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> ndarray:
+    """Root of the greater principal second moment of the load of sectors about ``x``, along its
+    axis, shape (2, m); ``own`` are the triangles of the fan in them."""
+    whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
+    points = points_in_pieces(weights.partition, weights, weights.fan, (own, whole), 2)
+    at = sector[points.piece]
+    arm = points.x - x[:, at]
+    moments = [[np.bincount(at, points.weight * a * b) for a in arm] for b in arm]
+    value, axis = np.linalg.eigh(np.moveaxis(np.array(moments), -1, 0))
+    return np.sqrt(value[:, 1].clip(0.0)) * axis[:, :, 1].T
 
 
 class Part(NamedTuple):

@@ -31,6 +31,7 @@ from .page import (
     table,
 )
 from .results import in_words, isobars_figure, point_names, read
+from .sliding import sliding_section
 
 #: quantities of the envelope as engineers call them
 CALLED = {
@@ -48,6 +49,7 @@ def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) ->
     parts += [_results(footing) for footing in footings]
     parts += [_envelope(footings), bearing_section(footings), points_section(footings, pairs)]
     parts += [_pictures(footing) for footing in footings]
+    parts += [sliding_section(footing) for footing in footings]
     parts += [depth_section(footing) for footing in footings]
     first = footings[0]
     for each in footings:
