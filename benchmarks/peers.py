@@ -26,6 +26,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from quiet import warn_beside_other_work
+
 FOLDER = Path(__file__).parent
 THREADS = 2
 GOALS = (1e-2, 1e-3, 1e-4)
@@ -125,12 +127,14 @@ class Process:
         return self.answer()
 
     def answer(self) -> dict:
-        """The next answer."""
-        line = self.popen.stdout.readline()
-        if not line:
-            self.errors.seek(0)
-            raise RuntimeError(self.errors.read().strip() or "the process ended without a word")
-        return json.loads(line)
+        """The next answer; what packages print themselves, before the first, is skipped."""
+        for line in self.popen.stdout:
+            try:
+                return json.loads(line)
+            except json.JSONDecodeError:
+                continue
+        self.errors.seek(0)
+        raise RuntimeError(self.errors.read().strip() or "the process ended without a word")
 
     def close(self) -> None:
         self.popen.stdin.close()
@@ -353,6 +357,7 @@ def main(
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--python", default=sys.executable, help="of an environment with peers")
