@@ -28,7 +28,7 @@ from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
 from .footprint import Ground, LoadedCells
 from .group_solution import PunchesSolution
-from .load import Constraints, Load, load_of, require_compression
+from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import require_apart, require_one_ground
 from .one_sign import contact_of, solved
 from .problem import Contact, Share, warn_of
@@ -296,7 +296,9 @@ class Punches:
 def _checked_load(name: str, punch: RigidPunch | ElasticPunch, load: Any) -> Any:
     """A load of a rigid punch; load vector and held values of an elastic one."""
     if isinstance(punch, RigidPunch):
-        return load_of(name, load)
+        load = load_of(name, load)
+        require_vertical(name, load)
+        return load
     if isinstance(load, Load):
         raise TypeError(
             f"expected a load vector of the structure for {name}, got a Load. Remedy: assemble it "
