@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
 from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
@@ -30,8 +30,8 @@ from .moments import radii
 from .segments import Pairs, add_segments, put_segment
 from .slopes import Slopes
 
-#: rows of a matrix that are added to together
-ROWS = 8
+#: rows of a matrix that are added to together, enough for the compiler to take eight at once
+ROWS = 16
 #: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
 #: the radius of its circle: what near corrections take off again would drown all else
 AT_REST = 1e-11
@@ -126,7 +126,7 @@ class SlopeCorrection:
         """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
         out = np.asarray(self.near.multiply(slopes.matrix.T).sum(axis=1)).ravel()
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        _add_diagonal(x, circles, self.fall, moments, *_columns(slopes.matrix), out)
+        _add_diagonal(x, circles, self.fall, moments, *slopes.columns, out)
         return out
 
     def at(self, i: ndarray) -> Self:
@@ -157,8 +157,8 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        gx, gy = _columns(sign * slopes.matrix)
-        (moments,), circles = inputs(self.second_moments), self._circles
+        gx, gy = slopes.columns
+        (moments,), circles = inputs(sign * self.second_moments), self._circles
 
         def work(rows: slice) -> None:
             x = inputs(self.x[:, rows])
@@ -166,16 +166,8 @@ class SlopeCorrection:
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        near = (sign * (self.near @ slopes.matrix)).tocoo()
-        matrix[near.row, near.col] += near.data
-
-
-def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
-    """Starts, cells and values of the columns of the slopes along x, and of those along y."""
-    n = matrix.shape[1]
-    along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
-    gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
-    return gx, gy
+        near = (self.near @ slopes.matrix).tocoo()
+        matrix[near.row, near.col] += sign * near.data
 
 
 def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
