@@ -1,7 +1,9 @@
 """Open built pages in headless Chromium and tell what is wrong: ``check_pages.py FOLDER``.
 
 Every page is opened wide and as wide as a phone. Pictures must load, nothing may be told in the
-console, no page may be wider than the screen, and links within the pages must lead somewhere.
+console, no page may be wider than the screen, links within the pages must lead somewhere, and
+the search must find a class of the reference, and labels of drawings, SVG files of matplotlib,
+must not cover each other.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
 pictures of the pages are kept.
 """
@@ -38,6 +40,25 @@ WIDTH = "return [document.documentElement.scrollWidth, window.innerWidth]"
 EAGER = "document.querySelectorAll('img').forEach(i => i.loading = 'eager')"
 LOADED = """const done = arguments[0];
     Promise.all(Array.from(document.images).map(i => i.decode().catch(() => 0))).then(done)"""
+
+#: pairs of texts of a drawing that cover a tenth of each other
+COVERED = """const boxes = Array.from(document.querySelectorAll('g[id^="text_"]'))
+    .map(g => [g.id, g.getBoundingClientRect()]).filter(([id, b]) => b.width * b.height > 0);
+  const found = [];
+  boxes.forEach(([one, a], i) => boxes.slice(i + 1).forEach(([other, b]) => {
+    const w = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+    const h = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+    const least = Math.min(a.width * a.height, b.width * b.height);
+    if (w > 0 && h > 0 && w * h > 0.1 * least) found.push(one + ' and ' + other);
+  }));
+  return found"""
+
+
+#: a word to search for, the page that has it, and the wait until results are there
+WORD, PLACE = "RigidPunch", "api/punch.html"
+RESULTS = """const done = arguments[0], end = Date.now() + 10000, look = () => {
+    const links = Array.from(document.querySelectorAll('.search a')).map(a => a.href);
+    links.length || Date.now() > end ? done(links) : setTimeout(look, 100)}; look()"""
 
 
 class Page(HTMLParser):
@@ -150,6 +171,13 @@ def check(folder: Path, shots: Path | None = None) -> list[str]:
                 faults += [f"{where}: {line['level']} {line['message']}" for line in told]
                 if shots is not None:
                     keep(driver, shots / screen / Path(name).with_suffix(".png"), size)
+        driver.get(f"{address}/search.html?q={WORD}")
+        if not any(PLACE in link for link in driver.execute_async_script(RESULTS)):
+            faults.append(f"search.html: {WORD} is not found in {PLACE}")
+        for drawing in sorted(folder.glob("_images/*.svg")):
+            driver.get(f"{address}/_images/{drawing.name}")
+            covered = driver.execute_script(COVERED)
+            faults += [f"{drawing.name}: {pair} cover each other" for pair in covered]
     return faults
 
 

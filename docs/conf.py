@@ -22,6 +22,9 @@ pyvista.OFF_SCREEN = True
 
 from drawings import draw_all
 from example_pages import SECTIONS, FileNames, copy_examples
+from front import draw_front
+from notebook import write_notebook
+from themes import scrape
 from validation import write_tables
 
 logging.getLogger("skfem").setLevel(logging.WARNING)  # tells of every assembly
@@ -40,6 +43,7 @@ extensions = [
     "example_pages",
     "mathml",
     "measured",
+    "themes",
 ]
 exclude_patterns = ["_*", "ext", "generated", "gallery/*/*.py.md5"]
 default_role = "py:obj"
@@ -59,11 +63,13 @@ napoleon_preprocess_types = False
 copy_examples(EXAMPLES, DOCS / "_examples", DOCS / "gallery")
 draw_all(DOCS / "_drawings")
 write_tables(DOCS / "_validation")
+draw_front(DOCS / "_front")
+write_notebook(DOCS / "quickstart.md", DOCS / "_notebook" / "quickstart.ipynb")
 sphinx_gallery_conf = {
     "examples_dirs": [f"_examples/{folder}" for folder in SECTIONS],
     "gallery_dirs": [f"gallery/{folder}" for folder in SECTIONS],
     "filename_pattern": r"ex\d",
-    "image_scrapers": ("matplotlib", "pyvista"),
+    "image_scrapers": (scrape,),
     "reset_argv": FileNames(EXAMPLES),
     "within_subsection_order": "FileNameSortKey",
     "notebook_extensions": set(),
@@ -74,7 +80,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "min_reported_time": 1e9,
     "write_computation_times": False,
-    "thumbnail_size": (400, 280),
+    "thumbnail_size": (480, 360),
     "matplotlib_animations": False,
 }
 

@@ -37,9 +37,10 @@ from skfem_dual.visuals.curves import LINES
 from skfem_dual.visuals.matplotlib import draw, isobars, plot
 from skfem_dual.visuals.style import CONTACT, DUAL, FAULT, LIGHT, OUTLINE, PRIMAL
 
-sys.path.append(str(Path(__file__).parents[1] / "examples"))
+sys.path += [str(Path(__file__).parent / "ext"), str(Path(__file__).parents[1] / "examples")]
 
-from gallery import dots, legend_below, segments, sheet
+from gallery import STYLE, dots, legend_below, segments, sheet
+from themes import save_twins
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 #: fills cells of the triangulation that are marked out, as LIGHT does those of dual grids
@@ -61,17 +62,16 @@ def draw_all(folder: Path) -> None:
     """Write all drawings into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, function in DRAWINGS.items():
-        figure = function().figure
+        with plt.rc_context(STYLE | {"font.size": 11}):
+            figure = function().figure
         # without a date the same drawing is the same file
-        figure.savefig(folder / f"{name}.svg", facecolor="white", metadata={"Date": None})
+        save_twins(figure, folder / f"{name}.svg", metadata={"Date": None})
         plt.close(figure)
 
 
 def diagram(width: float = 4.6, height: float = 3.2) -> Axes:
     """Axes for curves."""
-    ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
-    ax.spines[["top", "right"]].set_visible(False)
-    return ax
+    return plt.figure(figsize=(width, height), layout="compressed").add_subplot()
 
 
 def fill(ax: Axes, corners, color: str) -> None:
@@ -128,7 +128,7 @@ def footing() -> Axes:
 @drawing
 def definition1() -> Axes:
     """A window into two grids on the whole plane."""
-    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(patch())
+    ax, dual = sheet(3.7, 4.2), DualMesh.from_mesh(patch())
     mesh = dual.mesh
     node = int(np.argmin(np.hypot(*(mesh.p - [[-0.7], [0.45]]))))
     triangle = int(np.argmin(np.hypot(*(barycentres(mesh) - [[0.95], [-0.5]]))))
@@ -160,7 +160,7 @@ def definition1() -> Axes:
 @drawing
 def definition2() -> Axes:
     """A triangulation and the dual grid that fills the same domain."""
-    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    ax, dual = sheet(3.7, 4.2), DualMesh.from_mesh(hexagon())
     mesh = dual.mesh
     inner, boundary = 0, 7
     fill(ax, cell(dual.partition, inner), LIGHT)
@@ -189,7 +189,7 @@ def definition3() -> Axes:
 
 def couple_sheet(couple) -> Axes:
     """Both grids of a couple with their nodes."""
-    ax = sheet(4.2, 3.7)
+    ax = sheet(3.7, 4.2)
     segments(ax, couple.a.polygons.p, couple.a.facets, PRIMAL, 1.4, label="grid A")
     segments(ax, couple.b.polygons.p, couple.b.facets, DUAL, 1.4, label="grid B")
     dots(ax, couple.a.polygons.p, OUTLINE, label="nodes of A")
@@ -213,7 +213,7 @@ def definition4_maximal() -> Axes:
 @drawing
 def corresponded_ribs() -> Axes:
     """A facet, its rib and where they cross; the rib of a facet on the edge."""
-    ax = sheet(4.4, 3.0)
+    ax = sheet(3.0, 4.4)
     p = np.array([[0.0, 2.2, 0.9, 1.3], [0.0, 0.1, 1.6, -1.5]])
     a, b, c, d = p.T
     left, right = (a + b + c) / 3, (a + b + d) / 3
@@ -257,7 +257,7 @@ def corresponded_ribs() -> Axes:
 @drawing
 def median_dual() -> Axes:
     """The cell of the paper and that of finite volumes around one node."""
-    ax, mesh = sheet(4.2, 3.7), patch(5)
+    ax, mesh = sheet(3.7, 4.2), patch(5)
     dual = DualMesh.from_mesh(mesh)
     node = int(np.argmin(np.hypot(*mesh.p)))
     facets = np.nonzero((mesh.facets == node).any(axis=0))[0]
@@ -282,7 +282,7 @@ def median_dual() -> Axes:
 @drawing
 def refinement() -> Axes:
     """The common refinement of both grids."""
-    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    ax, dual = sheet(3.7, 4.2), DualMesh.from_mesh(hexagon())
     fine, mesh = dual.refinement, dual.mesh
     triangle = 0
     for k in range(6):
@@ -300,7 +300,7 @@ def refinement() -> Axes:
 @drawing
 def general() -> Axes:
     """The general triangulation."""
-    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    ax, dual = sheet(3.7, 4.2), DualMesh.from_mesh(hexagon())
     whole = general_triangulation(dual)
     segments(ax, whole.p, whole.facets, PRIMAL, 1.3, label="general triangulation")
     dots(ax, whole.p[:, len(dual) :], DUAL, 5, label="nodes of the dual grid")
@@ -312,7 +312,7 @@ def general() -> Axes:
 @drawing
 def collocation() -> Axes:
     """Centroids of cells and the nodes they belong to."""
-    ax, dual = sheet(4.2, 3.7), DualMesh.from_mesh(hexagon())
+    ax, dual = sheet(3.7, 4.2), DualMesh.from_mesh(hexagon())
     segments(ax, dual.p, dual.facets, DUAL, 1.2, label="dual cells")
     dots(ax, dual.mesh.p, OUTLINE, 5, label="nodes")
     style = {"color": FAULT, "ms": 7, "mew": 1.6, "label": "centroids"}
@@ -438,7 +438,7 @@ def neighbours() -> Axes:
 def faults() -> Axes:
     """A mesh without a dual grid, the bad place marked."""
     mesh = faulty()
-    ax = draw(mesh, report=check_mesh(mesh), ax=sheet(4.2, 3.2), legend=False)
+    ax = draw(mesh, report=check_mesh(mesh), ax=sheet(3.2, 4.2), legend=False)
     ax.set_axis_off()
     legend_below(ax)
     return ax
@@ -453,7 +453,7 @@ def faulty() -> MeshTri:
 
 def graded(grading) -> Axes:
     """A triangulation of a disc."""
-    ax = sheet(2.9, 2.8)
+    ax = sheet(2.8, 2.9)
     draw(disc(n=200, graded=grading), ax=ax, legend=False)
     return ax
 
@@ -488,7 +488,7 @@ def picture_lifted() -> Axes:
     """Isobars under a punch that lifts off."""
     dual = DualMesh.from_mesh(disc(n=600))
     s = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).solve(1.0, at=(0.5, 0.0))
-    return isobars(s, ax=sheet(4.2, 3.4))
+    return isobars(s, ax=sheet(3.4, 4.2))
 
 
 @drawing
@@ -513,7 +513,7 @@ def picture_rough() -> Axes:
 @drawing
 def picture_draw() -> Axes:
     """What draw shows."""
-    ax = sheet(4.2, 3.9)
+    ax = sheet(3.9, 4.2)
     draw(eccentric().punch.basis.dual, ax=ax)
     return ax
 
@@ -522,14 +522,62 @@ def picture_draw() -> Axes:
 def picture_plot() -> Axes:
     """What plot shows."""
     s = eccentric()
-    ax = sheet(4.2, 3.4)
+    ax = sheet(3.4, 4.2)
     return plot(s.punch.basis, s.pressure / s.mean_pressure, title="p / mean p", ax=ax)
 
 
 @drawing
 def picture_isobars() -> Axes:
     """What isobars shows."""
-    return isobars(eccentric(), ax=sheet(4.2, 3.4))
+    return isobars(eccentric(), ax=sheet(3.4, 4.2))
+
+
+@drawing
+def signs() -> Axes:
+    """What is positive, with units, in a section along x."""
+    ax = diagram(5.6, 4.4)
+    middle, tilt, e = 0.95, 0.2, 0.5
+    x = np.linspace(-1.0, 1.0, 2)
+    far = np.append(np.linspace(-3.0, -1.0, 30), np.linspace(1.0, 3.0, 30))
+    ground = (middle + tilt * np.sign(far)) * np.arcsin(1 / np.abs(far)) / (np.pi / 2)
+    ax.fill_between(far, ground, 3.1, color="#f2efe8", lw=0)
+    ax.plot(far, ground, color=OUTLINE, lw=1)
+    ax.plot([-3, 3], [0, 0], color=PRIMAL, lw=0.8, ls="--")
+    bottom = middle + tilt * x
+    ax.fill_between(x, bottom - 0.22, bottom, facecolor=LIGHT, edgecolor=CONTACT, lw=1.2)
+
+    def arrow(begin, end, text, at, color=OUTLINE, **options):
+        ax.annotate("", end, begin, arrowprops=ARROW | {"color": color} | options)
+        ax.text(*at, text, fontsize=9.5, color=color)
+
+    arrow((-3.0, 0), (-2.3, 0), "$x$ [m]", (-2.75, -0.12))
+    arrow((-3.0, 0), (-3.0, 0.9), "$z$ [m], depth", (-2.92, 0.85))
+    arrow((e, -0.75), (e, 0.62), "force $P > 0$ [kN]", (e + 0.1, -0.55), FAULT)
+    arrow((0, -0.3), (e, -0.3), r"$\varepsilon_x$", (0.15, -0.36))
+    arrow((0, 0), (0, middle), "settlement\n$W_0 > 0$ [m]", (-0.98, 0.42))
+    ax.plot(0, 0, "o", color=OUTLINE, ms=4)
+    ax.text(-0.08, -0.1, "origin", fontsize=9.5, ha="right")
+    arrow((1.1, 0.2), (1.1, 1.7), "", (0, 0), DUAL, connectionstyle="arc3,rad=-0.3")
+    ax.text(
+        1.42,
+        1.12,
+        "tilt $L_x > 0$ [–]\nmoment $M_y > 0$,\n$M_1 < 0$ [kNm]",
+        fontsize=9.5,
+        color=DUAL,
+    )
+    for at, length in zip(np.linspace(-0.9, 0.9, 7), (0.5, 0.3, 0.27, 0.28, 0.32, 0.42, 0.75)):
+        top = middle + tilt * at + 0.03
+        ax.annotate("", (at, top + length), (at, top), arrowprops=ARROW | {"color": CONTACT})
+    ax.text(-1.05, 1.98, "pressure on the ground\n$p > 0$ [kN/m²]", fontsize=9.5, color=CONTACT)
+    ax.add_patch(Polygon([(1.3, 2.3), (1.8, 2.3), (1.8, 2.7), (1.3, 2.7)], fc="none", ec=OUTLINE))
+    arrow((1.55, 1.95), (1.55, 2.28), "", (0, 0))
+    arrow((1.55, 3.05), (1.55, 2.72), "", (0, 0))
+    ax.text(1.9, 2.58, r"$\sigma_z > 0$ [kN/m²]", fontsize=9.5)
+    ax.text(-2.9, 2.85, r"ground: $E$ [kN/m²], $\nu$ [–]", fontsize=9.5)
+    ax.set_xlim(-3.05, 3.05)
+    ax.set_ylim(3.1, -0.9)
+    ax.set_axis_off()
+    return ax
 
 
 @drawing

@@ -7,7 +7,7 @@ extremal ones among them are mutually polar: where B is maximal for A, A is mini
 
 from dataclasses import dataclass
 
-from gallery import common_legend, panels, run, without_axes
+from gallery import fill_cells, legend_below, run, sheet
 
 from skfem_dual import DualMesh
 from skfem_dual.grids.couples import GridCouple
@@ -45,23 +45,25 @@ def main(n=30) -> Result:
 
 
 def visualize(result: Result):
-    """Three panels; the first shows a part of grids that go on for ever."""
+    """Cells of the 1-type; a part of grids that go on for ever; the extremal couple."""
     from skfem_dual.visuals.matplotlib import draw
 
-    figure, axes = panels(3)
-    for ax, grids, title in zip(
-        axes,
-        (result.plane, result.one_type, result.extremal),
-        ("a) Definition 1: the whole plane", "b) Definition 2: 1-type", "c) Definitions 3, 4"),
-        strict=True,
+    pictures = {}
+    for name, grids in (
+        ("one_type", result.one_type),
+        ("whole_plane", result.plane),
+        ("extremal", result.extremal),
     ):
+        ax = pictures[name] = sheet(3.9)
         draw(grids, ax=ax, nodes=True, legend=False)
-        without_axes(ax, title)
-    for artist in axes[0].get_children():
+        ax.set_axis_off()
+        legend_below(ax)
+    plane = pictures["whole_plane"]
+    for artist in plane.get_children():
         artist.set_clip_on(True)
-    axes[0].set(xlim=(-2, 2), ylim=(-2, 2))
-    common_legend(figure, axes[1])
-    return {"couples": axes[0]}
+    plane.set(xlim=(-2, 2), ylim=(-1.5, 1.5))
+    fill_cells(pictures["one_type"], result.one_type.polygons)
+    return pictures
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ triangles are acute.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import common_legend, panels, run, without_axes
+from gallery import fill_cells, legend_below, run, sheet, without_axes
 
 from skfem_dual.grids.couples import GridCouple
 from skfem_dual.grids.duality import check_dual
@@ -58,25 +58,24 @@ def main() -> Result:
 
 
 def visualize(result: Result):
-    """The three panels of the figure, and the couple that is not dual."""
+    """Voronoi cells; what the figure has beside them, and the couple that is not dual."""
     from skfem_dual.visuals.matplotlib import draw
 
-    figure, axes = panels(4, 3.1, 3.4)
-    for ax, couple, title in zip(
-        axes,
-        (result.extremal, result.general, result.acute, result.obtuse),
-        (
-            "a) rectangular, extremal",
-            "b) rectangular, general",
-            "c) Delaunay-Voronoi, acute",
-            "d) obtuse triangles: not dual",
-        ),
-        strict=True,
+    first = sheet(3.9)
+    draw(result.acute, ax=first, nodes=True, legend=False)
+    fill_cells(first, result.acute.b.polygons)
+    first.set_axis_off()
+    legend_below(first)
+    pictures = {"voronoi": first}
+    for name, couple, title in (
+        ("extremal", result.extremal, "rectangular, extremal"),
+        ("general", result.general, "rectangular, general"),
+        ("obtuse", result.obtuse, "obtuse triangles: not dual"),
     ):
+        ax = pictures[name] = sheet()
         draw(couple, ax=ax, nodes=True, legend=False)
         without_axes(ax, title)
-    common_legend(figure, axes[0])
-    return {"rectangular_and_voronoi": axes[0]}
+    return pictures
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ fails, though a^2 + b^2 < 5 c^2 for the sides a > b > c of every triangle suffic
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import panels, run, without_axes
+from gallery import run, sheet, without_axes
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, MeshError, check_mesh
@@ -56,9 +56,9 @@ def visualize(result: Result):
     from skfem_dual.visuals.matplotlib import draw
     from skfem_dual.visuals.style import DUAL, OUTLINE
 
-    _, axes = panels(3, 3.4, 3.3)
+    axes = [sheet() for _ in range(3)]
     dual = result.dual
-    for ax, node, title in ((axes[0], 0, "a) inner node"), (axes[1], 1, "b) boundary node")):
+    for ax, node, title in ((axes[0], 0, "inner node"), (axes[1], 1, "boundary node")):
         draw(dual.mesh, ax=ax, legend=False)
         ax.add_patch(Polygon(dual.polygons[node].T, fc=DUAL, alpha=0.2, ec="none"))
         ax.add_patch(Polygon(dual.polygons[node].T, fill=False, ec=DUAL, lw=1.8))
@@ -81,8 +81,8 @@ def visualize(result: Result):
     for k, point in enumerate(result.improper.p.T):
         side = -1.0 if k == 0 else 1.0  # where there is room
         label(ax, point, f"$P_{k + 1}$", OUTLINE, point - [side, 0.0])
-    without_axes(ax, "c) the rib misses its facet $P_1P_2$")
-    return {"construction": axes[0]}
+    without_axes(ax, "the rib misses its facet $P_1P_2$")
+    return dict(zip(("inner_node", "boundary_node", "missed_facet"), axes, strict=True))
 
 
 def label(ax, place, text, color, away_from, distance=11):

@@ -8,7 +8,7 @@ both grids.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run, without_axes
+from gallery import draw_dual, panels, run, without_axes
 from skfem import MeshTri
 
 from skfem_dual import DualMesh
@@ -51,27 +51,27 @@ def main(n=145, nboundary=40) -> Result:
 
 
 def visualize(result: Result):
-    """A row of panels for each kind of relocation."""
-    import matplotlib.pyplot as plt
-
+    """Before and after; the dual grids and general triangulations of both relocations."""
     from skfem_dual.visuals.matplotlib import draw
     from skfem_dual.visuals.style import DUAL
 
-    _, axes = plt.subplots(2, 4, figsize=(12.5, 6.6), layout="compressed")
-    titles = {"neighbours": "means of neighbours", "cells": "barycentres of cells"}
-    for row, (to, (dual, general, _)) in zip(axes, result.rows.items(), strict=True):
-        draw(result.before, ax=row[0], legend=False)
-        without_axes(row[0], "before")
-        draw(dual.mesh, ax=row[1], legend=False)
-        without_axes(row[1], f"nodes at the {titles[to]}")
-        draw(dual, ax=row[2], legend=False)
-        without_axes(row[2], "dual grid")
-        draw(general, ax=row[3], legend=False)
+    names = {"neighbours": "means\nof neighbours", "cells": "barycentres\nof cells"}
+    first = panels(1, 2, 2.8)
+    after = result.rows["neighbours"][0].mesh
+    for ax, mesh, title in zip(first, (result.before, after), ("before", "after"), strict=True):
+        draw(mesh, ax=ax, legend=False)
+        without_axes(ax, title)
+    pictures = {"relocation": first[0]}
+    for to, (dual, general, _) in result.rows.items():
+        left, right = panels(1, 2, 2.8)
+        draw_dual(dual, left)
+        without_axes(left, f"nodes at {names[to]}")
+        draw(general, ax=right, legend=False)
         n = len(dual)
-        row[3].plot(*general.p[:, n : n + dual.mesh.nelements], "o", color=DUAL, ms=2)
-        without_axes(row[3], "general triangulation")
-    axes[0, 0].show = plt.show
-    return {"preprocessor": axes[0, 0]}
+        right.plot(*general.p[:, n : n + dual.mesh.nelements], "o", color=DUAL, ms=2)
+        without_axes(right, "general triangulation")
+        pictures[f"to_{to}"] = left
+    return pictures
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ every inner node the mean of its neighbours (conditions a, b, c of Section 4.2 o
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import common_legend, run, without_axes
+from gallery import fill_cells, legend_below, panels, run, sheet, without_axes
 
 from skfem_dual import DualMesh
 from skfem_dual.grids.generate import annulus, polygon
@@ -53,18 +53,20 @@ def main(n=200) -> Result:
 
 
 def visualize(result: Result):
-    """All couples in one picture."""
-    import matplotlib.pyplot as plt
-
+    """The frame with its cells; the other couples."""
     from skfem_dual.visuals.matplotlib import draw
 
-    figure, axes = plt.subplots(1, 5, figsize=(15, 3.5), layout="compressed")
-    for ax, (name, dual) in zip(axes, result.duals.items(), strict=True):
+    duals = dict(result.duals)
+    frame, first = duals.pop("frame with a window"), sheet(3.9)
+    draw(frame, ax=first, legend=False)
+    fill_cells(first, frame.polygons)
+    first.set_axis_off()
+    legend_below(first, 3)
+    axes = panels(2, 2, 5.2)
+    for ax, (name, dual) in zip(axes, duals.items(), strict=True):
         draw(dual, ax=ax, legend=False)
         without_axes(ax, name)
-    common_legend(figure, axes[0])
-    axes[0].show = plt.show
-    return {"dual_grids": axes[0]}
+    return {"dual_grid": first, "other_plans": axes[0]}
 
 
 if __name__ == "__main__":

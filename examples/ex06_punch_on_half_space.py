@@ -51,7 +51,7 @@ def visualize(result: Result):
     from matplotlib.patches import Polygon
     from scipy.spatial import ConvexHull
 
-    ax = sheet(4.4, 2.9)
+    ax = sheet(3.1)
     square = np.array([[-2.2, 2.2, 2.2, -2.2], [-2.1, -2.1, 2.1, 2.1]])
     ax.add_patch(Polygon(view(*square).T, facecolor="#f2efe8", edgecolor=PRIMAL, lw=0.8))
     top = view(*result.outline, -THICKNESS)
@@ -74,7 +74,7 @@ def view(x, y, z=0.0):
 
 def mark(ax, name: str, place, dx: float, dy: float, **more) -> None:
     """A letter beside a place."""
-    note = {"ha": "center", "va": "center", "fontsize": 9.5, "color": OUTLINE}
+    note = {"ha": "center", "va": "center", "fontsize": 12.5, "color": OUTLINE}
     ax.text(place[0] + dx, place[1] + dy, name, **note | more)
 
 

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import draw_dual, run, without_axes
+from gallery import chart, draw_dual, panels, run, without_axes
 from scipy.spatial import Delaunay
 from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
@@ -236,58 +236,45 @@ def main(n=800) -> Result:
 
 
 def visualize(result: Result):
-    """The grids, and the pressures of all their cells over the distance to the centre."""
-    import matplotlib.pyplot as plt
-
+    """Figure 8 with edge-weighted cells; the grids."""
     from skfem_dual.visuals.matplotlib import draw
 
-    _, axes = plt.subplots(2, 2, figsize=(7.2, 7.6), layout="compressed")
-    for ax, letter, (name, grid) in zip(axes.flat, "abcd", result.grids.items(), strict=True):
+    pictures = {}
+    for name, grid in result.grids.items():
+        ax = pictures[f"pressure_on_{name.split()[0].lower()}_{len(pictures)}"] = chart()
+        draw_pressure(grid, ax)
+        ax.set_title(name)
+        ax.legend(loc="upper left")
+    axes = panels(2, 2, 5.2)
+    for ax, (name, grid) in zip(axes, result.grids.items(), strict=True):
         if isinstance(grid.mesh, DualMesh):
             draw_dual(grid.mesh, ax)
         else:
             draw(grid.mesh, ax=ax, legend=False)
-        without_axes(ax, f"{letter}) {name}")
-    return {"table1_grids": axes[0, 0], "table1_pressure": draw_pressures(result)}
+        without_axes(ax, name.replace(" with", "\nwith"))
+    return pictures | {"grids": axes[0]}
 
 
-def draw_pressures(result: Result):
-    """Figure 8, with edge-weighted cells."""
-    import matplotlib.pyplot as plt
-
+def draw_pressure(grid, ax) -> None:
+    """Pressures in the collocation points over their distance to the centre."""
     from skfem_dual.visuals.curves import LINES
     from skfem_dual.visuals.style import OUTLINE
 
-    options = {"sharex": True, "sharey": True, "layout": "compressed"}
-    _, axes = plt.subplots(2, 2, figsize=(8.6, 6.8), **options)
     r = np.linspace(0, 1, 2000, endpoint=False)
-    for ax, letter, (name, grid) in zip(axes.flat, "abcd", result.grids.items(), strict=True):
-        ax.plot(r, circle_pressure([r, 0 * r], 1.0, 1.0), color=OUTLINE, lw=1.2, label="exact")
-        for key, marker, (color, _) in (
-            ("constant, centroids", "o", LINES[1]),
-            ("edge-weighted", "x", LINES[2]),
-        ):
-            s = grid.solutions[key]
-            x = s.punch.collocation_points
-            ax.plot(
-                np.hypot(*x),
-                s.pressure_at(x),
-                marker,
-                color=color,
-                ms=5,
-                mfc="none",
-                label=f"{key.split(',')[0]} cells",
-            )
-        ax.set_xlim(0, 1.02)
-        ax.set_ylim(0, 1.8)
-        ax.set_title(f"{letter}) {name}", fontsize=10)
-        ax.spines[["top", "right"]].set_visible(False)
-    for below, left in zip(axes[1], axes[:, 0], strict=True):
-        below.set_xlabel("r / a")
-        left.set_ylabel(r"$p\,a^2 / P$")
-    axes[0, 0].legend(frameon=False, fontsize=9, loc="upper left")
-    axes[0, 0].show = plt.show
-    return axes[0, 0]
+    ax.plot(r, circle_pressure([r, 0 * r], 1.0, 1.0), color=OUTLINE, lw=1.6, label="exact")
+    for key, marker, (color, _) in (
+        ("constant, centroids", "o", LINES[1]),
+        ("edge-weighted", "x", LINES[2]),
+    ):
+        s = grid.solutions[key]
+        x = s.punch.collocation_points
+        look = {"color": color, "ms": 7, "mew": 1.6, "mfc": "none"}
+        label = f"{key.split(',')[0]} cells"
+        ax.plot(np.hypot(*x), s.pressure_at(x), marker, label=label, **look)
+    ax.set_xlim(0, 1.02)
+    ax.set_ylim(0, 1.8)
+    ax.set_xlabel("r / a")
+    ax.set_ylabel(r"$p\,a^2 / P$")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ edge-weighted cells, one more curve, the unknowns are still the mean pressures o
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import draw_dual, run, without_axes
+from gallery import chart, draw_dual, panels, run, without_axes
 from skfem import CellBasis, ElementTriP1
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
@@ -90,61 +90,70 @@ def main(n=513, nboundary=80) -> Result:
 
 
 def visualize(result: Result):
-    """Figure 10, and Figure 9 with its last tenth."""
-    return {"near_uniform_disc": draw_panels(result), "along_the_radius": draw_radius(result)}
+    """Pressures of cells as columns; Figure 9 with its last tenth; Figure 10."""
+    first = {"columns": draw_columns(result), "near_the_edge": draw_radius(result, 0.9, 3.2)}
+    return first | {"along_the_radius": draw_radius(result, 0, 0.9), "grids": draw_grids(result)}
 
 
-def draw_panels(result: Result):
-    import matplotlib.pyplot as plt
+def draw_columns(result: Result):
+    """The half of the cells behind y = 0."""
+    from scenes import add, columns, shown, stage
 
+    s = result.solutions["constant, centroids"]
+    partition, p = s.punch.partition, np.pi * s.pressure
+    points, t, cell = columns(partition.polygons, 0.25 * p)
+    t, cell = (x[..., partition.centroids[1, cell] > -0.02] for x in (t, cell))
+    plotter = stage()
+    add(plotter, points, t, scalars=p[cell], clim=(0.4, 2.0), cmap="viridis")
+    label = r"mean pressure of cells, $p\,\pi a^2 / P$"
+    return shown(plotter, label, limits=(0.4, 2.0), eye=(-0.5, -2, 1.4), bar={"extend": "max"})
+
+
+def draw_grids(result: Result):
+    """Both grids, isobars of constant cells and of the exact pressure."""
     from skfem_dual.visuals.matplotlib import draw, isobars
 
-    _, ((a, b), (c, d)) = plt.subplots(2, 2, figsize=(9.6, 7.9), layout="compressed")
+    a, b, c, d = panels(2, 2, 5.4)
     mesh = result.dual.mesh
     draw(mesh, ax=a, legend=False)
-    without_axes(a, f"a) triangulation, $N_T$ = {mesh.nelements}")
+    without_axes(a, f"{mesh.nelements} triangles")
     draw_dual(result.dual, b)
-    without_axes(b, f"b) dual grid, $N_V$ = {len(result.dual)}")
-    solution = result.solutions["constant, centroids"]
-    basis, p = solution.pressure_field()
-    isobars(basis, p * np.pi, LEVELS, title=r"$p\,\pi a^2 / P$", ax=c)
-    c.set_title("c) constant pressures in dual cells", fontsize=10)
+    without_axes(b, f"{len(result.dual)} dual cells")
+    basis, p = result.solutions["constant, centroids"].pressure_field()
+    isobars(basis, p * np.pi, LEVELS, title="", labels=False, ax=c)
     fine = CellBasis(mesh.refined(3), ElementTriP1())
     x = fine.doflocs * np.minimum(1.0, 0.9999 / np.maximum(np.hypot(*fine.doflocs), 0.5))
-    isobars(fine, circle_pressure(x, np.pi, 1.0), LEVELS, title=r"$p\,\pi a^2 / P$", ax=d)
-    d.set_title("d) exact", fontsize=10)
-    for ax in (c, d):
-        ax.set_xlabel("x / a")
-        ax.set_ylabel("y / a")
+    isobars(fine, circle_pressure(x, np.pi, 1.0), LEVELS, title="", labels=False, ax=d)
+    without_axes(c, "constant cells")
+    without_axes(d, "exact")
     return a
 
 
-def draw_radius(result: Result):
-    import matplotlib.pyplot as plt
-
+def draw_radius(result: Result, start: float, top: float):
+    """Pressures from a part of the radius on, up to ``top``."""
     from skfem_dual.visuals.curves import LINES
 
-    _, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="compressed")
-    for ax, (start, top) in zip(axes, ((0, 0.9), (0.9, 3.2)), strict=True):
-        r = np.linspace(start, 1, 600, endpoint=False)
-        # along the radius through the middles of boundary facets, where the polygon ends first
-        turn = np.pi / len(result.dual.mesh.boundary_nodes())
-        x = r * np.array([[np.cos(turn)], [np.sin(turn)]])
-        curves = (
+    ax = chart()
+    r = np.linspace(start, 1, 600, endpoint=False)
+    # along the radius through the middles of boundary facets, where the polygon ends first
+    turn = np.pi / len(result.dual.mesh.boundary_nodes())
+    x = r * np.array([[np.cos(turn)], [np.sin(turn)]])
+    for (label, p), (color, style) in zip(
+        (
             ("exact", circle_pressure(x, 1.0, 1.0)),
             ("constant cells", result.solutions["constant, centroids"].pressure_at(x)),
             ("edge-weighted cells", result.solutions["edge-weighted"].pressure_at(x)),
-        )
-        for (label, p), (color, style) in zip(curves, LINES, strict=False):
-            ax.plot(r, np.where(p > 0, p, np.nan), style, color=color, label=label)
-        ax.set_xlim(start, 1)
-        ax.set_ylim(0, top)
-        ax.set_xlabel("r / a")
-        ax.spines[["top", "right"]].set_visible(False)
-    axes[0].set_ylabel(r"$p\,a^2 / P$")
-    axes[0].legend(frameon=False, loc="upper left")
-    axes[0].show = plt.show
-    return axes[0]
+        ),
+        LINES,
+        strict=False,
+    ):
+        ax.plot(r, np.where(p > 0, p, np.nan), style, color=color, label=label)
+    ax.set_xlim(start, 1)
+    ax.set_ylim(0, top)
+    ax.set_xlabel("r / a")
+    ax.set_ylabel(r"$p\,a^2 / P$")
+    ax.legend(loc="upper left")
+    return ax
 
 
 if __name__ == "__main__":

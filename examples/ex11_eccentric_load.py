@@ -9,10 +9,11 @@ The edge of contact at 0.5 a is compared with the parabola x = c0 + c1 y^2 neare
 refined to that edge show that they differ, most of all near the circle, as the paper says.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, run, sheet, without_axes
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, PunchSolution, RigidPunch
 from skfem_dual.contact.refine import refine_to_contact
@@ -101,54 +102,52 @@ def main(n=600, refinements=3) -> Result:
 
 def visualize(result: Result):
     """Isobars of the pressure over its mean, with the same levels; the edge and the parabola."""
-    return {"eccentric_load": draw_isobars(result), "contact_edge": draw_edge(result)}
-
-
-def draw_isobars(result: Result):
-    import matplotlib.pyplot as plt
-
     from skfem_dual.visuals.matplotlib import isobars
+    from skfem_dual.visuals.style import OUTLINE
 
-    _, axes = plt.subplots(2, 3, figsize=(14, 8.8), layout="compressed")
     levels = np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0])
-    for ax, (name, s) in zip(axes.flat, result.solutions.items(), strict=True):
+    pictures = {}
+    # first what lifts off most
+    for name in sorted(result.solutions, key=lambda k: result.solutions[k].contact_area):
+        ax = pictures[re.sub(r"\W+", "_", name)] = sheet(3.5)
+        s = result.solutions[name]
         isobars(s, levels=levels, ax=ax)
-        ax.set_title(name, fontsize=10)
-        ax.plot(*s.centre_of_pressure, "+", color="#1a1a1a", ms=9, mew=2)
-    return axes[0, 0]
+        without_axes(ax, name)
+        ax.plot(*s.centre_of_pressure, "+", color=OUTLINE, ms=13, mew=2.5)
+    return pictures | {"contact_edge": draw_edge(result), "deviation": draw_deviation(result)}
 
 
 def draw_edge(result: Result):
-    import matplotlib.pyplot as plt
-
     from skfem_dual.visuals.style import CONTACT, OUTLINE
 
-    _, (plan, error) = plt.subplots(1, 2, figsize=(11, 4.8), layout="compressed")
-    edges = [Edge.of(s) for s in result.refined]
+    ax, edge = chart(3.8), Edge.of(result.refined[-1])
     angle = np.linspace(0, 2 * np.pi, 400)
-    plan.plot(np.cos(angle), np.sin(angle), color=OUTLINE, lw=1.2)
-    plan.plot(edges[-1].x, edges[-1].y, color=CONTACT, lw=2, label="edge of contact")
+    ax.plot(np.cos(angle), np.sin(angle), color=OUTLINE, lw=1.4)
+    ax.plot(edge.x, edge.y, color=CONTACT, lw=2.6, label="edge of contact")
     y = np.linspace(-0.95, 0.95, 200)
-    c0, c1 = edges[-1].parabola
-    plan.plot(c0 + c1 * y**2, y, "--", color=OUTLINE, lw=1, label="nearest parabola")
-    plan.set_xlim(-0.66, -0.24)
-    plan.set_ylim(-0.95, 0.95)
-    plan.set_xlabel("x / a, drawn larger than y / a")
-    plan.set_ylabel("y / a")
-    plan.text(-0.6, 0.72, "circle", fontsize=9)
-    plan.legend(loc="center left", frameon=False, fontsize=9)
-    shades = np.linspace(0.75, 0, len(edges))
-    for edge, s, shade in zip(edges, result.refined, shades, strict=True):
-        color = CONTACT if edge is edges[-1] else str(shade)
-        error.plot(edge.y, edge.deviation, color=color, lw=1.3, label=f"{len(s.pressure)} cells")
-    error.axhline(0, color=OUTLINE, lw=0.8, ls="--")
-    error.set_xlabel("y / a")
-    error.set_ylabel("edge less parabola, in a")
-    error.legend(loc="lower center", frameon=False, fontsize=9)
-    for ax in (plan, error):
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.show = plt.show
-    return plan
+    c0, c1 = edge.parabola
+    ax.plot(c0 + c1 * y**2, y, "--", color=OUTLINE, lw=1.4, label="nearest parabola")
+    ax.set_xlim(-0.66, -0.24)
+    ax.set_ylim(-0.95, 0.95)
+    ax.set_xlabel("x / a, drawn larger than y / a")
+    ax.set_ylabel("y / a")
+    ax.text(-0.64, 0.7, "circle")
+    ax.legend(loc="center left")
+    return ax
+
+
+def draw_deviation(result: Result):
+    from skfem_dual.visuals.style import CONTACT, OUTLINE
+
+    ax = chart()
+    for share, s in zip(np.linspace(0.3, 1, len(result.refined)), result.refined, strict=True):
+        edge, label = Edge.of(s), f"{len(s.pressure)} cells"
+        ax.plot(edge.y, edge.deviation, color=CONTACT, lw=2, alpha=share, label=label)
+    ax.axhline(0, color=OUTLINE, lw=1, ls="--")
+    ax.set_xlabel("y / a")
+    ax.set_ylabel("edge less parabola, in a")
+    ax.legend(loc="lower center")
+    return ax
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from gallery import draw_dual, draw_plan, run, without_axes
+from gallery import draw_dual, panels, run, sheet, without_axes
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch, estimate_error
 from skfem_dual.io import read_mesh
@@ -97,34 +97,36 @@ def main() -> Result:
 
 
 def visualize(result: Result):
-    """The four panels of each figure; isobars of edge-weighted cells."""
-    return {
-        name.replace(" ", "_"): draw_panels(punch, LEVELS[name])
-        for name, punch in result.punches.items()
+    """Isobars of edge-weighted cells; the other panels of each figure."""
+    pictures = {
+        name.replace(" ", "_"): draw_isobars(name, p) for name, p in result.punches.items()
     }
+    for name, punch in result.punches.items():
+        pictures[f"grids_of_{name.replace(' ', '_')}"] = draw_grids(punch)
+    return pictures
 
 
-def draw_panels(punch: Punch, levels):
-    import matplotlib.pyplot as plt
-
-    from skfem_dual.visuals.matplotlib import draw, isobars
+def draw_isobars(name: str, punch: Punch):
+    """With the force at the cross."""
+    from skfem_dual.visuals.matplotlib import isobars
     from skfem_dual.visuals.style import OUTLINE
 
-    _, ((a, b), (c, d)) = plt.subplots(2, 2, figsize=(9.6, 7.9), layout="compressed")
-    dual, solution = punch.dual, punch.solutions["edge-weighted"]
-    draw_plan(dual.mesh, a)
-    a.plot(0, 0, "+", color=OUTLINE, ms=10, mew=1.5)
-    a.set_title("a) contact region, the force at the cross", fontsize=10)
-    draw(dual.mesh, ax=b, legend=False)
-    without_axes(b, f"b) triangulation, $N_T$ = {dual.mesh.nelements}")
-    draw_dual(dual, c)
-    without_axes(c, f"c) dual grid, $N_V$ = {len(dual)}")
-    isobars(solution, levels=levels, ax=d)
-    d.set_title("d) isobars", fontsize=10)
-    for ax in (a, d):
-        ax.set_xlabel("x / a")
-        ax.set_ylabel("y / a")
-    return a
+    ax = sheet(3.6)
+    isobars(punch.solutions["edge-weighted"], levels=LEVELS[name], ax=ax)
+    ax.plot(0, 0, "+", color=OUTLINE, ms=13, mew=2.5)
+    ax.set_axis_off()
+    return ax
+
+
+def draw_grids(punch: Punch):
+    from skfem_dual.visuals.matplotlib import draw
+
+    left, right = panels(1, 2, 2.8)
+    draw(punch.dual.mesh, ax=left, legend=False)
+    without_axes(left, f"{punch.dual.mesh.nelements} triangles")
+    draw_dual(punch.dual, right)
+    without_axes(right, f"{len(punch.dual)} dual cells")
+    return left
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from time import thread_time
 
 import numba
 import numpy as np
-from gallery import draw_plan, run
+from gallery import chart, draw_plan, legend_below, panels, run
 from skfem import CellBasis, MeshTri
 from threadpoolctl import threadpool_limits
 
@@ -140,6 +140,9 @@ PROBLEMS = (
     Problem("eccentric annulus", ECCENTRIC),
     Problem("two windows", partial(polygon, SQUARE, [box(x, 0, 0.5, 1) for x in (-0.45, 0.45)])),
 )
+
+#: colours and markers of both grids
+GRID_LOOKS = tuple(zip(GRIDS, ("#c8401f", "#2c6fbb"), "^h", strict=True))
 
 
 @dataclass(frozen=True)
@@ -273,70 +276,67 @@ def main(n=500, reference=1200, repeat=5, every=1) -> Result:
 
 
 def visualize(result: Result):
-    """The plans; K_TV, times and errors of all problems."""
-    return {"plans": draw_plans(result), "effectivity": draw_measures(result)}
+    """The plans; errors, times and K_TV of all problems."""
+    return {
+        "plans": draw_plans(result),
+        "errors": draw_errors(result),
+        "seconds": draw_seconds(result),
+        "effectivity": draw_factors(result),
+    }
 
 
 def draw_plans(result: Result):
-    import matplotlib.pyplot as plt
-
+    """Each with its force."""
     from skfem_dual.visuals.style import OUTLINE
 
-    _, axes = plt.subplots(4, 7, figsize=(11, 6.9), layout="compressed")
-    for ax, (number, a) in zip(axes.flat, result.answers.items(), strict=False):
+    axes = panels(4, 7, 3.0)
+    for ax, (number, a) in zip(axes, result.answers.items(), strict=False):
         draw_plan(a.dual.mesh, ax)
-        ax.plot(*a.at, "+", color=OUTLINE, ms=7, mew=1.3)
+        ax.plot(*a.at, "+", color=OUTLINE, ms=6, mew=1.3)
         ax.set_xlim(-1.05, 1.05)
         ax.set_ylim(-1.05, 1.05)
-        ax.set_title(f"{number}  {PROBLEMS[number - 1].plan}", fontsize=9)
-    for ax in axes.flat:
+        ax.set_title(number, fontsize=9, pad=1)
+    for ax in axes:
         ax.set_axis_off()
-    axes[0, 0].show = plt.show
-    return axes[0, 0]
+    return axes[0]
 
 
-def draw_measures(result: Result):
-    import matplotlib.pyplot as plt
+def draw_errors(result: Result):
+    """Of constant pressures filled, of edge-weighted cells hollow."""
+    ax, number = chart(3.8), np.array(list(result.answers))
+    for grid, color, marker in GRID_LOOKS:
+        for edge, name in zip(EDGES, ("constant", "edge-weighted"), strict=True):
+            look = {"color": color, "ms": 6, "mfc": color if edge == EDGES[0] else "none"}
+            e = np.abs(result.errors(grid, edge))
+            ax.semilogy(number, e, marker, label=f"{grid}, {name}", **look)
+    ax.set_ylabel("error of the settlement")
+    ax.set_xlabel("problem")
+    legend_below(ax, handletextpad=0.2, columnspacing=1)
+    return ax
 
-    from skfem_dual.visuals.curves import LINES
-    from skfem_dual.visuals.style import LIGHT, OUTLINE
 
-    _, (a, b, c) = plt.subplots(3, 1, figsize=(8.4, 8.6), sharex=True, layout="compressed")
-    number = np.array(list(result.answers))
-    a.axhspan(1.6, 1.9, color=LIGHT, lw=0)
-    a.text(number[-1] + 0.4, 1.89, "paper", ha="right", va="top", fontsize=9)
-    a.bar(number, result.factors, width=0.6, color="#7a7a7a")
-    a.set_ylim(1, 2)
-    a.set_ylabel("$K_{TV} = N_T / N_V$")
-    colors, markers = (LINES[1][0], LINES[2][0]), ("^", "h")
-    for grid, color, marker in zip(GRIDS, colors, markers, strict=True):
-        b.plot(
-            number, 1e3 * result.seconds(grid), f"{marker}-", color=color, ms=5, lw=1, label=grid
-        )
-        for edge, filled in zip(EDGES, (True, False), strict=True):
-            c.semilogy(
-                number,
-                np.abs(result.errors(grid, edge)),
-                marker,
-                color=color,
-                mfc=color if filled else "none",
-                ms=5,
-                label=f"{grid}, {'constant' if filled else 'edge-weighted'}",
-            )
-    b.set_ylim(bottom=0)
-    b.set_ylabel("time of one thread [ms]")
-    b.legend(frameon=False, fontsize=9, ncols=2)
-    c.set_ylabel("|relative error of the settlement|")
-    c.set_xlabel("problem")
-    c.set_xticks(number)
-    c.tick_params(axis="x", labelsize=8)
-    c.legend(frameon=False, fontsize=9, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.2))
-    for ax, letter in zip((a, b, c), "abc", strict=True):
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.text(-0.09, 1.0, f"{letter})", transform=ax.transAxes, color=OUTLINE)
-    a.set_xlim(0.3, len(PROBLEMS) + 0.7)
-    a.show = plt.show
-    return a
+def draw_seconds(result: Result):
+    ax, number = chart(), np.array(list(result.answers))
+    for grid, color, marker in GRID_LOOKS:
+        ax.plot(number, 1e3 * result.seconds(grid), f"{marker}-", color=color, lw=1.4, label=grid)
+    ax.set_ylim(bottom=0)
+    ax.set_xlabel("problem")
+    ax.set_ylabel("time of one thread [ms]")
+    ax.legend()
+    return ax
+
+
+def draw_factors(result: Result):
+    from skfem_dual.visuals.style import LIGHT, PRIMAL
+
+    ax, number = chart(2.6), np.array(list(result.answers))
+    ax.axhspan(1.6, 1.9, color=LIGHT, lw=0, label="paper")
+    ax.bar(number, result.factors, width=0.6, color=PRIMAL, label="ours")
+    ax.set_ylim(1, 2.3)
+    ax.set_xlabel("problem")
+    ax.set_ylabel("$K_{TV} = N_T / N_V$")
+    ax.legend(ncols=2, loc="upper right")
+    return ax
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ def main(k: int = 5) -> Result:
 
 def visualize(result: Result):
     """Both grids, and the stars of two nodes."""
-    ax, a, b = sheet(4.2, 3.9), result.couple.a, result.couple.b
+    ax, a, b = sheet(4.2), result.couple.a, result.couple.b
     segments(ax, a.polygons.p, a.facets, PRIMAL, 1.2, label="grid A")
     segments(ax, b.polygons.p, b.facets, DUAL, 1.0, "--", label="grid B")
     dots(ax, a.polygons.p, OUTLINE, 4)
@@ -83,7 +83,7 @@ def visualize(result: Result):
 def star(ax, centre, around, color: str, name: str, names: str) -> None:
     """A node, arrows to it from those around it, and their names."""
     other = DUAL if color == OUTLINE else OUTLINE
-    note = {"ha": "center", "va": "center", "zorder": 5, "fontsize": 9.5, "color": OUTLINE}
+    note = {"ha": "center", "va": "center", "zorder": 5, "fontsize": 12.5, "color": OUTLINE}
     for k, place in enumerate(around.T, 1):
         arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.3, "shrinkA": 4, "shrinkB": 5}
         ax.annotate("", centre, place, arrowprops=arrow, zorder=4)

@@ -11,13 +11,15 @@ hardly anything changes. `Weights.init_paper` has both readings, and Table 2 tel
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import panels, run
+from gallery import run, sheet, without_axes
 from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import GradedHalfSpace, PunchSolution, RigidPunch, rectangular_couple
 from skfem_dual.post.functional import Weights
 from skfem_dual.post.smooth import SmoothedCouple, joined_field, smooth_couple
 
+#: of the isobars
+LEVELS = np.array([0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.3, 1.6, 2.0])
 SOIL = GradedHalfSpace.init_linear(young=1.0, poisson=0.25, gradient=1.0)
 
 
@@ -73,19 +75,37 @@ def main() -> Result:
 
 
 def visualize(result: Result):
-    """Isobars before and after."""
+    """Isobars before the Postprocessor on the left half, after it on the right; all of them."""
     from skfem_dual.visuals.matplotlib import isobars
 
-    _, axes = panels(3, width=4.4, height=4.3)
-    levels = np.array([0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.3, 1.6, 2.0])
     couple = next(iter(result.smoothed.values())).grids
-    fields = {"a) before": joined_field(couple, *result.old)}
-    for letter, (reading, new) in zip("bc", result.smoothed.items(), strict=True):
-        fields[f"{letter}) after, last term with {reading}"] = new.field()
-    for ax, (title, (basis, p)) in zip(axes, fields.items(), strict=True):
-        isobars(basis, p, levels, title="p / mean p", ax=ax)
-        ax.set_title(title, fontsize=10)
-    return {"square_punch": axes[0]}
+    before = joined_field(couple, *result.old)
+    after = {name: new.field() for name, new in result.smoothed.items()}
+    pictures = {"before_and_after": draw_halves(before, next(iter(after.values())))}
+    for title, (basis, p) in {"before": before, **after}.items():
+        ax = pictures[title] = sheet()
+        isobars(basis, p, LEVELS, title="p / mean p", ax=ax)
+        without_axes(ax, title if title == "before" else f"after, last term with {title}")
+    return pictures
+
+
+def draw_halves(left, right):
+    """One square of two fields, each in its half."""
+    from matplotlib.patches import Rectangle
+
+    from skfem_dual.visuals.matplotlib import isobars
+
+    ax = sheet(3.5)
+    for (basis, p), x, title in ((left, -1, "before"), (right, 0, "after")):
+        old = set(ax.get_children())
+        isobars(basis, p, LEVELS, title="p / mean p" if x else "", labels=False, ax=ax)
+        half = Rectangle((x, -1), 1, 2, transform=ax.transData)
+        for artist in set(ax.get_children()) - old:
+            artist.set_clip_path(half)
+        ax.text(x + 0.5, 1.06, title, ha="center")
+    ax.axvline(0, color="white", lw=2)
+    ax.set_axis_off()
+    return ax
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ cross-validation finds from the data alone.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import panels, run, sheet, without_axes
 
 from skfem_dual import GridCouple, rectangular_couple
 from skfem_dual.post.smooth import SmoothedCouple, joined_field, smooth_couple
@@ -67,31 +67,46 @@ def main(k: int = 11, seed: int = 0) -> Result:
 
 
 def visualize(result: Result):
-    """A row of contours for each function."""
-    import matplotlib.pyplot as plt
-
-    titles = ("exact", "with random errors", "smoothed, W1 and W2 of the paper", "smoothed, GCV")
-    _, axes = plt.subplots(3, 4, figsize=(12, 8.8), layout="compressed", sharex=True, sharey=True)
-    for row, name in zip(axes, result.exact, strict=True):
-        for ax, title, values in zip(
-            row, titles, (result.exact, result.old, result.paper, result.found), strict=True
-        ):
-            basis, f = joined_field(result.couple, *values[name])
+    """Each function with random errors on the left half, smoothed on the right; the exact one."""
+    pictures = {}
+    for i, name in enumerate(result.exact, 1):
+        values = [v[name] for v in (result.exact, result.old, result.paper, result.found)]
+        e = [joined_field(result.couple, *v) for v in values]
+        levels = np.linspace(e[0][1].min(), e[0][1].max(), 12)[1:-1]
+        before, after = (result.rms(name, values[k]) for k in (1, 3))
+        ax = pictures[f"f{i}"] = sheet(3.6)
+        draw_halves(ax, e[1], e[3], levels)
+        ax.set_title(f"{name}\nerror {before:.3f}         smoothed {after:.3f}")
+    for i, name in enumerate(result.exact, 1):
+        axes = panels(1, 2, 2.9)
+        for ax, v, title in zip(axes, (result.exact, result.paper), ("exact", "paper's weights")):
+            field = joined_field(result.couple, *v[name])
             exact = np.hstack(result.exact[name])
             levels = np.linspace(exact.min(), exact.max(), 12)[1:-1]
-            place = (*basis.mesh.p, basis.mesh.t.T)
-            ax.tricontourf(*place, f, levels=levels, cmap="viridis", extend="both", alpha=0.8)
-            ax.tricontour(*place, f, levels=levels, colors="#1a1a1a", linewidths=0.8)
-            ax.set_aspect("equal")
-            ax.set_xticks([])
-            ax.set_yticks([])
-            error = result.rms(name, values[name])
-            ax.set_xlabel("" if error == 0 else f"rms error {error:.4f}", fontsize=9)
-            if name == next(iter(result.exact)):
-                ax.set_title(title, fontsize=10)
-        row[0].set_ylabel(name, fontsize=10)
-    axes[0, 0].show = plt.show
-    return {"random_errors": axes[0, 0]}
+            contours(ax, field, levels)
+            without_axes(ax, title)
+        pictures[f"f{i}_exact"] = axes[0]
+    return pictures
+
+
+def contours(ax, field, levels) -> list:
+    """Bands and lines of a field."""
+    basis, f = field
+    place = (*basis.mesh.p, basis.mesh.t.T)
+    bands = ax.tricontourf(*place, f, levels=levels, cmap="viridis", extend="both", alpha=0.8)
+    ax.set_aspect("equal")
+    return [bands, ax.tricontour(*place, f, levels=levels, colors="#1a1a1a", linewidths=0.9)]
+
+
+def draw_halves(ax, left, right, levels) -> None:
+    """Two fields, each in its half of the unit square."""
+    from matplotlib.patches import Rectangle
+
+    for field, x in ((left, 0.0), (right, 0.5)):
+        half = Rectangle((x, 0), 0.5, 1, transform=ax.transData)
+        for lines in contours(ax, field, levels):
+            lines.set_clip_path(half)
+    ax.axvline(0.5, color="white", lw=2)
 
 
 if __name__ == "__main__":

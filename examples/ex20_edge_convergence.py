@@ -9,7 +9,7 @@ follow the singular pressure and gain one to two orders of magnitude on any mesh
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, check_mesh
@@ -69,34 +69,29 @@ def main(sizes=(60, 150, 350, 800, 1800)) -> Result:
 
 
 def visualize(result: Result):
-    """One panel for each kind of mesh."""
-    import matplotlib.pyplot as plt
+    """One picture for each kind of mesh."""
     from matplotlib.ticker import NullFormatter
 
     from skfem_dual.visuals.curves import LINES
 
-    _, axes = plt.subplots(1, len(MESHES), figsize=(10.5, 3.9), sharey=True, layout="compressed")
-    markers = ("v", "^", "o")
-    for ax, kind in zip(axes, MESHES, strict=True):
-        for i, scheme in enumerate(SCHEMES):
+    pictures, markers = {}, ("v", "^", "o")
+    for kind in MESHES:
+        ax = pictures[kind] = chart(3.5)
+        for (color, style), marker, scheme in zip(LINES, markers, SCHEMES, strict=False):
             n, e = result.errors[kind, scheme]
-            color, style = LINES[i]
-            ax.loglog(n, np.abs(e), style, color=color, marker=markers[i], ms=4, label=scheme)
+            ax.loglog(n, np.abs(e), style, color=color, marker=marker, ms=7, label=scheme)
         n = n[[0, -1]]
         slope = 0.5 if kind != "graded" else 1.0
         e = np.abs(result.errors[kind, "constant, node"][1][0]) * 2 * (n[0] / n) ** slope
-        ax.loglog(n, e, color="#bbbbbb", lw=1)
-        ax.annotate(
-            "$h$" if slope == 0.5 else "$h^2$", (n[1], e[1]), (4, -3), textcoords="offset points"
-        )
-        ax.set_title(f"{kind} mesh", fontsize=10)
+        ax.loglog(n, e, color="#9a9a9a", lw=1.2)
+        power = "$h$" if slope == 0.5 else "$h^2$"
+        ax.annotate(power, (n[1], e[1]), (4, -3), textcoords="offset points")
+        ax.set_title(f"{kind} mesh")
         ax.set_xlabel("dual cells")
+        ax.set_ylabel("error of the settlement")
         ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.spines[["top", "right"]].set_visible(False)
-    axes[0].set_ylabel("|relative error of the settlement|")
-    axes[0].legend(frameon=False, fontsize=9, loc="lower left")
-    axes[0].show = plt.show
-    return {"edge_convergence": axes[0]}
+        legend_below(ax, handlelength=1.6, columnspacing=1)
+    return pictures
 
 
 if __name__ == "__main__":

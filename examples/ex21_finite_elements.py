@@ -15,7 +15,7 @@ settlement for R to infinity, to 1e-4.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import common_legend, panels, run
+from gallery import GROUND, chart, run
 from numpy import ndarray
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, condense
@@ -154,30 +154,26 @@ def visualize(result: Result):
     """The trough beside the punch, by both methods on both grounds."""
     from skfem_dual.visuals.curves import LINES
 
-    reach = 4.0
+    reach, pictures = 4.0, {}
     young = {"homogeneous": "E_0", "graded": r"E_0\,(1 + z / a)"}
-    figure, axes = panels(2, width=4.6)
     (line, style), (marks, _) = LINES[:2]
-    for ax, (name, finite) in zip(axes, result.finite.items(), strict=True):
+    for name, finite in result.finite.items():
+        ax = pictures[name] = chart(3.5)
         r = np.linspace(0, reach, 321)
         w = result.boundary[name].displacement(np.stack([r, np.zeros_like(r)]))
-        ax.plot(r, w, style, color=line, lw=1.3, label="boundary elements")
+        ax.fill_between(r, w, 0.5, color=GROUND, lw=0)
+        ax.plot(r, w, style, color=line, label="boundary elements")
         # a choice of the nodes, which are dense at the edge
         i = np.unique(np.abs(finite.r[:, None] - np.arange(0, reach, 0.2)).argmin(axis=0))
-        shape = {"mfc": "white", "ms": 5.5, "zorder": 3, "clip_on": False}
-        ax.plot(
-            finite.r[i], finite.displacement[i], "o", color=marks, label="finite elements", **shape
-        )
-        ax.set_title(f"{name} ground, $E = {young[name]}$", fontsize=10)
+        look = {"color": marks, "mfc": "white", "ms": 8, "mew": 2, "zorder": 3, "clip_on": False}
+        ax.plot(finite.r[i], finite.displacement[i], "o", label="finite elements", **look)
+        ax.set_title(f"{name} ground, $E = {young[name]}$")
         ax.set_xlim(0, reach)
         ax.set_ylim(0.5, 0)
         ax.set_xlabel("r / a")
-        ax.spines[["bottom", "right"]].set_visible(False)
-        ax.xaxis.tick_top()
-        ax.xaxis.set_label_position("top")
-    axes[0].set_ylabel(r"settlement $w\,E_0\,a / P$")
-    common_legend(figure, axes[0])
-    return {"finite_elements": axes[0]}
+        ax.set_ylabel(r"settlement $w\,E_0\,a / P$")
+        ax.legend(loc="lower right")
+    return pictures
 
 
 if __name__ == "__main__":

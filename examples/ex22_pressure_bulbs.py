@@ -5,13 +5,15 @@ depth; the isobars of sigma_z in a vertical section are the bulbs of foundation 
 
 The same annulus on a crust, half a radius thick and ten times as stiff as the ground below: the
 crust carries like a plate, with tension at its bottom, and spreads what reaches the ground below.
+
+First the bulb of an L-shaped raft on layers, cut open: a stiff layer lies between softer ones.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from gallery import run
+from gallery import BODY, chart, run
 from skfem import CellBasis
 
 from skfem_dual import (
@@ -27,9 +29,25 @@ from skfem_dual import (
     vertical_profile,
     vertical_section,
 )
+from skfem_dual.grids.generate import polygon
 from skfem_dual.io import read_mesh
 
 ANNULUS = Path(__file__).parents[1] / "tests" / "data" / "eccentric_annulus.msh"
+
+
+#: an L-shaped raft, on layers, and the stress over the mean pressure that bounds its bulb
+RAFT = np.array([[-1.0, 1.0, 1.0, 0.0, 0.0, -1.0], [-1.0, -1.0, 0.0, 0.0, 1.0, 1.0]])
+LAYERS = LayeredHalfSpace([Layer(0.5, 1.0, 0.25), Layer(0.7, 4.0, 0.25)], HalfSpace(1.0, 0.25))
+INTERFACES = (0.5, 1.2)
+LEAST = 0.1
+
+
+@dataclass(frozen=True)
+class Bulb:
+    """sigma_z over the mean pressure of the raft, on the grid of three lines."""
+
+    lines: tuple[np.ndarray, np.ndarray, np.ndarray]
+    sigma: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -44,6 +62,7 @@ class Result:
     below: np.ndarray
     profile: Profile
     shares: np.ndarray
+    bulb: Bulb
 
     def __str__(self) -> str:
         rows = [f"{'depth / a':>10}{'sigma_z / mean p':>18}{'on the crust':>14}"]
@@ -69,24 +88,64 @@ def main(n=140) -> Result:
     z = np.append(np.linspace(0.02, 2.0, n // 2), [0.5, 0.5001])
     profile = vertical_profile(solutions[1], ring, z)
     shares = settlement_by_layers(solutions[1], np.array(ring)[:, None])[:, 0]
-    return Result(solutions, sections, depths, below, profile, shares)
+    return Result(solutions, sections, depths, below, profile, shares, cut_open(n // 4))
+
+
+def cut_open(n: int) -> Bulb:
+    """Below the rigid raft under a central force, behind y = -1 / 2; n points across."""
+    s = RigidPunch(LAYERS, DualMesh.from_mesh(polygon(RAFT, n=150)).basis()).solve(
+        1.0, at=(-1 / 6, -1 / 6)
+    )
+    x, y = np.linspace(-2.2, 2, n), np.linspace(-0.5, 2, 2 * n // 3)
+    lines = x, y, np.linspace(0.01, 3.3, n)
+    points = np.stack(np.meshgrid(*lines, indexing="ij"))
+    sigma = stress_below(s, points.reshape(3, -1)).sigma_z.reshape(points.shape[1:])
+    return Bulb(lines, sigma / s.mean_pressure)
 
 
 def visualize(result: Result):
-    """Isobars of sigma_z over the mean pressure, and the profile."""
+    """The bulb cut open; isobars of sigma_z over the mean pressure, and the profile."""
     from skfem_dual.visuals.matplotlib import draw_interfaces, isobars, plot_profile
+    from skfem_dual.visuals.style import STRESS
 
     levels = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]
-    drawn = []
-    for (basis, sigma), solution in zip(result.sections, result.solutions, strict=True):
+    pictures = {"bulb_cut_open": draw_bulb(result.bulb)}
+    names = ("homogeneous", "below_a_crust")
+    for name, section, solution in zip(names, result.sections, result.solutions, strict=True):
+        basis, sigma = section
+        ax = pictures[name] = chart(3.9)
         relative = sigma / solution.mean_pressure
-        ax = isobars(basis, relative, levels, title=r"$\sigma_z$ / mean p")
-        ax.set_xlabel("distance along the section")
-        ax.set_ylabel("- depth")
-        drawn.append(ax)
-    draw_interfaces(drawn[1], result.profile.interfaces)
-    profile = plot_profile(result.profile)
-    return {"pressure_bulbs": drawn[0], "bulbs_below_a_crust": drawn[1], "profile": profile}
+        isobars(basis, relative, levels, title=r"$\sigma_z$ / mean p", cmap=STRESS, ax=ax)
+        ax.set_xlabel("distance along the section / a")
+        ax.set_ylabel("- depth / a")
+    draw_interfaces(pictures["below_a_crust"], result.profile.interfaces)
+    return pictures | {"profile": plot_profile(result.profile)}
+
+
+def draw_bulb(bulb: Bulb):
+    """What of the ground behind y = -1 / 2 bears more than a tenth of the mean pressure."""
+    import pyvista
+    from scenes import MATTE, add, add_line, plate, shown, stage
+
+    from skfem_dual.visuals.style import OUTLINE, STRESS
+
+    x, y, z = bulb.lines
+    limits, plotter = (0.0, 0.8), stage()
+    ground = pyvista.RectilinearGrid(x, y, -z[::-1])
+    ground["sigma"] = bulb.sigma[:, :, ::-1].ravel(order="F")
+    look = {"scalars": "sigma", "clim": limits, "cmap": STRESS, "show_scalar_bar": False}
+    skin = ground.contour([LEAST], scalars="sigma")
+    plotter.add_mesh(skin, smooth_shading=True, **MATTE, **look)
+    for normal, place in (("y", (0, y[0] + 1e-6, 0)), ("z", (0, 0, -z[0] - 1e-6))):
+        cut = ground.slice(normal=normal, origin=place)
+        cut = cut.clip_scalar(scalars="sigma", value=LEAST, invert=False)
+        plotter.add_mesh(cut, n_colors=8, lighting=False, **look)
+    for depth in INTERFACES:
+        inside = x[bulb.sigma[:, 0, np.abs(z - depth).argmin()] > LEAST][[0, -1]]
+        ends = np.array([inside, [y[0] - 0.01] * 2, [-depth] * 2])
+        add_line(plotter, ends, OUTLINE, 3)
+    add(plotter, *plate(RAFT, 0.02, 0.12), color=BODY)
+    return shown(plotter, r"$\sigma_z$ / mean p", STRESS, limits, (-1.2, -2, 0.9))
 
 
 if __name__ == "__main__":

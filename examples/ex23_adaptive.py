@@ -9,7 +9,7 @@ brackets the settlement, and a fixed mixture of its ends is nearer than both.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run, sheet, without_axes
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, repair
@@ -76,35 +76,35 @@ def main(most: int = 2400, fraction: float = 0.6) -> Result:
 
 
 def visualize(result: Result):
-    """Both curves for both plans, and an adaptive mesh."""
-    import matplotlib.pyplot as plt
+    """An adaptive mesh; the errors of both plans."""
     from matplotlib.ticker import NullFormatter
 
     from skfem_dual.visuals.matplotlib import draw
+    from skfem_dual.visuals.style import CONTACT, PRIMAL
 
-    _, axes = plt.subplots(1, 3, figsize=(13, 4.2), layout="constrained")
-    colors = {"uniform": "#777777", "adaptive": "#c8401f"}
-    for ax, plan in zip(axes, STIFFNESS, strict=False):
+    ax = sheet(3.7)
+    mesh = result.steps["L-shape", "adaptive"][-1][0]
+    draw(mesh, legend=False, ax=ax)
+    without_axes(ax)
+    pictures = {"adaptive_mesh": ax}
+    colors = {"uniform": PRIMAL, "adaptive": CONTACT}
+    for plan in STIFFNESS:
+        ax = pictures[plan] = chart(3.9)
         for kind, color in colors.items():
             n, (_, above, mixed), _ = result.errors(plan, kind)
-            ax.loglog(n, above, "o-", color=color, ms=4, label=f"{kind}, triangles")
-            ax.loglog(n, abs(mixed), "s--", color=color, ms=4, mfc="white", label=f"{kind}, mixed")
+            ax.loglog(n, above, "o-", color=color, label=f"{kind}, triangles")
+            ax.loglog(n, abs(mixed), "s--", color=color, mfc="white", label=f"{kind}, mixed")
         n, (_, above, _), _ = result.errors(plan, "adaptive")
         for slope, name, factor in ((0.5, "$n^{-1/2}$", 1.5), (1.0, "$n^{-1}$", 0.7)):
             line = above[0] * factor * (n[0] / n[[0, -1]]) ** slope
-            ax.loglog(n[[0, -1]], line, color="#cccccc", lw=1, zorder=0)
-            ax.annotate(name, (n[-1], line[-1]), (4, -3), textcoords="offset points", fontsize=9)
-        ax.set_title(f"{plan}: error of the settlement", fontsize=10)
+            ax.loglog(n[[0, -1]], line, color=PRIMAL, lw=1, zorder=0)
+            ax.annotate(name, (n[-1], line[-1]), (4, -3), textcoords="offset points")
+        ax.set_title(plan)
         ax.set_xlabel("triangles")
+        ax.set_ylabel("error of the settlement")
         ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.spines[["top", "right"]].set_visible(False)
-    axes[0].set_ylabel("relative error")
-    axes[0].legend(frameon=False, fontsize=8, loc="lower left")
-    mesh = result.steps["L-shape", "adaptive"][-1][0]
-    draw(mesh, legend=False, ax=axes[2])
-    axes[2].set_title(f"adaptive mesh, {mesh.nelements} triangles", fontsize=10)
-    axes[0].show = plt.show
-    return {"adaptive": axes[0]}
+        legend_below(ax, columnspacing=1, handlelength=1.6)
+    return pictures
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ the plan's convex hull.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import panels, run, without_axes
+from gallery import chart, legend_below, run, sheet
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
 from skfem_dual.contact.paths import MomentRotation, moment_rotation
@@ -81,34 +81,30 @@ def main(n=600, steps=20) -> Result:
 
 def visualize(result: Result):
     """Kerns of all plans; the curve, and where contact ends along it."""
-    import matplotlib.pyplot as plt
-
     from skfem_dual.visuals.matplotlib import plot_kern, plot_moment_rotation
 
-    figure, axes = panels(len(result.footings), width=3.0, height=3.5)
-    for ax, (name, punch) in zip(axes, result.footings.items(), strict=True):
-        plot_kern(punch, ax=ax)
-        without_axes(ax, name)
-        handles, labels = ax.get_legend_handles_labels()
+    pictures = {}
+    for name in sorted(result.footings, key=lambda name: name != "L-shape"):
+        ax = pictures[name] = sheet(3.7)
+        plot_kern(result.footings[name], ax=ax)
         ax.get_legend().remove()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
+        ax.set_axis_off()
+        legend_below(ax)
+    curve = plot_moment_rotation(result.curve, ax=chart(3.6))
+    curve.set_xlabel("rotation [rad]")
+    curve.locator_params(axis="x", nbins=4)
+    return pictures | {"overturning": curve, "edges": draw_edges(result.curve)}
 
-    _, (left, right) = plt.subplots(1, 2, figsize=(11, 4.4), layout="compressed")
-    plot_moment_rotation(result.curve, ax=left)
-    left.set_xlabel("rotation [rad]")
-    draw_edges(result.curve, right)
-    return {"kern": axes[0], "overturning": left}
 
-
-def draw_edges(curve: MomentRotation, ax) -> None:
+def draw_edges(curve: MomentRotation):
     """Where contact ends in some of the steps."""
     from skfem_dual.visuals.isolines import smooth_line
     from skfem_dual.visuals.style import CONTACT, OUTLINE
 
-    half = SIDE / 2
+    ax, half = chart(4.0), SIDE / 2
     ax.plot([-half, half, half, -half, -half], [-half, -half, half, half, -half], OUTLINE, lw=1.4)
     shares = curve.eccentricity / curve.overturning
-    for wanted in (0.5, 0.6, 0.7, 0.8, 0.9):
+    for wanted in (0.5, 0.7, 0.8, 0.9):
         step = np.abs(shares - wanted).argmin()
         lines = curve[step].contact_region.edge
         for line in lines:
@@ -116,14 +112,15 @@ def draw_edges(curve: MomentRotation, ax) -> None:
         longest = max(lines, key=np.size)
         place = longest[:, np.abs(longest[1]).argmin()]
         white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-        ax.text(*place, f"{shares[step]:.2f}", ha="center", va="center", fontsize=9, bbox=white)
-    ax.set_title("edge of contact at moment / overturning moment", fontsize=10)
+        ax.text(*place, f"{shares[step]:.2f}", ha="center", va="center", fontsize=11, bbox=white)
+    ax.set_title("edge of contact at M / overturning M")
     ax.set_aspect("equal")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
     ax.set_xticks([-half, 0, half])
     ax.set_yticks([-half, 0, half])
     ax.spines[:].set_visible(False)
+    return ax
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ sharpens radius and settlement, but not the pressure in the middle.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch, check_mesh
@@ -99,43 +99,59 @@ def main(cells=(125, 500, 4000), refinements=3) -> Result:
 
 
 def visualize(result: Result):
-    """Pressures over the radius, and errors against the cells in contact."""
-    import matplotlib.pyplot as plt
+    """Pressures as columns, over the radius, and errors against the cells in contact."""
+    pictures = {"sphere_cut_open": draw_columns(result.everywhere["sphere"][1])}
+    pictures |= {shape: draw_pressures(result, shape) for shape in SHAPES}
+    return pictures | {"errors": draw_errors(result)}
 
+
+def draw_columns(s: PunchSolution):
+    """Cells in contact behind y = 0."""
+    from scenes import add, columns, shown, stage
+
+    partition, p = s.punch.partition, s.pressure / s.mean_pressure
+    points, t, cell = columns(partition.polygons, 0.6 * p)
+    behind = (partition.centroids[1, cell] > 0) & (p[cell] > 0)
+    plotter = stage()
+    add(plotter, points, t[:, behind], scalars=p[cell][behind], clim=(0, 1.5), cmap="viridis")
+    return shown(plotter, "p / mean p", limits=(0, 1.5), eye=(-0.5, -2, 0.9))
+
+
+def draw_pressures(result: Result, shape: str):
     from skfem_dual.visuals.style import CONTACT, OUTLINE
 
-    _, (*axes, errors_) = plt.subplots(1, 3, figsize=(13.5, 4.2), layout="compressed")
+    ax, s = chart(), result.everywhere[shape][1]
+    mean = force(shape) / np.pi
     r = np.linspace(1e-3, 1.0, 300)
-    for ax, shape in zip(axes, SHAPES, strict=True):
-        s = result.everywhere[shape][1]
-        p = force(shape)
-        mean = p / np.pi
-        line = known(shape, "pressure", p, np.array([r, 0 * r])) / mean
-        points = np.hypot(*s.punch.collocation_points), s.pressure / mean
-        ax.plot(*points, ".", color=CONTACT, ms=4, label=f"{len(s.contact)} cells in contact")
-        ax.plot(r, line, color=OUTLINE, lw=1, label="exact")
-        ax.set_title(shape, fontsize=10)
-        ax.set_xlabel("r / a")
-        ax.set_ylabel("p / mean p")
-        ax.set_xlim(0, 1.2)
-        ax.set_ylim(0, 1.1 * points[1].max())
-    styles = (("settlement", OUTLINE), ("radius", CONTACT), ("peak", "#2c6fbb"))
+    line = known(shape, "pressure", force(shape), np.array([r, 0 * r])) / mean
+    points = np.hypot(*s.punch.collocation_points), s.pressure / mean
+    ax.plot(*points, ".", color=CONTACT, ms=7, label=f"{len(s.contact)} cells in contact")
+    ax.plot(r, line, color=OUTLINE, lw=1.6, label="exact")
+    ax.set_title(shape)
+    ax.set_xlabel("r / a")
+    ax.set_ylabel("p / mean p")
+    ax.set_xlim(0, 1.2)
+    ax.set_ylim(0, 1.1 * points[1].max())
+    ax.legend(loc="upper right")
+    return ax
+
+
+def draw_errors(result: Result):
+    """Of the sphere."""
+    from skfem_dual.visuals.curves import LINES
+
+    ax = chart(3.9)
     for found, line in ((result.everywhere, "-o"), (result.refined, "--s")):
         solutions = found["sphere"]
         n = [len(s.contact) for s in solutions]
         values = np.abs([errors("sphere", s) for s in solutions]).T
         where = "" if found is result.everywhere else ", refined"
-        for (name, color), e in zip(styles, values, strict=True):
-            errors_.loglog(n, e, line, color=color, ms=4, lw=1.2, label=name + where)
-    errors_.set_title("sphere", fontsize=10)
-    errors_.set_xlabel("cells in contact")
-    errors_.set_ylabel("relative error")
-    errors_.set_ylim(top=0.2)  # room for the legend
-    for ax in (*axes, errors_):
-        ax.legend(frameon=False, fontsize=9, ncols=2 if ax is errors_ else 1)
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.show = plt.show
-    return {"hertz_and_cone": axes[0]}
+        for (color, _), name, e in zip(LINES, ("settlement", "radius", "peak"), values):
+            ax.loglog(n, e, line, color=color, label=name + where)
+    ax.set_xlabel("cells in contact")
+    ax.set_ylabel("relative error")
+    legend_below(ax, handlelength=1.6, columnspacing=1)
+    return ax
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import BODY, chart, run, sheet, without_axes
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
@@ -19,6 +19,7 @@ from skfem_dual.contact.group import RigidPunches
 from skfem_dual.contact.group_solution import PunchesSolution
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.grids.generate import rectangle
+from skfem_dual.visuals.style import CONTACT, OUTLINE
 
 SOIL = HalfSpace(young=1.0, poisson=0.0)  # E* = 1, with a = P = 1
 #: clear distance of the footings pictured, the forces on both, and levels of isobars
@@ -89,31 +90,52 @@ def main(n=300, distances=(0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)) -> Re
 
 
 def visualize(result: Result):
-    """Factor and tilt over the distance; isobars of both footings."""
-    import matplotlib.pyplot as plt
-
+    """Ground and footings in space; isobars of both; factor and tilt over the distance."""
     from skfem_dual.visuals.matplotlib import isobars
-    from skfem_dual.visuals.style import CONTACT, OUTLINE
 
-    _, curves = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="compressed")
-    names = ("settlement over that alone", "tilt towards the neighbour, in P / (E* a²)")
-    found = (result.factors, result.tilts)
-    for ax, name, values, far in zip(curves, names, found, result.far, strict=True):
-        ax.semilogx(result.distances, far, "--", color=OUTLINE, lw=1, label="point force")
-        ax.semilogx(result.distances, values, "-o", color=CONTACT, ms=4, label="footings")
-        ax.set_xlabel("clear distance / a")
-        ax.set_ylabel(name)
-        ax.legend(frameon=False, fontsize=9)
-        ax.spines[["top", "right"]].set_visible(False)
-
-    _, plans = plt.subplots(len(result.pictured), figsize=(8.5, 9), layout="compressed")
-    for ax, (name, (_, levels)) in zip(plans, PICTURED.items(), strict=True):
+    name, pair = next(iter(result.pictured.items()))
+    pictures = {"ground": draw_ground(pair)}
+    for i, (name, (_, levels)) in enumerate(PICTURED.items()):
         basis, p, region = together(result.pictured[name].solutions)
+        ax = pictures[f"isobars_{i}"] = sheet(2.9)
         isobars(basis, 4 * p, levels, contact=region, title="p / (P / 4a²)", ax=ax)
-        ax.set_title(name, fontsize=10)
-    for ax in (curves[0], plans[0]):
-        ax.show = plt.show
-    return {"interaction": curves[0], "neighbours": plans[0]}
+        without_axes(ax, name)
+    labels = ("settlement over that alone", "tilt, in P / (E* a²)")
+    found = (result.factors, result.tilts)
+    for name, label, values, far in zip(("factor", "tilt"), labels, found, result.far):
+        ax = pictures[name] = chart()
+        ax.semilogx(result.distances, far, "--", color=OUTLINE, label="point force")
+        ax.semilogx(result.distances, values, "-o", color=CONTACT, label="footings")
+        ax.set_xlabel("clear distance / a")
+        ax.set_ylabel(label)
+        ax.legend()
+    return pictures
+
+
+def draw_ground(pair: PunchesSolution):
+    """Its surface with both footings on it, settlements drawn larger."""
+    from scenes import add, plate, shown, stage
+
+    from skfem_dual.visuals.style import SETTLEMENT
+
+    n, m = 151, 91
+    x = np.array(np.meshgrid(np.linspace(-4.4, 4.4, n), np.linspace(-2.6, 2.6, m)))
+    w = pair.displacement(x.reshape(2, -1))
+    i = np.arange(n * m).reshape(m, n)
+    faces = np.stack([i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]]).reshape(4, -1)
+    plotter, limits, scale = stage(), (0.0, float(w.max())), 1.2 / w.max()
+    surface = np.vstack([x.reshape(2, -1), -scale * w])
+    look = {"scalars": w, "clim": limits, "cmap": SETTLEMENT, "smooth_shading": True}
+    add(plotter, surface, faces, **look)
+    for s in pair.solutions:
+        corners = np.array([[-1, 1, 1, -1], [-1, -1, 1, 1]]) + np.c_[[*s.punch.origin]]
+        add(
+            plotter,
+            *plate(corners, 0.03 - scale * s.punch_displacement(corners), 0.25),
+            color=BODY,
+        )
+    label = "settlement, in P / (E* a)"
+    return shown(plotter, label, SETTLEMENT, limits, (-0.5, -2, 1.1))
 
 
 def together(solutions: Sequence[PunchSolution]):

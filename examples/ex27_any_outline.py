@@ -9,7 +9,7 @@ on finer and finer meshes, near uniform and graded to the edge, stand beside eac
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run, sheet
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
 from skfem_dual.grids.generate import polygon
@@ -77,49 +77,49 @@ def main(sizes=(150, 300, 600, 1200, 2400)) -> Result:
 
 def visualize(result: Result):
     """Isobars with the edge of contact and the settlement of the corners; convergence."""
-    import matplotlib.pyplot as plt
-    from matplotlib.ticker import NullLocator
-
-    from skfem_dual.visuals.curves import LINES
     from skfem_dual.visuals.matplotlib import isobars
+    from skfem_dual.visuals.style import OUTLINE as INK
 
-    _, (plan, error) = plt.subplots(
-        1, 2, figsize=(13, 5), layout="compressed", width_ratios=[1.35, 1]
-    )
-    s = result.finest
+    ax, s = sheet(3.6), result.finest
     basis, p = s.pressure_field(refine=2)
     levels = [50, 100, 150, 200, 250, 300, 400, 600]
-    isobars(basis, p / 1e3, levels, title="p [kPa]", contact=s.contact_region, ax=plan)
-    plan.plot(*AT, "+", color="#1a1a1a", ms=11, mew=2)
+    isobars(basis, p / 1e3, levels, title="p [kPa]", contact=s.contact_region, ax=ax)
+    ax.plot(*AT, "+", color=INK, ms=13, mew=2.5)
     middle = OUTLINE.mean(axis=1)
     for x, w in zip(OUTLINE.T, 1e3 * s.punch_displacement(OUTLINE), strict=True):
         side = np.sign(x - middle)
-        plan.annotate(
+        ax.annotate(
             f"{w:.0f} mm",
             x,
-            5 * side,
+            4 * side,
             textcoords="offset points",
-            ha="left" if side[0] > 0 else "right",
+            ha="right" if side[0] > 0 else "left",
             va="bottom" if side[1] > 0 else "top",
-            fontsize=9,
+            bbox={"facecolor": "#ffffffb0", "edgecolor": "none", "pad": 1.0},
         )
-    plan.margins(0.1)
-    plan.set_xlabel("x [m]")
-    plan.set_ylabel("y [m]")
+    ax.margins(0.12)
+    ax.set_axis_off()
+    return {"any_outline": ax, "convergence": draw_convergence(result)}
+
+
+def draw_convergence(result: Result):
+    from matplotlib.ticker import NullLocator
+
+    from skfem_dual.visuals.curves import LINES
+
+    ax = chart(3.9)
     for kind, marker in zip(MESHES, "os", strict=True):
         n, values = result.differences(kind)
         for (color, style), name, value in zip(LINES, ("corners", "contact area"), values):
             kept = value > 0  # all but the finest itself
-            look = {"color": color, "ls": style, "marker": marker, "ms": 5, "mfc": "white"}
-            error.loglog(n[kept], value[kept], label=f"{name}, {kind}", **look)
-    error.set_xticks(n, labels=n)
-    error.xaxis.set_minor_locator(NullLocator())
-    error.set_xlabel("dual cells")
-    error.set_ylabel("difference from the finest graded mesh")
-    error.legend(frameon=False, fontsize=9)
-    error.spines[["top", "right"]].set_visible(False)
-    plan.show = plt.show
-    return {"any_outline": plan}
+            look = {"color": color, "ls": style, "marker": marker, "mfc": "white"}
+            ax.loglog(n[kept], value[kept], label=f"{name}, {kind}", **look)
+    ax.set_xticks(n, labels=n)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xlabel("dual cells")
+    ax.set_ylabel("difference from the finest")
+    legend_below(ax, handlelength=1.8, columnspacing=1)
+    return ax
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ equations of the axisymmetric problem, good to all digits given.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run, sheet, without_axes
 
 from skfem_dual import (
     DualMesh,
@@ -115,57 +115,54 @@ def main(n=600, circles=tuple(CIRCLES)) -> Result:
 
 
 def visualize(result: Result):
-    """Pressures and settlements of the surface in the middle section; isobars side by side."""
-    return {"sections": draw_sections(result), "layered_ground": draw_isobars(result)}
+    """Settlements of the surface and pressures in the middle section; isobars."""
+    from skfem_dual.visuals.matplotlib import isobars
+    from skfem_dual.visuals.style import OUTLINE
+
+    pictures = {"settlements": draw_settlements(result), "pressures": draw_pressures(result)}
+    levels = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0]
+    for i, (name, s) in enumerate(result.rectangles.items()):
+        ax = pictures[f"isobars_{i}"] = sheet(3.2)
+        isobars(s, levels=levels, ax=ax)
+        ax.plot(*AT, "+", color=OUTLINE, ms=11, mew=2.2)
+        without_axes(ax, f"{name}: {1e3 * s.settlement:.1f} mm")
+    return pictures
 
 
-def draw_sections(result: Result):
-    import matplotlib.pyplot as plt
-
-    from skfem_dual.visuals.curves import LINES
-
-    figure, (under, beside) = plt.subplots(1, 2, figsize=(12, 4.8), layout="compressed")
-    styles = (*LINES, ("#1f9e89", (0, (8, 2))), ("#b07d12", (0, (4, 1, 1, 1, 1, 1))))
-    half = SIDES[0] / 2
+def draw_settlements(result: Result):
+    ax, half = chart(5.0), SIDES[0] / 2
     r = np.linspace(-3.5 * half, 3.5 * half, 561)
+    for (color, style), (name, s) in zip(styles(), result.rectangles.items(), strict=True):
+        w = 1e3 * s.displacement(np.stack([r, np.zeros_like(r)]))
+        ax.plot(r, w, linestyle=style, color=color, label=name)
+    ax.set_xlim(r[0], r[-1])
+    ax.invert_yaxis()
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("settlement of the surface [mm]")
+    legend_below(ax, 1, handlelength=3)
+    return ax
+
+
+def draw_pressures(result: Result):
+    ax, half = chart(5.0), SIDES[0] / 2
     inside = np.linspace(-0.985 * half, 0.985 * half, 301)
-    for (color, style), (name, s) in zip(styles, result.rectangles.items(), strict=True):
+    for (color, style), (name, s) in zip(styles(), result.rectangles.items(), strict=True):
         basis, p = s.nodal_pressure()
         p = basis.interpolator(p / s.mean_pressure)(np.stack([inside, np.zeros_like(inside)]))
-        under.plot(inside, p, linestyle=style, color=color)
-        w = 1e3 * s.displacement(np.stack([r, np.zeros_like(r)]))
-        beside.plot(r, w, linestyle=style, color=color, label=name)
-    under.set_xlim(-half, half)
-    under.set_ylim(0, 2.5)
-    under.set_ylabel("p / mean p")
-    beside.set_xlim(r[0], r[-1])
-    beside.invert_yaxis()
-    beside.set_ylabel("settlement of the surface [mm]")
-    for ax in (under, beside):
-        ax.set_xlabel("x [m]")
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.show = plt.show
-    lines, labels = beside.get_legend_handles_labels()
-    figure.legend(lines, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
-    return under
+        ax.plot(inside, p, linestyle=style, color=color, label=name)
+    ax.set_xlim(-half, half)
+    ax.set_ylim(0, 2.5)
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("p / mean p")
+    legend_below(ax, 1, handlelength=3)
+    return ax
 
 
-def draw_isobars(result: Result):
-    import matplotlib.pyplot as plt
+def styles():
+    """Colours and dashes of the grounds."""
+    from skfem_dual.visuals.curves import LINES
 
-    from skfem_dual.visuals.matplotlib import isobars
-
-    _, axes = plt.subplots(2, 3, figsize=(14, 6.6), layout="compressed")
-    levels = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0]
-    for ax, (name, s) in zip(axes.flat, result.rectangles.items(), strict=True):
-        isobars(s, levels=levels, ax=ax)
-        ax.plot(*AT, "+", color="#1a1a1a", ms=9, mew=2)
-        ax.set_title(f"{name}: {1e3 * s.settlement:.1f} mm", fontsize=10)
-    for ax in axes[1]:
-        ax.set_xlabel("x [m]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("y [m]")
-    return axes[0, 0]
+    return (*LINES, ("#1f9e89", (0, (8, 2))), ("#b07d12", (0, (4, 1, 1, 1, 1, 1))))
 
 
 if __name__ == "__main__":

@@ -19,18 +19,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from gallery import run
+from gallery import chart, run, sheet, without_axes
 from numpy import ndarray
 from scipy.sparse import csr_matrix
 from scipy.special import eval_jacobi, gammaln
-from skfem import (
-    BilinearForm,
-    CellBasis,
-    ElementTriMorley,
-    ElementTriP1,
-    LinearForm,
-    MeshTri,
-)
+from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, LinearForm, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
@@ -43,6 +36,8 @@ from skfem_dual import (
     flexible_settlement,
 )
 from skfem_dual.grids.generate import disc
+from skfem_dual.visuals.curves import LINES
+from skfem_dual.visuals.style import CONTACT, MOMENT, OUTLINE, SETTLEMENT
 
 POISSON = 0.2  # of the raft
 RATIOS = 10.0 ** np.arange(-3, 3.1, 0.5)
@@ -55,7 +50,7 @@ FORCES = {"centre": 2.4e6, "side": 1.4e6, "corner": 0.8e6}
 THICKNESSES = (0.4, 1.0)
 #: isobars of all square rafts, in kPa and kNm/m
 PRESSURES = (60, 70, 80, 90, 100, 120, 150, 250)
-MOMENTS = (0, 25, 50, 100, 150, 200, 300, 400, 500)
+MOMENTS = (-400, -200, -100, -50, 0, 50, 100, 200, 400)
 
 
 def moments(w, poisson=POISSON):
@@ -302,95 +297,103 @@ def main(n=600, ratios=RATIOS) -> Result:
 
 
 def visualize(result: Result):
-    """What the stiffness does to a circular raft; two square rafts under columns."""
-    return {"flexible_raft": draw_circles(result), "raft_under_columns": draw_squares(result)}
+    """The thinner square raft in space; isobars of both; what stiffness does to a circular one."""
+    return draw_squares(result) | {
+        "settlements": draw_settlements(result),
+        "moments": draw_moments(result),
+        "pressures": draw_pressures(result),
+    }
 
 
-def draw_circles(result: Result):
-    """Settlements, moment and pressures, dots for cells and lines for the exact ones."""
-    import matplotlib.pyplot as plt
+def draw_settlements(result: Result):
+    """Dots for cells, a line for the exact ones."""
+    ax = chart(3.8)
+    draw_series(result, ax, 0, "o", "centre")
+    draw_series(result, ax, 1, "s", "edge")
+    limit(ax, 2.0, "uniform load, centre", right=True)
+    limit(ax, 4 / np.pi, "uniform load, edge", right=True)
+    limit(ax, np.pi / 2, "rigid punch")
+    ax.set_ylabel(r"settlement $w\,E^* / (q\,a)$")
+    ax.set_ylim(1.2, 2.1)
+    ax.legend(loc="center right", bbox_to_anchor=(1, 0.65))
+    return ax
 
-    from skfem_dual.visuals.curves import LINES
-    from skfem_dual.visuals.style import CONTACT, OUTLINE
 
-    _, (settled, bent, pressed) = plt.subplots(1, 3, figsize=(13.5, 4.2), layout="compressed")
+def draw_moments(result: Result):
+    ax = chart()
+    draw_series(result, ax, 2, "o", "cells")
+    limit(ax, rigid_moment(POISSON), "rigid punch")
+    ax.set_ylabel(r"moment in the centre $M / (q\,a^2)$")
+    ax.set_ylim(0, 0.085)
+    ax.legend(loc="center right")
+    return ax
+
+
+def draw_series(result: Result, ax, column: int, marker: str, name: str) -> None:
+    """One of the answers over the stiffness, exact ones named once."""
     ratios = np.array(list(result.circles))
     fine = np.geomspace(ratios[0], ratios[-1], 61)
     exact = np.array([[*c.settlement([0, 1]), c.moment] for c in map(CircularRaft, fine)])
-    for ax, column, marker, name in (
-        (settled, 0, "o", "centre"),
-        (settled, 1, "s", "edge"),
-        (bent, 2, "o", None),
-    ):
-        dots = {"color": CONTACT, "ms": 5, "mfc": "white", "zorder": 3}
-        series = "Legendre series" if name == "centre" else None
-        ax.semilogx(fine, exact[:, column], color=OUTLINE, lw=1.2, label=series)
-        ax.semilogx(ratios, result.found[:, column], marker, label=name, **dots)
-        ax.set_xlabel("relative stiffness K")
-    for ax, value, name, right in (
-        (settled, 2.0, "uniform load, centre", True),
-        (settled, 4 / np.pi, "uniform load, edge", True),
-        (settled, np.pi / 2, "rigid punch", False),
-        (bent, rigid_moment(POISSON), "rigid punch", False),
-    ):
-        ax.axhline(value, color=OUTLINE, lw=0.8, ls=":")
-        place = {"x": fine[-1], "ha": "right"} if right else {"x": fine[0]}
-        ax.text(y=value, s=name, va="bottom", fontsize=9, **place)
-    settled.set_ylabel(r"settlement $w\,E^* / (q\,a)$")
-    settled.set_ylim(1.2, 2.1)
-    settled.legend(frameon=False, fontsize=9, loc="center right", bbox_to_anchor=(1, 0.62))
-    bent.set_ylabel(r"moment in the centre $M / (q\,a^2)$")
-    bent.set_ylim(0, 0.085)
+    label = None if name == "edge" else "Legendre series"
+    ax.semilogx(fine, exact[:, column], color=OUTLINE, lw=1.6, label=label)
+    look = {"color": CONTACT, "mfc": "white", "zorder": 3}
+    ax.semilogx(ratios, result.found[:, column], marker, label=name, **look)
+    ax.set_xlabel("relative stiffness K")
 
+
+def limit(ax, value: float, name: str, right: bool = False) -> None:
+    """What is approached for very soft rafts, or for very stiff ones."""
+    ax.axhline(value, color=OUTLINE, lw=1, ls=":")
+    low, high = ax.get_xlim()
+    place = {"x": high, "ha": "right"} if right else {"x": low}
+    ax.text(y=value, s=name, va="bottom", fontsize=11, **place)
+
+
+def draw_pressures(result: Result):
+    """Of three circular rafts along the radius."""
+    ax = chart()
     r = np.linspace(0, 1, 400, endpoint=False)
     for (color, style), ratio in zip(LINES, PICTURED, strict=True):
-        p = result.exact[ratio].pressure(r)
-        pressed.plot(r, p, style, color=color, label=f"K = {ratio:g}")
+        ax.plot(r, result.exact[ratio].pressure(r), style, color=color, label=f"K = {ratio:g}")
         nodal, found = result.circles[ratio].elastic.nodal_pressure()
         inner = nodal.mesh.interior_nodes()
         some = inner[np.argsort(np.hypot(*nodal.mesh.p[:, inner]))][:: max(1, len(inner) // 50)]
-        dots = {"color": color, "ms": 4, "mfc": "white", "zorder": 3}
-        pressed.plot(
-            np.hypot(*nodal.mesh.p[:, some]), found[nodal.nodal_dofs[0, some]], "o", **dots
-        )
-    pressed.set_xlim(0, 1)
-    pressed.set_ylim(0.4, 2.5)
-    pressed.set_xlabel("r / a")
-    pressed.set_ylabel("contact pressure p / q")
-    pressed.legend(frameon=False, fontsize=9, loc="upper left")
-    for ax in (settled, bent, pressed):
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.show = plt.show
-    return settled
+        x, p = np.hypot(*nodal.mesh.p[:, some]), found[nodal.nodal_dofs[0, some]]
+        ax.plot(x, p, "o", color=color, mfc="white", zorder=3)
+    ax.set_xlim(0, 1)
+    ax.set_ylim(0.4, 2.5)
+    ax.set_xlabel("r / a")
+    ax.set_ylabel("contact pressure p / q")
+    ax.legend(loc="upper left")
+    return ax
 
 
-def draw_squares(result: Result):
-    """Isobars of settlement, pressure and moment."""
-    import matplotlib.pyplot as plt
+def draw_squares(result: Result) -> dict:
+    """The thinner one bent under its columns; settlement, pressure and moment of both."""
+    from matplotlib.patches import Rectangle
+    from scenes import bent
 
     from skfem_dual.visuals.matplotlib import isobars
-    from skfem_dual.visuals.style import OUTLINE
 
-    _, axes = plt.subplots(2, 3, figsize=(13.5, 8), layout="compressed")
-    for row, (thickness, s) in zip(axes, result.squares.items(), strict=True):
+    thin = result.squares[min(result.squares)].elastic
+    pictures = {"bent": bent(thin, "settlement [m]", eye=(-0.8, -2, 1.5))}
+    for thickness, s in result.squares.items():
         mesh = s.raft.punch.basis.dual.mesh
         nodal = CellBasis(mesh, ElementTriP1())
         # a node of the mesh takes over the mean of its cell
-        for ax, values, title, levels in (
-            (row[0], 1e3 * s.deflection[: mesh.nvertices], "settlement [mm]", range(26, 42)),
-            (row[1], s.pressure / 1e3, "contact pressure [kPa]", PRESSURES),
-            (row[2], s.moments[0, 0] / 1e3, "bending moment $M_x$ [kNm/m]", MOMENTS),
+        w, p, m = 1e3 * s.deflection[: mesh.nvertices], s.pressure / 1e3, s.moments[0, 0] / 1e3
+        for what, unit, values, levels, more in (
+            ("settlement", "[mm]", w, range(26, 42, 2), {"cmap": SETTLEMENT}),
+            ("pressure", "[kPa]", p, PRESSURES, {}),
+            ("moment", "$M_x$ [kNm/m]", m, MOMENTS, {"cmap": MOMENT}),
         ):
-            isobars(nodal, values, list(levels), title=title, ax=ax)
-            ax.set_title(f"raft {thickness:g} m thick", fontsize=10)
+            ax = pictures[f"{what}_{1e3 * thickness:.0f}_mm"] = sheet(3.6)
+            isobars(nodal, values, list(levels), title=f"{what} {unit}", ax=ax, **more)
+            without_axes(ax, f"raft {thickness:g} m thick")
             for x, y in np.ndindex(3, 3):
                 corner = SPACING * np.array([x - 1, y - 1]) - COLUMN / 2
-                ax.add_patch(plt.Rectangle(corner, COLUMN, COLUMN, fill=False, ec=OUTLINE))
-    for ax in axes[1]:
-        ax.set_xlabel("x [m]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("y [m]")
-    return axes[0, 0]
+                ax.add_patch(Rectangle(corner, COLUMN, COLUMN, fill=False, ec=OUTLINE))
+    return pictures
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ soft one hands its load on to the ground as it is.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import GROUND, chart, run
 from numpy import ndarray
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
@@ -170,14 +170,19 @@ def main(n=16, ratios=RATIOS) -> Result:
 
 def visualize(result: Result):
     """Section through a block on its ground, exaggerated; pressures; settlements."""
-    import matplotlib.pyplot as plt
+    block = min(result.blocks, key=lambda b: abs(np.log(b.ratio)))
+    return {
+        "section": draw_section(block),
+        "pressures": draw_pressures(result),
+        "settlements": draw_settlements(result),
+    }
 
+
+def draw_pressures(result: Result):
+    """Along the row of cells beside the middle."""
     from skfem_dual.visuals.curves import LINES
-    from skfem_dual.visuals.style import CONTACT, OUTLINE
 
-    _, (section, under, settled) = plt.subplots(1, 3, figsize=(14, 4.2), layout="constrained")
-    draw_section(min(result.blocks, key=lambda b: abs(np.log(b.ratio))), section)
-
+    ax = chart()
     x, y = result.rigid.punch.partition.centroids
     row = np.nonzero((y > 0) & (y < 1.01 * y[y > 0].min()))[0]
     row = row[np.argsort(x[row])]
@@ -185,39 +190,41 @@ def visualize(result: Result):
     curves = [(f"$E_b / E$ = {b.ratio:g}", b.pressure) for b in shown]
     curves.append(("rigid punch", result.rigid.pressure))
     for (color, style), (name, p) in zip(LINES, curves, strict=True):
-        under.plot(x[row], p[row], style, color=color, marker=".", ms=5, label=name)
-    under.set_xlim(-1, 1)
-    under.set_xticks([-1, -0.5, 0, 0.5, 1])
-    under.set_ylim(0, 2.5)
-    under.set_xlabel("x / a")
-    under.set_ylabel("mean pressure of cells p / q")
-    under.legend(frameon=False, fontsize=9, loc="upper center")
+        ax.plot(x[row], p[row], style, color=color, marker=".", ms=7, label=name)
+    ax.set_xlim(-1, 1)
+    ax.set_xticks([-1, -0.5, 0, 0.5, 1])
+    ax.set_ylim(0, 2.5)
+    ax.set_xlabel("x / a")
+    ax.set_ylabel("mean pressure of cells p / q")
+    ax.legend(loc="upper center")
+    return ax
 
-    ratios = [b.ratio for b in result.blocks]
+
+def draw_settlements(result: Result):
+    """Between the bare load and the rigid punch."""
+    from skfem_dual.visuals.style import CONTACT, OUTLINE
+
+    ax, ratios = chart(3.6), [b.ratio for b in result.blocks]
     w = np.array([b.base for b in result.blocks])
     for cell, marker, name in zip(result.cells, "os", ("centre", "corner"), strict=True):
-        look = {"color": CONTACT, "mfc": "white", "ms": 5, "marker": marker}
-        settled.semilogx(ratios, w[:, cell], label=f"cell in the {name}", **look)
-        settled.axhline(result.bare[cell], color=OUTLINE, lw=0.8, ls=":")
-        end = {"va": "bottom", "ha": "right", "fontsize": 9}
-        settled.text(ratios[-1], result.bare[cell], f"bare load, {name}", **end)
-    settled.axhline(result.rigid.settlement, color=OUTLINE, lw=0.8, ls=":")
-    settled.text(ratios[0], result.rigid.settlement, "rigid punch", va="bottom", fontsize=9)
-    settled.set_xlabel(r"$E_b / E$")
-    settled.set_ylabel(r"settlement of the base $w\,E / (q\,a)$")
-    settled.legend(frameon=False, fontsize=9, loc="center right", bbox_to_anchor=(1, 0.65))
-    for ax in (under, settled):
-        ax.spines[["top", "right"]].set_visible(False)
-    for ax in (section, under, settled):
-        ax.show = plt.show
-    return {"beside_finite_elements": section}
+        look = {"color": CONTACT, "mfc": "white", "marker": marker}
+        ax.semilogx(ratios, w[:, cell], label=f"cell in the {name}", **look)
+        ax.axhline(result.bare[cell], color=OUTLINE, lw=1, ls=":")
+        end = {"va": "bottom", "ha": "right", "fontsize": 11}
+        ax.text(ratios[-1], result.bare[cell], f"bare load, {name}", **end)
+    ax.axhline(result.rigid.settlement, color=OUTLINE, lw=1, ls=":")
+    ax.text(ratios[0], result.rigid.settlement, "rigid punch", va="bottom", fontsize=11)
+    ax.set_xlabel(r"$E_b / E$")
+    ax.set_ylabel(r"settlement $w\,E / (q\,a)$")
+    ax.legend(loc="center right", bbox_to_anchor=(1, 0.65))
+    return ax
 
 
-def draw_section(b: Block, ax, scale: float = 0.15) -> None:
+def draw_section(b: Block, scale: float = 0.15):
     """The plane y = 0 of block and ground, displacements drawn so many times q a / E."""
-    from skfem_dual.visuals.style import COLORMAP, OUTLINE
+    from skfem_dual.visuals.style import OUTLINE, STRESS
 
-    mesh = b.basis.mesh
+    ax, mesh = chart(3.9), b.basis.mesh
     plane = mesh.nodes_satisfying(lambda x: np.isclose(x[1], 0))
     plane = plane[np.lexsort(mesh.p[::2, plane])]  # row by row
     x, z = (mesh.p[i, plane] + scale * b.u[b.basis.nodal_dofs[i, plane]] for i in (0, 2))
@@ -229,7 +236,7 @@ def draw_section(b: Block, ax, scale: float = 0.15) -> None:
     colored = ax.pcolormesh(
         *(c.reshape(-1, columns) for c in (x, z)),
         stress,
-        cmap=COLORMAP,
+        cmap=STRESS,
         vmin=0.5,
         vmax=1.5,
         edgecolor="white",
@@ -240,15 +247,16 @@ def draw_section(b: Block, ax, scale: float = 0.15) -> None:
     )
     r = np.linspace(-2.2, 2.2, 400)
     w = scale * (b.ground.at(np.stack([r, np.zeros_like(r)])) @ b.pressure)
-    ax.fill_between(r, -w, -1.0, color="#e3ddd2", lw=0)
+    ax.fill_between(r, -w, -1.0, color=GROUND, lw=0)
     ax.plot(r, -w, color=OUTLINE, lw=1.2)
-    ax.set_title(f"$E_b / E$ = {b.ratio:g}, displacements x {scale:g} q a / E", fontsize=10)
+    ax.set_title(f"$E_b / E$ = {b.ratio:g}, displaced x {scale:g} q a / E")
     ax.set_aspect("equal")
     ax.set_xlim(-2.2, 2.2)
     ax.set_ylim(-1, HEIGHT)
     ax.set_xlabel("x / a")
     ax.set_ylabel("z / a")
     ax.spines[:].set_visible(False)
+    return ax
 
 
 if __name__ == "__main__":

@@ -4,9 +4,12 @@ A matrix of a million rows and columns would take 8 terabytes. The fast operator
 memory in proportion to the number of cells, and is as accurate as it is told to be. A rigid circle
 under a force at a / 4 from its centre has the exact settlement P / (2 a E*) and tilt
 3 M / (4 a^3 E*). Its mesh, graded to the edge, is refined again and again, and its boundary put
-back on the circle.
+back on the circle. By default it goes up to some thousand cells, with ``--n 1000000`` to a
+million.
 
-By default it goes up to some thousand cells, with ``--n 1000000`` to a million.
+A rough surface needs its million: 1024 x 1024 heights, waves of all lengths from a quarter of the
+side down to eight cells, pressed by a rigid plane until a tenth of the side is in contact. On a
+regular grid products are Fourier transforms, and the contact is found in seconds.
 """
 
 from collections.abc import Iterator
@@ -14,17 +17,20 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from gallery import run
+from gallery import GROUND, chart, run, sheet, without_axes
 from numpy import ndarray
-from skfem import CellBasis, ElementTriP1, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP1, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, InfluenceOperator, RigidPunch
+from skfem_dual import DualMesh, HalfSpace, InfluenceOperator, PunchSolution, RigidPunch
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.grids.generate import disc
 from skfem_dual.operators.iterative import solve_many
+from skfem_dual.visuals.style import COLORMAP, OUTLINE
 
 SOIL = HalfSpace(young=1.0, poisson=0.25)
 ECCENTRICITY = 0.25
+#: force on the rough surface, over E a^2
+PRESS = 0.003
 #: nodes of the first mesh, and of the finest that is drawn
 FIRST, DRAWN = 290, 20_000
 
@@ -60,13 +66,16 @@ class Result:
     rows: list[Row]
     meshes: list[MeshTri]
     pressure: ndarray
+    rough: PunchSolution
 
     def __str__(self) -> str:
         head = (
             f"{'cells':<9}{'mesh s':<8}{'set-up s':<10}{'product s':<11}{'iterations':<12}"
             f"{'solution s':<12}{'MiB':<8}{'operator':<12}{'settlement':<12}tilt"
         )
-        return "\n".join([f"{'':<70}relative errors of", head, *map(str, self.rows)])
+        share = self.rough.contact_area
+        last = f"rough surface: {self.rough.message}, {share:.1%} of the area"
+        return "\n".join([f"{'':<70}relative errors of", head, *map(str, self.rows), "", last])
 
 
 def refined(mesh: MeshTri) -> MeshTri:
@@ -122,8 +131,21 @@ def measured(mesh: MeshTri, rtol: float, start: float) -> tuple[Row, ndarray]:
     return row, unit @ position
 
 
-def main(n=5000, rtol=1e-6) -> Result:
-    """Solve on meshes of up to about n nodes."""
+def rough_surface(n: int, seed: int = 0) -> PunchSolution:
+    """A plane pressed on n x n cells of a unit square whose heights have the slope 0.06, rms."""
+    waves = np.hypot(np.fft.fftfreq(n, 1 / n)[:, None], np.fft.rfftfreq(n, 1 / n))
+    kept = (waves >= 4) & (waves <= n / 8)
+    phases = np.exp(2j * np.pi * np.random.default_rng(seed).random(waves.shape))
+    heights = np.fft.irfft2(np.where(kept, waves.clip(1) ** -1.8, 0) * phases)
+    slope = np.sqrt(np.mean(np.sum(np.square(np.gradient(heights, 1 / n)), axis=0)))
+    gap = 0.06 / slope * (heights.max() - heights).ravel()
+    side = np.linspace(0, 1, n + 1)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    return RigidPunch(SOIL, cells, gap=gap).solve(PRESS, tilt=(0, 0), gap_rtol=1e-4)
+
+
+def main(n=5000, rtol=1e-6, heights=1024) -> Result:
+    """Solve on meshes of up to about n nodes; a rough surface of so many heights squared."""
     measured(next(meshes(FIRST)), rtol, 0.0)  # compiles
     rows, used, start = [], [], perf_counter()
     for mesh in meshes(n):
@@ -131,46 +153,86 @@ def main(n=5000, rtol=1e-6) -> Result:
         rows.append(row)
         used.append(mesh)
         start = perf_counter()
-    return Result(rows, used, pressure)
+    return Result(rows, used, pressure, rough_surface(heights))
 
 
 def visualize(result: Result):
-    """Isobars, drawn on one of the meshes; errors; seconds."""
-    import matplotlib.pyplot as plt
-    from matplotlib.ticker import NullLocator
+    """A corner of the rough surface in space; where it touches; the circle, errors, seconds."""
+    return {
+        "corner": draw_corner(result.rough),
+        "rough_surface": draw_contact(result.rough),
+        "circle": draw_circle(result),
+        "errors": draw_rows(result, ("settlement", "tilt", "operator"), "relative error"),
+        "seconds": draw_rows(result, ("setup", "solution", "product"), "seconds"),
+    }
 
-    from skfem_dual.visuals.curves import LINES
+
+def draw_contact(s: PunchSolution):
+    """Pressures over the mean of the cells in contact, on the colour of the others."""
+    from matplotlib import colormaps
+
+    n = round(np.sqrt(len(s.pressure)))
+    p = s.pressure.reshape(n, n) / s.mean_pressure
+    ax, colors = sheet(3.9), colormaps[COLORMAP].with_extremes(bad=GROUND)
+    image = ax.imshow(np.where(p > 0, p, np.nan).T, vmin=0, vmax=3, cmap=colors, origin="lower")
+    ax.figure.colorbar(image, label="p / mean p in contact", extend="max", shrink=0.8)
+    ax.set_title(f"{len(s.contact):,} of {n * n:,} cells".replace(",", " "))
+    return ax
+
+
+def draw_corner(s: PunchSolution):
+    """The heights of a corner, 300 cells wide, and the pressure on their peaks."""
+    from scenes import add, shown, stage
+
+    n = round(np.sqrt(len(s.pressure)))
+    m = min(n, 300)
+    gap, p = (v.reshape(n, n)[:m, :m] for v in (s.punch.gap, s.pressure / s.mean_pressure))
+    x = np.array(np.meshgrid(np.arange(m), np.arange(m), indexing="ij")).reshape(2, -1) / m
+    i = np.arange(m * m).reshape(m, m)
+    faces = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]]).reshape(4, -1)
+    points = np.vstack([x, -0.18 * gap.ravel() / np.ptp(gap)])
+    values = np.where(p > 0, p, np.nan).ravel()
+    plotter = stage()
+    look = {"nan_color": GROUND, "clim": (0, 3), "cmap": COLORMAP, "smooth_shading": True}
+    add(plotter, points, faces, scalars=values, **look)
+    label, bar = "p / mean p in contact", {"extend": "max"}
+    return shown(plotter, label, COLORMAP, (0, 3), (-0.6, -2, 1.4), bar)
+
+
+def draw_circle(result: Result):
+    """Isobars on one of the meshes."""
     from skfem_dual.visuals.matplotlib import isobars
 
-    _, (plan, error, time) = plt.subplots(1, 3, figsize=(14, 4.2), layout="constrained")
     # refinement keeps the numbers of the nodes, and a node has the number of its cell
     drawn = max((m for m in result.meshes if m.nvertices <= DRAWN), key=lambda m: m.nvertices)
     some = drawn.nvertices
     mesh = MeshTri(np.ascontiguousarray(result.meshes[-1].p[:, :some]), drawn.t)
     levels = [0.4, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0, 3.0]
-    p = np.pi * result.pressure[:some]
-    isobars(CellBasis(mesh, ElementTriP1()), p, levels, title="p / mean p", ax=plan)
-    plan.plot(ECCENTRICITY, 0, "+", color="#1a1a1a", ms=9, mew=2)
-    plan.set_title(f"{result.rows[-1].cells} cells", fontsize=10)
+    ax, p = sheet(3.6), np.pi * result.pressure[:some]
+    isobars(CellBasis(mesh, ElementTriP1()), p, levels, title="p / mean p", ax=ax)
+    ax.plot(ECCENTRICITY, 0, "+", color=OUTLINE, ms=13, mew=2.5)
+    without_axes(ax, f"{result.rows[-1].cells} cells")
+    return ax
 
-    n = np.array([row.cells for row in result.rows])
-    for ax, names in (
-        (error, ("settlement", "tilt", "operator")),
-        (time, ("setup", "solution", "product")),
-    ):
-        for (color, style), name in zip(LINES, names, strict=False):
-            values = np.abs([getattr(row, name) for row in result.rows])
-            label = {"setup": "set-up", "operator": "operator, on sampled rows"}.get(name, name)
-            ax.loglog(n, values, style, color=color, marker="o", ms=4, mfc="white", label=label)
-        ax.set_xticks(n, labels=n, fontsize=8)
-        ax.xaxis.set_minor_locator(NullLocator())
-        ax.set_xlabel("dual cells")
-        ax.legend(frameon=False, fontsize=9)
-        ax.spines[["top", "right"]].set_visible(False)
-    error.set_ylabel("relative error")
-    time.set_ylabel("seconds")
-    plan.show = plt.show
-    return {"million_cells": plan}
+
+def draw_rows(result: Result, names: tuple[str, ...], unit: str):
+    """What the meshes took, from coarse to fine."""
+    from matplotlib.ticker import NullLocator
+
+    from skfem_dual.visuals.curves import LINES
+
+    ax, n = chart(), [row.cells for row in result.rows]
+    labels = {"setup": "set-up", "operator": "operator, on sampled rows"}
+    for (color, style), name in zip(LINES, names, strict=False):
+        values = np.abs([getattr(row, name) for row in result.rows])
+        look = {"color": color, "marker": "o", "mfc": "white"}
+        ax.loglog(n, values, style, label=labels.get(name, name), **look)
+    ax.set_xticks(n, labels=n)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xlabel("dual cells")
+    ax.set_ylabel(unit)
+    ax.legend()
+    return ax
 
 
 if __name__ == "__main__":

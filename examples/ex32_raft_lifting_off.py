@@ -13,7 +13,7 @@ method that shares nothing with the cells, for P spread over r < 0.2 a.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run
 from skfem import BilinearForm, CellBasis, ElementTriMorley
 from skfem.helpers import dd, ddot, eye, trace
 
@@ -88,40 +88,47 @@ def main(n=600, ratios=tuple(REFERENCES)) -> Result:
 
 
 def visualize(result: Result):
-    """Deflections and pressures along a radius; the softest raft in space."""
-    import matplotlib.pyplot as plt
+    """The softest raft in space; deflections and pressures along a radius."""
+    from scenes import bent
 
+    first = bent(
+        next(iter(result.rafts.values())), r"deflection $w\,E^* a / P$", eye=(-0.6, -2, 1.5)
+    )
+    return {"raft_lifting_off": first} | draw_radii(result)
+
+
+def draw_radii(result: Result) -> dict:
+    """Dots for references."""
     from skfem_dual.visuals.curves import LINES
-    from skfem_dual.visuals.pyvista import deformed
 
-    _, (bent, pressed) = plt.subplots(1, 2, figsize=(10, 4.2), layout="compressed")
+    below, pressed = chart(3.8), chart()
     r = np.linspace(0, 0.995, 200)
     angles = 2 * np.pi * (np.arange(8) + 0.5) / 8
     for (color, style), (ratio, s) in zip(LINES, result.rafts.items(), strict=False):
         x = np.array([np.outer(r, np.cos(angles)), np.outer(r, np.sin(angles))])
-        bent.plot(r, s.deflection(x).mean(axis=1), style, color=color, label=f"K = {ratio:g}")
-        bent.plot(r, s.ground_displacement(x).mean(axis=1), ":", color=color, lw=1)
+        name = f"K = {ratio:g}"
+        below.plot(r, s.deflection(x).mean(axis=1), style, color=color, label=name)
+        below.plot(r, s.ground_displacement(x).mean(axis=1), ":", color=color, lw=1.2)
         p = evaluate(*s.pressure_field(), x.reshape(2, -1), outside="zero").reshape(x.shape[1:])
-        pressed.plot(r, p.mean(axis=1), style, color=color)
+        pressed.plot(r, p.mean(axis=1), style, color=color, label=name)
         centre, edge, radius, middle = REFERENCES[ratio]
-        dots = {"color": color, "mfc": "white", "ms": 6, "ls": "none", "zorder": 3}
-        bent.plot([0, 1], [centre, edge], "o", clip_on=False, **dots)
+        dots = {"color": color, "mfc": "white", "ms": 8, "ls": "none", "zorder": 3}
+        below.plot([0, 1], [centre, edge], "o", clip_on=False, **dots)
         pressed.plot([0], [middle], "o", clip_on=False, **dots)
         if radius < 1:
             pressed.plot([radius], [0], "s", clip_on=False, **dots)
-    bent.plot([], [], ":", color="k", lw=1, label="ground")
-    bent.plot([], [], "o", color="k", mfc="white", label="reference")
-    bent.set_ylabel(r"deflection $w\,E^* a / P$, downwards")
-    bent.invert_yaxis()
-    bent.legend(frameon=False, fontsize=9)
+    below.plot([], [], ":", color="k", lw=1.2, label="ground")
+    below.plot([], [], "o", color="k", mfc="white", label="reference")
+    below.set_ylabel(r"deflection $w\,E^* a / P$, downwards")
+    below.invert_yaxis()
+    legend_below(below, 3, columnspacing=1)
     pressed.set_ylabel(r"contact pressure $p\,a^2 / P$")
     pressed.set_ylim(0, 6)
-    for ax in (bent, pressed):
+    pressed.legend()
+    for ax in (below, pressed):
         ax.set_xlabel("r / a")
         ax.set_xlim(0, 1)
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.show = plt.show
-    return {"raft_lifting_off": bent, "raft_in_space": deformed(next(iter(result.rafts.values())))}
+    return {"deflections": below, "pressures": pressed}
 
 
 if __name__ == "__main__":

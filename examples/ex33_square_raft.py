@@ -9,7 +9,7 @@ needs are those of the plate's own curvatures.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import run, sheet, without_axes
 from numpy import ndarray
 from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, LinearForm, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
@@ -23,6 +23,9 @@ RIGIDITY = YOUNG * THICKNESS**3 / 12 / (1 - POISSON**2)
 GROUND = LayeredHalfSpace([Layer(3.0, 15e6, 0.35)], HalfSpace(young=60e6, poisson=0.3))
 #: forces of the columns at x = -4, 0, 4 m without and with wind
 FORCES = {"calm": (0.8e6, 0.8e6, 0.8e6), "wind": (-0.45e6, 0.8e6, 2.05e6)}
+#: isobars, in kPa and kNm/m
+PRESSURES = [25, 50, 60, 65, 70, 75, 100, 125, 150, 200, 300]
+MOMENTS = [-400, -200, -100, -50, 0, 50, 100, 200, 400]
 
 
 def moments(w):
@@ -100,39 +103,47 @@ def main() -> Result:
 
 
 def visualize(result: Result):
-    """Isobars of deflection, pressure and moment; the raft in wind in space."""
-    import matplotlib.pyplot as plt
+    """The raft in wind in space with its moments; isobars of both rafts."""
+    from matplotlib.patches import Rectangle
 
     from skfem_dual.visuals.matplotlib import isobars
-    from skfem_dual.visuals.pyvista import deformed
-    from skfem_dual.visuals.style import CONTACT, OUTLINE
+    from skfem_dual.visuals.style import MOMENT, OUTLINE, SETTLEMENT
 
-    _, axes = plt.subplots(2, 3, figsize=(13.5, 8), layout="compressed")
-    for row, (name, s) in zip(axes, result.rafts.items(), strict=True):
+    pictures = {"moments_in_wind": draw_moments(result)}
+    for name, s in result.rafts.items():
         nodal = CellBasis(s.punch.basis.dual.mesh, ElementTriP1())
         deflection = 1e3 * s.deflection(nodal.mesh.p)
-        isobars(nodal, deflection, title="deflection [mm]", ax=row[0])
         basis, p = s.pressure_field()
-        region = s.contact_region
-        levels = [25, 50, 60, 65, 70, 75, 100, 125, 150, 200, 300]
-        title = "contact pressure [kPa]"
-        isobars(basis, p.clip(0) / 1e3, levels, title=title, contact=region, ax=row[1])
         # a node of the mesh takes over the mean of its cell
         m = result.moments(name)[0, 0] / 1e3
-        levels = [-200, -100, -50, 0, 50, 100, 200, 300, 400]
-        isobars(nodal, m, levels, title="bending moment $M_x$ [kNm/m]", ax=row[2])
-        for ax in row:
-            ax.set_title(name, fontsize=10)
+        pressed = {"contact": s.contact_region}
+        for what, unit, field, more in (
+            ("deflection", "[mm]", (nodal, deflection), {"cmap": SETTLEMENT}),
+            ("contact pressure", "[kPa]", (basis, p.clip(0) / 1e3, PRESSURES), pressed),
+            ("bending moment", "$M_x$ [kNm/m]", (nodal, m, MOMENTS), {"cmap": MOMENT}),
+        ):
+            ax = pictures[f"{what.replace(' ', '_')}_{name}"] = sheet(3.6)
+            isobars(*field, title=f"{what} {unit}", ax=ax, **more)
+            without_axes(ax, name)
             for x, y in np.ndindex(3, 3):
                 corner = SPACING * np.array([x - 1, y - 1]) - COLUMN / 2
-                ax.add_patch(plt.Rectangle(corner, COLUMN, COLUMN, fill=False, ec=OUTLINE))
-            for line in region.edge if ax is not row[1] else ():
-                ax.plot(*line, color=CONTACT, lw=1.5, ls="--")
-    axes[0, 0].show = plt.show
-    return {
-        "square_raft": axes[0, 0],
-        "square_raft_in_wind": deformed(result.rafts["wind"], title="deflection [m]"),
-    }
+                ax.add_patch(Rectangle(corner, COLUMN, COLUMN, fill=False, ec=OUTLINE))
+    return pictures
+
+
+def draw_moments(result: Result):
+    """The ground is seen where the raft has left it."""
+    from scenes import bent
+
+    from skfem_dual.visuals.relief import Relief
+    from skfem_dual.visuals.style import MOMENT
+
+    s = result.rafts["wind"]
+    nodal = CellBasis(s.punch.basis.dual.mesh, ElementTriP1())
+    plate = Relief.of(s).structure
+    m = nodal.interpolator(result.moments("wind")[0, 0] / 1e3)(plate.p[:2])
+    label, bar = "bending moment $M_x$ [kNm/m]", {"extend": "both"}
+    return bent(s, label, m, MOMENT, (-300, 300), bar, eye=(-0.8, -2, 1.5))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ from skfem_dual import (
     ElasticPunch,
     ElasticSolution,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
     PunchSolution,
     RigidPunch,
     trace,
@@ -26,7 +28,7 @@ from skfem_dual import (
 
 #: in m, kN, kPa: base from the heel at x = 0 to the toe, wall above it, length along y
 BASE, SLAB, HEIGHT, LENGTH, WALL = 4.0, 1.0, 5.0, 4.0, (2.0, 3.0)
-GROUND = HalfSpace(young=30e3, poisson=0.3)
+GROUND = LayeredHalfSpace([Layer(1.5, 20e3, 0.35)], HalfSpace(young=60e3, poisson=0.3))
 #: on the heel and against the wall at its foot, of the backfill; its thrust grows with depth
 FILL, THRUST = 80.0, 70.0
 CONCRETE, POISSON, STIFF = 30e6, 0.2, 1e12
@@ -113,11 +115,11 @@ def main(n=8) -> Result:
 
 def visualize(result: Result):
     """The wall displaced, and the pressures below it."""
-    from skfem_dual.visuals.pyvista import deformed
+    from scenes import bent, pressed
 
     return {
-        "retaining_wall": deformed(result.wall, title="displacement [m]"),
-        "pressure_below": deformed(result.wall, show="pressure"),
+        "retaining_wall": bent(result.wall, "displacement [m]"),
+        "pressure_below": pressed(result.wall, "pressure [kPa]"),
     }
 
 

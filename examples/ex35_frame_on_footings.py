@@ -13,7 +13,7 @@ ones the middle one settles most, and a stiff girder relieves it. Contact is fou
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, run
 from numpy import ndarray
 from skfem import BilinearForm, ElementTriMorley, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
@@ -94,33 +94,28 @@ def main(n=8, girders=GIRDERS) -> Result:
 
 
 def visualize(result: Result):
-    """Settlements and forces against the stiffness of the girder; the footings in space."""
-    import matplotlib.pyplot as plt
+    """The footings in space; settlements and forces against the stiffness of the girder."""
+    from scenes import pressed
 
     from skfem_dual.visuals.curves import LINES
-    from skfem_dual.visuals.pyvista import deformed
 
-    _, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="compressed")
+    stiffest = result.frames[max(result.frames)]
+    pictures = {"footings": pressed(stiffest, "pressure [kPa]", 1e3, eye=(-0.4, -2, 1.8))}
     stiffness = [k for k in result.frames if k > 0]
-    for ax, values, unit in (
-        (axes[0], lambda k: 1e3 * result.settlements(k), "settlement of the column [mm]"),
-        (axes[1], lambda k: result.forces(k) / 1e3, "force of the footing [kN]"),
+    for picture, values, unit in (
+        ("settlements", lambda k: 1e3 * result.settlements(k), "settlement of the column [mm]"),
+        ("forces", lambda k: result.forces(k) / 1e3, "force of the footing [kN]"),
     ):
+        ax = pictures[picture] = chart(3.6)
         rows = np.array([values(k) for k in stiffness])
         for (color, style), i, name in zip(LINES, (0, 1), ("outer", "middle"), strict=False):
             ax.semilogx(np.array(stiffness) / 1e6, rows[:, i], style, color=color, label=name)
             if 0.0 in result.frames:
-                ax.axhline(values(0.0)[i], color=color, lw=0.8, ls=":")
+                ax.axhline(values(0.0)[i], color=color, lw=1.2, ls=":")
         ax.set_xlabel("$E\\,I$ of the girder [MN m²]; dotted without one")
         ax.set_ylabel(unit)
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.show = plt.show
-    axes[0].legend(frameon=False)
-    stiffest = max(result.frames)
-    return {
-        "frame_on_footings": axes[0],
-        "footings_in_space": deformed(result.frames[stiffest], show="pressure"),
-    }
+        ax.legend()
+    return pictures
 
 
 if __name__ == "__main__":

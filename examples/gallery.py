@@ -7,13 +7,37 @@ from pathlib import Path
 
 import numpy as np
 
+#: inches; as wide as a phone on a phone
+WIDTH = 4.8
+#: colours of ground and of what stands on it
+GROUND, BODY = "#cdbfa8", "#b8bcc2"
+#: of cells beside each other
+SHADES = ("#f6d9d0", "#dfe6ee", "#f0b9a8", "#c3d4e6", "#f3e3c3")
+#: of all pictures: large letters and thick lines on no ground, for light pages and dark ones
+STYLE = {
+    "font.size": 13,
+    "axes.labelsize": 13,
+    "axes.titlesize": 13,
+    "legend.fontsize": 11.5,
+    "legend.frameon": False,
+    "lines.linewidth": 2.2,
+    "axes.linewidth": 1.1,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "savefig.bbox": "tight",
+    "savefig.dpi": 200,
+}
+
 
 def run(main: Callable, visualize: Callable, **options) -> None:
     """Solve, print the result, and show the pictures or save them as files.
 
-    ``visualize`` takes what ``main`` returns and gives pictures by their names, each a pyvista
-    Plotter or matplotlib Axes. The options are those of ``main``; numbers among its arguments can
-    be given on the command line too.
+    ``visualize`` takes what ``main`` returns and gives pictures by their names, each some axes of
+    matplotlib; the first says what the example is about. The options are those of ``main``;
+    numbers among its arguments can be given on the command line too.
     """
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--save", metavar="DIR", type=Path, help="write the pictures there")
@@ -25,7 +49,7 @@ def run(main: Callable, visualize: Callable, **options) -> None:
     folder = options.pop("save")
     result = main(**options)
     print(result)
-    pictures = visualize(result)
+    pictures = drawn(visualize, result)
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
         for name, picture in pictures.items():
@@ -36,31 +60,51 @@ def run(main: Callable, visualize: Callable, **options) -> None:
             picture.show()
 
 
-def save(picture, path: Path) -> None:
-    """Write a picture as PNG, one of matplotlib also as SVG."""
-    if hasattr(picture, "screenshot"):
-        picture.screenshot(path.with_suffix(".png"))
-        picture.close()
-        return
-    for suffix in (".png", ".svg"):
-        picture.figure.savefig(path.with_suffix(suffix), dpi=150)
-
-
-def panels(n: int, width: float = 3.6, height: float = 3.9):
-    """Axes beside each other in one new figure of matplotlib."""
+def drawn(visualize: Callable, result) -> dict:
+    """The pictures of a result in the style of the gallery."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, n, figsize=(n * width, height), layout="compressed")
-    for ax in axes:
+    with plt.rc_context(STYLE):
+        return visualize(result)
+
+
+def save(ax, path: Path) -> None:
+    """Write the figure of some axes as PNG and SVG."""
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(STYLE):
+        for suffix in (".png", ".svg"):
+            ax.figure.savefig(path.with_suffix(suffix))
+
+
+def chart(height: float = 3.3, width: float = WIDTH):
+    """Axes of a figure of their own."""
+    return panels(1, 1, height, width)[0]
+
+
+def panels(rows: int, columns: int, height: float, width: float = WIDTH, **options) -> np.ndarray:
+    """Axes in rows in one figure, which is as high as told in all."""
+    import matplotlib.pyplot as plt
+
+    options = {"figsize": (width, height), "layout": "compressed"} | options
+    _, axes = plt.subplots(rows, columns, squeeze=False, **options)
+    for ax in axes.flat:
         ax.show = plt.show
-    return figure, axes
+    return axes.ravel()
 
 
-def without_axes(ax, title: str) -> None:
+def sheet(height: float = 3.4, width: float = WIDTH):
+    """A plane to draw in, to scale and without axes."""
+    ax = chart(height, width)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    return ax
+
+
+def without_axes(ax, title: str = "") -> None:
     """A drawing of grids has no need of coordinates."""
-    ax.set_xticks([])
-    ax.set_yticks([])
-    ax.set_title(title, fontsize=10)
+    ax.set_axis_off()
+    ax.set_title(title)
 
 
 def draw_plan(mesh, ax) -> None:
@@ -77,6 +121,15 @@ def draw_plan(mesh, ax) -> None:
     ax.collections[-1].set_snap(False)  # upright facets of a circle would be shifted to pixels
 
 
+def fill_cells(ax, polygons) -> None:
+    """Fill the cells of a grid so that neighbours are told apart, below all lines."""
+    from matplotlib.collections import PolyCollection
+
+    colors = [SHADES[i % len(SHADES)] for i in range(len(polygons))]
+    corners = [polygons[i].T for i in range(len(polygons))]
+    ax.add_collection(PolyCollection(corners, facecolors=colors, edgecolors="none", zorder=0))
+
+
 def draw_dual(dual, ax) -> None:
     """The dual grid without its triangulation: ribs between cells, and the boundary."""
     from skfem_dual.visuals.axes import draw_segments, prepared
@@ -86,17 +139,6 @@ def draw_dual(dual, ax) -> None:
     inner = dual.corresponded >= 0
     draw_segments(ax, dual.p, dual.facets[:, inner], DUAL, 1.2 * fineness(len(dual)))
     draw_segments(ax, dual.p, dual.facets[:, ~inner], OUTLINE, 1.4)
-
-
-def sheet(width: float = 4.2, height: float = 3.4):
-    """A plane to draw in, to scale and without axes."""
-    import matplotlib.pyplot as plt
-
-    ax = plt.figure(figsize=(width, height), layout="compressed").add_subplot()
-    ax.set_aspect("equal")
-    ax.set_axis_off()
-    ax.show = plt.show
-    return ax
 
 
 def segments(ax, p, ends, color: str, width: float, style: str = "-", **more) -> None:
@@ -111,14 +153,7 @@ def dots(ax, p, color: str, size: float = 5, **more) -> None:
     ax.plot(*p, "o", color=color, ms=size, mew=0, **more)
 
 
-def legend_below(ax, columns: int = 2) -> None:
-    """The names of the lines below a drawing."""
-    ax.figure.legend(loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
-
-
-def common_legend(figure, ax) -> None:
-    """The legend of one panel under all of them."""
+def legend_below(ax, columns: int = 2, **options) -> None:
+    """The names of the lines of some axes below all axes of their figure."""
     lines, labels = ax.get_legend_handles_labels()
-    figure.legend(
-        lines, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=9
-    )
+    ax.figure.legend(lines, labels, loc="outside lower center", ncols=columns, **options)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from scipy.special import ellipk
 from skfem import CellBasis, ElementTriP2
 
@@ -476,6 +477,9 @@ def check_ex31(result):
 
     from skfem_dual import DualMesh, RigidPunch
 
+    # slopes of 0.06 touch on 1.6 to 2.2 P / (E* slope) while little is in contact
+    touching = result.rough.contact_area * 0.06 * 16 / 15 / 0.003
+    assert 1.6 < touching < 2.2
     rows = result.rows
     assert rows[-1].cells > 4000
     assert abs(rows[-1].settlement) < 2e-5
@@ -570,6 +574,22 @@ def check_ex35(result):
     assert bent[-1] < 0.01 * bent[0]
 
 
+def check_ex36(result):
+    for found in (result.relaxed, result.rough):
+        alone, rock, layers = (result.over_circle(k) for k in found.values())
+        # the octagon is nearly the circle; rock lies deep, sand stiffens most what reaches deep
+        assert alone == pytest.approx(1.0, abs=0.06)
+        assert rock == pytest.approx(result.on_rock, rel=0.05)
+        assert (layers > rock).all()
+        assert layers[0] > layers[2] > layers[1] > layers[3] > 1.1
+    rough, relaxed = (found["clay on rock"] for found in (result.rough, result.relaxed))
+    assert (rough.diagonal() > relaxed.diagonal()).all()
+    s = result.storm
+    areas = s.punch.partition.areas
+    assert 0.5 < s.contact_area / areas.sum() < 0.7
+    assert s.shear.traction @ areas == pytest.approx([0.9e6, 0.0], abs=2e4)
+
+
 SMALL = {
     "ex11_eccentric_load": {"refinements": 2},
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
@@ -586,9 +606,11 @@ SMALL = {
     },
     "ex29_flexible_raft": {"n": 150, "ratios": (1e-3, 1e3)},
     "ex30_beside_finite_elements": {"n": 8},
+    "ex31_million_cells": {"heights": 64},
     "ex32_raft_lifting_off": {"n": 250},
     "ex34_retaining_wall": {"n": 4},
     "ex35_frame_on_footings": {"n": 4, "girders": (0.0, 1e9, 1e11)},
+    "ex36_wind_turbine": {"n": 120},
 }
 
 
@@ -599,16 +621,29 @@ def test_example(name, monkeypatch, tmp_path):
     result = example.main(**SMALL.get(name, {}))
     assert str(result)
     globals()[f"check_{name.split('_')[0]}"](result)
-    pictures = example.visualize(result)
-    from gallery import save
+    from gallery import drawn
 
-    for title, picture in pictures.items():
-        assert hasattr(picture, "show")
-        save(picture, tmp_path / title)
-        assert (tmp_path / f"{title}.png").stat().st_size > 10_000
+    for title, ax in drawn(example.visualize, result).items():
+        assert hasattr(ax, "show")
+        canvas = ax.figure.canvas
+        canvas.draw()
+        assert np.asarray(canvas.buffer_rgba())[..., 3].mean() > 5, title  # of 255
+        assert not colliding(ax.figure), title
     import matplotlib.pyplot as plt
 
     plt.close("all")
+
+
+def colliding(figure):
+    """Pairs of texts that cover a tenth of each other."""
+    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
+    boxes = np.array([t.get_window_extent().extents for t in texts])
+    low, high = boxes[:, :2], boxes[:, 2:]
+    common = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
+    area = np.prod(high - low, axis=1)
+    shared = np.prod(common.clip(0), axis=2) / np.minimum(area[:, None], area)
+    i, j = np.nonzero(np.triu(shared, 1) > 0.1)
+    return [(texts[k].get_text(), texts[m].get_text()) for k, m in zip(i, j)]
 
 
 @pytest.mark.slow

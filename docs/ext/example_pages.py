@@ -24,7 +24,12 @@ SECTIONS = {
 #: from this number on examples go beyond the paper
 BEYOND = 20
 #: keyword arguments of ``main`` for examples that would take too long
-SMALLER: dict[str, dict] = {}
+SMALLER: dict[str, dict] = {
+    "ex14_effectivity": {"reference": 900, "repeat": 2},
+    "ex27_any_outline": {"sizes": (150, 300, 600, 1200)},
+    "ex28_layered_ground": {"n": 400},
+    "ex32_raft_lifting_off": {"n": 400},
+}
 
 CALL = "run(main, visualize)"
 

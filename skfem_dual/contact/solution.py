@@ -13,11 +13,11 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
-from .motions import ShearSolution
+from .motions import ShearSolution, sliding
 from .pressures import CellPressures
 from .problem import Contact
 from .system import DENSE
-from .work import Member, positions_alone
+from .work import Alone, Member
 
 TINY = float(np.finfo(float).tiny)
 
@@ -64,18 +64,15 @@ class PunchSolution(CellPressures):
     flat : (n,) array of bool or None
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
-    member : Member or None
-        What tells its position by work in a group of rigid punches.
-    shear : ShearSolution or None
-        How the punch slides and twists, if that was asked for.
+    member : Alone, Member or None
+        What tells its position by work, alone or in a group of rigid punches.
     """
 
     load: Load
     collocated_settlement: float
     collocated_tilt: ndarray
     resultant_residual: ndarray
-    member: Member | None = None
-    shear: ShearSolution | None = None
+    member: Alone | Member | None = None
 
     @classmethod
     def from_contact(
@@ -86,13 +83,15 @@ class PunchSolution(CellPressures):
         position: ndarray,
         timings: dict[str, float],
         others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
-        member: Member | None = None,
+        member: Alone | Member | None = None,
     ) -> "PunchSolution":
         """The answer, from contact and position of the plan's centroid.
 
         ``others`` are the punches beside it, with their pressures and the cells that are flat; of
         a group it is a ``member``.
         """
+        if member is None and not others:
+            member = Alone(punch, load, contact)
         pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
         if contact.flat is not None:
             cells = cells.flattened(contact.flat)
@@ -151,15 +150,8 @@ class PunchSolution(CellPressures):
     def positions(self) -> ndarray:
         """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
-        touching = np.zeros(len(self.pressure), dtype=bool)
-        touching[self.contact] = True
-        if self.member is not None:
-            found = self.member.positions
-        elif self.others:
-            found = None
-        else:
-            found = positions_alone(self.punch, self.load, touching, self.flat)
-        if found is None or not self.success:
+        found = self.member.positions if self.member is not None and self.success else None
+        if found is None:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
 
@@ -173,8 +165,8 @@ class PunchSolution(CellPressures):
         Raises
         ------
         ValueError
-            If the punch has neighbours or quadrilateral cells, its shape is that of one grid's
-            cells only, or the equations do not hold.
+            If the punch has neighbours that do not move alone, or quadrilateral cells, its shape
+            is that of one grid's cells only, or the equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
 
@@ -188,6 +180,21 @@ class PunchSolution(CellPressures):
         True
         """
         return Bounds.from_solution(self)
+
+    @computed_once
+    def shear(self) -> ShearSolution | None:
+        """How the punch slides and twists under its horizontal load; None without one.
+
+        Raises
+        ------
+        ValueError
+            If fewer than two cells touch.
+        """
+        load = self.load.shear
+        if load is None:
+            return None
+        origin, full = np.array(self.footprint.origin), self.punch.relaxed_motions
+        return sliding(self.footprint, self.pressure != 0, origin, load, full)
 
     @property
     def condition_number(self) -> float:

@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix, eye
 
 from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
@@ -126,7 +126,7 @@ class SlopeCorrection:
         """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
         out = np.asarray(self.near.multiply(slopes.matrix.T).sum(axis=1)).ravel()
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        _add_diagonal(x, circles, self.fall, moments, *slopes.columns, out)
+        _add_diagonal(x, circles, self.fall, moments, *_columns(slopes.matrix), out)
         return out
 
     def at(self, i: ndarray) -> Self:
@@ -157,8 +157,22 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        gx, gy = slopes.columns
-        (moments,), circles = inputs(sign * self.second_moments), self._circles
+        self._add(matrix, sign * slopes.matrix)
+
+    def to_dense(self) -> ndarray:
+        """Settlements under unit slopes along x of all cells, then along y; shape (m, 2 n)."""
+        n = len(self.areas)
+        along = [np.zeros((self.x.shape[1], n)) for _ in range(2)]
+        for axis, matrix in enumerate(along):
+            self._add(matrix, eye(2 * n, n, -n * axis, format="csr"))
+        return np.hstack(along)
+
+    def _add(self, matrix: ndarray, slopes: csr_matrix) -> None:
+        """What slopes of shape (2 n, k) make of k mean pressures, to an (m, k) matrix."""
+        sloped = np.diff(slopes.indptr).reshape(2, -1).any(axis=0)
+        gx, gy = _columns(slopes[np.tile(sloped, 2)])
+        (moments,) = inputs(self.second_moments[..., sloped])
+        circles = Circles.of(self.centroids[:, sloped], self.areas[sloped])
 
         def work(rows: slice) -> None:
             x = inputs(self.x[:, rows])
@@ -166,8 +180,16 @@ class SlopeCorrection:
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        near = (self.near @ slopes.matrix).tocoo()
-        matrix[near.row, near.col] += sign * near.data
+        near = (self.near @ slopes).tocoo()
+        matrix[near.row, near.col] += near.data
+
+
+def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
+    """Starts, cells and values of the columns of the slopes along x, and of those along y."""
+    n = matrix.shape[0] // 2
+    along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
+    gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
+    return gx, gy
 
 
 def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
@@ -249,6 +271,51 @@ def add_dipoles(x, begin, end, circles, numbers, fall, dipoles, out):
 
 
 @vectorised
+def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles, out):
+    """The same for lists of cells near points, under several loads at a time.
+
+    The points ``rows[0, k]`` to ``rows[1, k]`` take from ``cells[starts[k]:starts[k + 1]]`` with
+    their ``dipoles`` of shape (s, 2, n); ``out`` is of shape (s, m).
+    """
+    middles, squares = circles
+    widest, sets = 0, dipoles.shape[0]
+    for k in range(begin, end):
+        widest = max(widest, starts[k + 1] - starts[k])
+    cx, cy, square = np.empty(widest), np.empty(widest), np.empty(widest)
+    fx, fy, load = np.empty(widest), np.empty(widest), np.empty((sets, 2, widest))
+    coefficient, least, factor = fall.coefficient, fall.least, fall.factor
+    table, first = fall.rest.coefficients, fall.rest.first
+    for k in range(begin, end):
+        width = starts[k + 1] - starts[k]
+        for c in range(width):
+            j = cells[starts[k] + c]
+            cx[c], cy[c], square[c] = middles[0, j], middles[1, j], squares[j]
+            for s in range(sets):
+                load[s, 0, c], load[s, 1, c] = dipoles[s, 0, j], dipoles[s, 1, j]
+        for i in range(rows[0, k], rows[1, k]):
+            x0, y0 = x[0, i], x[1, i]
+            # as `_fall`, in loops without branches
+            for c in range(width):
+                dx, dy = x0 - cx[c], y0 - cy[c]
+                r2 = dx * dx + dy * dy
+                f = coefficient / (r2 * np.sqrt(r2)) if r2 > AT_REST * square[c] else 0.0
+                fx[c], fy[c] = f * dx, f * dy
+            if factor > 0.0:
+                for c in range(width):
+                    dx, dy = x0 - cx[c], y0 - cy[c]
+                    r2 = dx * dx + dy * dy
+                    u = max(r2, square[c], least)
+                    f = factor * square_value(table, first, u) * (2 - r2 / u)
+                    fx[c] += f * dx
+                    fy[c] += f * dy
+            for s in range(sets):
+                total = 0.0
+                for c in range(width):
+                    total += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]
+                out[s, i] += total
+
+
+@vectorised
 def _add_rows(x, circles, fall, moments, gx, gy, matrix):
     """Some rows at a time: sums over the cells around are the same for all of them."""
     middles, squares = circles
@@ -267,7 +334,7 @@ def _add_rows(x, circles, fall, moments, gx, gy, matrix):
                 f = _fall(dx * dx + dy * dy, square, fall)
                 lx[j, i] = f * (xx * dx + xy * dy)
                 ly[j, i] = f * (xy * dx + yy * dy)
-        for k in range(n):
+        for k in range(matrix.shape[1]):
             total[:] = 0.0
             for at in range(startx[k], startx[k + 1]):
                 j, slope = cellx[at], slopex[at]

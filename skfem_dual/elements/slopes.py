@@ -17,13 +17,12 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.compiled import inputs
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
 from .graded_rule import graded
@@ -60,12 +59,6 @@ class Slopes:
         """Its parts for the slopes along x, and along y, (n, n) each."""
         n = self.matrix.shape[1]
         return self.matrix[:n], self.matrix[n:]
-
-    @computed_once
-    def columns(self) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
-        """Starts, cells and values of the columns of the slopes along x, and of those along y."""
-        gx, gy = (csc_matrix(part) for part in self.along)
-        return inputs(gx.indptr, gx.indices, gx.data), inputs(gy.indptr, gy.indices, gy.data)
 
     def of(self, pressure: ndarray) -> ndarray:
         """Slopes under mean pressures of shape (n,), shape (2, n)."""

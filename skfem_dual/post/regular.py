@@ -199,7 +199,8 @@ class RegularCouple:
         """w at the nodes of the general triangulation, finite on the edge."""
         mesh, edge = self.general, self.edge_nodes
         grid, fan = Partition.from_mesh(mesh), Fan.from_mesh(mesh)
-        mean = TorsionWeights(grid, fan, np.empty(0), fan.interpolation @ self.phi).mean
+        phi = np.append(self.phi, self.phi[mesh.t].mean(axis=0))
+        mean = TorsionWeights(grid, fan, np.empty(0), phi).mean
         w = np.zeros(len(edge))
         w[~edge] = self.phi[~edge] ** -0.5
         # what the other nodes leave of a triangle's load is shared by its nodes on the edge

@@ -28,6 +28,11 @@ def pyplot() -> Any:
     return plt
 
 
+def letter(share: float) -> float:
+    """Points of a letter, as a part of the size of type in matplotlib's settings."""
+    return float(share * pyplot().rcParams["font.size"])
+
+
 def checked_axes(ax: Axes | None) -> Axes | None:
     """``ax`` itself, if it is one of matplotlib or None; otherwise a TypeError."""
     if ax is not None and not isinstance(ax, pyplot().Axes):
@@ -50,7 +55,7 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     for axis, extent in zip((ax.xaxis, ax.yaxis), np.ptp(p, axis=1) / np.ptp(p, axis=1).max()):
         axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
     ax.ticklabel_format(useOffset=False)
-    ax.tick_params(labelsize=9)
+    ax.tick_params(labelsize=letter(0.9))
     ax.show = plt.show  # type: ignore[union-attr]
     return ax
 
@@ -98,5 +103,5 @@ def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) ->
         else {"location": "right", "pad": 0.03, "aspect": 25}
     )
     bar = ax.figure.colorbar(colored, ax=ax, label=title, **place, **options)
-    bar.ax.tick_params(labelsize=9)
+    bar.ax.tick_params(labelsize=letter(0.9))
     return bar

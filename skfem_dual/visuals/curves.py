@@ -11,7 +11,7 @@ from ..arguments import checked_text
 from ..contact.paths import MomentRotation
 from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
-from .axes import checked_axes, draw_segments, prepared, pyplot
+from .axes import checked_axes, draw_segments, letter, prepared, pyplot
 from .field import Field
 from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
@@ -70,7 +70,7 @@ def plot_edge(
             label=f"contour {contour}",
         )
     if len(contours) > 1:
-        ax.legend(frameon=False, fontsize=9)
+        ax.legend(frameon=False, fontsize=letter(0.9))
     ax.set_xlim(0, coefficient.arc.max())
     low, high = min(0, 1.1 * coefficient.values.min()), max(0, 1.1 * coefficient.values.max())
     if low < high:
@@ -117,7 +117,13 @@ def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     stiffness = punch.stiffness()
     upright = stiffness[1:, 0] / stiffness[0, 0] + punch.origin
     ax.plot(*upright, "+", color=OUTLINE, markersize=7, label="force without tilt")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.07), ncols=2, frameon=False, fontsize=9)
+    ax.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.07),
+        ncols=2,
+        frameon=False,
+        fontsize=letter(0.9),
+    )
     return ax
 
 
@@ -150,7 +156,7 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
         raise TypeError(f"expected a MomentRotation, got {type(curve).__name__}")
     plt = pyplot()
     ax = checked_axes(ax) or plt.figure(figsize=(6.2, 4.2), layout="compressed").add_subplot()
-    note: dict[str, Any] = {"fontsize": 9, "color": OUTLINE}
+    note: dict[str, Any] = {"fontsize": letter(0.9), "color": OUTLINE}
     rotation, share = curve.rotation, curve.eccentricity / curve.overturning
     right = np.interp(SHOWN, share, rotation)
     ax.axhline(1.0, color=OUTLINE, linewidth=1, linestyle=":")
@@ -172,7 +178,7 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
             va="top",
             **note,
         )
-        ax.legend(loc="lower right", frameon=False, fontsize=9)
+        ax.legend(loc="lower right", frameon=False, fontsize=letter(0.9))
     ax.set_xlim(min(0, rotation.min()), right)
     ax.set_ylim(0, 1.08)
     ax.set_xlabel("rotation")

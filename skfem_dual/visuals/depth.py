@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..arguments import checked_instance
 from ..contact.below import Profile
-from .axes import checked_axes, pyplot
+from .axes import checked_axes, letter, pyplot
 from .curves import LINES
 from .offscreen import one_at_a_time
 from .style import OUTLINE
@@ -52,7 +52,7 @@ def plot_profile(profile: Profile, *, title: str | None = None) -> Axes:
     if len(profile.depth) < 2:
         raise ValueError(f"expected at least 2 depths to plot, got {len(profile.depth)}")
     plt = pyplot()
-    figure, axes = plt.subplots(1, 3, figsize=(9.6, 4.6), sharey=True, layout="compressed")
+    figure, axes = plt.subplots(1, 3, figsize=(7.6, 4.4), sharey=True, layout="compressed")
     order = np.argsort(profile.depth)
     stress = profile.stresses
     panels = [
@@ -77,11 +77,11 @@ def plot_profile(profile: Profile, *, title: str | None = None) -> Axes:
         ax.locator_params(axis="x", nbins=5)
         ax.spines[["bottom", "right"]].set_visible(False)
         ax.show = plt.show
-    axes[0].legend(frameon=False, fontsize=9)
+    axes[0].legend(frameon=False, fontsize=letter(0.9))
     axes[0].set_ylim(depth[-1], 0)
     axes[0].set_ylabel("depth")
     if title is not None:
-        figure.suptitle(title, fontsize=11)
+        figure.suptitle(title, fontsize=letter(1.1))
     return axes[0]
 
 

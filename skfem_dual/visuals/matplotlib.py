@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
-from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
-from .axes import data_per_point, draw_segments, prepared, scalar_bar, triangulation
+from .axes import data_per_point, draw_segments, letter, prepared, scalar_bar, triangulation
 from .curves import plot_edge, plot_kern, plot_moment_rotation
 from .depth import draw_interfaces, plot_profile
 from .field import Field
@@ -39,13 +38,13 @@ from .style import (
     fineness,
     layers,
 )
-from .subject import Subject
+from .subject import Drawn, Subject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: size of labels on isobars, in points
-LETTER = 8
+#: size of labels on isobars, over that of type
+LETTER = 0.8
 
 __all__ = [
     "draw",
@@ -113,7 +112,11 @@ def draw(
             draw_segments(ax, layer.p, layer.facets, layer.color, 0.6 * layer.width, layer.label)
     if legend:
         ax.legend(
-            loc="upper center", bbox_to_anchor=(0.5, -0.07), ncols=3, frameon=False, fontsize=9
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.07),
+            ncols=3,
+            frameon=False,
+            fontsize=letter(0.9),
         )
     return ax
 
@@ -200,7 +203,7 @@ def plot(
 
 @one_at_a_time
 def isobars(
-    pressure: CellPressures | CellBasis,
+    pressure: Drawn,
     values: ArrayLike | None = None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
@@ -215,9 +218,10 @@ def isobars(
 
     Parameters
     ----------
-    pressure : PunchSolution, ElasticSolution or CellBasis
+    pressure : PunchSolution, ElasticSolution, PunchesSolution or CellBasis
         A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
-        it, with the edge of contact; or any continuous scalar basis, also of higher order.
+        it, with the edge of contact; or those of neighbours, also as a sequence; or any
+        continuous scalar basis, also of higher order.
     values : (N,) array of float, optional
         One value per DOF of the basis.
     levels : int or sequence of float, optional
@@ -286,14 +290,21 @@ def isobars(
     bar = scalar_bar(ax, bands, title_with_factor(subject.title, exponent), spacing="uniform")
     bar.set_ticks(chosen.tolist(), labels=texts)
     if labels:
-        _labels(ax, label_boxes(pressed, chosen, texts, LETTER * data_per_point(ax)), texts)
+        _labels(
+            ax, label_boxes(pressed, chosen, texts, letter(LETTER) * data_per_point(ax)), texts
+        )
     return ax
 
 
 def _labels(ax: Axes, boxes: dict[int, ndarray], texts: list[str]) -> None:
     """The values of isobars in the middles of their boxes."""
     box = {"boxstyle": "square,pad=0.1", "facecolor": "#ffffff99", "edgecolor": "none"}
-    style: dict[str, Any] = {"fontsize": LETTER, "color": OUTLINE, "ha": "center", "va": "center"}
+    style: dict[str, Any] = {
+        "fontsize": letter(LETTER),
+        "color": OUTLINE,
+        "ha": "center",
+        "va": "center",
+    }
     for i, corners in boxes.items():
         x, y = corners.mean(axis=1)
         ax.text(x, y, texts[i], bbox=box, zorder=4, **style)

@@ -14,8 +14,10 @@ from ..grids.dual_mesh import DualMesh
 from ..grids.report import Condition, require
 from ..messages import shown
 
-#: readable in grey and by the colour-blind
+#: readable in grey and by the colour-blind; of pressures and whatever is not named here
 COLORMAP = "viridis"
+#: darker where the ground settles more, and where stresses below are larger; of both signs
+SETTLEMENT, STRESS, MOMENT = "YlGnBu", "magma_r", "RdBu_r"
 OUTLINE, PRIMAL, DUAL, FAULT = "#1a1a1a", "#9a9a9a", "#c8401f", "#1f6fc8"
 #: the edge of contact, and the part of a plan that has lifted off
 CONTACT, SEPARATED = "#c8401f", "#ececec"
