@@ -2,7 +2,8 @@
 
 Every page is opened wide and as wide as a phone. Pictures must load, nothing may be told in the
 console, no page may be wider than the screen, links within the pages must lead somewhere, and
-labels of drawings, SVG files of matplotlib, must not cover each other.
+the search must find a class of the reference, and labels of drawings, SVG files of matplotlib,
+must not cover each other.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
 pictures of the pages are kept.
 """
@@ -51,6 +52,13 @@ COVERED = """const boxes = Array.from(document.querySelectorAll('g[id^="text_"]'
     if (w > 0 && h > 0 && w * h > 0.1 * least) found.push(one + ' and ' + other);
   }));
   return found"""
+
+
+#: a word to search for, the page that has it, and the wait until results are there
+WORD, PLACE = "RigidPunch", "api/punch.html"
+RESULTS = """const done = arguments[0], end = Date.now() + 10000, look = () => {
+    const links = Array.from(document.querySelectorAll('.search a')).map(a => a.href);
+    links.length || Date.now() > end ? done(links) : setTimeout(look, 100)}; look()"""
 
 
 class Page(HTMLParser):
@@ -163,6 +171,9 @@ def check(folder: Path, shots: Path | None = None) -> list[str]:
                 faults += [f"{where}: {line['level']} {line['message']}" for line in told]
                 if shots is not None:
                     keep(driver, shots / screen / Path(name).with_suffix(".png"), size)
+        driver.get(f"{address}/search.html?q={WORD}")
+        if not any(PLACE in link for link in driver.execute_async_script(RESULTS)):
+            faults.append(f"search.html: {WORD} is not found in {PLACE}")
         for drawing in sorted(folder.glob("_images/*.svg")):
             driver.get(f"{address}/_images/{drawing.name}")
             covered = driver.execute_script(COVERED)

@@ -22,6 +22,8 @@ pyvista.OFF_SCREEN = True
 
 from drawings import draw_all
 from example_pages import SECTIONS, FileNames, copy_examples
+from front import draw_front
+from notebook import write_notebook
 from themes import scrape
 from validation import write_tables
 
@@ -61,6 +63,8 @@ napoleon_preprocess_types = False
 copy_examples(EXAMPLES, DOCS / "_examples", DOCS / "gallery")
 draw_all(DOCS / "_drawings")
 write_tables(DOCS / "_validation")
+draw_front(DOCS / "_front")
+write_notebook(DOCS / "quickstart.md", DOCS / "_notebook" / "quickstart.ipynb")
 sphinx_gallery_conf = {
     "examples_dirs": [f"_examples/{folder}" for folder in SECTIONS],
     "gallery_dirs": [f"gallery/{folder}" for folder in SECTIONS],

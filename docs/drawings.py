@@ -533,6 +533,54 @@ def picture_isobars() -> Axes:
 
 
 @drawing
+def signs() -> Axes:
+    """What is positive, with units, in a section along x."""
+    ax = diagram(5.6, 4.4)
+    middle, tilt, e = 0.95, 0.2, 0.5
+    x = np.linspace(-1.0, 1.0, 2)
+    far = np.append(np.linspace(-3.0, -1.0, 30), np.linspace(1.0, 3.0, 30))
+    ground = (middle + tilt * np.sign(far)) * np.arcsin(1 / np.abs(far)) / (np.pi / 2)
+    ax.fill_between(far, ground, 3.1, color="#f2efe8", lw=0)
+    ax.plot(far, ground, color=OUTLINE, lw=1)
+    ax.plot([-3, 3], [0, 0], color=PRIMAL, lw=0.8, ls="--")
+    bottom = middle + tilt * x
+    ax.fill_between(x, bottom - 0.22, bottom, facecolor=LIGHT, edgecolor=CONTACT, lw=1.2)
+
+    def arrow(begin, end, text, at, color=OUTLINE, **options):
+        ax.annotate("", end, begin, arrowprops=ARROW | {"color": color} | options)
+        ax.text(*at, text, fontsize=9.5, color=color)
+
+    arrow((-3.0, 0), (-2.3, 0), "$x$ [m]", (-2.75, -0.12))
+    arrow((-3.0, 0), (-3.0, 0.9), "$z$ [m], depth", (-2.92, 0.85))
+    arrow((e, -0.75), (e, 0.62), "force $P > 0$ [kN]", (e + 0.1, -0.55), FAULT)
+    arrow((0, -0.3), (e, -0.3), r"$\varepsilon_x$", (0.15, -0.36))
+    arrow((0, 0), (0, middle), "settlement\n$W_0 > 0$ [m]", (-0.98, 0.42))
+    ax.plot(0, 0, "o", color=OUTLINE, ms=4)
+    ax.text(-0.08, -0.1, "origin", fontsize=9.5, ha="right")
+    arrow((1.1, 0.2), (1.1, 1.7), "", (0, 0), DUAL, connectionstyle="arc3,rad=-0.3")
+    ax.text(
+        1.42,
+        1.12,
+        "tilt $L_x > 0$ [–]\nmoment $M_y > 0$,\n$M_1 < 0$ [kNm]",
+        fontsize=9.5,
+        color=DUAL,
+    )
+    for at, length in zip(np.linspace(-0.9, 0.9, 7), (0.5, 0.3, 0.27, 0.28, 0.32, 0.42, 0.75)):
+        top = middle + tilt * at + 0.03
+        ax.annotate("", (at, top + length), (at, top), arrowprops=ARROW | {"color": CONTACT})
+    ax.text(-1.05, 1.98, "pressure on the ground\n$p > 0$ [kN/m²]", fontsize=9.5, color=CONTACT)
+    ax.add_patch(Polygon([(1.3, 2.3), (1.8, 2.3), (1.8, 2.7), (1.3, 2.7)], fc="none", ec=OUTLINE))
+    arrow((1.55, 1.95), (1.55, 2.28), "", (0, 0))
+    arrow((1.55, 3.05), (1.55, 2.72), "", (0, 0))
+    ax.text(1.9, 2.58, r"$\sigma_z > 0$ [kN/m²]", fontsize=9.5)
+    ax.text(-2.9, 2.85, r"ground: $E$ [kN/m²], $\nu$ [–]", fontsize=9.5)
+    ax.set_xlim(-3.05, 3.05)
+    ax.set_ylim(3.1, -0.9)
+    ax.set_axis_off()
+    return ax
+
+
+@drawing
 def floors() -> Axes:
     """The modules of the package and what they import."""
     _, ax = plt.subplots(figsize=(6.4, 6.4), layout="constrained")

@@ -11,6 +11,7 @@ machine. Figures are worth keeping only if nothing else runs.
 import argparse
 import os
 import platform
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS: dict[str, list[str]] = {
     "edge": ["edge.py"],
     "edge_time": ["edge_time.py"],
+    "small": ["small.py"],
     "grids": ["grids.py"],
     "substrates": ["substrates.py"],
     "fast_operator": ["fast_operator.py", "--million"],
@@ -87,6 +89,28 @@ def measure(name: str, options: Sequence[str] = ()) -> None:
     lines = found.stdout.replace(str(ROOT), ".").splitlines()
     text += "".join(f"{line.rstrip()}\n" for line in lines)
     write_whole(target, lambda part: Path(part).write_text(text, encoding="utf-8"))
+
+
+def milliseconds(text: str, accuracy: str) -> dict[tuple[str, str], str]:
+    """Milliseconds by package and problem, out of what ``benchmarks/peers.py`` prints.
+
+    Raises
+    ------
+    ValueError
+        If there is no such accuracy.
+    """
+    head, *rows = text.partition("3. Milliseconds to accuracy")[2].splitlines()[1:]
+    if accuracy not in head.split():
+        raise ValueError(f"expected one of {', '.join(head.split())}, got {accuracy}")
+    column = head.split().index(accuracy) + 2
+    found = {}
+    for row in rows:
+        cells = re.split(r"\s{2,}", row)
+        if len(cells) < column + 1:
+            return found
+        reached = re.match(r"[\d.]+ ", cells[column])
+        found[cells[1], cells[0]] = reached[0].strip() if reached else "not reached"
+    return found
 
 
 if __name__ == "__main__":

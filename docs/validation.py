@@ -11,11 +11,13 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from skfem import CellBasis, ElementQuad0, MeshTri
+from skfem import BilinearForm, CellBasis, ElementQuad0, ElementTriArgyris, MeshTri
+from skfem.helpers import dd, ddot, trace
 
 from skfem_dual import (
     Cone,
     DualMesh,
+    ElasticPunch,
     GradedHalfSpace,
     HalfSpace,
     Layer,
@@ -24,10 +26,12 @@ from skfem_dual import (
     PunchSolution,
     RigidPunch,
     flexible_settlement,
+    load_matrix,
 )
 from skfem_dual.contact import exact
 from skfem_dual.contact.below import stress_below
-from skfem_dual.grids.generate import annulus, disc, polar, rectangle
+from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.generate import annulus, disc, polar, polygon, rectangle
 from skfem_dual.io import read_mesh
 
 DISC = Path(__file__).parents[1] / "tests" / "data" / "disc.msh"
@@ -43,7 +47,7 @@ GRADED = 0.3
 class Row:
     """A quantity, its value known from elsewhere with the digits that are trusted, and ours.
 
-    ``within`` is what we claim for the difference, relative or, if so said, absolute.
+    ``within`` is the goal for the difference, relative or, if so said, absolute.
     """
 
     what: str
@@ -58,14 +62,20 @@ class Row:
         known = float(self.expected)
         return self.found - known if self.absolute else self.found / known - 1
 
+    @property
+    def met(self) -> bool:
+        """Whether the difference is within the goal."""
+        return abs(self.difference) <= self.within
+
     def __str__(self) -> str:
         mantissa, _, exponent = self.expected.partition("e")
         digits = len(mantissa.partition(".")[2])
         found = f"{self.found:.{digits}{'e' if exponent else 'f'}}".replace("e-0", "e-")
         difference = f"{self.difference:+.0e}".replace("e-0", "e-") if self.difference else "0"
-        if self.absolute:
-            difference += " (absolute)"
-        return f"| {self.what} | {self.expected} | {found} | {difference} |"
+        goal = f"{self.within:.0e}".replace("e-0", "e-") + " absolute" * self.absolute
+        if not self.met:
+            goal += ", **missed**"
+        return f"| {self.what} | {self.expected} | {found} | {difference} | {goal} |"
 
 
 Rows = Iterator[Row]
@@ -81,10 +91,16 @@ def table(function: Callable[[], Rows]) -> Callable[[], Rows]:
 def write_tables(folder: Path) -> None:
     """Write all tables into a folder, as Markdown."""
     folder.mkdir(parents=True, exist_ok=True)
-    head = "| quantity | known | ours | difference |\n|---|---|---|---|\n"
+    head = "| quantity | known | ours | error | goal |\n|---|---|---|---|---|\n"
     for name, rows in TABLES.items():
         text = head + "".join(f"{row}\n" for row in rows())
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
+
+
+def regular(sides: int) -> np.ndarray:
+    """Corners of a regular polygon, shape (2, sides)."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    return np.stack([np.cos(angle), np.sin(angle)])
 
 
 @cache
@@ -95,7 +111,10 @@ def plan(name: str) -> MeshTri:
         "square": lambda: rectangle(2.0, 2.0, n=CELLS, graded=GRADED),
         "rectangle": lambda: rectangle(2.0, 4.0, n=CELLS, graded=GRADED),
         "annulus": lambda: annulus(0.5, 1.0, n=CELLS, graded=GRADED),
+        "equilateral triangle": lambda: polygon(regular(3), n=CELLS, graded=GRADED),
+        "hexagon": lambda: polygon(regular(6), n=CELLS, graded=GRADED),
         "uniform disc": lambda: disc(n=CELLS),
+        "coarse disc": lambda: disc(n=CELLS // 2, graded=GRADED),
     }
     return make[name]()
 
@@ -122,21 +141,21 @@ def around(solution: PunchSolution, r: float, wave: Callable = np.ones_like) -> 
 def rigid_circle() -> Rows:
     """Exact: homogeneous half-space, P = E a^2, nu = 1/4."""
     central, eccentric = circle().solve(1.0), circle().solve(1.0, (0.25, 0.0))
-    yield Row("settlement $W_0 / a$, $P = E a^2$", "0.46875", central.settlement, 3e-4)
+    yield Row("settlement $W_0 / a$, $P = E a^2$", "0.46875", central.settlement, 5e-5)
     for r in (0.0, 0.5, 0.8, 0.95):
         known = exact.circle_pressure([[r], [0.0]], 1.0, 1.0)[0]
         found = around(central, max(r, 0.02))
-        yield Row(f"pressure $p a^2 / P$ at $r / a = {r:g}$", f"{known:.5f}", found, 1e-2)
+        yield Row(f"pressure $p a^2 / P$ at $r / a = {r:g}$", f"{known:.5f}", found, 3e-3)
     tilt = exact.circle_tilt(0.25, 1.0, 1.0, 0.25)
-    yield Row("tilt, force at $0.25 a$", f"{tilt:.6f}", float(eccentric.tilt[0]), 1e-3)
+    yield Row("tilt, force at $0.25 a$", f"{tilt:.6f}", float(eccentric.tilt[0]), 2e-4)
     kern = np.hypot(*circle().kern()).mean()
-    yield Row("eccentricity $e / a$ at which it lifts off", "0.33333", float(kern), 5e-3)
+    yield Row("eccentricity $e / a$ at which it lifts off", "0.33333", float(kern), 5e-4)
     depth = np.array([0.5, 1.0, 2.0])
     below = stress_below(central, np.stack([0 * depth, 0 * depth, depth])).sigma_z
     for z, found in zip(depth, below, strict=True):
         known = (1 + 3 * z**2) / (2 * np.pi * (1 + z**2) ** 2)
         what = rf"$\sigma_z a^2 / P$ on the axis at depth $z / a = {z:g}$"
-        yield Row(what, f"{known:.6f}", float(found), 5e-3)
+        yield Row(what, f"{known:.6f}", float(found), 5e-4)
 
 
 @table
@@ -146,7 +165,7 @@ def rigid_ellipse() -> Rows:
         mesh = MeshTri(plan("disc").p * [[1.0], [b]], plan("disc").t)
         found = RigidPunch(UNIT, DualMesh.from_mesh(mesh).basis()).solve(1.0).settlement
         known = exact.ellipse_settlement(1.0, (1.0, b), 1.0, 0.0)
-        yield Row(f"settlement $W_0 E^* a / P$, $b = {b:g} a$", f"{known:.6f}", found, 1e-3)
+        yield Row(f"settlement $W_0 E^* a / P$, $b = {b:g} a$", f"{known:.6f}", found, 1e-4)
 
 
 @table
@@ -166,7 +185,7 @@ def shaped() -> Rows:
         solution = punch(UNIT, "uniform disc", gap=gap).solve(force)
         size = gap.radius if name == "sphere" else gap.angle
         known = approach(force, size, 1.0, 0.0)
-        yield Row(f"{name}: settlement", f"{known:.5f}", solution.settlement, 1e-3)
+        yield Row(f"{name}: settlement", f"{known:.5f}", solution.settlement, 5e-4)
         known, found = radius(force, size, 1.0, 0.0), np.sqrt(solution.contact_area / np.pi)
         yield Row(f"{name}: radius of contact", f"{known:.4f}", float(found), 5e-3)
         if name == "sphere":
@@ -183,23 +202,69 @@ def uniform_load() -> Rows:
         angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
         x = r * np.stack([np.cos(angle), np.sin(angle)])
         found = float(flexible_settlement(SOIL, basis, 1.0, x).mean())
-        yield Row(f"$w E / (q a)$, {name}", f"{float(known):.6f}", found, 1e-3)
+        yield Row(f"$w E / (q a)$, {name}", f"{float(known):.6f}", found, 5e-5)
+
+
+def stiffness(footing: RigidPunch, axis: int = 0) -> tuple[float, float]:
+    """Force by settlement, and moment by tilt along an axis, of a solution in full contact."""
+    arm = 0.1
+    solution = footing.solve(1.0, (arm, 0.0) if axis == 0 else (0.0, arm))
+    return 1 / solution.settlement, arm / float(solution.tilt[axis])
 
 
 @table
 def flat_plans() -> Rows:
     """Other methods: E* = 1."""
-    stiffness = punch(UNIT, "square").stiffness() / np.pi
-    yield Row("square of half-side $a$: $C_v$", "0.733576", stiffness[0, 0], 5e-4)
-    yield Row("square: $C_r$", "0.662348", stiffness[1, 1], 1e-3)
-    stiffness = punch(UNIT, "rectangle").stiffness() / np.pi
-    yield Row("rectangle $2a \\times 4a$: $C_v$", "1.063836", stiffness[0, 0], 5e-4)
-    yield Row("rectangle: $C_r$ about the long axis", "1.171241", stiffness[1, 1], 1e-3)
-    yield Row("rectangle: $C_r$ about the short axis", "3.201667", stiffness[2, 2], 1e-3)
-    stiffness = punch(UNIT, "annulus").stiffness() / np.pi
-    yield Row("annulus $b / a = 0.5$: $C$", "0.6245354", stiffness[0, 0], 5e-4)
+    square, rectangle = punch(UNIT, "square"), punch(UNIT, "rectangle")
+    force, moment = stiffness(square)
+    yield Row("square of half-side $a$: $C_v$", "0.733576", force / np.pi, 2e-4)
+    yield Row("square: $C_r$", "0.662348", moment / np.pi, 5e-4)
+    force, moment = stiffness(rectangle)
+    yield Row("rectangle $2a \\times 4a$: $C_v$", "1.063836", force / np.pi, 2e-4)
+    yield Row("rectangle: $C_r$ about the long axis", "1.171241", moment / np.pi, 5e-4)
+    moment = stiffness(rectangle, 1)[1]
+    yield Row("rectangle: $C_r$ about the short axis", "3.201667", moment / np.pi, 5e-4)
+    force = stiffness(punch(UNIT, "annulus"))[0]
+    yield Row("annulus $b / a = 0.5$: $C$", "0.6245354", force / np.pi, 2e-4)
     found = punch(SOIL, "square").solve(1.0).settlement
-    yield Row("square, $P = E a^2$, $\\nu = 1/4$: $W_0 / a$", "0.406795", found, 5e-4)
+    yield Row("square, $P = E a^2$, $\\nu = 1/4$: $W_0 / a$", "0.406795", found, 2e-4)
+    for name, known in (("equilateral triangle", "0.38123"), ("hexagon", "0.36121")):
+        footing = punch(UNIT, name)
+        found = stiffness(footing)[0] / np.pi / np.sqrt(footing.partition.areas.sum())
+        yield Row(f"{name}: $C / \\sqrt{{A}}$", known, found, 5e-4)
+
+
+@table
+def motions() -> Rows:
+    """Exact: a rigid circle, relaxed, and bonded to the ground."""
+    nu, G = 0.25, 0.4
+    found = punch(SOIL, "coarse disc").stiffness(full=True).diagonal()
+    relaxed = (
+        ("settlement", 4 / (1 - nu)),
+        ("rocking", 8 / 3 / (1 - nu)),
+        ("sliding", 8 / (2 - nu)),
+        ("twisting", 16 / 3),
+    )
+    for (name, known), k in zip(relaxed, found[[0, 1, 3, 5]], strict=True):
+        yield Row(f"{name}, stiffness over $G$", f"{known:.5f}", float(k / G), 3e-4)
+
+
+@table
+def bending() -> Rows:
+    """Other methods: a circular plate that lifts off, P = a = E* = 1."""
+    mesh, nu = disc(n=300), 0.2
+    dual, plate = DualMesh.from_mesh(mesh), CellBasis(mesh, ElementTriArgyris())
+    bent = BilinearForm(
+        lambda u, v, w: (1 - nu) * ddot(dd(u), dd(v)) + nu * trace(dd(u)) * trace(dd(v))
+    ).assemble(plate)
+    middle = DualMesh.from_mesh(disc(radius=0.2, n=200))
+    loads = load_matrix(middle.partition, None, Fan.from_dual(middle), plate)
+    raft = ElasticPunch(UNIT, dual.basis(), plate, 0.1 / 12 / (1 - nu**2) * bent)
+    s = raft.solve(loads @ np.full(len(middle), 1 / middle.areas.sum()))
+    found = float(s.deflection([0.0, 0.0]))
+    yield Row("deflection in the middle, $w E^* a / P$", "1.381462", found, 1e-3)
+    found = float(np.sqrt(s.contact_area / np.pi))
+    yield Row("radius of contact over $a$", "0.7114", found, 2e-2)
 
 
 @table
@@ -212,7 +277,7 @@ def lifting_off() -> Rows:
     for e, (settlement, tilt, area, edge) in known.items():
         s = punch(UNIT, "disc").solve(1.0, (e, 0.0))
         line = max(s.contact_region.edge, key=np.size)
-        yield Row(f"$e = {e:.2f} a$: settlement", settlement, s.settlement, 1e-3)
+        yield Row(f"$e = {e:.2f} a$: settlement", settlement, s.settlement, 5e-4)
         yield Row("tilt", tilt, float(s.tilt[0]), 1e-3)
         yield Row("contact area over that of the circle", area, s.contact_area / np.pi, 3e-3, True)
         found = float(line[0, np.abs(line[1]).argmin()])
@@ -245,9 +310,9 @@ def grounds() -> dict:
 def circle_on_grounds() -> Rows:
     """Other methods: W E0 a / P and tilt E0 a^3 / M."""
     for name, (ground, settlement, tilt) in grounds().items():
-        compliance = np.linalg.inv(punch(ground, "disc").stiffness())
-        yield Row(f"{name}: settlement", settlement, compliance[0, 0], 3e-4)
-        yield Row(f"{name}: tilt", tilt, compliance[1, 1], 1e-3)
+        force, moment = stiffness(punch(ground, "coarse disc"))
+        yield Row(f"{name}: settlement", settlement, 1 / force, 1e-4)
+        yield Row(f"{name}: tilt", tilt, 1 / moment, 5e-4)
 
 
 @table
@@ -269,9 +334,9 @@ def pressure_on_grounds() -> Rows:
         upright = footing.solve(1.0)
         turned = footing.solve(1.0, (1.0, 0.0), unilateral=False)
         for r, p in zip(radii, central, strict=True):
-            yield Row(f"{name}, force, $r / a = {r:g}$", p, around(upright, max(r, 0.02)), 1e-2)
+            yield Row(f"{name}, force, $r / a = {r:g}$", p, around(upright, max(r, 0.02)), 2e-3)
         for r, p in zip(radii[1:], tilting, strict=True):
-            yield Row(f"{name}, moment, $r / a = {r:g}$", p, around(turned, r, np.cos), 1e-2)
+            yield Row(f"{name}, moment, $r / a = {r:g}$", p, around(turned, r, np.cos), 2e-3)
 
 
 @table
@@ -279,7 +344,7 @@ def lift_off_on_grounds() -> Rows:
     """Other methods: e / a at which a circle begins to lift off."""
     for name, known in (("$E_0 (1 + z / a)$", "0.3080"), ("layer $a$, bonded", "0.2943")):
         found = np.hypot(*punch(grounds()[name][0], "disc").kern()).mean()
-        yield Row(name, known, float(found), 5e-3)
+        yield Row(name, known, float(found), 5e-4)
 
 
 @table
@@ -287,18 +352,18 @@ def influence_functions() -> Rows:
     """Other methods: E0 = a = 1."""
     ground = linear(1.0)
     for r, known in ((0.1, "2.2223031455"), (1.0, "0.08705057668"), (10.0, "1.26727275e-3")):
-        yield Row(f"$E = 1 + z$: $\\omega({r:g})$", known, float(ground.influence(r)), 1e-6)
+        yield Row(f"$E = 1 + z$: $\\omega({r:g})$", known, float(ground.influence(r)), 2e-9)
     for r, known in ((1.0, "0.144326675717"), (10.0, "0.402240751703")):
-        yield Row(f"$E = 1 + z$: $\\Phi({r:g})$", known, float(ground.primitive(r)), 1e-6)
+        yield Row(f"$E = 1 + z$: $\\Phi({r:g})$", known, float(ground.primitive(r)), 1e-9)
     for thickness, known in ((1.0, "0.8436644949"), (2.0, "1.2839458406")):
         layer = LayeredHalfSpace([Layer(thickness, 1.0, 0.25)], "bonded")
         found = 2 * np.pi * float(layer.primitive(1.0))
         what = f"bonded layer $H = {thickness:g} a$: centre of a uniformly loaded disc"
-        yield Row(what, known, found, 1e-6)
+        yield Row(what, known, found, 1e-9)
     two = LayeredHalfSpace([Layer(1.0, 10.0, 0.5)], HalfSpace(1.0, 0.5))
     found = 2 * np.pi * float(two.primitive(1.0)) / 1.5
     what = "two layers, $\\nu = 1/2$, $E_1 = 10 E_2$: Burmister's $F_2$, centre of a disc"
-    yield Row(what, "0.4864731942", found, 1e-6)
+    yield Row(what, "0.4864731942", found, 1e-9)
     for gradient, known in ((1e3, "0.99800"), (1e5, "0.99998")):
         found = 2 * np.pi * float(linear(gradient, 0.5).primitive(1.0)) * 2 * gradient / 3
         what = f"Gibson's limit, $E = 1 + 10^{{{np.log10(gradient):.0f}}} z$, $\\nu = 1/2$"

@@ -1,5 +1,11 @@
 """Errors and warnings of the package."""
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple
+
 
 class MeshError(ValueError):
     """A mesh or partition that cannot be used; names the first offenders and the remedy."""
@@ -19,3 +25,36 @@ class ConvergenceWarning(UserWarning):
 
 class ResolutionWarning(UserWarning):
     """Cells too coarse for the ground or for the contact; the answer is returned all the same."""
+
+
+class Told(NamedTuple):
+    """A warning and its kind."""
+
+    message: str
+    category: type[Warning]
+
+
+_kept: ContextVar[list[Told] | None] = ContextVar("warnings kept", default=None)
+
+
+def warn(message: str, category: type[Warning], stacklevel: int = 1) -> None:
+    """`warnings.warn` of what was solved, unless they are kept; see `warnings_kept`."""
+    kept = _kept.get()
+    if kept is None:
+        warnings.warn(message, category, stacklevel=stacklevel + 1)
+    else:
+        kept.append(Told(message, category))
+
+
+@contextmanager
+def warnings_kept() -> Iterator[list[Told]]:
+    """Keep what is warned of in the block, in this thread only.
+
+    `warnings.catch_warnings` changes what all threads of the process see.
+    """
+    kept: list[Told] = []
+    token = _kept.set(kept)
+    try:
+        yield kept
+    finally:
+        _kept.reset(token)

@@ -63,6 +63,16 @@ def test_edge_time(load, capsys):
     assert "0.01 %" in capsys.readouterr().out
 
 
+def test_small(load, capsys, monkeypatch):
+    small = load("small")
+    monkeypatch.setattr(small, "starts", lambda runs: {"import, s": 0.5})
+    monkeypatch.setattr(small, "alone", lambda tree, *given: small.measured(*given))
+    (found,) = small.main(sizes=(30,), runs=1)
+    assert all(figure > 0 for name, figure in found["30"].items() if name != "edge and slopes")
+    assert found["30"]["uniform cells"] < found["30"]["dual grid to answer"]
+    assert "dual grid to answer" in capsys.readouterr().out
+
+
 def test_unilateral(load, capsys):
     unilateral = load("unilateral")
     rows = unilateral.main(sizes=(150,))

@@ -41,6 +41,26 @@ def test_exact_values_lie_within(mesh, settlement, tilt, grid, options):
     assert bounds.settlement_by == ("found", "found")
 
 
+def test_neighbours():
+    """Of each punch beside the other, lifted off too, as on finer meshes of both."""
+
+    def pair(n):
+        punches = [
+            RigidPunch(UNIT, DualMesh.from_mesh(fine_disc(n=n).translated((x, 0.0))).basis())
+            for x in (0.0, 2.2)
+        ]
+        loads = {"force": 1.0, "at": (0.45, 0.1)}, {"force": 0.7, "at": (2.2, 0.1)}
+        return RigidPunches(punches).solve(loads)
+
+    for found, fine in zip(pair(80).solutions, pair(500).solutions, strict=True):
+        bounds = found.bounds
+        low, high = bounds.settlement
+        assert low < fine.settlement + fine.tilt @ bounds.at < high
+        assert (bounds.tilt[:, 0] < fine.tilt).all()
+        assert (fine.tilt < bounds.tilt[:, 1]).all()
+        assert high - low < 0.02 * high
+
+
 def test_they_scale_with_load_and_ground():
     mesh = disc(2)
     one = solve(mesh).bounds
@@ -105,8 +125,9 @@ def test_none():
             for x in (0.0, 3.0)
         ]
     ).solve([{"force": 1.0}] * 2)
-    with pytest.raises(ValueError, match="without neighbours"):
-        pair[0].bounds  # noqa: B018
+    joined = RigidPunches(pair.punches.punches, joined=[(0, 1)]).solve([{"force": 1.0}])
+    with pytest.raises(ValueError, match="rigid and move alone, for bounds, got joined ones"):
+        joined[0].bounds  # noqa: B018
     gap = np.zeros(len(mesh.p[0]))
     with pytest.raises(ValueError, match="gaps of one grid's cells"):
         solve(mesh, gap=gap).bounds  # noqa: B018

@@ -58,6 +58,16 @@ def test_cases_are_the_single_solutions(unilateral):
         same(cases[k], of.solve(**given, unilateral=unilateral))
 
 
+def test_contact_that_spreads_without_slopes():
+    """Cells that come back into contact bring slopes that were lost without being felt."""
+    of = punch(MeshTri.init_tensor(np.linspace(-2, 2, 30), np.linspace(-1, 1, 20)))
+    load = {"force": 1.0, "at": (1.1301511916660336, 0.08566928833095575)}
+    (found,), expected = of.solve_many([load]).solutions, of.solve(**load)
+    same(found, expected)
+    assert expected.flat is not None
+    assert (found.flat == expected.flat).all()
+
+
 @pytest.mark.parametrize(
     "options", [{"gap": Paraboloid(1.0)}, {"rtol": 1e-6}, {"symmetry": "auto"}]
 )
@@ -158,8 +168,9 @@ def test_bearing_pressure_does_not_depend_on_the_mesh(at):
         solution = punch(MeshTri.init_circle(n)).solve(np.pi, (at, 0.0))
         errors.append(abs(bearing_pressure(solution) / exact - 1))
         largest.append(solution.pressure.max())
-    assert errors[0] < 0.08
-    assert errors[-1] < 0.015
+    assert errors[0] < 0.11
+    assert errors[1] < 0.35 * errors[0]
+    assert errors[2] < 0.45 * errors[1]
     assert largest[-1] > 1.8 * largest[0]  # that of a cell does
 
 
@@ -202,7 +213,11 @@ def test_a_thousand_cases(lifting, seconds):
     of = RigidPunch(UNIT, of.basis)
     begin = time.process_time()
     cases = of.solve_many([{"force": 1.0, "at": tuple(x)} for x in e.tolist()])
-    cases.table()
+    rows = cases.table()
     assert time.process_time() - begin < seconds
     assert cases.success.all()
+    for k in range(0, lifting, 50):
+        expected = of.solve(1.0, at=tuple(e[k].tolist()))
+        same(cases[k], expected)
+        assert rows[k]["largest_pressure"] == pytest.approx(bearing_pressure(expected), rel=1e-9)
     assert (cases.contact_share < 1 - 1e-9).sum() == pytest.approx(lifting, abs=0.2 * lifting)

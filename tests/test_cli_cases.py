@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shlex
 import sys
 
@@ -32,6 +33,45 @@ def cases_in(tmp_path, text, name="cases.csv"):
     path = tmp_path / name
     path.write_text(text)
     return path
+
+
+def test_horizontal_loads(capsys, footing, tmp_path):
+    """As options and as columns, on the terminal, in the table, as data and in the report."""
+    path, mesh = footing
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), origin=SITE)
+    shear = punch.solve(500.0, horizontal=(60.0, -20.0), torsion=45.0).shear
+    load = ["--force", "500", "--horizontal", "60", "-20", "--torsion", "45"]
+    code, out, err = run(capsys, "solve", path, *UNITS, *load)
+    assert (code, err) == (0, [])
+    table = {line[:19].strip(): line[19:] for line in out}
+    x, y = 1000 * shear.displacement
+    expected = f"({x:.5g}, {y:.5g}) mm, twist {1000 * shear.twist:.6g} ‰"
+    assert table["Displacement"] == expected
+    text = "name,force,hx,hy,torsion\nrest,500,0,0,0\nstorm,500,60,-20,45\n"
+    cases, data, rows = cases_in(tmp_path, text), tmp_path / "out.json", tmp_path / "out.csv"
+    files = ["--json", data, "--table", rows, "--report", tmp_path / "out.html"]
+    code, _, err = run(capsys, "solve", path, *UNITS, "--loads", cases, *files)
+    assert (code, err) == (0, [])
+    rest, storm = json.loads(data.read_text())["footings"][0]["cases"]
+    assert rest["displacement"] == pytest.approx([0.0, 0.0])
+    assert storm["displacement"] == pytest.approx(shear.displacement)
+    assert storm["load"]["torsion"] == 45.0
+    with rows.open() as file:
+        assert float(list(csv.DictReader(file))[1]["twist"]) == pytest.approx(shear.twist)
+    page = (tmp_path / "out.html").read_text()
+    assert "Sliding and twisting" in page
+    values = [float(v) for v in re.findall(r'value="([^"]*)"', page)]
+    assert any(v == pytest.approx(1000 * shear.twist, rel=1e-9) for v in values)
+
+
+def test_horizontal_loads_of_neighbours(capsys, tmp_path):
+    left, right = tmp_path / "left.msh", tmp_path / "right.msh"
+    rectangle(4, 1.0, 1.0).save(left)
+    rectangle(4, 1.0, 1.0).translated((2.0, 0.0)).save(right)
+    cases = cases_in(tmp_path, "name,footing,force,torsion\na,left,1,1\na,right,1,0\n")
+    code, _, err = run(capsys, "solve", left, right, *UNITS, "--loads", cases)
+    assert code == 3
+    assert "how bases beside each other slide is not known" in err[-1]
 
 
 def test_the_centroid_is_the_origin(capsys, footing):
@@ -164,7 +204,6 @@ def test_several_meshes(capsys):
     for meshes, options, message in (
         ([DISC, other], ["--force", "1"], "--loads with several meshes"),
         ([DISC, DISC], ["--loads", DISC], "meshes with different names, got disc, disc"),
-        ([DISC, other], ["--loads", DISC, "--svg", "x.svg"], "one mesh with --svg"),
         ([DISC, other], ["--loads", DISC, "--origin", "0", "0"], "one mesh with --origin"),
     ):
         code, out, err = run(capsys, "solve", *meshes, *GROUND, *options)

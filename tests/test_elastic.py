@@ -18,15 +18,18 @@ from plans import disc
 from scipy.special import eval_jacobi, gammaln
 from skfem import (
     Basis,
+    BilinearForm,
     CellBasis,
     ElementHex1,
     ElementQuad0,
     ElementTriArgyris,
+    ElementTriMorley,
     ElementVector,
     LinearForm,
     MeshHex,
     MeshTri,
 )
+from skfem.helpers import dd, ddot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
@@ -42,6 +45,21 @@ STRUCTURES = {
     "tetrahedra on triangles": lambda: block_on("triangles"),
     "hexahedra on quadrilaterals": lambda: block_on("quadrilaterals"),
 }
+
+
+def test_too_soft_to_spread_its_load():
+    """Pressures are the load where that presses: iterations alone would not end."""
+    mesh = generate.disc(n=150)
+    structure = CellBasis(mesh, ElementTriMorley())
+    K = BilinearForm(lambda u, v, _: 1e-9 * ddot(dd(u), dd(v))).assemble(structure)
+    punch = ElasticPunch(SOIL, DualMesh.from_mesh(mesh).basis(), structure, K)
+    f = LinearForm(lambda v, w: (w.x[0] > 0) * v).assemble(structure)
+    found, direct = punch.solve(f), punch.solve(f, method="active-set")
+    assert found.success
+    assert found.pressure == pytest.approx(direct.pressure, abs=1e-8 * direct.pressure.max())
+    inside = punch.partition.centroids[0] > 0.4
+    assert np.mean(found.pressure[inside]) == pytest.approx(1.0, rel=0.05)
+    assert np.all(found.pressure[punch.partition.centroids[0] < -0.4] < 0.05)
 
 
 @pytest.mark.parametrize("name", STRUCTURES)

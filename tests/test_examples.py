@@ -573,6 +573,22 @@ def check_ex35(result):
     assert bent[-1] < 0.01 * bent[0]
 
 
+def check_ex36(result):
+    for found in (result.relaxed, result.rough):
+        alone, rock, layers = (result.over_circle(k) for k in found.values())
+        # the octagon is nearly the circle; rock lies deep, sand stiffens most what reaches deep
+        assert alone == pytest.approx(1.0, abs=0.06)
+        assert rock == pytest.approx(result.on_rock, rel=0.05)
+        assert (layers > rock).all()
+        assert layers[0] > layers[2] > layers[1] > layers[3] > 1.1
+    rough, relaxed = (found["clay on rock"] for found in (result.rough, result.relaxed))
+    assert (rough.diagonal() > relaxed.diagonal()).all()
+    s = result.storm
+    areas = s.punch.partition.areas
+    assert 0.5 < s.contact_area / areas.sum() < 0.7
+    assert s.shear.traction @ areas == pytest.approx([0.9e6, 0.0], abs=2e4)
+
+
 SMALL = {
     "ex11_eccentric_load": {"refinements": 2},
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
@@ -593,6 +609,7 @@ SMALL = {
     "ex32_raft_lifting_off": {"n": 250},
     "ex34_retaining_wall": {"n": 4},
     "ex35_frame_on_footings": {"n": 4, "girders": (0.0, 1e9, 1e11)},
+    "ex36_wind_turbine": {"n": 120},
 }
 
 

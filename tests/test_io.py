@@ -15,6 +15,7 @@ from skfem_dual import (
     MeshError,
     MeshWarning,
     RigidPunch,
+    RigidPunches,
 )
 from skfem_dual.grids.partition import Partition
 from skfem_dual.grids.polygons import Polygons
@@ -216,6 +217,22 @@ def test_solutions_come_back_unchanged(tmp_path):
             solution.punch_displacement(partition.centroids)
         )
         assert np.array_equal(point_data["displacement"], solution.displacement(polygons.p))
+
+
+def test_neighbours_are_written_together(tmp_path):
+    mesh = disc(2)
+    punches = [
+        RigidPunch(HalfSpace(1.0, 0.2), DualMesh.from_mesh(mesh.translated((x, 0.0))).basis())
+        for x in (0.0, 2.5)
+    ]
+    loads = {"force": 1.0}, {"force": 2.0, "at": (2.5, 0.1)}
+    pair = RigidPunches(punches).solve(loads).solutions
+    write_solution(tmp_path / "pair.vtu", *pair)
+    polygons, cell_data, point_data = read_polygons(tmp_path / "pair.vtu")
+    assert len(polygons) == 2 * len(punches[0].partition)
+    forces = np.bincount(cell_data["footing"], cell_data["pressure"] * polygons.areas)
+    assert forces == pytest.approx([1.0, 2.0])
+    assert point_data["displacement"] == pytest.approx(pair[0].displacement(polygons.p))
 
 
 def test_data_must_fit(tmp_path):

@@ -2,6 +2,7 @@
 
 import runpy
 import threading
+from time import sleep
 from typing import NamedTuple
 
 import numba
@@ -83,9 +84,9 @@ def test_short_work_starts_no_threads(monkeypatch):
     monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 4)
     names = set()
     with Threads() as run:
-        run(lambda piece: names.add(threading.current_thread()), 64)
-        assert names == {threading.current_thread()}
         run(lambda piece: names.add(threading.current_thread()), 640)
+        assert names == {threading.current_thread()}
+        run(lambda piece: (sleep(0.006), names.add(threading.current_thread())), 640)
     assert len(names) > 1
     assert sum(thread.is_alive() for thread in names) == 1  # the others end with the context
 

@@ -3,14 +3,31 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from skfem import CellBasis, ElementTriP0
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementQuad2,
+    ElementTriP0,
+    MeshQuad,
+    condense,
+    solve,
+)
+from skfem.helpers import dot, grad
 
-from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, RigidPunch
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    RigidPunch,
+)
 from skfem_dual.contact.motions import Motions, moving
 from skfem_dual.grids.generate import disc, rectangle
 
 NU, SHEAR = 0.3, 5.0
 SOIL = HalfSpace(2 * SHEAR * (1 + NU), NU)
+ROCK = LayeredHalfSpace([Layer(0.6, SOIL.young, NU)], "bonded")
+CRUST = LayeredHalfSpace([Layer(0.4, SOIL.young, NU)], HalfSpace(SOIL.young / 5, NU))
 
 
 def base(mesh, soil=SOIL, **options):
@@ -115,10 +132,11 @@ def test_bonded_is_stiffer():
     assert (rough.diagonal() > smooth.diagonal()).all()
 
 
+@pytest.mark.parametrize("soil", [SOIL, CRUST], ids=["homogeneous", "layers"])
 @pytest.mark.parametrize("rough", [False, True])
-def test_reciprocity_of_collocation(rough):
+def test_reciprocity_of_collocation(rough, soil):
     """Before it is made symmetric the stiffness is so up to the error of the discretisation."""
-    cells = base(rectangle(3.0, 1.0, n=120)).footprint
+    cells = base(rectangle(3.0, 1.0, n=120), soil).footprint
     found = Motions(cells, rough, np.ones(len(cells), dtype=bool)).collocated_stiffness
     assert np.abs(found - found.T).max() < (0.05 if rough else 1e-3) * np.abs(found).max()
 
@@ -179,6 +197,88 @@ def test_tractions_balance_the_load():
     assert moved[:, 1] - moved[:, 0] == pytest.approx([0.0, shear.twist])
 
 
+def torsion_of_disc(compliance, reach):
+    """Torsional stiffness of the unit disc on ground with the compliance 1 + f(k) across waves
+    over that of its surface, 1 the shear modulus there, f fallen to nothing at ``reach``.
+
+    The twisting traction has the transform int chi(t) sin(k t) dt; dual integral equations as of
+    I. N. Sneddon, Mixed Boundary Value Problems in Potential Theory (1966), section 4.6.
+    """
+    t, w = np.polynomial.legendre.leggauss(24)
+    t, w = (t + 1) / 2, w / 2
+    edges = np.linspace(0, reach, 60)
+    g, gw = np.polynomial.legendre.leggauss(12)
+    k = (edges[:-1, None] + np.diff(edges)[:, None] * (g + 1) / 2).ravel()
+    f = (np.diff(edges)[:, None] * gw / 2).ravel() * (compliance(k) - 1)
+    waves = np.sin(np.outer(t, k))
+    matrix = np.eye(len(t)) + 2 / np.pi * (waves * f) @ waves.T * w
+    return 4 * np.pi * np.sum(w * t * np.linalg.solve(matrix, 4 * t / np.pi))
+
+
+@pytest.mark.parametrize(
+    ("ground", "compliance"),
+    [
+        (ROCK, lambda k: np.tanh(0.6 * k)),
+        (CRUST, lambda k: (5 + np.tanh(0.4 * k)) / (1 + 5 * np.tanh(0.4 * k))),
+    ],
+    ids=["rock", "crust"],
+)
+def test_torsion_on_a_layer(ground, compliance):
+    found = circle(300, 1.0, ground).stiffness(full=True)[5, 5]
+    assert found == pytest.approx(SHEAR * torsion_of_disc(compliance, 50.0), rel=1e-4)
+
+
+def test_torsion_by_finite_elements():
+    """On a layer with a gradient, on rock: the twist v / r of rings around the axis, in elements
+    that are graded to the edge, whose energy lies above the least."""
+    near = np.append(0.0, np.geomspace(1e-4, 0.5, 16))
+    r = np.concatenate([[0.0, 0.25], 1 - near[::-1], 1 + near[1:], np.linspace(1.8, 5, 9)])
+    z = np.append(near, [0.7, 1.0])
+    mesh = MeshQuad.init_tensor(r, z)
+    basis = CellBasis(mesh, ElementQuad2(), intorder=7)
+    energy = BilinearForm(lambda u, v, w: w.x[0] ** 3 * (1 + 2 * w.x[1]) * dot(grad(u), grad(v)))
+    K = 2 * np.pi * SHEAR * energy.assemble(basis)
+    base = basis.get_dofs(lambda x: (x[1] == 0) & (x[0] <= 1)).flatten()
+    held = basis.get_dofs(lambda x: (x[1] == 1) | (x[0] == 5)).flatten()
+    twist = basis.zeros()
+    twist[base] = 1.0
+    twist = solve(*condense(K, x=twist, D=np.union1d(base, held)))
+    ground = LayeredHalfSpace([Layer(1.0, SOIL.young, NU, 2.0)], "bonded")
+    found = circle(300, 1.0, ground).stiffness(full=True)[5, 5]
+    assert found == pytest.approx(twist @ K @ twist, rel=5e-4)
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_equal_layers_are_homogeneous(rough):
+    layers = LayeredHalfSpace([Layer(0.3, *_moduli(SOIL)), Layer(2.0, *_moduli(SOIL))], SOIL)
+    found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (layers, SOIL))
+    assert found == pytest.approx(exact, rel=1e-9, abs=1e-9 * exact.max())
+
+
+def _moduli(soil):
+    return soil.young, soil.poisson
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_thick_layers(rough):
+    """The ground below a layer of 300 radii is felt by 1 in 300."""
+    thick = LayeredHalfSpace([Layer(600.0, *_moduli(SOIL))], HalfSpace(1.0, 0.1))
+    found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (thick, SOIL))
+    assert found.diagonal() == pytest.approx(exact.diagonal(), rel=0.02)
+    # torsion and tilts are felt less far
+    assert found[[1, 5], [1, 5]] == pytest.approx(exact[[1, 5], [1, 5]], rel=1e-4)
+
+
+@pytest.mark.parametrize("ratio", [2.0, 4.0])
+def test_stratum_on_rock(ratio):
+    """E. Kausel's and G. Gazetas's formulas for circles, which are good to some 5 %."""
+    rock = LayeredHalfSpace([Layer(ratio, *_moduli(SOIL))], "bonded")
+    found = circle(100, 1.0, rock).stiffness(full=True).diagonal() / exact_circle(1.0)
+    tilt, slide = 1 + 1 / (6 * ratio), 1 + 1 / (2 * ratio)
+    expected = [1 + 1.28 / ratio, tilt, tilt, slide, slide, 1 + 1 / (10 * ratio)]
+    assert found == pytest.approx(expected, rel=0.06)
+
+
 def test_lifted_off():
     """Cells without contact carry nothing, and what remains is softer."""
     punch = circle(200, 1.0)
@@ -207,11 +307,11 @@ def test_what_is_printed():
 
 def test_refused():
     punch = circle(60)
-    layered = circle(60, soil=GradedHalfSpace.init_linear(1.0, 0.3, 0.5))
-    with pytest.raises(ValueError, match=r"expected a HalfSpace for horizontal .* Remedy"):
-        layered.stiffness(full=True)
-    with pytest.raises(ValueError, match="homogeneous ground only"):
-        layered.solve(1.0, torsion=1.0)
+    sliding = circle(60, soil=LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], "smooth"))
+    with pytest.raises(ValueError, match=r"they slide away. Remedy"):
+        sliding.stiffness(full=True)
+    with pytest.raises(ValueError, match="holds horizontal forces"):
+        sliding.solve(1.0, torsion=1.0)
     with pytest.raises(ValueError, match="expected full=True with rough=True"):
         punch.stiffness(rough=True)
     with pytest.raises(TypeError, match="two numbers for horizontal"):

@@ -4,7 +4,23 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from skfem_dual.elements.ribs import far_rib_integrals, rib_integral, segment_integral
+from skfem_dual.elements.ribs import rib_integral, rib_integrals
+from skfem_dual.elements.segments import WIDTH, add_segments, put_segment
+
+
+def segment_integral(x, y, ax, ay, bx, by):
+    d = np.array([bx - ax, by - ay])
+    ends = np.hypot(x - ax, y - ay), np.hypot(x - bx, y - by)
+    return rib_integral(x, y, ax, ay, *d, np.hypot(*d), *ends)
+
+
+def sums_over(x, segments):
+    """What `add_segments` makes of segments, each of its ends and its factor."""
+    room, count, sums = np.empty((6, len(segments) + WIDTH)), 0, np.zeros((3, x.shape[1]))
+    for segment in segments:
+        count = put_segment(room, count, *segment)
+    add_segments(x, 0, x.shape[1], room, count, sums)
+    return sums
 
 
 def by_quadrature(x, a, b):
@@ -48,18 +64,46 @@ def test_against_quadrature(x):
 
 def test_on_the_line_of_the_rib():
     for t in (-1.0, 0.0, 0.3, 1.0, 2.0):
-        assert segment_integral(*(A + t * (B - A)), *A, *B) == pytest.approx(0.0, abs=1e-15)
-    assert segment_integral(0.0, 0.0, *A, *A) == 0.0
+        assert segment_integral(*(A + t * (B - A)), *A, *B) == pytest.approx(0.0, abs=3e-15)
+    x = np.array([[0.0, A[0], 1.8], [0.0, A[1], 1.1]])
+    assert sums_over(x, [(*A, *A, 1.0)]) == pytest.approx(0.0, abs=0.0)
+    assert sums_over(x, [(*A, *B, 1.0)])[0, 1:] == pytest.approx(0.0, abs=1e-15)
 
 
-def test_many_far_points():
-    """The same as one by one; if one of them is near, it says that they are not far."""
+def test_many_points():
+    """The same as one by one, far and near, also in an end of the rib."""
     angle = np.linspace(0, 6, 20)
     x, y = A[0] + 5 * np.cos(angle), A[1] + 5 * np.sin(angle)
-    d, length = B - A, np.hypot(*(B - A))
-    values, room = np.empty(20), np.empty(20)
-    assert far_rib_integrals(x, y, *A, *d, length, values, room)
+    x[[7, 11]], y[[7, 11]] = (0.5, A[0]), (0.3, A[1])
+    r1, r2 = np.hypot(x - A[0], y - A[1]), np.hypot(x - B[0], y - B[1])
+    values = np.empty(20)
+    rib_integrals(x, y, r1, r2, *A, *(B - A), np.hypot(*(B - A)), values)
     expected = [segment_integral(*point, *A, *B) for point in zip(x, y, strict=True)]
     assert values == pytest.approx(expected, rel=1e-13)
-    x[7], y[7] = 0.5, 0.3
-    assert not far_rib_integrals(x, y, *A, *d, length, values, room)
+
+
+def test_many_segments():
+    """The same as one by one, on either side of the change to the series, to rounding."""
+    rng = np.random.default_rng(1)
+    segments = rng.uniform(-1, 1, (2 * WIDTH + 5, 5)) * [1, 1, 1, 1, 3]
+    x = np.hstack([rng.uniform(-1, 1, (2, 9)), rng.uniform(-9, 9, (2, 9)), segments[0, :2, None]])
+    expected = [
+        sum(factor * segment_integral(*point, *ends) for *ends, factor in segments)
+        for point in x.T
+    ]
+    assert sums_over(x, segments)[0] == pytest.approx(expected, rel=1e-13, abs=1e-13)
+
+
+def test_unit_vectors_over_a_rectangle():
+    """Against Gauss's points, from beside and by the symmetry from the middle."""
+    corners = [(0, 0), (2, 0), (2, 1), (0, 1)]
+    sides = [(*a, *b, 1.0) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    x = np.array([[3.0, 1.0], [2.0, 0.5]])
+    t, w = np.polynomial.legendre.leggauss(20)
+    u, v = np.meshgrid(1 + t - x[0, 0], (1 + t) / 2 - x[1, 0])
+    r, weight = np.hypot(u, v), np.outer(w, w) / 2
+    found = sums_over(x, sides)
+    by_points = [np.sum(weight / r), np.sum(weight * u / r), np.sum(weight * v / r)]
+    assert found[:, 0] == pytest.approx(by_points, rel=1e-12)
+    centre = 2 * np.arcsinh(2) + 4 * np.arcsinh(0.5)
+    assert found[:, 1] == pytest.approx([centre, 0, 0], rel=1e-14, abs=1e-14)

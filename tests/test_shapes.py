@@ -3,6 +3,7 @@ import pickle
 import numpy as np
 import pytest
 from plans import disc
+from scipy import interpolate
 from skfem import CellBasis, ElementTriP1
 
 from skfem_dual import (
@@ -15,7 +16,6 @@ from skfem_dual import (
     RoundedCylinder,
     Sphere,
 )
-from skfem_dual.contact import shapes
 
 X = np.random.default_rng(0).uniform(-1, 1, (2, 50))
 R = np.hypot(X[0] - 0.2, X[1] + 0.1)
@@ -65,9 +65,9 @@ def test_a_grid_of_heights_is_bilinear():
 
 def test_scattered_points_are_triangulated_once(monkeypatch):
     made = []
-    triangulated = shapes.LinearNDInterpolator
+    triangulated = interpolate.LinearNDInterpolator
     monkeypatch.setattr(
-        shapes, "LinearNDInterpolator", lambda *a: made.append(1) or triangulated(*a)
+        interpolate, "LinearNDInterpolator", lambda *a: made.append(1) or triangulated(*a)
     )
     shape = MeasuredProfile(X, X[0])
     middle = X[:, :3].mean(axis=1)

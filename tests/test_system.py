@@ -61,10 +61,9 @@ def test_large_shaped_punches(large):
     dual = DualMesh.from_mesh(rectangle(16))
     of = RigidPunch(GROUNDS["homogeneous"], dual.basis(), gap=Paraboloid(1.0))
     found = of.solve(0.2)
-    assert "preconditioner" not in of.timings  # conjugate gradients need none
+    assert found.iterations < 25
     assert found.settlement == pytest.approx((0.15) ** (2 / 3), rel=3e-3)
     bilateral = of.solve(0.2, unilateral=False)
-    assert "preconditioner" in of.timings
     assert bilateral.pressure.min() < 0
 
 

@@ -1,11 +1,13 @@
 """One punch, many threads: the answers are those of one thread, bit by bit."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
 import numpy as np
 import pytest
 from plans import disc
+from skfem.mapping import MappingAffine
 
 from skfem_dual import DualMesh, HalfSpace, LayeredHalfSpace, Paraboloid, RigidPunch, RigidPunches
 from skfem_dual.ground.layered import Layer
@@ -141,3 +143,34 @@ def test_solutions_are_shared():
     expected = ask(alone)
     with ThreadPoolExecutor(THREADS) as pool:
         assert all(found == expected for found in pool.map(work, range(THREADS)))
+
+
+def test_mappings_are_filled_by_one_thread(monkeypatch):
+    """A mapping of scikit-fem that others see half filled for a while, as they may."""
+    fill = MappingAffine._init_Ab
+
+    def slowly(mapping):
+        mapping._A = np.full((2, 2, mapping.mesh.nelements), np.nan)
+        mapping._b = np.full((2, mapping.mesh.nelements), np.nan)
+        time.sleep(0.02)
+        fill(mapping)
+
+    monkeypatch.setattr(MappingAffine, "_init_Ab", slowly)
+    solution = plain().solve(1.0, at=(0.6, 0.0))
+    mesh, dual = disc(3), solution.punch.basis.dual
+    gate = Barrier(THREADS)
+
+    def work(number):
+        gate.wait(timeout=60)
+        basis = (dual.basis if number % 2 else dual.primal_basis)()
+        return [
+            basis.dx.sum(),
+            solution.nodal_pressure()[0].dx.sum(),
+            solution.contact_region.crossed(mesh).sum(),
+        ]
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        found = np.array(list(pool.map(work, range(THREADS))))
+    area = dual.partition.areas.sum()
+    assert np.allclose(found[:, :2], area, rtol=1e-12)
+    assert np.ptp(found[:, 2]) == 0

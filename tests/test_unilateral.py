@@ -70,6 +70,17 @@ def test_circle_lifting_off(e, settlement, tilt, area, edge, grid):
     assert solution.resultant == pytest.approx([1.0, e, 0.0], abs=1e-12)
 
 
+def test_steps_do_not_depend_on_the_number_of_cells():
+    """The approximate inverse is as good for few cells as for many, uniform and graded."""
+    for mesh in (fine_disc(n=300), fine_disc(n=1200), fine_disc(n=1200, graded=0.02)):
+        of = punch(mesh)
+        contact, _ = of.system.unilateral(
+            Load(1.0, (0.5, 0.0)).constraints(np.zeros(2)), method="cg"
+        )
+        assert contact.success
+        assert len(contact.history) < 15
+
+
 def test_lift_off_with_edge_weights_at_600_cells():
     solution = punch(fine_disc(n=600)).solve(1.0, (0.5, 0.0))
     assert solution.settlement == pytest.approx(0.4821, rel=1e-3)

@@ -26,7 +26,14 @@ from skfem import (
     MeshTri,
 )
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, check_mesh, general_triangulation
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    RigidPunch,
+    RigidPunches,
+    check_mesh,
+    general_triangulation,
+)
 from skfem_dual.contact.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid
@@ -355,6 +362,27 @@ def test_isobars_of_a_solution_are_those_of_its_pressure_field(visuals, lifted):
     assert np.median(nearest) < 0.05  # constants times the edge law in each cell
     # nothing where the punch has lifted off
     assert x[0].min() > min(line[0].min() for line in lifted.contact_region.edge) - 0.02
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_neighbours_are_drawn_together(visuals):
+    """On one scale: isobars run where the pressure of either is theirs, and on both plans."""
+    mesh = MeshTri.init_circle(3)
+    punches = [
+        RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh.translated((x, 0.0))).basis())
+        for x in (0.0, 2.5)
+    ]
+    loads = {"force": 1.0, "at": (0.5, 0.0)}, {"force": 0.5, "at": (2.5, 0.0)}
+    pair = RigidPunches(punches).solve(loads)
+    levels = [0.3, 0.5]
+    x = contours(visuals.isobars(pair, levels=levels, labels=False, scale=0.5))
+    if visuals is with_pyvista:
+        x = x + np.hstack([p.basis.mesh.p for p in punches]).mean(axis=1, keepdims=True)
+    for centre, solution in zip((0.0, 2.5), pair.solutions, strict=True):
+        on = np.hypot(x[0] - centre, x[1]) < 0.93
+        p = solution.pressure_at(x[:, on]) / 0.5
+        assert on.sum() > 20
+        assert np.median(np.abs(p[:, None] / np.array(levels) - 1).min(axis=1)) < 0.05
 
 
 @pytest.mark.parametrize("scale", [0.7, 1.0])

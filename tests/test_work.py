@@ -38,18 +38,10 @@ def test_thin_ring():
 
 @pytest.mark.parametrize("grid", ["dual", "primal"])
 def test_square(grid):
-    """Corner cells of triangles do not take part: they would make it worse."""
-    of = punch(rectangle(16), grid)
-    found = of.solve(1.0, at=(0.1, 0.0))
-    assert found.settlement == pytest.approx(SQUARE[0], rel=4e-4)
-    assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=1e-3)
-    if grid == "dual":
-        assert abs(found.settlement - SQUARE[0]) < 0.1 * abs(
-            found.collocated_settlement - SQUARE[0]
-        )
-    else:
-        with_all_cells = found.positions[1]
-        assert abs(with_all_cells[1] / 0.1 - SQUARE[1]) > 3 * abs(found.tilt[0] / 0.1 - SQUARE[1])
+    """With corners, on both grids alike."""
+    found = punch(rectangle(16), grid).solve(1.0, at=(0.1, 0.0))
+    assert found.settlement == pytest.approx(SQUARE[0], rel=8e-5)
+    assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=3e-4)
 
 
 @pytest.mark.parametrize("at", [(0.1, 0.05), (0.45, 0.2)])
@@ -93,9 +85,7 @@ def test_reciprocity():
     centred = of.solve(1.0, unilateral=False)
     turned = of.solve(1.0, moments=(-1.0, 0.0), unilateral=False)
     by_moment = turned.settlement - centred.settlement
-    assert centred.tilt[0] == pytest.approx(by_moment, rel=4e-5)
-    collocated = turned.collocated_settlement - centred.collocated_settlement
-    assert abs(centred.tilt[0] - by_moment) < 0.6 * abs(centred.collocated_tilt[0] - collocated)
+    assert centred.tilt[0] == pytest.approx(by_moment, rel=2e-5)
 
 
 def test_what_is_imposed_is_kept():

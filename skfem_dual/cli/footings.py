@@ -9,7 +9,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy import ndarray
 from skfem import MeshTri
 
 from .. import (
@@ -17,7 +16,6 @@ from .. import (
     CasesSolution,
     DualMesh,
     HalfSpace,
-    Plan,
     PunchSolution,
     RigidPunch,
     RigidPunches,
@@ -90,7 +88,8 @@ def read_bases(
             mesh = read_mesh(path)
             edge, centre = mesh.p, centroid(mesh)
         else:
-            edge, centre = _outline(plan)
+            x, y = plan.centroid.tolist()
+            edge, centre = plan.around, (x, y)
         read = perf_counter()
         times["import"] = times.get("import", 0.0) + read - begin
         origin = centre if options.origin is None else tuple(options.origin)
@@ -107,17 +106,11 @@ def read_bases(
         if plan is None:
             dual = DualMesh.from_mesh(mesh)
         else:
-            found = solve_outline(options, plan, ground, origin, _loads(options, name, origin))
-            dual, accuracy = found.punch.basis.dual, found.accuracy
+            loads = _loads(options, name, origin)
+            dual, accuracy = solve_outline(options, plan, ground, origin, loads)
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
         bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
     return bases
-
-
-def _outline(plan: Plan) -> tuple[ndarray, Pair]:
-    """Points around a plan, and its centroid."""
-    x, y = plan.centroid.tolist()
-    return np.hstack([outline.sides.extremes() for outline, _ in plan.parts]), (x, y)
 
 
 def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[str, Any]]:
@@ -138,6 +131,8 @@ def single_load(options: argparse.Namespace) -> dict[str, Any]:
         "moments": None if moments is None else (-moments[1], moments[0]),
         "settlement": options.settlement,
         "tilt": options.tilt,
+        "horizontal": options.horizontal,
+        "torsion": options.torsion,
     }
 
 
@@ -178,7 +173,7 @@ def punches_of(
 
 def require_one_load(options: argparse.Namespace) -> None:
     """Refuse loads given twice, or only one for several footings."""
-    single = "force", "at", "moments", "settlement", "tilt"
+    single = "force", "at", "moments", "settlement", "tilt", "horizontal", "torsion"
     given = [f"--{name}" for name in single if getattr(options, name) is not None]
     if options.loads is not None and given:
         raise ValueError(f"expected either --loads or {given[0]}, got both")
@@ -186,11 +181,6 @@ def require_one_load(options: argparse.Namespace) -> None:
         raise ValueError(
             "expected --loads with several meshes. Remedy: a table with the columns name, "
             "footing, force"
-        )
-    several = [f"--{n}" for n in ("png", "svg", "vtu") if getattr(options, n) is not None]
-    if len(options.mesh) > 1 and several:
-        raise ValueError(
-            f"expected one mesh with {several[0]}, got several. Remedy: --report shows them all"
         )
     if options.loads is None and options.table is not None:
         raise ValueError("expected --loads with --table, got one load. Remedy: --json")

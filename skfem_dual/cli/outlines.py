@@ -5,14 +5,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from .. import Load, Plan, PlanSolution, solve_plan
+from .. import Accuracy, DualMesh, Load, Plan
 from ..arguments import Pair
-from ..contact.load import Hull
 from ..ground.substrates import Substrate
 from ..plans.corners import ring_of
 from ..plans.read import SUFFIXES
+from ..plans.search import Problem, governing
+from ..plans.solve import reached
 from ..plans.tables import corners_of_text
 from ..terminal import is_watched
 
@@ -80,27 +79,11 @@ def solve_outline(
     ground: Substrate,
     origin: Pair,
     loads: Sequence[Mapping[str, Any]],
-) -> PlanSolution:
-    """The footing under that of its loads that acts farthest from the origin.
-
-    The mesh is fine enough for it, and as a rule for those nearer to the middle. Loads that turn
-    it over have no say, unless all do.
-    """
-    x = np.hstack([outline.sides.extremes() for outline, _ in plan.parts])
-    hull = Hull.of(x - np.reshape(origin, (2, 1)))
-    points = np.array([Load(**load).point or (0.0, 0.0) for load in loads])
-    levers = np.hypot(*points.T)
-    stands = np.array([options.bilateral or hull.beyond(point) <= 0 for point in points])
-    load = dict(loads[int(np.argmax(np.where(stands, levers, -1.0)))])
-    if (at := load.pop("at", None)) is not None:
-        load["at"] = origin[0] + at[0], origin[1] + at[1]
-    return solve_plan(
-        plan,
-        ground,
-        **load,
-        origin=origin,
-        accuracy=ACCURACY if options.accuracy is None else options.accuracy,
-        time_limit=options.time_limit,
-        unilateral=not options.bilateral,
-        progress=options.progress or is_watched(),
-    )
+) -> tuple[DualMesh, Accuracy]:
+    """The grid that is fine enough for those of the loads that govern, and how it was chosen."""
+    given = tuple(Load(**load) for load in loads)
+    progress = options.progress or is_watched()
+    problem = Problem(plan, ground, given, origin, not options.bilateral, progress)
+    accuracy = ACCURACY if options.accuracy is None else options.accuracy
+    found, record = reached(governing(problem), accuracy, options.time_limit)
+    return found.solutions[0].punch.basis.dual, record

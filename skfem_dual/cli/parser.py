@@ -23,7 +23,8 @@ examples:
       --loads pair.csv --json results.json
 
 exit codes: 0; 2 after an error, told in one line on stderr; 3 if the numbers do not solve the
-problem, which the table, stderr and the files then say; 130 if interrupted.
+problem, which the table, stderr and the files then say; 4 if they do, but the accuracy asked for
+was not reached; 130 if interrupted.
 """
 
 
@@ -48,8 +49,8 @@ def build_parser() -> argparse.ArgumentParser:
         prog="skfem-dual",
         description="Dual grids of triangulations and rigid punches on an elastic half-space.",
         epilog="Exit codes: 0; 1 if check found a fault in the mesh; 2 after an error, told in "
-        "one line on stderr; 3 if solve found no solution that holds; 130 if interrupted. Files "
-        "are written before the table is printed.",
+        "one line on stderr; 3 if solve found no solution that holds; 4 if it is not as accurate "
+        "as asked for; 130 if interrupted. Files are written before the table is printed.",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(required=True, metavar="{solve,dual,check}")
@@ -180,13 +181,15 @@ def _add_loads(group: Any) -> None:
         help="moments about the x axis, positive where it presses down the side of larger y, and "
         "about the y axis, positive where it presses down the side of larger x",
     )
+    pair("--horizontal", metavar=("HX", "HY"), help="horizontal force on the base, along x and y")
+    value("--torsion", help="moment about the vertical through the origin, from x towards y")
     pair("--tilt", metavar=("LX", "LY"), help="inclinations, instead of moments")
     group.add_argument(
         "--loads",
         metavar="FILE",
         help="load cases as CSV with the columns name, force; x, y (where the force acts, in the "
         "coordinates of the plan) or ex, ey (from the origin); mx, my (moments as above); "
-        "footing (name of its mesh file), with several",
+        "hx, hy, torsion (horizontal); footing (name of its mesh file), with several",
     )
     pair(
         "--origin",

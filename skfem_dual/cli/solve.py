@@ -9,6 +9,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
 from ..io import write_cases, write_solution, write_whole
@@ -50,21 +52,20 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         solution = solve_cases(options, bases, punches)
         times |= punches[0].timings | {"all": perf_counter() - begin}
     footings = footings_of(solution, _with_accuracy(details, bases))
-    standing = footings[0].standing
-    governing = None if standing is None else standing.solution
+    standings = [footing.standing for footing in footings if footing.standing is not None]
+    dense = sum(len(punch.partition) for punch in punches) <= DENSE
     condition = None
-    if standing is not None:
-        dense = len(standing.solution.pressure) <= DENSE
-        if options.loads is None and dense:
-            condition = standing.solution.condition_number
-        if options.json or options.report or (dense and not options.quiet):
-            begin = perf_counter()
+    if standings and options.loads is None and dense:
+        condition = standings[0].solution.condition_number
+    if standings and (options.json or options.report or (dense and not options.quiet)):
+        begin = perf_counter()
+        for standing in standings:
             _ = standing.bounds  # known from here on
-            times["bounds"] = perf_counter() - begin
+        times["bounds"] = perf_counter() - begin
     _write_data(options, footings, times, condition)
-    if governing is not None:
+    if governing := _governing(footings):
         if options.vtu:
-            write_solution(options.vtu, governing)
+            write_solution(options.vtu, *governing)
         if options.png or options.svg:
             draw(options, "isobars", governing, **_scale(details.units))
     if options.report:
@@ -80,12 +81,21 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     ]
     if failed:
         tell(f"no solution: {'; '.join(failed)}")
-    code = 3 if failed else 0
+    short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
+    code = 3 if failed else 4 if short else 0
     if options.quiet:
         return code, ""
     if isinstance(solution, PunchSolution):
         return code, solution_table(footings[0], bases[0], times, condition)
     return code, case_table(footings, bases, times)
+
+
+def _governing(footings: Sequence[Footing]) -> list[PunchSolution]:
+    """Of all footings in the case with the largest pressure under one; none without a solution."""
+    largest = [f.cases.largest_pressure[f.governing] if f.standing else -1.0 for f in footings]
+    worst = footings[int(np.argmax(largest))]
+    every = [footing.cases.solutions[worst.governing] for footing in footings]
+    return [solution for solution in every if solution is not None]
 
 
 def _details(options: argparse.Namespace) -> Details:

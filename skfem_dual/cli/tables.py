@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ..contact.solution import PunchSolution
 from ..report.cases import CALLED
 from ..report.footing import Footing, between
-from ..units import Unit
+from ..units import Unit, Units
 from .footings import Base
 from .messages import in_options
 
@@ -37,6 +38,7 @@ def solution_table(
             "Tilt (Lx, Ly)": _pair(solution.tilt * units.slope.factor, units.slope),
             "Force, acting at": f"{_read(solution.force, units.force)}, "
             + f"{_pair(np.where(np.abs(e) < NOISE * size, 0.0, e), units.length)} off the origin",
+            **_sliding(solution, units),
             "Contact area": _read(solution.contact_area, units.area),
             "Pressure mean": _read(solution.mean_pressure, units.pressure),
             "Pressure of cells": f"{low} to {high} {units.pressure.symbol}",
@@ -56,6 +58,15 @@ def solution_table(
     if not solution.success:
         rows["Success"] = "NO: the numbers above do not solve the problem"
     return _lines(rows)
+
+
+def _sliding(solution: PunchSolution, units: Units) -> dict[str, str]:
+    """Displacement and twist by horizontal loads."""
+    shear = solution.shear
+    if shear is None:
+        return {}
+    moved = _pair(shear.displacement * units.displacement.factor, units.displacement)
+    return {"Displacement": f"{moved}, twist {_read(shear.twist, units.slope)}"}
 
 
 def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mapping) -> str:
@@ -91,8 +102,7 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
                 cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
         lines += ["", *_envelope(footing)]
-        if len(footings) == 1:
-            lines += [f"{name:<24}{line}" for name, line in _bounds(footing, times).items()]
+        lines += [f"{name:<24}{line}" for name, line in _bounds(footing, times).items()]
         lines += [""]
     for pair in between(list(footings)):
         moved = _read(pair.difference, units.displacement, named=units.named)

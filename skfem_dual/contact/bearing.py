@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_array
+from scipy.special import roots_legendre
 
 from ..arguments import checked_instance
 from ..grids.outline import distance_to_segments, edge_ribs
@@ -20,8 +21,9 @@ from .pressures import CellPressures
 
 #: radius of the circles, over that of the largest circle that fits into the plan
 PART = 0.2
-#: points of a circle, on rings of equal area and around
-RINGS, AROUND = 5, 20
+#: points of a circle, on rings that are closer to its edge, where pressures are singular if it is
+#: also that of the plan, and around
+RINGS, AROUND = 4, 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +38,14 @@ class Circles:
         Of all of them.
     means : (m, n) sparse array
         Mean pressures on the circles by unit pressures of the cells.
+    rises : (m, 2 n) sparse array
+        By unit slopes of the pressure along x in the cells, then along y.
     """
 
     x: ndarray
     radius: float
     means: csr_array
+    rises: csr_array
 
     @classmethod
     def of(cls, footprint: Footprint) -> "Circles":
@@ -54,23 +59,35 @@ class Circles:
         along = _inside(partition, ribs, radius)
         touching = distance_to_segments(along, a, b) >= (1 - 1e-6) * radius
         x = np.hstack([x[:, distance >= radius], along[:, touching]])
-        angle = 2 * np.pi * np.arange(AROUND) / AROUND
-        rings = np.sqrt((np.arange(RINGS) + 0.5) / RINGS)
-        arms = radius * np.kron(rings, [np.cos(angle), np.sin(angle)])
+        arms, weights = _points_of_a_circle()
+        arms = radius * arms
         points = (x[:, :, None] + arms[:, None]).reshape(2, -1)
         inside, cell, factor = footprint.pressure_factors(points)
-        circle = np.repeat(np.arange(x.shape[1]), arms.shape[1])[inside]
-        shape, share = (x.shape[1], len(partition)), factor / arms.shape[1]
-        means = csr_array((share, (circle, cell)), shape=shape)
-        if footprint.slopes is not None:
-            arm = points[:, inside] - footprint.acting[:, cell]
-            for along, slopes in zip(arm, footprint.slopes.along, strict=True):
-                means = means + csr_array((share * along, (circle, cell)), shape=shape) @ slopes
-        return cls(readonly(x), float(radius), means)
+        circle = np.repeat(np.arange(x.shape[1]), len(weights))[inside]
+        share, n = factor * np.tile(weights, x.shape[1])[inside], len(partition)
+        means = csr_array((share, (circle, cell)), shape=(x.shape[1], n))
+        rise = (share * (points[:, inside] - footprint.acting[:, cell])).ravel()
+        at = np.tile(circle, 2), np.concatenate([cell, n + cell])
+        rises = csr_array((rise, at), shape=(x.shape[1], 2 * n))
+        return cls(readonly(x), float(radius), means, rises)
 
-    def largest(self, pressure: ndarray) -> ndarray:
-        """The largest mean pressure on a circle, by pressures of the cells, (n,) or (n, k)."""
-        return (self.means @ pressure).max(axis=0)
+    def largest(self, solution: CellPressures) -> float:
+        """The largest mean pressure on a circle."""
+        means = self.means @ solution.pressure + self.rises @ solution.slopes.ravel()
+        return float(means.max())
+
+
+def _points_of_a_circle() -> tuple[ndarray, ndarray]:
+    """Points (2, k) of the unit circle and weights for the mean over it, (k,).
+
+    By Gauss's rule in u, where ``1 - r^2 = (1 - u)^2``: roots of the distance to its edge become
+    smooth.
+    """
+    u, weights = roots_legendre(RINGS)
+    u = (1 + u) / 2
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND
+    points = np.kron(np.sqrt(u * (2 - u)), [np.cos(angle), np.sin(angle)])
+    return points, np.repeat(weights * (1 - u) / AROUND, AROUND)
 
 
 def _inside(partition: Partition, ribs: ndarray, width: float) -> ndarray:
@@ -115,4 +132,4 @@ def bearing_pressure(solution: CellPressures) -> float:
     1.01
     """
     checked_instance("solution", solution, CellPressures)
-    return float(Circles.of(solution.footprint).largest(solution.pressure))
+    return Circles.of(solution.punch.footprint).largest(solution)

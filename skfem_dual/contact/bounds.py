@@ -14,6 +14,7 @@ from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import readonly
 from ..operators.symmetry import Symmetry
+from .work import Member
 
 #: least half of a width, over the size of the quantity: quadrature of the entries
 FLOOR = 1e-5
@@ -123,44 +124,72 @@ class Bounds:
 
 def why_none(solution: Any) -> str:
     """Why there are no bounds, in words; empty if there are."""
-    punch = solution.punch
     if not solution.success:
         return "expected a solution whose equations hold, for bounds; see its message"
-    if solution.others:
+    group = _group(solution)
+    if solution.others and (group is None or group.joined or group.stiffness is not None):
         return (
-            "expected a punch without neighbours on the same ground, for bounds. Remedy: solve "
-            "the group on dual.basis() and on dual.primal_basis(), and compare"
+            "expected neighbours that are rigid and move alone, for bounds, got joined ones, a "
+            "frame or a structure that bends. Remedy: solve the group on dual.basis() and on "
+            "dual.primal_basis(), and compare"
         )
-    if isinstance(punch.gap, (np.ndarray, list)):
-        return (
-            "expected the shape as a function or field, for bounds, got gaps of one grid's "
-            "cells. Remedy: a function of the coordinates"
-        )
-    if not isinstance(punch.basis, CellwiseBasis) and isinstance(punch.basis.mesh, MeshQuad1):
-        return (
-            "expected cells of a mesh of triangles, for bounds, got quadrilaterals, which have no "
-            "other grid. Remedy: DualMesh.from_mesh(mesh.to_meshtri()).basis()"
-        )
+    for punch in group.punches if solution.others else [solution.punch]:
+        if isinstance(punch.gap, (np.ndarray, list)):
+            return (
+                "expected the shape as a function or field, for bounds, got gaps of one grid's "
+                "cells. Remedy: a function of the coordinates"
+            )
+        if not isinstance(punch.basis, CellwiseBasis) and isinstance(punch.basis.mesh, MeshQuad1):
+            return (
+                "expected cells of a mesh of triangles, for bounds, got quadrilaterals, which "
+                "have no other grid. Remedy: DualMesh.from_mesh(mesh.to_meshtri()).basis()"
+            )
     return ""
 
 
+def _group(solution: Any) -> Any:
+    """The rigid punches of which it is one; None if there are none."""
+    return solution.member.answer.group if isinstance(solution.member, Member) else None
+
+
 def _on_other_grids(solution: Any) -> Iterator[Any]:
-    """Solutions of the same problem on the other grids of the mesh."""
-    punch, basis = solution.punch, solution.punch.basis
-    on_dual = isinstance(basis, CellwiseBasis) and basis.grid == "dual"
-    dual = basis.dual if isinstance(basis, CellwiseBasis) else DualMesh.from_mesh(basis.mesh)
-    own = "dual" if on_dual else "primal", punch.collocation
+    """Solutions of the same problem on the other grids of the mesh, of all meshes in a group."""
+    punch = solution.punch
+    on_dual = solution.footprint.on_dual_cells
     wanted = [("primal" if on_dual else "dual", "centroid")]
     if punch.edge == "constant":  # settle too little, and too much
         wanted = [("dual", "node"), ("primal", "centroid")]
-    symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
-    unilateral = bool((solution.pressure >= 0).all())
     for grid, collocation in wanted:
-        if (grid, collocation) == own:
+        if (grid, collocation) == ("dual" if on_dual else "primal", punch.collocation):
             continue
-        other = dual.basis() if grid == "dual" else dual.primal_basis()
-        body = replace(punch, basis=other, collocation=collocation, symmetry=symmetry)
-        found = body.solve(**asdict(solution.load), unilateral=unilateral)
+        if solution.others:
+            found = _of_group(solution.member.answer, grid, collocation)[
+                [p is punch for p in _group(solution).punches].index(True)
+            ]
+        else:
+            unilateral = bool((solution.pressure >= 0).all())
+            body = _on(punch, grid, collocation)
+            found = body.solve(**asdict(solution.load), unilateral=unilateral)
         if not found.success:
             raise ConvergenceError(f"no bounds: on the other grid {found.message}")
         yield found
+
+
+def _of_group(answer: Any, grid: str, collocation: str) -> Any:
+    """The solutions of all punches of a group, computed once."""
+    known = answer.elsewhere
+    if (grid, collocation) not in known:
+        punches = [_on(punch, grid, collocation) for punch in answer.group.punches]
+        unilateral = bool((answer.contact.pressure >= 0).all())
+        group = replace(answer.group, punches=punches)
+        known[grid, collocation] = group.solve(answer.loads, unilateral=unilateral)
+    return known[grid, collocation]
+
+
+def _on(punch: Any, grid: str, collocation: str) -> Any:
+    """A punch on one of the grids of its mesh."""
+    basis = punch.basis
+    dual = basis.dual if isinstance(basis, CellwiseBasis) else DualMesh.from_mesh(basis.mesh)
+    other = dual.basis() if grid == "dual" else dual.primal_basis()
+    symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
+    return replace(punch, basis=other, collocation=collocation, symmetry=symmetry)

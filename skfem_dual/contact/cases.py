@@ -1,8 +1,8 @@
 """Load cases: one punch, or several on one ground, under many loads."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_flag, checked_instance, checked_number, checked_sequence
-from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning
+from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
 from .cases_solution import CasesSolution
 from .load import Constraints, Load
 from .many import ManyLoads
@@ -59,10 +59,10 @@ class CaseAnswers:
         ]
         if bad:
             message = f"{len(bad)} of {k} load cases without a solution; {bad[0]}"
-            warnings.warn(message, ConvergenceWarning, stacklevel=3)
+            warn(message, ConvergenceWarning, stacklevel=3)
         if self.rough:
             message = f"{self.rough[0]} ({len(self.rough)} of {k} load cases)"
-            warnings.warn(message, ResolutionWarning, stacklevel=3)
+            warn(message, ResolutionWarning, stacklevel=3)
 
 
 def named(cases: Cases) -> tuple[tuple[str, ...], list[Any]]:
@@ -135,13 +135,17 @@ def _verified(
     given, system = list(imposed.values()), problem.system
     verify = problem.verification(given[0], unilateral, gap_rtol)
     with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-        found = ManyLoads(system, given, method, gap_rtol).solve(unilateral)
+        many = ManyLoads(system, problem.cells, given, method, gap_rtol)
+        found = many.solve(unilateral)
         pressure = np.column_stack([contact.pressure for contact, _ in found])
         if not np.isfinite(pressure).all():
             raise ConvergenceError("the loads are too large for floating-point numbers")
         settled = system.matrix @ pressure
         answers = {}
-        for (k, c), (contact, position), w in zip(imposed.items(), found, settled.T, strict=True):
+        every = zip(imposed.items(), found, settled.T, strict=True)
+        for number, ((k, c), (contact, position), w) in enumerate(every):
             known = replace(verify, constraints=c)(contact, position, w), position
-            answers[k] = problem.contact(c, unilateral, method, gap_rtol, found=known)
+            shared = partial(many.flattened, number)
+            how = unilateral, method, gap_rtol
+            answers[k] = problem.contact(c, *how, found=known, shared=shared)
         return answers

@@ -31,6 +31,7 @@ COLUMNS = (
     "success",
     "message",
 )
+SLIDING = "ux", "uy", "twist"
 
 
 @dataclass(frozen=True)
@@ -119,11 +120,7 @@ class CasesSolution:
 
     @computed_once
     def settlement(self) -> ndarray:
-        """Settlements W0 of the origin, positive into the ground; shape (k,).
-
-        Computed when asked for: each case that lifts off takes a solution of its own, about 0.1 s
-        with 600 cells.
-        """
+        """Settlements W0 of the origin, positive into the ground; shape (k,)."""
         return self._of(lambda s: s.settlement, ())
 
     @computed_once
@@ -147,14 +144,29 @@ class CasesSolution:
     @computed_once
     def largest_pressure(self) -> ndarray:
         """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,)."""
-        circles = Circles.of(self.footprint)
-        return self._of(lambda s: circles.largest(s.pressure), ())
+        return self._of(self.circles.largest, ())
+
+    @computed_once
+    def circles(self) -> Circles:
+        """Circles on which pressures are compared."""
+        return Circles.of(self.footprint)
 
     @computed_once
     def contact_share(self) -> ndarray:
         """Parts of the plan's area in contact; shape (k,)."""
         area = self.footprint.partition.areas.sum()
         return self._of(lambda s: s.contact_area / area, ())
+
+    @computed_once
+    def sliding(self) -> ndarray:
+        """Displacements Ux, Uy of the origin and twists under horizontal loads, (3, k); NaN in
+        cases without."""
+
+        def position(solution: PunchSolution) -> Any:
+            shear = solution.shear
+            return (np.nan,) * 3 if shear is None else (*shear.displacement, shear.twist)
+
+        return self._of(position, (3,)).T
 
     def _of(self, quantity: Callable[[PunchSolution], Any], shape: tuple[int, ...]) -> ndarray:
         nothing = np.full(shape, np.nan)
@@ -193,7 +205,8 @@ class CasesSolution:
         return tuple(extremes)
 
     def table(self) -> list[dict[str, str | float | bool]]:
-        """A row for each case, by the names of its columns, `COLUMNS`."""
+        """A row for each case, by the names of its columns, `COLUMNS`; those of `SLIDING` where
+        cases have horizontal loads."""
         columns = (
             self.names,
             self.force.tolist(),
@@ -206,7 +219,11 @@ class CasesSolution:
             self.success.tolist(),
             self.messages,
         )
-        return [dict(zip(COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+        rows = [dict(zip(COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+        if any(load.shear is not None for load in self.loads):
+            for row, own in zip(rows, self.sliding.T.tolist(), strict=True):
+                row |= zip(SLIDING, own, strict=True)
+        return rows
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `table` to a CSV file, whole or not at all.

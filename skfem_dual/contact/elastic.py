@@ -265,8 +265,9 @@ class ElasticPunch(Body):
             in contact.
         method : {"auto", "active-set", "cg"}
             How it is found: by projected conjugate gradients, which only multiply; or by an
-            active set, for which the structure's part of the matrix is computed, once.
-            ``"auto"`` is ``"cg"``.
+            active set, for which the structure's part of the matrix is computed, once. By
+            default the first, and up to 4000 cells the second where that does not end soon, as
+            under a structure that is far too soft to spread its load.
         start : ElasticSolution or PunchSolution, optional
             A solution nearby to begin with.
         gap_rtol : float
@@ -301,9 +302,8 @@ class ElasticPunch(Body):
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(f, held, flat, dense=method == "active-set")
-            chosen: Method = "cg" if method == "auto" else method
             given = constraints, unilateral
-            contact, position = contact_of(system, *given, chosen, start, gap_rtol)
+            contact, position = contact_of(system, *given, method, start, gap_rtol)
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             return verify(contact, position), position
 
@@ -349,7 +349,8 @@ class ElasticPunch(Body):
             ground = cells.flattened_operator(operator.ground, flat)
             operator = replace(operator, ground=ground, loads=self.loads_of(cells.flattened(flat)))
         matrix = operator if not dense else operator.to_dense() if flat.any() else self.matrix
-        return ContactSystem(matrix, planes, resultants, gap, areas, self.timings)
+        nearby = self.operator.preconditioner if flat.any() else None
+        return ContactSystem(matrix, planes, resultants, gap, areas, self.timings, nearby)
 
     def share(self, f: ndarray, held: ndarray, flat: ndarray | None = None) -> Share:
         """What the structure brings into the equations; cells may be flat, (n,) of bool."""

@@ -1,6 +1,5 @@
 """Deflections of a structure and the pressures under it: what a solver answers."""
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +10,7 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
-from ..errors import ConvergenceWarning, ResolutionWarning
+from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .pressures import CellPressures
@@ -93,9 +92,9 @@ class ElasticSolution(CellPressures):
             )
             contact = replace(contact, success=False, message=message)
         if not contact.success:
-            warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+            warn(contact.message, ConvergenceWarning, stacklevel=3)
         elif rough := contact.rough:
-            warnings.warn(rough, ResolutionWarning, stacklevel=3)
+            warn(rough, ResolutionWarning, stacklevel=3)
         # of the ground: what remains of the gap, less the structure's shape and deflection
         settled = contact.gap - punch.initial_gap + punch.trace @ displacement
         scale = max(np.abs(settled).max(), TINY)

@@ -4,7 +4,6 @@ It is all that pressures, gaps and their equations depend on, whatever the body 
 alone or one of many. The equations are (5) of the paper.
 """
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, Self
@@ -23,7 +22,7 @@ from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
 from ..elements.slope_correction import SlopeCorrection
 from ..elements.slopes import Slopes
-from ..errors import ResolutionWarning
+from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.outline import edge_ribs
@@ -134,13 +133,21 @@ class LoadedCells:
     def _sloping(self) -> SlopeCorrection | None:
         return self.slope_correction(self.collocation_points)
 
+    def unit_slopes(self) -> ndarray:
+        """Settlement of the collocation points by unit slopes along x, then along y, (n, 2 n)."""
+        if self._sloping is None:
+            return np.zeros((len(self), 2 * len(self)))
+        return self._sloping.to_dense()
+
     def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
-        if isinstance(operator, FlattenedOperator) or self.slopes is None or self._sloping is None:
+        if isinstance(operator, FlattenedOperator) or self.slopes is None:
             raise ValueError("expected cells that all have slopes, got flat ones")
         left_out = self.slopes.without(~flat)
-        if isinstance(operator, InfluenceOperator):
-            return FlattenedOperator(operator, self._sloping, left_out)
+        if isinstance(operator, InfluenceOperator) and operator.sloping is not None:
+            return FlattenedOperator(operator, operator.sloping, left_out)
+        if self._sloping is None:
+            raise ValueError("expected cells that all have slopes, got flat ones")
         matrix = np.array(operator)
         self._sloping.add_to(matrix, left_out, -1.0)
         matrix.setflags(write=False)
@@ -148,11 +155,13 @@ class LoadedCells:
 
     def flattened_rows(self, exact: "ExactRows | None", flat: ndarray) -> "ExactRows | None":
         """Those of `flattened` cells, by ``exact`` ones of these."""
-        if exact is None or self.slopes is None or self._sloping is None or not flat.any():
+        if exact is None or self.slopes is None or not flat.any():
             return exact
-        rows = exact.rows.copy()
-        sloping = self._sloping.at(exact.numbers)
-        sloping.add_to(rows, self.slopes.without(~flat), -1.0)
+        rows, x = exact.rows.copy(), self.collocation_points[:, exact.numbers]
+        sloping = self._sloping if self.few else self.slope_correction(x)
+        if sloping is not None:
+            sloping = sloping.at(exact.numbers) if self.few else sloping
+            sloping.add_to(rows, self.slopes.without(~flat), -1.0)
         return ExactRows(exact.numbers, rows)
 
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
@@ -246,7 +255,7 @@ class Footprint(LoadedCells):
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition, edge == "singular"):
-            warnings.warn(coarse, ResolutionWarning, stacklevel=2)
+            warn(coarse, ResolutionWarning, stacklevel=2)
         weights, slopes = None, None
         if edge == "singular":
             weights = _weights(substrate, basis, partition, edge_boundaries)
@@ -257,13 +266,14 @@ class Footprint(LoadedCells):
 
     @computed_once
     def fan(self) -> Fan:
-        """Triangles that fill the cells."""
-        return Fan.from_basis(self.basis)
+        """Triangles that fill the cells, also those of the weights."""
+        fan = Fan.from_basis(self.basis)
+        return fan if self.weights is None else fan.with_cells_of(self.weights.fan)
 
     @computed_once
     def triangles(self) -> PlanTriangles:
         """Triangles on which regions of contact are drawn."""
-        return PlanTriangles.of(self.partition, nodal_mesh(self.basis))
+        return PlanTriangles.of(self.partition, nodal_mesh(self.basis), self.weights)
 
     @computed_once
     def centre(self) -> ndarray:

@@ -24,10 +24,10 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import ExactRows, Footprint, LoadedCells, Operator
+from .footprint import ExactRows, LoadedCells
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution, answers_of
-from .load import Constraints, Load, load_of
+from .load import Constraints, Load, load_of, require_vertical
 from .neighbours import (
     checked_joined,
     free_of,
@@ -38,7 +38,7 @@ from .neighbours import (
 )
 from .problem import Contact, warn_of
 from .punch import RigidPunch
-from .rigid import RigidBodies
+from .rigid import RigidBodies, Shared
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
@@ -203,11 +203,10 @@ class RigidPunches(RigidBodies):
         """Some rows of the matrix, computed apart from it."""
         return rows_of([punch.footprint for punch in self.punches])
 
-    def flattened_system(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat, (n,) array of bool."""
+    def flattened_resultants(self, flat: ndarray) -> ndarray:
+        """Forces and moments of unit pressures where some cells are flat, (n,) array of bool."""
         own = zip(self.punches, self.slices, strict=True)
-        parts = [punch.footprint.flattened(flat[cells]) for punch, cells in own]
-        return self._system(parts, self.cells.flattened_operator(self.operator, flat))
+        return self._by_bodies([p.footprint.flattened(flat[cells]).resultants for p, cells in own])
 
     @property
     def _rtol(self) -> float:
@@ -217,14 +216,11 @@ class RigidPunches(RigidBodies):
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies."""
-        return self._system([punch.footprint for punch in self.punches], self.operator)
-
-    def _system(self, parts: list[Footprint], operator: Operator) -> ContactSystem:
         planes = [punch.planes(punch.collocation_points) for punch in self.punches]
         return ContactSystem(
-            operator,
+            self.operator,
             self._by_bodies(planes),
-            self._by_bodies([part.resultants for part in parts]),
+            self._by_bodies([punch.footprint.resultants for punch in self.punches]),
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
@@ -298,10 +294,11 @@ class RigidPunches(RigidBodies):
         unilateral: bool,
         method: Method,
         gap_rtol: float,
+        shared: Shared | None = None,
     ) -> tuple[Contact, ndarray]:
         """Of bodies under a frame with it."""
         if self.stiffness is None:
-            return super()._find(constraints, flat, start, unilateral, method, gap_rtol)
+            return super()._find(constraints, flat, start, unilateral, method, gap_rtol, shared)
         system = self.flattened_system(flat) if flat.any() else self.system
         framed = FramedSystem(system, self.stiffness, constraints)
         return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
@@ -336,6 +333,7 @@ class RigidPunches(RigidBodies):
         parts = []
         for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
             origin = self.punches[body[0]].origin - self.centres[number]
+            require_vertical(f"body {number}", load)
             if unilateral and self.stiffness is None:
                 members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
                 try:
@@ -367,7 +365,7 @@ class RigidPunches(RigidBodies):
         """Positions by the work of the pressures."""
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
         parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
-        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self.system)
+        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

@@ -1,6 +1,6 @@
 """Pressures under several punches and their positions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -90,11 +90,24 @@ def _moved(solution: PunchSolution | ElasticSolution) -> str:
 
 @dataclass(frozen=True, eq=False)
 class GroupAnswer:
-    """Positions of all bodies of a group by the work of the pressures, computed on demand."""
+    """Positions of all bodies of a group by the work of the pressures, computed on demand.
+
+    Attributes
+    ----------
+    group : RigidPunches
+        The group.
+    loads : tuple of Load
+        What was imposed on its bodies.
+    contact : Contact
+        What was found.
+    elsewhere : dict
+        Takes the solutions on other grids, for `Bounds`.
+    """
 
     group: Any
     loads: tuple[Load, ...]
     contact: Contact
+    elsewhere: dict[tuple[str, str], PunchesSolution] = field(default_factory=dict)
 
     @computed_once
     def positions(self) -> ndarray | None:
@@ -105,9 +118,7 @@ class GroupAnswer:
             for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)
         ]
         everything = Constraints.together(constraints)
-        flat = self.contact.flat
-        work = group.work if flat is None else group.work.flattened(flat, group)
-        return work.positions(everything, self.contact.touching, group.stiffness)
+        return group.work.positions(everything, self.contact, group.stiffness)
 
 
 def answers_of(

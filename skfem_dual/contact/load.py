@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+import scipy
 from numpy import ndarray
 from scipy.linalg import block_diag
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair
@@ -36,6 +36,12 @@ class Load:
         Inclinations Lx, Ly instead of the moments. With ``force`` the punch is guided; with
         ``settlement`` its position is given wholly. A given settlement alone leaves the
         punch free to tilt under the reaction, which acts ``at`` the given point.
+    horizontal : pair of float
+        Force (Hx, Hy) on the base, in the plane of the ground. Cells in contact carry it by shear
+        tractions, which neither slip nor change the pressures. On a `HalfSpace`,
+        `GradedHalfSpace` or `LayeredHalfSpace`, and not beside other punches.
+    torsion : float
+        Moment about the vertical through the origin, positive from x towards y, likewise.
 
     Raises
     ------
@@ -55,6 +61,8 @@ class Load:
     moments: Pair | None = None
     settlement: float | None = None
     tilt: Pair | None = None
+    horizontal: Pair | None = None
+    torsion: float | None = None
 
     def __post_init__(self) -> None:
         if (self.force is None) == (self.settlement is None):
@@ -64,12 +72,19 @@ class Load:
             )
         if self.tilt is not None and (self.at is not None or self.moments is not None):
             raise ValueError("expected either a tilt or a load point with moments, got both")
-        for name in ("force", "settlement"):
+        for name in ("force", "settlement", "torsion"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, checked_number(name, value))
-        for name in ("at", "moments", "tilt"):
+        for name in ("at", "moments", "tilt", "horizontal"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, checked_pair(name, value))
+
+    @property
+    def shear(self) -> ndarray | None:
+        """(Hx, Hy, T), zero where they are not imposed; None if none is."""
+        if self.horizontal is None and self.torsion is None:
+            return None
+        return np.array([*(self.horizontal or (0.0, 0.0)), self.torsion or 0.0])
 
     @property
     def first_moments(self) -> ndarray:
@@ -110,6 +125,16 @@ class Load:
                 moments = self.force * lever + self.first_moments
             fixed, given = [0.0, 0.0, 0.0], np.array([self.force, *moments])
         return Constraints(motions, np.array(fixed), balance.T, given)
+
+
+def require_vertical(name: str, load: Load) -> None:
+    """Refuse horizontal loads, with a ValueError, of bodies beside others."""
+    if load.shear is not None:
+        raise ValueError(
+            f"expected a vertical load and moments for {name}, got a horizontal force or torsion: "
+            "how bases beside each other slide is not known. Remedy: RigidPunch.solve for each "
+            "by itself"
+        )
 
 
 def load_of(name: str, value: Load | Mapping) -> Load:
@@ -194,7 +219,7 @@ class Hull:
             return self.beyond(x)
         # least t, and least distance d, with normals @ (x + t along) + offsets <= d
         rate = self.normals @ along
-        found = linprog(
+        found = scipy.optimize.linprog(
             [0.0, 1.0],
             np.column_stack([rate / np.abs(rate).max(), -np.ones(len(rate))]),
             -(self.normals @ x + self.offsets),
@@ -289,7 +314,7 @@ def _where(beyond_plan: float) -> str:
 def between_waves(load: Load, unilateral: bool) -> Load:
     """A load on periodic ground, which neither tilts nor has a place of its own."""
     untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
-    if load.force is None or not untilted or not unilateral:
+    if load.force is None or load.shear is not None or not untilted or not unilateral:
         raise ValueError(
             "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
             "periodic, and a settlement relative to the mean of the surface imposes no force"

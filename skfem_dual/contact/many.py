@@ -2,21 +2,24 @@
 
 While all cells stay in contact the pressures of any load are a superposition of those by the unit
 motions. A load under which bodies lift off begins with the contact found under the load nearest to
-it, and all share one inverse V of the matrix: with the cells O out of contact, their gaps g obey
-``V_OO g = (V (gap - planes' s))_O``, fewer equations than those of the cells in contact wherever
-contact is the greater part.
+it, and all share one inverse V of the matrix D: with gaps g of the cells O out of contact and the
+slopes ``h = L p`` that some cells have lost, which made settlements ``S h``, the pressures are
+``p = V (planes' s - gap + g + S h)``, where ``p_O = 0`` and ``h = L p`` are fewer equations than
+those of the cells in contact wherever contact is the greater part.
 """
 
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import csr_matrix
 
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
+from .footprint import LoadedCells
 from .load import Constraints
 from .problem import Contact
 from .system import ContactSystem, Method
@@ -28,6 +31,24 @@ KEPT = 256
 TRIES, PATIENCE = 20, 3
 #: tension and overlap that count as nothing, over the largest pressure and settlement
 ROUNDING = 1e-12
+
+
+class Law(NamedTuple):
+    """How pressures act where some cells have lost their slopes.
+
+    Attributes
+    ----------
+    matrix : (n, n) array of float
+        Settlements by unit pressures.
+    acting : (m, n) array of float
+        Forces on the unit motions likewise.
+    lost : (2 n, n) csr_matrix
+        The slopes that are lost, likewise.
+    """
+
+    matrix: Any
+    acting: ndarray
+    lost: csr_matrix
 
 
 class Responses(NamedTuple):
@@ -54,6 +75,8 @@ class ManyLoads:
     ----------
     system : ContactSystem
         The equations.
+    cells : LoadedCells
+        The cells.
     constraints : sequence of Constraints
         What is imposed in each of k cases.
     method, gap_rtol
@@ -61,6 +84,7 @@ class ManyLoads:
     """
 
     system: ContactSystem
+    cells: LoadedCells
     constraints: Sequence[Constraints]
     method: Method = "auto"
     gap_rtol: float = 1e-10
@@ -74,7 +98,7 @@ class ManyLoads:
             If a body can move without resistance.
         """
         together = self._loaded if self.method == "auto" else np.zeros_like(self._loaded)
-        moved = self._balanced(self._full, self._given[:, together])
+        moved = self._balanced(self._whole, self._full, self._given[:, together])
         pressure = self._full.pressure @ _and_one(moved)
         tension = -pressure.min(axis=0, initial=0.0) / np.abs(pressure).max(axis=0, initial=1e-300)
         full = tension <= ROUNDING if unilateral else np.ones(len(tension), dtype=bool)
@@ -131,27 +155,60 @@ class ManyLoads:
         """Pressures by unit settlements of the collocation points, shape (n, n)."""
         return self.system.factors.solve(np.eye(len(self.system.areas)))
 
-    def _responses(self, contact: ndarray) -> Responses:
+    @computed_once
+    def _whole(self) -> Law:
+        """That with all slopes."""
+        n = len(self.system.areas)
+        acting = self.system.resultants * self._units[:, None]
+        return Law(self.system.matrix, acting, csr_matrix((2 * n, n)))
+
+    @computed_once
+    def _spread(self) -> ndarray:
+        """Pressures by the settlements under unit slopes, shape (n, 2 n)."""
+        return self._inverse @ self.cells.unit_slopes()
+
+    def _responses(self, law: Law, contact: ndarray) -> Responses:
         """Those of some cells in contact, by the lesser number of equations."""
         inside, outside = np.nonzero(contact)[0], np.nonzero(~contact)[0]
         pressure, gap = np.zeros((2, *self._motions.shape))
-        if len(outside) <= len(inside):
-            spread = self._inverse[:, outside]
-            gap[outside] = np.linalg.solve(spread[outside], -self._full.pressure[outside])
-            pressure = self._full.pressure + spread @ gap[outside]
-            pressure[outside] = 0.0
+        k, felt = len(outside), np.nonzero(abs(law.lost) @ contact.astype(float))[0]
+        if k + len(felt) <= len(inside):
+            lost, spread = law.lost[felt], self._inverse[:, outside]
+            if len(felt):
+                spread = np.hstack([spread, self._spread[:, felt]])
+            equations = np.vstack([spread[outside], lost @ spread])
+            equations[k:, k:] -= np.eye(len(felt))
+            full = self._full.pressure
+            unknown = np.linalg.solve(equations, -np.vstack([full[outside], lost @ full]))
+            pressure = full + spread @ unknown
+            pressure[outside], gap[outside] = 0.0, unknown[:k]
         else:
-            matrix = np.asarray(self.system.matrix)[:, inside]
+            matrix = np.asarray(law.matrix)[:, inside]
             pressure[inside] = np.linalg.solve(matrix[inside], self._motions[inside])
             gap = matrix @ pressure[inside] - self._motions
             gap[inside] = 0.0
         return Responses(contact, pressure, gap)
 
-    def _balanced(self, responses: Responses, given: ndarray) -> ndarray:
+    def _balanced(self, law: Law, responses: Responses, given: ndarray) -> ndarray:
         """Motions under forces and moments, shapes (m, ...)."""
-        acting = self.system.resultants * self._units[:, None]
-        stiffness, held = np.hsplit(acting @ responses.pressure, [-1])
+        stiffness, held = np.hsplit(law.acting @ responses.pressure, [-1])
         return solve_scaled(stiffness, given - held.reshape(-1, *[1] * (given.ndim - 1)))
+
+    def flattened(
+        self, k: int, system: ContactSystem, flat: ndarray, start: ndarray | None
+    ) -> tuple[Contact, ndarray] | None:
+        """Contact and position in a case where some cells are flat, from pressures to begin with.
+
+        ``system`` has the equations of these; None if the case is to be solved alone.
+        """
+        shares = self.method == "auto" and self._loaded[k] and isinstance(system.matrix, ndarray)
+        if start is None or self.cells.slopes is None or not shares:
+            return None
+        contact = start > 0
+        acting = system.resultants * self._units[:, None]
+        law = Law(system.matrix, acting, self.cells.slopes.without(~flat).matrix)
+        answer = self._pivoted(law, self._responses(law, contact), self._given[:, k])
+        return None if answer is None else (answer[0], answer[0].motion * self._units)
 
     def _lifting_off(self, cases: ndarray) -> dict[int, tuple[Contact, ndarray]]:
         """Contact and position in some cases, each from that of the load nearest to it."""
@@ -169,7 +226,7 @@ class ManyLoads:
             if kept:
                 others = place[:, [i for i, _ in kept]]
                 start = kept[int(np.argmin(np.abs(others.T - place[:, k]).sum(axis=1)))][1]
-            answer = self._pivoted(start, self._given[:, k]) if dense else None
+            answer = self._pivoted(self._whole, start, self._given[:, k]) if dense else None
             if answer is None:
                 found[k] = self._alone(k, start=None if dense else last)
                 last = found[k][0].pressure if found[k][0].success else None
@@ -178,7 +235,9 @@ class ManyLoads:
             kept.append((k, answer[1]))
         return found
 
-    def _pivoted(self, responses: Responses, given: ndarray) -> tuple[Contact, Responses] | None:
+    def _pivoted(
+        self, law: Law, responses: Responses, given: ndarray
+    ) -> tuple[Contact, Responses] | None:
         """Contact from that of another load; wrong cells change side until there is none.
 
         None if they do not become fewer, or too few cells are left to resist tilts.
@@ -186,7 +245,7 @@ class ManyLoads:
         history: list[int] = []
         for _ in range(TRIES):
             try:
-                moved = self._balanced(responses, given)
+                moved = self._balanced(law, responses, given)
             except ConvergenceError:
                 return None
             motion = np.append(moved, 1.0)
@@ -198,13 +257,17 @@ class ManyLoads:
             history.append(int(wrong.sum()))
             if not wrong.any():
                 touching, steps = responses.contact, tuple(map(float, history))
-                return Contact(pressure.clip(0), moved, gap, touching, history=steps), responses
+                unit = responses.pressure[:, :-1] / self._units
+                contact = Contact(
+                    pressure.clip(0), moved, gap, touching, history=steps, unit_pressures=unit
+                )
+                return contact, responses
             if len(history) > PATIENCE and history[-1] >= max(history[-1 - PATIENCE : -1]):
                 return None
             contact = responses.contact ^ wrong
             if contact.sum() < len(moved):
                 return None
-            responses = self._responses(contact)
+            responses = self._responses(law, contact)
         return None
 
     def _alone(

@@ -1,4 +1,4 @@
-"""Sliding and twisting of a rigid base on a homogeneous half-space.
+"""Sliding and twisting of a rigid base.
 
 A relaxed base carries horizontal forces by shear tractions alone: these press nowhere, and
 pressures push nothing aside. Under a rough one, bonded to the ground, shear tractions and
@@ -16,10 +16,10 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import Pair, checked_number, checked_pair
 from ..elements.influence import flat_points
 from ..elements.tangential import Tractions
 from ..grids.polygons import readonly
+from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
 from ..kernels.once import computed_once
 from ..messages import shown
@@ -29,20 +29,22 @@ from .system import DENSE
 from .work import Sectors, sectors
 
 
-def homogeneous(cells: Footprint) -> HalfSpace:
-    """The ground; a ValueError where shear tractions on it, or on so many cells, are not known."""
-    if not isinstance(cells.substrate, HalfSpace):
+def holding(cells: Footprint) -> HalfSpace | Stratified:
+    """The ground; a ValueError where it does not hold shear tractions, or on so many cells."""
+    ground = cells.substrate
+    if not isinstance(ground, (HalfSpace, Stratified)):
         raise ValueError(
-            "expected a HalfSpace for horizontal and twisting motions, got "
-            f"{shown(cells.substrate)}: shear tractions are known on homogeneous ground only. "
-            "Remedy: stiffness() and solve without horizontal and torsion, which know every ground"
+            "expected a HalfSpace, GradedHalfSpace or LayeredHalfSpace for horizontal and "
+            f"twisting motions, got {shown(ground)}: of other grounds settlements only are known"
         )
     if not cells.few:
         raise ValueError(
             f"expected up to {DENSE} cells for horizontal and twisting motions, whose matrix is "
             f"dense, got {len(cells)}. Remedy: a coarser mesh"
         )
-    return cells.substrate
+    if isinstance(ground, Stratified):
+        ground.check_holding()
+    return ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,7 @@ class Motions:
     touching: ndarray
 
     def __post_init__(self) -> None:
-        homogeneous(self.footprint)
+        holding(self.footprint)
 
     @computed_once
     def _tractions(self) -> Tractions:
@@ -94,7 +96,7 @@ class Motions:
 
     def _displacements(self, x: ndarray) -> ndarray:
         """Displacements at points of shape (2, k) by the cells that touch, (c k, c ntouching)."""
-        ground = homogeneous(self.footprint)
+        ground = holding(self.footprint)
         found = self._tractions.displacements(ground, x, normal=self.rough)
         c = len(found)
         return found[..., self.touching].reshape(c * x.shape[1], -1)
@@ -256,18 +258,3 @@ def sliding(
         )
     motions = full if touching.all() else Motions(cells, False, touching)
     return ShearSolution.from_motions(motions, origin, load)
-
-
-def shear_load(cells: Footprint, horizontal: Pair | None, torsion: float | None) -> ndarray | None:
-    """(Hx, Hy, T), zero where it is not given; None if nothing is.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not finite numbers, or no ground is known to carry it.
-    """
-    if horizontal is None and torsion is None:
-        return None
-    homogeneous(cells)
-    force = (0.0, 0.0) if horizontal is None else checked_pair("horizontal", horizontal)
-    return np.array([*force, 0.0 if torsion is None else checked_number("torsion", torsion)])

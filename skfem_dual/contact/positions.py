@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy import ndarray
 from scipy.linalg import lstsq, null_space
-from scipy.optimize import brentq, linprog
 
 from .load import Constraints
 from .problem import Contact, ContactProblem
@@ -30,7 +30,7 @@ def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
         scale = np.abs(problem.gap).max()
         # in terms of both signs of the motions, none negative
         planes = np.vstack([problem.planes, -problem.planes]).T
-        found = linprog(np.ones(2 * k), planes, problem.gap / scale - CLEAR)
+        found = scipy.optimize.linprog(np.ones(2 * k), planes, problem.gap / scale - CLEAR)
         if not found.success:
             return None
         motion = scale * (found.x[:k] - found.x[k:])
@@ -92,7 +92,7 @@ def by_force(
     bracket = _bracket(missed, height * abs(along @ stiffness @ along))
     if bracket is None:
         return None
-    force = brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 1e-15), disp=False)
+    force = scipy.optimize.brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 1e-15), disp=False)
     contact, position, off = min(answers.values(), key=lambda answer: abs(answer[2]))
     if not contact.success or not np.isfinite(force):
         return None

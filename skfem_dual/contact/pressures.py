@@ -79,7 +79,7 @@ class CellPressures:
     @computed_once
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
-        triangles = self.footprint.triangles
+        triangles = self.punch.footprint.triangles  # slopes do not matter
         return triangles.region(self.pressure, self.gap, self.contact_modulus)
 
     @property

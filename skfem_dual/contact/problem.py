@@ -1,6 +1,5 @@
 """Contact to be found, and contact that was found."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
@@ -8,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy import ndarray
 
-from ..errors import ConvergenceWarning, ResolutionWarning
+from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from .load import Constraints
 
@@ -57,8 +56,8 @@ class ContactProblem:
         Force or moment conjugate to each motion by unit pressure on each cell.
     given : (k,) array of float
         The forces and moments imposed.
-    smoother : LinearOperator, optional
-        Approximate inverse of the matrix, symmetric and positive, if all areas are the same.
+    inverse : LinearOperator, optional
+        Approximate inverse of the matrix; times the areas nearly symmetric, and positive.
     """
 
     matrix: ndarray | Product
@@ -67,7 +66,7 @@ class ContactProblem:
     planes: ndarray
     resultants: ndarray
     given: ndarray
-    smoother: Product | None = None
+    inverse: Product | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +95,8 @@ class Contact:
     flat : (n,) array of bool, optional
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
+    unit_pressures : (n, m) array of float, optional
+        By unit motions of bodies with that contact, if they are known.
     """
 
     pressure: ndarray
@@ -107,6 +108,7 @@ class Contact:
     history: tuple[float, ...] = ()
     residual: float = 0.0
     flat: ndarray | None = None
+    unit_pressures: ndarray | None = None
 
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
@@ -116,7 +118,8 @@ class Contact:
         """The same under one of several bodies, by its cells."""
         pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
         flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
-        return replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
+        part = replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
+        return replace(part, unit_pressures=None)
 
     @property
     def pulling(self) -> float:
@@ -160,8 +163,8 @@ def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
     ``parts`` are the cells of each body.
     """
     if not contact.success:
-        warnings.warn(contact.message, ConvergenceWarning, stacklevel=3)
+        warn(contact.message, ConvergenceWarning, stacklevel=3)
         return
     for cells in parts:
         if message := contact.under(cells).rough:
-            warnings.warn(message, ResolutionWarning, stacklevel=3)
+            warn(message, ResolutionWarning, stacklevel=3)

@@ -1,6 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, Literal
 
@@ -19,10 +19,10 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import Collocation, Edge, EdgeBoundaries, Footprint, Operator
+from .footprint import Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
 from .load import Constraints, Load, between_waves, load_of, require_compression
-from .motions import shear_load, sliding
+from .motions import holding
 from .pressures import CellPressures
 from .problem import Contact, warn_of
 from .rigid import RigidBodies
@@ -177,22 +177,18 @@ class RigidPunch(Movable, RigidBodies):
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
-        return self._system(self.footprint, self.operator)
-
-    def _system(self, cells: Footprint, operator: Operator) -> ContactSystem:
         return ContactSystem(
-            operator,
+            self.operator,
             self.planes(self.collocation_points),
-            cells.resultants,
+            self.footprint.resultants,
             self.initial_gap,
             self.partition.areas,
             self.timings,
         )
 
-    def flattened_system(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat, (n,) array of bool."""
-        operator = self.footprint.flattened_operator(self.operator, flat)
-        return self._system(self.footprint.flattened(flat), operator)
+    def flattened_resultants(self, flat: ndarray) -> ndarray:
+        """Force and moments of unit pressures where some cells are flat, (n,) array of bool."""
+        return self.footprint.flattened(flat).resultants
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
@@ -263,7 +259,7 @@ class RigidPunch(Movable, RigidBodies):
             A force (Hx, Hy) on the base, in the plane of the ground, and a moment about the
             vertical through ``origin``, positive from x towards y. Cells in contact carry them by
             shear tractions, which neither slip nor change the pressures; see
-            ``solution.shear``. On a `HalfSpace` only, with up to 4000 cells.
+            ``solution.shear``. With up to 4000 cells, and not on layers on a smooth rigid base.
         unilateral : bool
             Whether the contact region is found: the ground does not pull, and the punch lifts
             off where it would. If not, all cells stay in contact, the paper's (5).
@@ -294,8 +290,7 @@ class RigidPunch(Movable, RigidBodies):
         ConvergenceError
             If the system of equations is singular.
         """
-        load = Load(force, at, moments, settlement, tilt)
-        shear = shear_load(self.footprint, horizontal, torsion)
+        load = Load(force, at, moments, settlement, tilt, horizontal, torsion)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
         unilateral = checked_flag("unilateral", unilateral)
         if self._periodic:
@@ -310,11 +305,8 @@ class RigidPunch(Movable, RigidBodies):
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
-        if shear is None:
-            return solution
-        origin = np.array(self.origin)
-        found = sliding(self.footprint, contact.touching, origin, shear, self._motions)
-        return replace(solution, shear=found)
+        _ = solution.shear  # what does not hold is told now
+        return solution
 
     def solve_many(self, cases: Cases, **options: Any) -> CasesSolution:
         """Many load cases at a time, by superposition while all cells keep contact.
@@ -348,11 +340,19 @@ class RigidPunch(Movable, RigidBodies):
         return answers.of(0, self.footprint, loads)
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
-        """What one load imposes; a ValueError where no pressures can balance it."""
+        """What one load imposes; a ValueError where no pressures, or no ground, can balance it."""
+        load = loads[0]
+        if load.shear is not None:
+            holding(self.footprint)
+            if load.force == 0:
+                raise ValueError(
+                    "expected a positive force with horizontal forces and torsion, which cells in "
+                    "contact carry, got 0. Remedy: stiffness(full=True) for a base without weight"
+                )
         origin = self.origin - self.centre
         if unilateral:
-            require_compression(loads[0], origin, self.footprint.hulls, self.gap is None)
-        return loads[0].constraints(origin)
+            require_compression(load, origin, self.footprint.hulls, self.gap is None)
+        return load.constraints(origin)
 
     def answers(
         self,
@@ -372,7 +372,7 @@ class RigidPunch(Movable, RigidBodies):
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
-        return Work((Part(self.footprint, 0, self.centre),), self.system)
+        return Work((Part(self.footprint, 0, self.centre),), self)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""

@@ -28,7 +28,7 @@ from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
 from .footprint import Ground, LoadedCells
 from .group_solution import PunchesSolution
-from .load import Constraints, Load, load_of, require_compression
+from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import require_apart, require_one_ground
 from .one_sign import contact_of, solved
 from .problem import Contact, Share, warn_of
@@ -191,9 +191,8 @@ class Punches:
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, method == "active-set")
-            chosen: Method = "cg" if method == "auto" and constraints.conjugate else method
             known = constraints, unilateral
-            contact, position = contact_of(system, *known, chosen, start, gap_rtol)
+            contact, position = contact_of(system, *known, method, start, gap_rtol)
             rtol = getattr(self.ground, "rtol", 0.0)
             verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
             return verify(contact, position), position
@@ -229,6 +228,7 @@ class Punches:
             np.concatenate([share.gap for share in shares]),
             np.concatenate([punch.partition.areas for punch in self.punches]),
             self.timings,
+            self.operator.preconditioner if flat.any() else None,
         )
 
     def _checked_loads(self, loads: Sequence[Any]) -> list[Any]:
@@ -296,7 +296,9 @@ class Punches:
 def _checked_load(name: str, punch: RigidPunch | ElasticPunch, load: Any) -> Any:
     """A load of a rigid punch; load vector and held values of an elastic one."""
     if isinstance(punch, RigidPunch):
-        return load_of(name, load)
+        load = load_of(name, load)
+        require_vertical(name, load)
+        return load
     if isinstance(load, Load):
         raise TypeError(
             f"expected a load vector of the structure for {name}, got a Load. Remedy: assemble it "

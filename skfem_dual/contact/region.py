@@ -3,9 +3,12 @@
 Where contact ends smoothly the pressure falls like the square root of the distance s to its edge
 and the gap opens like the power 3/2, with one strength K for both (K. L. Johnson, Contact
 Mechanics, 1985, section 5.1): ``p = K s^(1/2)``, ``gap = 4 K s^(3/2) / (3 E*)``. So pressures and
-gaps on both sides of the edge become distances to it, whose zero is the edge.
+gaps on both sides of the edge become distances to it, whose zero is the edge; `contact_line` finds
+it once more by second degree. Where the edge meets that of the plan both grow by its law, too, and
+are taken over it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,17 +16,23 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
+from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import signed_areas
+from ..grids.mappings import own_mapping
+from ..grids.outline import distance_to_segments
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
+from .contact_line import moved_line
 
 #: neighbours over which planes are fitted and strengths averaged
 AROUND = 7
 #: planes through points nearly on one line, by the determinant of their equations, are fitted
 #: with more care
 FLAT = 1e-5
+#: points of a line over which its way is averaged
+NEAREST = 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,6 +72,14 @@ class ContactRegion:
             Contact modulus E* of the surface.
         """
         return PlanTriangles.of(partition, mesh).region(pressure, gap, modulus)
+
+    @classmethod
+    def together(cls, regions: Sequence["ContactRegion"]) -> "ContactRegion":
+        """Those under several bodies."""
+        firsts = np.cumsum([0, *(region.p.shape[1] for region in regions)])
+        t = np.hstack([region.t + first for region, first in zip(regions, firsts)])
+        p, level = (np.hstack([getattr(r, name) for r in regions]) for name in ("p", "level"))
+        return cls(readonly(p), readonly(t), readonly(level))
 
     def __repr__(self) -> str:
         return (
@@ -124,7 +141,7 @@ class ContactRegion:
         if not self.edge:
             return np.empty(0, dtype=np.int64)
         middles = np.hstack([(line[:, 1:] + line[:, :-1]) / 2 for line in self.edge])
-        return np.unique(mesh.element_finder()(*middles))
+        return np.unique(mesh.element_finder(own_mapping(mesh))(*middles))
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,14 +154,19 @@ class PlanTriangles:
         The cells.
     p, t
         As of `ContactRegion`.
+    law : (n,) array of float
+        The law of the plan's edge in the middles of the cells: pressures and gaps grow by it.
     """
 
     partition: Partition
     p: ndarray
     t: ndarray
+    law: ndarray
 
     @classmethod
-    def of(cls, partition: Partition, mesh: Mesh) -> "PlanTriangles":
+    def of(
+        cls, partition: Partition, mesh: Mesh, weights: EdgeWeights | None = None
+    ) -> "PlanTriangles":
         """Those of a mesh of triangles, or a quarter each of quadrilaterals."""
         p, t = mesh.p, mesh.t
         if len(t) == 4:
@@ -152,7 +174,8 @@ class PlanTriangles:
             p = np.hstack([p, p[:, t].mean(axis=1)])
             t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
         t = np.where(signed_areas(p, t) < 0, t[[0, 2, 1]], t)
-        return cls(partition, readonly(p), readonly(t))
+        law = np.ones(len(partition)) if weights is None else weights.in_cells
+        return cls(partition, readonly(p), readonly(t), law)
 
     @computed_once
     def _planes(self) -> "PlaneFit":
@@ -170,9 +193,22 @@ class PlanTriangles:
             return self._whole
         level = np.full(self.p.shape[1], -1.0)
         if (pressure > 0).any():
-            distance = _edge_distance(self.partition, pressure, gap * 0.75 * modulus)
-            level = self._planes(distance)[0]
+            opening = gap * 0.75 * modulus / self.law
+            level = self._level(pressure / self.law, opening)
         return ContactRegion(self.p, self.t, readonly(level))
+
+    def _level(self, pressure: ndarray, opening: ndarray) -> ndarray:
+        """``level`` of the region, from pressures and openings over the law of the plan's edge."""
+        cells = self.partition
+        level = self._planes(_edge_distance(cells, pressure, opening))[0]
+        if not (lines := ContactRegion(self.p, self.t, level).edge):
+            return level
+        sizes = np.sqrt(cells.areas)
+        points, moved = moved_line(lines, cells.centroids, sizes, pressure, opening)
+        a, b = (np.hstack([line[:, i : i - 1 or None] for line in lines]) for i in (0, 1))
+        distance = np.copysign(distance_to_segments(self.p, a, b), level)
+        nearest = cKDTree(points.T).query(self.p.T, min(NEAREST, len(moved)))[1]
+        return distance + moved[nearest.reshape(len(level), -1)].mean(axis=1)
 
 
 def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) -> ndarray:

@@ -1,12 +1,14 @@
 """Rigid bodies on the ground, one or several: contact under loads, found and verified."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
+from ..kernels.limits import threads_for_matrix
 from .footprint import ExactRows, LoadedCells
 from .load import Constraints, Load
 from .one_sign import contact_of, solved
@@ -14,6 +16,9 @@ from .problem import Contact
 from .solution import PunchSolution
 from .system import ContactSystem, Method
 from .verify import Verification
+
+#: contact and position by equations with some flat cells, from pressures to begin with, if any
+Shared = Callable[[ContactSystem, ndarray, ndarray | None], tuple[Contact, ndarray] | None]
 
 
 class RigidBodies(ABC):
@@ -53,8 +58,15 @@ class RigidBodies(ABC):
         """Accuracy of the operator's products."""
 
     @abstractmethod
+    def flattened_resultants(self, flat: ndarray) -> ndarray:
+        """Forces and moments of unit pressures where some cells are flat, (n,) array of bool."""
+
     def flattened_system(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat, (n,) array of bool."""
+        """The equations where some cells are flat."""
+        operator = self.cells.flattened_operator(self.operator, flat)
+        acting = self.flattened_resultants(flat)
+        nearby = self.system.approximate
+        return replace(self.system, matrix=operator, resultants=acting, nearby=nearby)
 
     @abstractmethod
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
@@ -85,14 +97,18 @@ class RigidBodies(ABC):
         gap_rtol: float,
         start: ndarray | None = None,
         found: tuple[Contact, ndarray] | None = None,
+        shared: Shared | None = None,
     ) -> tuple[Contact, ndarray]:
-        """Contact and positions, verified; ``start`` and ``found`` as of `solved`."""
+        """Contact and positions, verified; ``start`` and ``found`` as of `solved`.
+
+        What many loads have shared answers first where some cells are flat.
+        """
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self._find(constraints, flat, start, unilateral, method, gap_rtol)
+            return self._find(constraints, flat, start, unilateral, method, gap_rtol, shared)
 
         # infinite loads are refused there
-        with np.errstate(over="ignore", invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(len(self.cells)):
             return solved(self.cells, find, unilateral, start, found)
 
     def _find(
@@ -103,10 +119,14 @@ class RigidBodies(ABC):
         unilateral: bool,
         method: Method,
         gap_rtol: float,
+        shared: Shared | None = None,
     ) -> tuple[Contact, ndarray]:
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
         system = self.flattened_system(flat) if flat.any() else self.system
-        contact, position = contact_of(system, constraints, unilateral, method, start, gap_rtol)
+        known = None if shared is None else shared(system, flat, start)
+        contact, position = known or contact_of(
+            system, constraints, unilateral, method, start, gap_rtol
+        )
         verify = self.verification(constraints, unilateral, gap_rtol)
         rows = self.cells.flattened_rows(verify.exact, flat)
         return replace(verify, system=system, exact=rows)(contact, position), position

@@ -6,9 +6,9 @@ from os import PathLike
 from typing import Self
 
 import numpy as np
+import scipy
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.interpolate import LinearNDInterpolator, RegularGridInterpolator
 from skfem import CellBasis
 
 from ..arguments import (
@@ -273,10 +273,12 @@ class MeasuredProfile:
     def _between(self) -> Callable[[ndarray], ndarray]:
         """Heights between the points; NaN outside."""
         if self._grid is None:
-            triangles = LinearNDInterpolator(self.x.T, self.height)  # type: ignore[union-attr]
+            triangles = scipy.interpolate.LinearNDInterpolator(self.x.T, self.height)  # type: ignore[union-attr]
             return lambda x: triangles(x[0], x[1])
         grid, height = self._grid
-        bilinear = RegularGridInterpolator(grid, height, bounds_error=False, fill_value=np.nan)
+        bilinear = scipy.interpolate.RegularGridInterpolator(
+            grid, height, bounds_error=False, fill_value=np.nan
+        )
         ends = np.array([[part[0], part[-1]] for part in grid])
         slack = OUTSIDE * np.array([part[1] - part[0] for part in grid])
 

@@ -1,6 +1,5 @@
 """Position of a rigid punch and the pressures under it: what a solver answers."""
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,20 +9,16 @@ from numpy.typing import ArrayLike
 
 from ..arguments import checked_flag
 from ..elements.influence import flat_points
-from ..errors import ConvergenceError, MeshError
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
-from .motions import ShearSolution
+from .motions import ShearSolution, sliding
 from .pressures import CellPressures
 from .problem import Contact
-from .work import Member, positions_alone
+from .system import DENSE
+from .work import Alone, Member
 
-#: up to so many cells a printed solution tells its bounds, in some hundredths of a second
-REPR_BOUNDS = 200
-#: up to so many cells a printed solution tells the condition number, in a few milliseconds
-REPR_CONDITION = 2000
 TINY = float(np.finfo(float).tiny)
 
 
@@ -69,18 +64,15 @@ class PunchSolution(CellPressures):
     flat : (n,) array of bool or None
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
-    member : Member or None
-        What tells its position by work in a group of rigid punches.
-    shear : ShearSolution or None
-        How the punch slides and twists, if that was asked for.
+    member : Alone, Member or None
+        What tells its position by work, alone or in a group of rigid punches.
     """
 
     load: Load
     collocated_settlement: float
     collocated_tilt: ndarray
     resultant_residual: ndarray
-    member: Member | None = None
-    shear: ShearSolution | None = None
+    member: Alone | Member | None = None
 
     @classmethod
     def from_contact(
@@ -91,13 +83,15 @@ class PunchSolution(CellPressures):
         position: ndarray,
         timings: dict[str, float],
         others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
-        member: Member | None = None,
+        member: Alone | Member | None = None,
     ) -> "PunchSolution":
         """The answer, from contact and position of the plan's centroid.
 
         ``others`` are the punches beside it, with their pressures and the cells that are flat; of
         a group it is a ``member``.
         """
+        if member is None and not others:
+            member = Alone(punch, load, contact)
         pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
         if contact.flat is not None:
             cells = cells.flattened(contact.flat)
@@ -156,15 +150,8 @@ class PunchSolution(CellPressures):
     def positions(self) -> ndarray:
         """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
-        touching = np.zeros(len(self.pressure), dtype=bool)
-        touching[self.contact] = True
-        if self.member is not None:
-            found = self.member.positions
-        elif self.others:
-            found = None
-        else:
-            found = positions_alone(self.punch, self.load, touching, self.flat)
-        if found is None or not self.success:
+        found = self.member.positions if self.member is not None and self.success else None
+        if found is None:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
 
@@ -173,13 +160,13 @@ class PunchSolution(CellPressures):
         """Between which values the exact settlement and tilt are expected; computed on demand.
 
         Solves the same problem on the other grid of the mesh, in a few times the time of the
-        solution. Printed with solutions on up to 200 cells, or once computed.
+        solution. Printed with the solution once computed.
 
         Raises
         ------
         ValueError
-            If the punch has neighbours or quadrilateral cells, its shape is that of one grid's
-            cells only, or the equations do not hold.
+            If the punch has neighbours that do not move alone, or quadrilateral cells, its shape
+            is that of one grid's cells only, or the equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
 
@@ -193,6 +180,21 @@ class PunchSolution(CellPressures):
         True
         """
         return Bounds.from_solution(self)
+
+    @computed_once
+    def shear(self) -> ShearSolution | None:
+        """How the punch slides and twists under its horizontal load; None without one.
+
+        Raises
+        ------
+        ValueError
+            If fewer than two cells touch.
+        """
+        load = self.load.shear
+        if load is None:
+            return None
+        origin, full = np.array(self.footprint.origin), self.punch.relaxed_motions
+        return sliding(self.footprint, self.pressure != 0, origin, load, full)
 
     @property
     def condition_number(self) -> float:
@@ -235,27 +237,24 @@ class PunchSolution(CellPressures):
             position |= self.shear.table()
         return first | position | rows | residuals | last
 
-    def _bounds_row(self) -> dict[str, str]:
-        """The bounds, where they are known or soon are, or how to have them."""
-        if why_none(self):
-            return {}
-        if "bounds" not in self.__dict__ and len(self.pressure) > REPR_BOUNDS:
-            return {"Bounds": "see solution.bounds"}
-        try:
-            with warnings.catch_warnings():  # told with the solution itself
-                warnings.simplefilter("ignore")
-                bounds = self.bounds
-        except (MeshError, ConvergenceError) as error:
-            return {"Bounds": f"none: {error}"}
-        name, line = next(iter(bounds.lines().items()))
-        return {"Bounds": f"{name} {line}"}
+    def _on_demand(self) -> dict[str, str]:
+        """Rows of what takes a few times the solution: once it is known, or how to have it."""
+        rows = {}
+        if "bounds" in self.__dict__:
+            name, line = next(iter(self.bounds.lines().items()))
+            rows["Bounds"] = f"{name} {line}"
+        elif not why_none(self):
+            rows["Bounds"] = "see solution.bounds"
+        system = self.punch.__dict__.get("system")  # not that of a group
+        if "condition_number" in getattr(system, "__dict__", {}):
+            rows["Condition number"] = f"{self.condition_number:.4g}"
+        elif len(self.pressure) <= DENSE:
+            rows["Condition number"] = "see solution.condition_number"
+        return rows
 
     def __repr__(self) -> str:
         rows = self.table()
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        rows |= self._bounds_row() | last
-        if len(self.pressure) <= REPR_CONDITION:
-            last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-            rows |= {"Condition number": f"{self.condition_number:.4g}"} | last
+        rows |= self._on_demand() | last
         lines = [f"  {name:<18}{value}" for name, value in rows.items()]
         return "\n".join(["<skfem_dual PunchSolution object>", *lines])

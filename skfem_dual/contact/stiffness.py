@@ -36,7 +36,7 @@ class Movable(Body):
         Parameters
         ----------
         full : bool
-            Whether the base also slides and twists, on a `HalfSpace`.
+            Whether the base also slides and twists; not on layers on a smooth rigid base.
         rough : bool
             Whether the base is bonded to the ground, so that pressures and shear tractions are
             coupled; ``full`` only. Otherwise it is relaxed: horizontal motions are carried by
@@ -55,8 +55,8 @@ class Movable(Body):
         Raises
         ------
         ValueError
-            If ``rough`` without ``full``, or if ``full`` and the ground is not homogeneous or
-            there are more than 4000 cells.
+            If ``rough`` without ``full``, or if ``full`` and the ground does not hold horizontal
+            forces or there are more than 4000 cells.
 
         Examples
         --------
@@ -81,13 +81,13 @@ class Movable(Body):
             whole = np.ones(len(self.footprint), dtype=bool)
             return shift.T @ Motions(self.footprint, True, whole).stiffness @ shift
         stiffness = np.zeros((6, 6))
-        stiffness[3:, 3:] = self._motions.stiffness
+        stiffness[3:, 3:] = self.relaxed_motions.stiffness
         by_work = self.gap is None and self.weights is not None
         vertical = self.work.stiffness if by_work else self.system.stiffness
         stiffness[:3, :3] = (vertical + vertical.T) / 2
         return shift.T @ stiffness @ shift
 
     @computed_once
-    def _motions(self) -> Motions:
+    def relaxed_motions(self) -> Motions:
         """Horizontal ones while the whole base touches."""
         return Motions(self.footprint, False, np.ones(len(self.footprint), dtype=bool))

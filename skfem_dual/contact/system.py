@@ -31,6 +31,7 @@ from .positions import apart, by_force, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
+    MOST,
     CellForces,
     active_set,
     conjugate_gradients,
@@ -38,8 +39,9 @@ from .unilateral import (
 )
 
 Method = Literal["auto", "active-set", "cg"]
-#: up to so many cells the answer of the conjugate gradients is polished by a direct solution
-POLISHED = 3000
+#: violation of the conditions on the gap to which iterations with a matrix go by default, and
+#: how many there are before an active set ends what they began
+EXACTLY, FEW = 1e-13, 100
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
 
@@ -65,6 +67,8 @@ class ContactSystem:
         Areas of the cells.
     timings : dict
         Takes the seconds of the factorisation.
+    nearby : matrix-like, optional
+        Inverse of a matrix that differs in few cells, an approximate one or factors.
     """
 
     matrix: ndarray | SymmetricMatrix | InfluenceOperator | FlattenedOperator | YieldingOperator
@@ -73,6 +77,7 @@ class ContactSystem:
     gap: ndarray
     areas: ndarray
     timings: dict[str, float] = field(default_factory=dict)
+    nearby: Any = None
 
     @computed_once
     def factors(self) -> Factors:
@@ -83,6 +88,8 @@ class ContactSystem:
     @computed_once
     def preconditioner(self) -> Any:
         """Approximate inverse of the matrix, if that is an operator."""
+        if self.nearby is not None:
+            return self.nearby
         with timed(self.timings, "preconditioner"):
             if isinstance(self.matrix, (YieldingOperator, FlattenedOperator)):
                 return self.matrix.preconditioner
@@ -110,10 +117,30 @@ class ContactSystem:
         """Whether a uniform pressure settles nothing, as on periodic ground."""
         return self._regular is not None and self._regular.singular
 
+    @property
+    def _formed(self) -> bool:
+        """Whether the matrix is there, or is formed where iterations do not end soon."""
+        under = self.matrix.ground if isinstance(self.matrix, YieldingOperator) else self.matrix
+        return isinstance(under, (np.ndarray, SymmetricMatrix))
+
     @computed_once
     def _array(self) -> Any:
         """The matrix as something that can be factorised, if it can be."""
-        return self.matrix if self._given or self._regular is None else self._regular.to_dense()
+        operator: Any = self.matrix if self._regular is None else self._regular
+        return operator if self._given else operator.to_dense()
+
+    @property
+    def approximate(self) -> Any:
+        """What is nearly the inverse of the matrix; None of one that needs no factors."""
+        if self.nearby is not None:
+            return self.nearby
+        if self._regular is not None:
+            return self._regular.inverse
+        if not self._given:
+            return self.preconditioner
+        if self.gap.any():  # shaped punches do without full contact, and begin with none
+            return None
+        return self.matrix.factors if isinstance(self.matrix, SymmetricMatrix) else self.factors
 
     @property
     def unit_pressures(self) -> ndarray:
@@ -224,7 +251,8 @@ class ContactSystem:
         constraints : Constraints
             What is imposed.
         method : {"auto", "active-set", "cg"}
-            ``"auto"``: conjugate gradients, polished by the active set up to `POLISHED` cells.
+            ``"auto"``: conjugate gradients, with a matrix to rounding errors; the active set
+            where they do not end soon, unless there are too many cells.
         start : (n,) array of float, optional
             Pressures to begin with.
         gap_rtol : float
@@ -271,7 +299,7 @@ class ContactSystem:
             planes=motions.T @ self.planes,
             resultants=balance @ self.resultants,
             given=constraints.given / unit,
-            smoother=None if self._regular is None else self._regular.inverse,
+            inverse=self.approximate,
         )
 
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
@@ -324,7 +352,7 @@ class ContactSystem:
         start: ndarray | None,
         gap_rtol: float,
     ) -> Contact | None:
-        """Contact by one method, or by conjugate gradients polished by the active set.
+        """Contact by one method, or by the active set from where conjugate gradients ended.
 
         None if there is no method for what is imposed.
         """
@@ -333,19 +361,22 @@ class ContactSystem:
             return None
         if method == "active-set" or not conjugate:
             return active_set(replace(problem, matrix=self._array), _beginning(start, n))
-        if not (method == "auto" and self._given and n <= POLISHED):
+        if not (method == "auto" and self._formed):
             return self._gradients(problem, start, gap_rtol)
-        rough = conjugate_gradients(problem, start, 1e-4, progress=_bars.get())
-        polished = active_set(problem, _beginning(rough.pressure if rough.success else start, n))
-        return replace(polished, history=rough.history + polished.history)
+        found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
+        if found.success:
+            return found
+        contact = _beginning(found.pressure if found.touching.any() else start, n)
+        polished = active_set(replace(problem, matrix=self._array), contact)
+        return replace(polished, history=found.history + polished.history)
 
     def _gradients(
-        self, problem: ContactProblem, start: ndarray | None, gap_rtol: float
+        self, problem: ContactProblem, start: ndarray | None, gap_rtol: float, most: int = MOST
     ) -> Contact:
         """Conjugate gradients, however many cells."""
         # threads of BLAS go on waiting for work, in the way of those of the products
         with nullcontext() if self._dense else limited_threads(1, "blas"):
-            return conjugate_gradients(problem, start, gap_rtol, progress=_bars.get())
+            return conjugate_gradients(problem, start, gap_rtol, most, _bars.get())
 
     def _scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""

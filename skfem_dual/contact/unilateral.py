@@ -11,7 +11,7 @@ which only multiply by D.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy import ndarray
@@ -20,10 +20,12 @@ from tqdm import tqdm
 from ..arguments import checked_number
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
-from .problem import Contact, ContactProblem
+from .problem import Contact, ContactProblem, Product
 
 #: the largest tolerance of gaps
 COARSEST = 1e-2
+#: iterations of the conjugate gradients after which to give up
+MOST = 1000
 #: few equations are told apart from singular ones by the determinant over the diagonal
 CLEAR = 1e-8
 
@@ -86,16 +88,16 @@ def conjugate_gradients(
     problem: ContactProblem,
     start: ndarray | None = None,
     gap_rtol: float = 1e-10,
-    most: int = 1000,
+    most: int = MOST,
     progress: bool = False,
 ) -> Contact:
     """Projected conjugate gradients for any matrix or LinearOperator.
 
-    The unknowns are the forces on the cells, so that the matrix is nearly symmetric, and the
-    square roots of the areas precondition it, and its smoother if the problem has one, between
-    the cells in contact. In every iteration the motions are those that
-    leave the gaps in contact without a resultant, and the step ends on the forces that balance
-    the load and do not pull, the nearest ones in the norm of the preconditioner.
+    The unknowns are the forces on the cells, so that the matrix is nearly symmetric. The inverse
+    of the problem, between the cells in contact, preconditions it, or else the square roots of
+    the areas. In every iteration the motions are those that leave the gaps in contact without a
+    resultant, and the step ends on the forces that balance the load and do not pull, the nearest
+    ones in the norm of those square roots.
 
     Parameters
     ----------
@@ -171,7 +173,7 @@ class CellForces:
     acting : (k, n) array of float
         Resultants of unit forces on the cells.
     scale : (n,) array of float
-        Inverse of the preconditioner, which is diagonal.
+        Forces by unit settlements but for a factor, as a diagonal matrix has it.
     """
 
     problem: ContactProblem
@@ -180,12 +182,12 @@ class CellForces:
 
     @classmethod
     def from_problem(cls, problem: ContactProblem) -> "CellForces":
-        """With the square roots of the areas as preconditioner."""
+        """With the square roots of the areas for the scale."""
         return cls(problem, problem.resultants / problem.areas, np.sqrt(problem.areas))
 
     @computed_once
     def sides(self) -> ndarray:
-        """Resultants of forces as large as the preconditioner has it, shape (k, n)."""
+        """Resultants of forces as large as the scale, shape (k, n)."""
         return self.acting * self.scale
 
     @computed_once
@@ -193,11 +195,12 @@ class CellForces:
         return np.abs(self.acting)
 
     @computed_once
-    def _response(self) -> float:
-        """What the smoother makes of a unit settlement of one cell there."""
+    def _spread(self) -> ndarray:
+        """Areas over what makes the inverse as large as the scale, in one cell."""
         one, middle = np.zeros(len(self.scale)), len(self.scale) // 2
         one[middle] = 1.0
-        return float((self.problem.smoother @ one)[middle]) if self.problem.smoother else 1.0
+        force = self.problem.areas * (cast(Product, self.problem.inverse) @ one)
+        return self.problem.areas * (self.scale[middle] / force[middle])
 
     def settlement(self, force: ndarray) -> ndarray:
         """Of the collocation points under forces on the cells."""
@@ -220,9 +223,10 @@ class CellForces:
         overlap = ~contact & (gap < 0)
         working = contact | overlap
         slope = self.without_resultant(self.scale * gap, working)
-        if (smoother := self.problem.smoother) is not None:
-            # between projections on both sides it is symmetric
-            slope = self.without_resultant((smoother @ slope) / self._response, working)
+        if (inverse := self.problem.inverse) is not None:
+            # between projections on both sides it is as symmetric as it is alone
+            pressed = self._spread * (inverse @ (slope / self.scale))
+            slope = self.without_resultant(pressed, working)
         direction = slope
         if before is not None and not overlap.any():
             beta = max(0.0, slope @ (gap - before.gap) / before.decrease)

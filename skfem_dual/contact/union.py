@@ -77,17 +77,10 @@ def rows_of(parts: Sequence[LoadedCells]) -> ExactRows:
 
 def _union_of_partitions(parts: list[Partition]) -> Partition:
     """Ribs of different parts are not shared, and boundaries keep the facets of their meshes."""
-    polygons = [part.polygons for part in parts]
-    points = _firsts([each.p.shape[1] for each in polygons])
-    vertices = _firsts([len(each.indices) for each in polygons])
-    cells = _firsts([len(each) for each in polygons])
-    ends = [each.offsets[1:] + first for each, first in zip(polygons, vertices)]
+    points = _firsts([part.polygons.p.shape[1] for part in parts])
+    cells = _firsts([len(part) for part in parts])
     return Partition(
-        Polygons(
-            np.hstack([each.p for each in polygons]),
-            np.concatenate([each.indices + first for each, first in zip(polygons, points)]),
-            np.concatenate([[0], *ends]),
-        ),
+        Polygons.together([part.polygons for part in parts]),
         np.hstack([part.facets + first for part, first in zip(parts, points)]),
         np.hstack(
             [np.where(part.f2c >= 0, part.f2c + first, -1) for part, first in zip(parts, cells)]
@@ -112,7 +105,7 @@ def _union_of_weights(parts: Sequence[LoadedCells], partition: Partition) -> Edg
         readonly(
             np.concatenate([fan.cell + cells[i] for fan, i in zip(fans, weighted)]), np.int32
         ),
-        block_diag([fan.interpolation for fan in fans], "csr"),
+        np.concatenate([fan.part for fan in fans]),
     )
     edge = np.concatenate([each.ribs + ribs[i] for each, i in zip(weights, weighted)])
     return _UnionWeights(partition, fan, edge, tuple(weights), cells[weighted])

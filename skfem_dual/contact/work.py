@@ -12,30 +12,34 @@ R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
 
 from ..elements.edge_weights import EdgeWeights
+from ..elements.load_matrix import points_in_pieces
+from ..elements.slope_correction import SlopeCorrection
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
 from .load import Constraints, Load
-from .problem import DOZEN
-from .system import DENSE, ContactSystem
+from .problem import DOZEN, Contact
+from .system import DENSE
 
 #: cells over which the weight varies by less than this factor hardly part from the punch: 1.25 is
 #: better on meshes graded to the edge, 1.5 on uniform ones
 VARIATION = 1.5
 #: where ground and punch are apart by more than so much of a unit motion, on average over a cell,
-#: the pressure in the cell is of another kind, as in corners of triangles: it is left out
+#: the pressure in the cell is of another kind, as on thin layers that keep their volume: it is
+#: left out
 APART = 0.025
 
 
 class Sectors(NamedTuple):
-    """Parts of cells near the edge, one for each triangle of the mesh in which the cell has one.
+    """Parts of cells near the edge: a dual cell has one in each triangle of the mesh.
 
     Attributes
     ----------
@@ -53,20 +57,36 @@ class Sectors(NamedTuple):
 
 
 def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
-    """The sectors of dual cells; of other cells the triangles of their fan."""
+    """The sectors of dual cells; of other cells two halves of each triangle around the middle."""
     fan, (mean, off) = weights.fan, weights.of_triangles
     least, most = np.full(len(weights.weighted), np.inf), np.zeros(len(weights.weighted))
     np.minimum.at(least, fan.cell, weights.root[fan.t].min(axis=0))
     np.maximum.at(most, fan.cell, weights.root[fan.t].max(axis=0))
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
-    cell, load = fan.cell[own], (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
+    load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
-    # of the points of a fan barycentres come last
-    key = np.stack([cell, fan.t[:, own].max(axis=0) if on_dual_cells else own])
+    key = np.stack([fan.cell[own], fan.part[own]])
     (cell, _), sector = np.unique(key, axis=1, return_inverse=True)
-    total = np.bincount(sector.ravel(), load, len(cell))
-    x = np.stack([np.bincount(sector.ravel(), load * a, len(cell)) for a in x]) / total
+    sector, m = sector.ravel(), len(cell)
+    total = np.bincount(sector, load, m)
+    x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
+    if not on_dual_cells:
+        spread = _spread(weights, own, sector, x) / np.sqrt(total)
+        x = np.hstack([x - spread, x + spread])
+        cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
     return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> ndarray:
+    """Root of the greater principal second moment of the load of sectors about ``x``, along its
+    axis, shape (2, m); ``own`` are the triangles of the fan in them."""
+    whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
+    points = points_in_pieces(weights.partition, weights, weights.fan, (own, whole), 2)
+    at = sector[points.piece]
+    arm = points.x - x[:, at]
+    moments = [[np.bincount(at, points.weight * a * b) for a in arm] for b in arm]
+    value, axis = np.linalg.eigh(np.moveaxis(np.array(moments), -1, 0))
+    return np.sqrt(value[:, 1].clip(0.0)) * axis[:, :, 1].T
 
 
 class Part(NamedTuple):
@@ -95,42 +115,38 @@ class Work:
     ----------
     parts : tuple of Part
         The punches, their cells one after the other.
-    system : ContactSystem
-        Their equations; three components of the position for each body.
+    problem : RigidBodies
+        What is solved: all cells and their equations, three components of the position for
+        each body.
     """
 
     parts: tuple[Part, ...]
-    system: ContactSystem
+    problem: Any
 
     @computed_once
     def sectors(self) -> Sectors:
         """Where the ground is looked at; of punches with constant pressures nowhere."""
-        first, found = 0, [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
-        for cells, *_ in self.parts:
+        found = [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
+        for (cells, *_), own in zip(self.parts, self._own):
             if cells.weights is not None:
                 x, cell, load = sectors(cells.weights, cells.on_dual_cells)
-                found.append(Sectors(x, cell + first, load))
-            first += len(cells)
+                found.append(Sectors(x, cell + own.start, load))
         x, cell, load = zip(*found, strict=True)
         return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
 
-    def flattened(self, flat: ndarray, body: Any) -> "Work":
-        """The same of a body where some of its cells are flat, (n,) array of bool."""
-        parts, first = [], 0
-        for part in self.parts:
-            own = flat[first : first + len(part.footprint)]
-            parts.append(part._replace(footprint=part.footprint.flattened(own)))
-            first += len(own)
-        return Work(tuple(parts), body.flattened_system(flat))
+    @computed_once
+    def _own(self) -> list[slice]:
+        """Where the cells of each punch are among those of all."""
+        ends = np.cumsum([0, *(len(part.footprint) for part in self.parts)])
+        return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
     @computed_once
     def planes(self) -> ndarray:
         """Settlement of the sectors by motions of unit size, shape (m, nsectors)."""
-        starts = np.cumsum([0, *(len(part.footprint) for part in self.parts)])
         x, cell, _ = self.sectors
         planes = np.zeros((len(self._unit), len(cell)))
-        for number, (_, body, centre) in enumerate(self.parts):
-            own = (starts[number] <= cell) & (cell < starts[number + 1])
+        for (_, body, centre), part in zip(self.parts, self._own):
+            own = (part.start <= cell) & (cell < part.stop)
             planes[3 * body, own] = 1.0
             planes[3 * body + 1 : 3 * body + 3, own] = x[:, own] - centre[:, None]
         return planes / self._unit[:, None]
@@ -140,8 +156,13 @@ class Work:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
         return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
 
+    @computed_once
+    def _sloping(self) -> SlopeCorrection | None:
+        """What slopes inside the cells add to it."""
+        return self.problem.cells.slope_correction(self.sectors.x)
+
     def positions(
-        self, constraints: Constraints, touching: ndarray, frame: ndarray | None = None
+        self, constraints: Constraints, contact: Contact, frame: ndarray | None = None
     ) -> ndarray | None:
         """Positions under a load with contact on some cells.
 
@@ -149,8 +170,8 @@ class Work:
         ----------
         constraints : Constraints
             What is imposed.
-        touching : (n,) array of bool
-            The cells in contact.
+        contact : Contact
+            What was found.
         frame : (m, m) array of float, optional
             Forces that a frame takes from the loads by the position.
 
@@ -161,12 +182,13 @@ class Work:
             None on fewer than a dozen cells, or where only products with a matrix are known and
             contact is not full.
         """
+        touching = contact.touching
         if touching.sum() < min(DOZEN, len(touching)):
             return None
-        if touching.all():
+        if touching.all() and contact.flat is None:
             compliances = self._in_full_contact
-        elif isinstance(self.system.matrix, (np.ndarray, SymmetricMatrix)):
-            compliances = self._compliances(self._pressures(touching), touching)
+        elif (pressures := self._pressures(contact)) is not None:
+            compliances = self._compliances(pressures, touching, contact.flat)
         else:
             return None
         unit = self._unit
@@ -185,14 +207,15 @@ class Work:
     @computed_once
     def _unit(self) -> ndarray:
         """Largest settlements by the components of the position, the same for both tilts."""
-        planes = self.system.planes.reshape(-1, 3, self.system.planes.shape[1])
+        planes = self.problem.system.planes
+        planes = planes.reshape(-1, 3, planes.shape[1])
         radius = np.hypot(planes[:, 1], planes[:, 2]).max(axis=1)
         return np.column_stack([np.ones_like(radius), radius, radius]).ravel()
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:
-        pressures = self.system.unit_pressures / self._unit
-        return self._compliances(pressures, np.ones(len(pressures), dtype=bool))
+        pressures = self.problem.system.unit_pressures / self._unit
+        return self._compliances(pressures, np.ones(len(pressures), dtype=bool), None)
 
     @property
     def stiffness(self) -> ndarray:
@@ -200,50 +223,75 @@ class Work:
         unit = self._unit
         return np.linalg.inv(self._in_full_contact[0]) * np.outer(unit, unit)
 
-    def _pressures(self, touching: ndarray) -> ndarray:
-        """Pressures by motions of unit size with contact on some cells, shape (n, m)."""
+    def _pressures(self, contact: Contact) -> ndarray | None:
+        """Pressures by motions of unit size with that contact, (n, m), if a matrix is known."""
+        if contact.unit_pressures is not None:
+            return contact.unit_pressures / self._unit
+        system, touching = self.problem.system, contact.touching
+        known = isinstance(system.matrix, (np.ndarray, SymmetricMatrix))
+        if contact.flat is not None:
+            system = self.problem.flattened_system(contact.flat)
+        if touching.all():
+            return system.unit_pressures / self._unit
+        if not known:
+            return None
         cells = np.nonzero(touching)[0]
-        matrix = np.asarray(self.system.matrix)[np.ix_(cells, cells)]
+        matrix = np.asarray(system.matrix)[np.ix_(cells, cells)]
         pressures = np.zeros((len(touching), len(self._unit)))
-        pressures[cells] = Factors.from_matrix(matrix).solve(self.system.planes[:, cells].T)
+        pressures[cells] = Factors.from_matrix(matrix).solve(system.planes[:, cells].T)
         return pressures / self._unit
 
-    def _settled(self, pressures: ndarray) -> ndarray:
-        """Settlement of the sectors under some pressures, shape (nsectors, m)."""
-        if len(pressures) <= DENSE:
-            return self.rows @ pressures
-        first, settled = 0, np.zeros((len(self.sectors.cell), pressures.shape[1]))
-        for cells, *_ in self.parts:
-            operator = cells.fast_operator(self.sectors.x, cells.tolerance)
-            for column, own in zip(settled.T, pressures[first : first + len(cells)].T):
-                column += operator @ np.ascontiguousarray(own)
-            first += len(cells)
+    def _slopes(self, pressures: ndarray) -> ndarray:
+        """Slopes in all cells, flat ones too, under some pressures (n, m); shape (m, 2, n)."""
+        slopes = self.problem.cells.slopes
+        if slopes is None:
+            return np.zeros((pressures.shape[1], 2, len(pressures)))
+        return (slopes.matrix @ pressures).T.reshape(-1, 2, len(pressures))
+
+    def _settled(self, pressures: ndarray, flat: ndarray | None) -> ndarray:
+        """Settlement of the sectors under some pressures, shape (m, nsectors)."""
+        settled = self._with_slopes(pressures)
+        if flat is not None and self._sloping is not None:
+            for row, slopes in zip(settled, self._slopes(pressures), strict=True):
+                row -= self._sloping.apply(np.where(flat, slopes, 0.0))
         return settled
 
-    def _loads(self, pressures: ndarray) -> ndarray:
+    def _with_slopes(self, pressures: ndarray) -> ndarray:
+        """The same with slopes in all cells."""
+        if len(pressures) <= DENSE:
+            return (self.rows @ pressures).T
+        settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
+        for (cells, *_), own in zip(self.parts, self._own):
+            operator = cells.fast_operator(self.sectors.x, cells.tolerance)
+            for row, part in zip(settled, pressures[own].T):
+                row += operator @ np.ascontiguousarray(part)
+        return settled
+
+    def _loads(self, pressures: ndarray, flat: ndarray | None) -> ndarray:
         """Loads of the sectors under some pressures of shape (n, m), slopes too; (m, nsectors)."""
-        first, (x, cell, load) = 0, self.sectors
-        inside = pressures[cell].T
-        for cells, *_ in self.parts:
-            own = (first <= cell) & (cell < first + len(cells))
-            if cells.slopes is not None and cells.weights is not None:
-                at = cell[own] - first
-                arm = x[:, own] - cells.weights.centroids[:, at]
-                slopes = cells.slopes.matrix @ pressures[first : first + len(cells)]
-                rise = slopes.reshape(2, len(cells), -1)[:, at]
-                inside[:, own] += np.einsum("ik,ikm->mk", arm, rise)
-            first += len(cells)
+        x, cell, load = self.sectors
+        inside, cells = pressures[cell].T, self.problem.cells
+        if cells.slopes is not None:
+            slopes = self._slopes(pressures)
+            if flat is not None:
+                slopes = np.where(flat, 0.0, slopes)
+            arm = x - cells.weights.centroids[:, cell]
+            inside = inside + np.einsum("ik,mik->mk", arm, slopes[..., cell])
         return inside * load
 
-    def _compliances(self, pressures: ndarray, touching: ndarray) -> tuple[ndarray, ndarray]:
+    def _compliances(
+        self, pressures: ndarray, touching: ndarray, flat: ndarray | None
+    ) -> tuple[ndarray, ndarray]:
         """Motions of unit size by forces on them; without the cells that are apart, and with."""
         _, cell, load = self.sectors
-        apart = np.where(touching[cell], self._settled(pressures).T - self.planes, 0.0)
+        system = self.problem.system
+        apart = np.where(touching[cell], self._settled(pressures, flat) - self.planes, 0.0)
         mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
-        mean = (mean / self.system.areas).reshape(-1, 3, len(touching))
+        mean = (mean / system.areas).reshape(-1, 3, len(touching))
         near = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])) < APART
-        by_points = np.linalg.inv((self.system.resultants / self._unit[:, None]) @ pressures)
-        unit_forces = self._loads(pressures @ by_points)
+        acting = system.resultants if flat is None else self.problem.flattened_resultants(flat)
+        by_points = np.linalg.inv((acting / self._unit[:, None]) @ pressures)
+        unit_forces = self._loads(pressures @ by_points, flat)
         kept, every = (
             by_points + (unit_forces * some) @ apart.T @ by_points
             for some in (near.all(axis=0)[cell], 1.0)
@@ -256,20 +304,33 @@ def moved(positions: ndarray, by: ndarray) -> ndarray:
     return positions @ np.vstack([[1.0, 0.0, 0.0], np.column_stack([by, np.eye(2)])])
 
 
-def positions_alone(
-    punch: Any, load: Load, touching: ndarray, flat: ndarray | None
-) -> ndarray | None:
-    """(W0, Lx, Ly) of a punch with no other beside it, see `Work.positions`; shape (2, 3).
+@dataclass(frozen=True, eq=False)
+class Alone:
+    """A punch with no other beside it, whose position follows from the work of its pressures.
 
-    ``touching`` are the cells in contact, ``flat`` those without slopes; None where there is no
-    such position.
+    Attributes
+    ----------
+    punch : RigidPunch
+        The punch.
+    load : Load
+        What was imposed.
+    contact : Contact
+        What was found.
     """
-    if punch.gap is not None or punch.weights is None:
-        return None
-    shift = punch.centre - punch.origin
-    work = punch.work if flat is None else punch.work.flattened(flat, punch)
-    found = work.positions(load.constraints(-shift), touching)
-    return None if found is None else moved(found, -shift)
+
+    punch: Any
+    load: Load
+    contact: Contact
+
+    @property
+    def positions(self) -> ndarray | None:
+        """(W0, Lx, Ly), see `Work.positions`; shape (2, 3)."""
+        punch = self.punch
+        if punch.gap is not None or punch.weights is None:
+            return None
+        shift = punch.centre - punch.origin
+        found = punch.work.positions(self.load.constraints(-shift), self.contact)
+        return None if found is None else moved(found, -shift)
 
 
 @dataclass(frozen=True, eq=False)

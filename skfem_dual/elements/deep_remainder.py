@@ -9,22 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .clouds import Clouds
+from .halving import CUTS, ROOM, RULE, RULE_WEIGHTS, next_part, size_of
 from .moments import load_moments, reach_of
 from .pieces import Pieces
 from .strips import CellLoads
 
 #: degrees of clouds, and the radii of their cells from which on they serve
 CLOUDS = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
-#: triangles are cut until their size over the distance is less; the rule for one; cuts at most
-FAR, RULE, CUTS = 0.7, 6, 12
 #: where moduli vary from the surface on, depths less than this part of a cell count as this
 SHALLOW = 1e-3
 #: depths whose tables are made at a time
@@ -85,9 +82,7 @@ def _clouds(load: CellLoads) -> _Clouds:
     clouds = Clouds.from_moments(
         centres, radius, moments, {degree: k * radius for degree, k in CLOUDS.items()}
     )
-    at, rule_weights = get_quadrature(RefTri, RULE)
-    rule = np.vstack([1 - at.sum(axis=0), at])
-    return _Clouds(clouds, pieces, *inputs(load.pressure, load.slope, rule, 2 * rule_weights))
+    return _Clouds(clouds, pieces, *inputs(load.pressure, load.slope, RULE, RULE_WEIGHTS))
 
 
 def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:
@@ -107,7 +102,7 @@ def _add(x, which, loads, coefficients, d, out):
     clouds, pieces, pressure, slopes, rule, rule_weights = loads
     centres, radii, least, px, py, starts, weights = clouds
     vertices, offsets, density, first, last = pieces
-    sums, stack = np.empty(9), np.empty((3 * CUTS + 4, 6))
+    sums, stack = np.empty(9), np.empty(ROOM)
     square = d * d
     for i in range(x.shape[1]):
         table = coefficients[which[i]]
@@ -145,30 +140,11 @@ def _add(x, which, loads, coefficients, d, out):
 @compiled
 def _add_triangle(x, y, density, plane, stack, rule, rule_weights, table, square, sums):
     """Add a triangle under a plane times a density, the first of the stack, cut where near."""
-    height = 1
-    smallest = 0.0
+    height, smallest = 1, size_of(stack[0]) * 0.25**CUTS
     while height > 0:
-        height -= 1
+        height = next_part(x, y, stack, height, square, smallest)
         ax, ay, bx, by, cx, cy = stack[height]
         ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
-        mx, my = (ax + bx + cx) / 3, (ay + by + cy) / 3
-        size = max(ux * ux + uy * uy, vx * vx + vy * vy, (cx - bx) ** 2 + (cy - by) ** 2)
-        if smallest == 0.0:
-            smallest = size * 0.25**CUTS
-        if size > FAR * FAR * ((x - mx) ** 2 + (y - my) ** 2 + square) and size > smallest:
-            dx, dy, ex, ey = (ax + bx) / 2, (ay + by) / 2, (bx + cx) / 2, (by + cy) / 2
-            fx, fy = (cx + ax) / 2, (cy + ay) / 2
-            parts = (
-                (ax, ay, dx, dy, fx, fy),
-                (dx, dy, bx, by, ex, ey),
-                (fx, fy, ex, ey, cx, cy),
-                (dx, dy, ex, ey, fx, fy),
-            )
-            for part in parts:
-                for c in range(6):
-                    stack[height, c] = part[c]
-                height += 1
-            continue
         load = density * (ux * vy - uy * vx) / 2
         for g in range(rule_weights.shape[0]):
             px = rule[0, g] * ax + rule[1, g] * bx + rule[2, g] * cx

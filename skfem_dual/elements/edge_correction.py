@@ -20,7 +20,7 @@ from ..kernels.compiled import compiled, inlined, inputs
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights, Factors
 from .moments import Dipoles, dipole_influence
-from .ribs import segment_integral
+from .segments import WIDTH, Pairs, add_segments, put_segment
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 IN_STRIPS = 2.5
@@ -130,23 +130,6 @@ class Triangles(NamedTuple):
         return cls(p, t, root, starts, mean, factors)
 
 
-class Pairs(NamedTuple):
-    """Cells and the points near them.
-
-    Attributes
-    ----------
-    cells : (k,) array of int
-    x : (2, npairs) array of float
-        Points, those of a cell one after the other.
-    offsets : (k + 1,) array of int
-        The first point of each cell.
-    """
-
-    cells: ndarray
-    x: ndarray
-    offsets: ndarray
-
-
 def snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
     """Points, but centroids of cells where these are as good as there: next to the middle of a
     dipole what it adds and what is taken off again would drown all else."""
@@ -162,35 +145,61 @@ def _near(
     own = weights.weighted[fan.cell]
     spokes = np.hypot(*(fan.p[:, fan.t[:, own]] - partition.centroids[:, None, fan.cell[own]]))
     radii = np.maximum.reduceat(spokes.max(axis=0), np.searchsorted(fan.cell[own], cells))
-    points = cKDTree(x.T).query_ball_point(partition.centroids[:, cells].T, IN_STRIPS * radii)
-    counts = np.array([len(i) for i in points], dtype=np.int64)
-    rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    values = np.zeros(len(rows))
-    triangles = Triangles.of(weights)
-    pairs = Pairs(*inputs(cells, x[:, rows], offsets))
+    pairs = Pairs.within(IN_STRIPS * radii, cells, partition.centroids[:, cells], x)
+    sums, triangles = np.zeros((3, len(pairs.points))), Triangles.of(weights)
     with Threads() as run:
-        run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, values), len(cells))
-    values *= coefficient
-    column = np.repeat(cells, counts)
-    d = x[:, rows] - partition.centroids[:, column]
+        run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, sums), len(cells))
+    values = coefficient * sums[0]
+    column = np.repeat(cells, np.diff(pairs.offsets))
+    d = pairs.x - partition.centroids[:, column]
     r = np.hypot(*d)
     apart = r > 0
     values[apart] -= np.sum(dipoles[:, column] * d, axis=0)[apart] / r[apart] ** 3
-    return csr_matrix((values, (rows, column)), shape=(x.shape[1], len(partition)))
+    return csr_matrix((values, (pairs.points, column)), shape=(x.shape[1], len(partition)))
 
 
 @compiled
-def _strip_sums(first, last, pairs, triangles, most, values):
-    """Integrals of (w / mean(w) - 1) / r over some cells, w constant in strips."""
-    room = max(most, FEWEST) + 2
-    levels, density = np.empty((room, 4)), np.empty(room)
+def _strip_sums(first, last, pairs, triangles, most, sums):
+    """Integrals with w / mean(w) - 1 over some cells, see `add_segments`."""
+    room = strips_room(triangles, most)
     for k in range(first, last):
-        j, begin, end = pairs.cells[k], pairs.offsets[k], pairs.offsets[k + 1]
-        x, sums = pairs.x[:, begin:end], values[begin:end]
-        for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-            count, sign = cut_triangle(piece, triangles, j, most, levels, density)
-            _add_strips(x, levels, density, count, sign, sums)
+        begin, end = pairs.offsets[k], pairs.offsets[k + 1]
+        if begin < end:
+            count = strip_segments(triangles, pairs.cells[k], most, 0.0, room)
+            add_segments(pairs.x, begin, end, room[2], count, sums)
+
+
+@compiled
+def strips_room(triangles, most):
+    """Room for levels and densities of a triangle, and segments of a cell cut into strips."""
+    room, pieces = max(most, FEWEST) + 2, 1
+    for j in range(triangles.starts.shape[0] - 1):
+        pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
+    return np.empty((room, 4)), np.empty(room), np.empty((6, 3 * room * pieces + WIDTH))
+
+
+@compiled
+def strip_segments(triangles, j, most, base, room):
+    """Sides of the strips of a cell, with ``base + w / mean(w) - 1`` on their left.
+
+    Puts them into the ``room`` of `strips_room` and returns their number.
+    """
+    levels, density, segments = room
+    count = 0
+    for piece in range(triangles.starts[j], triangles.starts[j + 1]):
+        strips, sign = cut_triangle(piece, triangles, j, most, levels, density)
+        before = 0.0
+        for k in range(strips):
+            ax, ay, bx, by = levels[k]
+            ax1, ay1, bx1, by1 = levels[k + 1]
+            here = sign * (base + density[k])
+            count = put_segment(segments, count, ax, ay, bx, by, here - before)
+            count = put_segment(segments, count, bx, by, bx1, by1, here)
+            count = put_segment(segments, count, ax, ay, ax1, ay1, -here)
+            before = here
+        ax, ay, bx, by = levels[strips]
+        count = put_segment(segments, count, ax, ay, bx, by, -before)
+    return count
 
 
 @compiled
@@ -230,25 +239,6 @@ def cut_triangle(piece, triangles, j, most, levels, density):
         levels[count] = ax, ay, bx, by
         lower, width = upper, width1
     return count, sign
-
-
-@compiled
-def _add_strips(x, levels, density, count, sign, sums):
-    """Add the integrals of the density of strips over r at some points."""
-    for i in range(x.shape[1]):
-        x0, y0 = x[0, i], x[1, i]
-        before, total = 0.0, 0.0
-        for k in range(count):
-            ax, ay, bx, by = levels[k]
-            ax1, ay1, bx1, by1 = levels[k + 1]
-            total += (density[k] - before) * segment_integral(x0, y0, ax, ay, bx, by)
-            total += density[k] * (
-                segment_integral(x0, y0, bx, by, bx1, by1)
-                - segment_integral(x0, y0, ax, ay, ax1, ay1)
-            )
-            before = density[k]
-        ax, ay, bx, by = levels[count]
-        sums[i] += sign * (total - before * segment_integral(x0, y0, ax, ay, bx, by))
 
 
 @compiled

@@ -11,7 +11,7 @@ C. de Boor, Divided differences, Surveys in Approximation Theory 1 (2005), for t
 Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -21,18 +21,22 @@ from skfem import CellBasis
 
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
-from ..grids.outline import distance_to_segments
+from ..grids.outline import MANY, Wedges, distance_to_segments, wedges
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from .graded_rule import graded
+from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
+#: sides of triangles nearer to a corner than so many lengths are halved where phi in the middle is
+#: off by more than so much of it; so often
+BESIDE, BENT, HALVES = 4.0, 0.04, 4
 
 
 class Factors(NamedTuple):
@@ -67,12 +71,15 @@ class EdgeWeights:
         The ribs on the edge where the pressure is singular, k > 0; see `edge_ribs`.
     law : EdgeLaw, optional
         That of the ground; by default the factor is 1.
+    corners : Wedges, optional
+        Those of the edge; by default it has none.
     """
 
     partition: Partition
     fan: Fan
     ribs: ndarray
     law: EdgeLaw | None = field(default=None, kw_only=True)
+    corners: Wedges | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ribs", readonly(self.ribs, np.int32))
@@ -96,7 +103,9 @@ class EdgeWeights:
             law = edge_law(substrate, float(np.sqrt(partition.areas.sum() / np.pi)))
         # phi varies by less than that where w does not vary by VARIATION; so it is around a node
         # farther from the edge than so many diameters of the largest triangle
-        ratio = VARIATION ** (2.0 if law is None else 1 / law.steepness)
+        corners = wedges(mesh, np.unique(partition.boundary[ribs]))
+        steepness = 2 * (1 - exponent(corners.angle)).max(initial=0.5)
+        ratio = VARIATION ** (1 / ((0.5 if law is None else law.steepness) * steepness))
         far = (ratio + 1) / (ratio - 1)
         v = mesh.p[:, mesh.t]
         diameters = np.max([np.hypot(*(w - v)).max(axis=0) for w in _rolled(v)], axis=0)
@@ -106,11 +115,43 @@ class EdgeWeights:
         # edge and half the length of a rib
         reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
         ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
-        nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=-1)
+        workers = -1 if mesh.p.shape[1] > MANY else 1
+        nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=workers)
         near = nearest < reach
         if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):
             near = near[mesh.t].any(axis=0)
-        return cls(partition, Fan.from_basis(basis, np.nonzero(near)[0]), ribs, law=law)
+        fan = Fan.from_basis(basis, np.nonzero(near)[0])
+        weights = cls(partition, fan, ribs, law=law, corners=corners)
+        for _ in range(HALVES):
+            sides = weights._bent()
+            weights = replace(weights, fan=weights.fan.halved(sides))
+        return weights
+
+    def _bent(self) -> ndarray:
+        """Sides of triangles next to corners along which phi is far from linear, shape (2, k)."""
+        fan, corners = self.fan, self.corners
+        if corners is None or len(corners.node) == 0:
+            return np.empty((2, 0), dtype=int)
+        v = fan.p[:, fan.t]
+        longest = np.hypot(*(np.roll(v, -1, axis=1) - v)).max(axis=0)
+        nearest = cKDTree(corners.x).query(fan.p[:, fan.t].reshape(2, -1).T)[0]
+        t = fan.t[:, nearest.reshape(3, -1).min(axis=0) < BESIDE * longest]
+        a, b = np.unique(np.sort([t, np.roll(t, -1, axis=0)], axis=0).reshape(2, -1), axis=1)
+        begin, end, middle = self.phi_at(
+            np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b]) / 2])
+        ).reshape(3, -1)
+        bent = np.abs(2 * middle - begin - end) > 2 * BENT * middle
+        return np.stack([a, b])[:, bent]
+
+    def phi_at(self, x: ndarray) -> ndarray:
+        """Distance of points to the edge, but next to corners."""
+        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
+        size = np.sqrt(self.partition.areas.sum())
+        distance = distance_to_segments(x, p[:, 0], p[:, 1])
+        distance = np.where(distance > 1e-12 * size, distance, 0.0)
+        if self.corners is None:
+            return distance
+        return distance * wedge_factor(self.corners, x, distance)
 
     @computed_once
     def root(self) -> ndarray:
@@ -120,13 +161,12 @@ class EdgeWeights:
         mesh alone it would miss how far the sides of a curved plan's polygon lie from its corners.
         At points of no triangle it has its greatest value.
         """
-        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
-        size = np.sqrt(self.partition.areas.sum())
         fan = self.fan
         used = np.unique(fan.t)
-        distance = distance_to_segments(fan.p[:, used], p[:, 0], p[:, 1])
-        phi = np.full(fan.p.shape[1], distance.max())
-        phi[used] = np.where(distance > 1e-12 * size, distance, 0.0)
+        own = self.phi_at(fan.p[:, used])
+        phi = np.full(fan.p.shape[1], own.max())
+        phi[used] = own
+        size = np.sqrt(self.partition.areas.sum())
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
@@ -213,6 +253,14 @@ class EdgeWeights:
     def centroids(self) -> ndarray:
         """Centroids of the weighted cells, shape (2, n)."""
         return readonly(self.partition.centroids + self.moment / self.partition.areas)
+
+    @computed_once
+    def in_cells(self) -> ndarray:
+        """Mean of w over weighted cells, w in the centroids of the others, shape (n,)."""
+        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
+        root = np.sqrt(distance_to_segments(self.partition.centroids, p[:, 0], p[:, 1]))
+        at_centroids = self.factor(np.arange(len(root)), root) / root
+        return readonly(np.where(self.weighted, self.mean, at_centroids))
 
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:
         """``w / mean(w)`` in some cells where the square root of phi is ``root``; 1 where the

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementQuad0, ElementTriP0
 
 from ..arguments import checked_array
+from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
 from .influence import surface_displacement
@@ -80,4 +81,4 @@ def flexible_settlement(
 def _elements(basis: CellBasis) -> CellBasis:
     """Constants on the elements of a mesh."""
     constant = ElementTriP0() if basis.mesh.t.shape[0] == 3 else ElementQuad0()
-    return CellBasis(basis.mesh, constant)
+    return CellBasis(basis.mesh, constant, mapping=own_mapping(basis.mesh))

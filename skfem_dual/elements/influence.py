@@ -16,11 +16,14 @@ from numpy.typing import ArrayLike
 from ..arguments import LARGEST, checked_array
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
-from ..kernels.compiled import compiled, inputs
+from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .remainder import Add, add_rows, remainder_blocks
-from .ribs import Ribs, rib_integral
+from .ribs import Ribs, rib_integrals
+
+#: points that are looked at together
+BLOCK = 64
 
 
 def influence_matrix(
@@ -126,42 +129,62 @@ def _within(points: ndarray) -> ndarray:
 
 
 @compiled
-def _distances(x, y, p, r):
-    for k in range(p.shape[1]):
-        dx, dy = p[0, k] - x, p[1, k] - y
-        r[k] = np.sqrt(dx * dx + dy * dy)
+def _block(x, first, x0, y0):
+    """The points from the number ``first`` on, the last again and again; returns how many."""
+    count = min(BLOCK, x.shape[1] - first)
+    for i in range(BLOCK):
+        x0[i], y0[i] = x[0, first + min(i, count - 1)], x[1, first + min(i, count - 1)]
+    return count
 
 
-@compiled
+@vectorised
 def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
     p, facets, f2c, along, length = ribs
-    r = np.empty(p.shape[1])
-    for i in range(x.shape[1]):
-        x0, y0 = x[0, i], x[1, i]
-        _distances(x0, y0, p, r)
+    n = matrix.shape[1]
+    x0, y0, values = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    r = np.empty((p.shape[1], BLOCK))
+    entries = np.empty((n + 1, BLOCK))  # the last: outside of the plan
+    for first in range(0, x.shape[1], BLOCK):
+        count = _block(x, first, x0, y0)
+        for k in range(p.shape[1]):
+            px, py = p[0, k], p[1, k]
+            for i in range(BLOCK):
+                dx, dy = x0[i] - px, y0[i] - py
+                r[k, i] = np.sqrt(dx * dx + dy * dy)
+        entries[:] = 0.0
         for f in range(facets.shape[1]):
-            a, b = facets[0, f], facets[1, f]
-            value = c * rib_integral(
-                x0, y0, p[0, a], p[1, a], along[0, f], along[1, f], length[f], r[a], r[b]
-            )
-            matrix[i, f2c[0, f]] += value
-            if f2c[1, f] >= 0:
-                matrix[i, f2c[1, f]] -= value
+            a, b, left, right = facets[0, f], facets[1, f], f2c[0, f], f2c[1, f]
+            ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
+            rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
+            for i in range(BLOCK):
+                entries[left, i] += values[i]
+            for i in range(BLOCK):
+                entries[right, i] -= values[i]
+        for i in range(count):
+            for j in range(n):
+                matrix[first + i, j] += c * entries[j, i]
 
 
-@compiled
+@vectorised
 def _sum(x, ribs, jump, out):
     """Integrals of 1/r with the weight ``jump`` of each rib."""
     p, facets, _, along, length = ribs
-    r = np.empty(p.shape[1])
-    for i in range(x.shape[1]):
-        x0, y0 = x[0, i], x[1, i]
-        _distances(x0, y0, p, r)
-        total = 0.0
+    x0, y0, values = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    r = np.empty((p.shape[1], BLOCK))
+    total = np.empty(BLOCK)
+    for first in range(0, x.shape[1], BLOCK):
+        count = _block(x, first, x0, y0)
+        for k in range(p.shape[1]):
+            px, py = p[0, k], p[1, k]
+            for i in range(BLOCK):
+                dx, dy = x0[i] - px, y0[i] - py
+                r[k, i] = np.sqrt(dx * dx + dy * dy)
+        total[:] = 0.0
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]
-            total += jump[f] * rib_integral(
-                x0, y0, p[0, a], p[1, a], along[0, f], along[1, f], length[f], r[a], r[b]
-            )
-        out[i] = total
+            ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
+            rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
+            for i in range(BLOCK):
+                total[i] += jump[f] * values[i]
+        out[first : first + count] = total[:count]

@@ -14,13 +14,13 @@ from numpy import ndarray
 from ..grids.partition import Partition
 from ..ground.hankel import RadialTable
 from ..ground.substrates import Substrate
-from ..kernels.compiled import compiled, inputs
+from ..kernels.compiled import compiled, inputs, vectorised
 from .clouds import Clouds
 from .edge_weights import EdgeWeights
 from .moments import Dipoles, dipole_influence, load_moments, radii
 from .pieces import Pieces
 from .remainder import POINTS, Remainder, add_remainder
-from .ribs import far_rib_integrals, rib_integral
+from .ribs import rib_integrals
 
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least and
 #: at most
@@ -206,7 +206,8 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
     for block in range(rows.shape[1]):
         widest = max(widest, starts[block + 1] - starts[block])
         highest = max(highest, rows[1, block] - rows[0, block])
-    room, part, scratch = np.empty((widest, highest)), np.empty(highest), np.empty(highest)
+    room, part = np.empty((widest, highest)), np.empty(highest)
+    r1, r2 = np.empty(highest), np.empty(highest)
     offset = 0
     for block in range(rows.shape[1]):
         some = cells[starts[block] : starts[block + 1]]
@@ -216,7 +217,7 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
         entries[:, :height] = 0.0
         for k in range(width):
             column[some[k]] = k
-        _add_cells(x0, y0, some, column, ribs, c, dipoles, entries, part, scratch)
+        _add_cells(x0, y0, some, column, ribs, c, dipoles, entries, part, r1, r2)
         for k in range(width):
             column[some[k]] = -1
         for i in range(height):
@@ -225,12 +226,12 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
         offset += width * height
 
 
-@compiled
-def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, scratch):
+@vectorised
+def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, r1, r2):
     """Add c times the integrals of 1/r, and the dipoles, to the row of ``entries`` of each cell.
 
-    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part`` and
-    ``scratch`` are for temporary use.
+    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part``, ``r1``
+    and ``r2`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
     middles, moments = dipoles
@@ -242,12 +243,11 @@ def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, scratch):
             if plus >= 0 and left[rib] != cell:
                 continue  # it is the turn of the other cell
             ax, ay, lx, ly, length = geometry[rib]
-            if not far_rib_integrals(x, y, ax, ay, lx, ly, length, part, scratch):
-                for i in range(x.shape[0]):
-                    dx, dy = x[i] - ax, y[i] - ay
-                    r1 = np.sqrt(dx * dx + dy * dy)
-                    r2 = np.sqrt((dx - lx) ** 2 + (dy - ly) ** 2)
-                    part[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r1, r2)
+            for i in range(x.shape[0]):
+                dx, dy = x[i] - ax, y[i] - ay
+                ex, ey = dx - lx, dy - ly
+                r1[i], r2[i] = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
+            rib_integrals(x, y, r1, r2, ax, ay, lx, ly, length, part)
             if plus >= 0:
                 for i in range(x.shape[0]):
                     entries[plus, i] += c * part[i]

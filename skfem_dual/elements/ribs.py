@@ -16,7 +16,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
-from ..kernels.compiled import compiled, inlined, inputs, vectorised
+from ..kernels.compiled import compiled, inlined, inputs
 
 #: a rib is far if its ends are together farther than so many of its lengths
 FAR = 4
@@ -53,7 +53,7 @@ class Ribs(NamedTuple):
 
 
 @inlined
-def _atanh_series(z):
+def atanh_series(z):
     """atanh(q) / q for z = q^2 <= 1 / FAR^2, to rounding."""
     s = z / 21 + 1 / 19
     s = s * z + 1 / 17
@@ -81,7 +81,7 @@ def rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
     if r1 + r2 > FAR * length:
         # 2 atanh(q): the logarithms below would cancel
         q = length / (r1 + r2)
-        return 2 * h * q * _atanh_series(q * q)
+        return 2 * h * q * atanh_series(q * q)
     t1 = -(lx * dx + ly * dy) / length
     t2 = t1 + length
     if t1 >= 0:
@@ -91,34 +91,20 @@ def rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
     return h * np.log((r2 + t2) * (r1 - t1) / (h * h))
 
 
-@compiled
-def segment_integral(x, y, ax, ay, bx, by):
-    """As `rib_integral`, of a segment from (ax, ay) to (bx, by)."""
-    lx, ly = bx - ax, by - ay
-    length = np.sqrt(lx * lx + ly * ly)
-    if length == 0.0:
-        return 0.0
-    r1 = np.sqrt((x - ax) ** 2 + (y - ay) ** 2)
-    r2 = np.sqrt((x - bx) ** 2 + (y - by) ** 2)
-    return rib_integral(x, y, ax, ay, lx, ly, length, r1, r2)
+@inlined
+def rib_integrals(x, y, r1, r2, ax, ay, lx, ly, length, values):
+    """`rib_integral` at several points into ``values``, soonest where most are far.
 
-
-@vectorised
-def far_rib_integrals(x, y, ax, ay, lx, ly, length, values, room):
-    """`rib_integral` at several points into ``values``, if the rib is far from all of them.
-
-    Returns whether it is; ``room`` is for temporary use.
+    ``x, y, r1, r2`` are arrays; they and ``values`` have the same length.
     """
-    least = np.inf
-    for i in range(x.shape[0]):
-        dx, dy = x[i] - ax, y[i] - ay
-        ex, ey = dx - lx, dy - ly
-        values[i] = lx * dy - ly * dx
-        room[i] = np.sqrt(dx * dx + dy * dy) + np.sqrt(ex * ex + ey * ey)
-        least = min(least, room[i])
-    if not least > FAR * length:
-        return False
-    for i in range(x.shape[0]):
-        z = (length / room[i]) ** 2
-        values[i] *= 2 * _atanh_series(z) / room[i]
-    return True
+    near, limit, square = 0, FAR * length, length * length
+    for i in range(values.shape[0]):
+        together = r1[i] + r2[i]
+        near += together <= limit
+        inverse = 1 / together
+        series = atanh_series(square * (inverse * inverse))
+        values[i] = 2 * (lx * (y[i] - ay) - ly * (x[i] - ax)) * inverse * series
+    if near > 0:
+        for i in range(values.shape[0]):
+            if r1[i] + r2[i] <= limit:
+                values[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r1[i], r2[i])

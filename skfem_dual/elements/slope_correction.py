@@ -13,23 +13,21 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix
-from scipy.spatial import cKDTree
+from scipy.sparse import csc_matrix, csr_matrix, eye
 
 from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_correction import (
-    FEWEST,
     IN_STRIPS,
     STRIPS,
-    Pairs,
     Triangles,
-    cut_triangle,
+    strip_segments,
+    strips_room,
 )
 from .moments import radii
-from .ribs import rib_integral
+from .segments import Pairs, add_segments, put_segment
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together
@@ -159,8 +157,22 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        gx, gy = _columns(sign * slopes.matrix)
-        (moments,), circles = inputs(self.second_moments), self._circles
+        self._add(matrix, sign * slopes.matrix)
+
+    def to_dense(self) -> ndarray:
+        """Settlements under unit slopes along x of all cells, then along y; shape (m, 2 n)."""
+        n = len(self.areas)
+        along = [np.zeros((self.x.shape[1], n)) for _ in range(2)]
+        for axis, matrix in enumerate(along):
+            self._add(matrix, eye(2 * n, n, -n * axis, format="csr"))
+        return np.hstack(along)
+
+    def _add(self, matrix: ndarray, slopes: csr_matrix) -> None:
+        """What slopes of shape (2 n, k) make of k mean pressures, to an (m, k) matrix."""
+        sloped = np.diff(slopes.indptr).reshape(2, -1).any(axis=0)
+        gx, gy = _columns(slopes[np.tile(sloped, 2)])
+        (moments,) = inputs(self.second_moments[..., sloped])
+        circles = Circles.of(self.centroids[:, sloped], self.areas[sloped])
 
         def work(rows: slice) -> None:
             x = inputs(self.x[:, rows])
@@ -168,13 +180,13 @@ class SlopeCorrection:
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        near = (sign * (self.near @ slopes.matrix)).tocoo()
+        near = (self.near @ slopes).tocoo()
         matrix[near.row, near.col] += near.data
 
 
 def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
     """Starts, cells and values of the columns of the slopes along x, and of those along y."""
-    n = matrix.shape[1]
+    n = matrix.shape[0] // 2
     along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
     gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
     return gx, gy
@@ -185,25 +197,21 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     weights = slopes.weights
     partition = weights.partition
     polygons, n = partition.polygons, len(partition)
-    points = cKDTree(x.T).query_ball_point(
-        partition.centroids.T, IN_STRIPS * radii(partition.polygons)
-    )
-    counts = np.array([len(i) for i in points], dtype=np.int64)
-    rows = np.concatenate([*points, np.empty(0)]).astype(np.int32)
-    pairs = Pairs(*inputs(np.arange(n), x[:, rows], np.concatenate([[0], np.cumsum(counts)])))
+    pairs = Pairs.within(IN_STRIPS * radii(polygons), np.arange(n), partition.centroids, x)
+    rows = pairs.points
     triangles = Triangles.of(weights)
-    centres, weighted = inputs(weights.centroids, weights.weighted)
+    (weighted,) = inputs(weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
-    values = np.zeros((2, len(rows)))
+    sums = np.zeros((3, len(rows)))
 
     def work(k: slice) -> None:
-        args = pairs, triangles, weighted, outlines, centres, strips, values
-        _near_sums(k.start, k.stop, *args)
+        _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, strips, sums)
 
     with Threads() as run:
         run(work, n)
-    column = np.repeat(np.arange(n), counts)
-    d = x[:, rows] - partition.centroids[:, column]
+    column = np.repeat(np.arange(n), np.diff(pairs.offsets))
+    values = sums[1:] + sums[0] * (pairs.x - weights.centroids[:, column])
+    d = pairs.x - partition.centroids[:, column]
     r2 = np.sum(d * d, axis=0)
     apart = r2 > AT_REST / np.pi * partition.areas[column]
     cube = np.divide(1.0, r2 * np.sqrt(r2), out=np.zeros_like(r2), where=apart)
@@ -213,54 +221,23 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
 
 
 @compiled
-def _near_sums(first, last, pairs, triangles, weighted, outlines, centres, most, values):
-    """Integrals of w / mean(w) times both coordinates from the centres over r."""
+def _near_sums(first, last, pairs, triangles, weighted, outlines, most, sums):
+    """Integrals with w / mean(w) over some cells, see `add_segments`."""
     p, indices, offsets = outlines
-    room = max(most, FEWEST) + 2
-    levels, density = np.empty((room, 4)), np.empty(room)
+    room = strips_room(triangles, most)
+    segments = room[2]
     for j in range(first, last):
-        begin, end = pairs.offsets[j], pairs.offsets[j + 1]
-        x, sums, cx, cy = pairs.x[:, begin:end], values[:, begin:end], centres[0, j], centres[1, j]
-        if not weighted[j]:
+        begin, end, count = pairs.offsets[j], pairs.offsets[j + 1], 0
+        if begin == end:
+            continue
+        if weighted[j]:
+            count = strip_segments(triangles, j, most, 1.0, room)
+        else:
             for at in range(offsets[j], offsets[j + 1]):
                 a = indices[at]
                 b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
-                _add_segment(x, cx, cy, p[0, a], p[1, a], p[0, b], p[1, b], 1.0, sums)
-            continue
-        for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-            count, sign = cut_triangle(piece, triangles, j, most, levels, density)
-            before = 0.0
-            for k in range(count):
-                ax, ay, bx, by = levels[k]
-                ax1, ay1, bx1, by1 = levels[k + 1]
-                here = sign * (1 + density[k])
-                _add_segment(x, cx, cy, ax, ay, bx, by, here - before, sums)
-                _add_segment(x, cx, cy, bx, by, bx1, by1, here, sums)
-                _add_segment(x, cx, cy, ax, ay, ax1, ay1, -here, sums)
-                before = here
-            ax, ay, bx, by = levels[count]
-            _add_segment(x, cx, cy, ax, ay, bx, by, -before, sums)
-
-
-@compiled
-def _add_segment(x, cx, cy, ax, ay, bx, by, factor, sums):
-    """Add what a side of a polygon, on its left, gives to integrals of ``(x - c) / r`` over it.
-
-    The gradient of r is the unit vector away from the field point: by Gauss's theorem its
-    integral is that of r along the sides times their outward normals.
-    """
-    lx, ly = bx - ax, by - ay
-    length = np.sqrt(lx * lx + ly * ly)
-    if length == 0.0:
-        return
-    for i in range(x.shape[1]):
-        dx, dy = x[0, i] - ax, x[1, i] - ay
-        r1, r2 = np.sqrt(dx * dx + dy * dy), np.sqrt((dx - lx) ** 2 + (dy - ly) ** 2)
-        inverse = rib_integral(x[0, i], x[1, i], ax, ay, lx, ly, length, r1, r2)
-        h, t = (lx * dy - ly * dx) / length, -(lx * dx + ly * dy) / length
-        along = ((t + length) * r2 - t * r1 + h * inverse) / (2 * length)
-        sums[0, i] += factor * (ly * along + (x[0, i] - cx) * inverse)
-        sums[1, i] += factor * (-lx * along + (x[1, i] - cy) * inverse)
+                count = put_segment(segments, count, p[0, a], p[1, a], p[0, b], p[1, b], 1.0)
+        add_segments(pairs.x, begin, end, segments, count, sums)
 
 
 @inlined
@@ -294,6 +271,51 @@ def add_dipoles(x, begin, end, circles, numbers, fall, dipoles, out):
 
 
 @vectorised
+def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles, out):
+    """The same for lists of cells near points, under several loads at a time.
+
+    The points ``rows[0, k]`` to ``rows[1, k]`` take from ``cells[starts[k]:starts[k + 1]]`` with
+    their ``dipoles`` of shape (s, 2, n); ``out`` is of shape (s, m).
+    """
+    middles, squares = circles
+    widest, sets = 0, dipoles.shape[0]
+    for k in range(begin, end):
+        widest = max(widest, starts[k + 1] - starts[k])
+    cx, cy, square = np.empty(widest), np.empty(widest), np.empty(widest)
+    fx, fy, load = np.empty(widest), np.empty(widest), np.empty((sets, 2, widest))
+    coefficient, least, factor = fall.coefficient, fall.least, fall.factor
+    table, first = fall.rest.coefficients, fall.rest.first
+    for k in range(begin, end):
+        width = starts[k + 1] - starts[k]
+        for c in range(width):
+            j = cells[starts[k] + c]
+            cx[c], cy[c], square[c] = middles[0, j], middles[1, j], squares[j]
+            for s in range(sets):
+                load[s, 0, c], load[s, 1, c] = dipoles[s, 0, j], dipoles[s, 1, j]
+        for i in range(rows[0, k], rows[1, k]):
+            x0, y0 = x[0, i], x[1, i]
+            # as `_fall`, in loops without branches
+            for c in range(width):
+                dx, dy = x0 - cx[c], y0 - cy[c]
+                r2 = dx * dx + dy * dy
+                f = coefficient / (r2 * np.sqrt(r2)) if r2 > AT_REST * square[c] else 0.0
+                fx[c], fy[c] = f * dx, f * dy
+            if factor > 0.0:
+                for c in range(width):
+                    dx, dy = x0 - cx[c], y0 - cy[c]
+                    r2 = dx * dx + dy * dy
+                    u = max(r2, square[c], least)
+                    f = factor * square_value(table, first, u) * (2 - r2 / u)
+                    fx[c] += f * dx
+                    fy[c] += f * dy
+            for s in range(sets):
+                total = 0.0
+                for c in range(width):
+                    total += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]
+                out[s, i] += total
+
+
+@vectorised
 def _add_rows(x, circles, fall, moments, gx, gy, matrix):
     """Some rows at a time: sums over the cells around are the same for all of them."""
     middles, squares = circles
@@ -312,7 +334,7 @@ def _add_rows(x, circles, fall, moments, gx, gy, matrix):
                 f = _fall(dx * dx + dy * dy, square, fall)
                 lx[j, i] = f * (xx * dx + xy * dy)
                 ly[j, i] = f * (xy * dx + yy * dy)
-        for k in range(n):
+        for k in range(matrix.shape[1]):
             total[:] = 0.0
             for at in range(startx[k], startx[k + 1]):
                 j, slope = cellx[at], slopex[at]

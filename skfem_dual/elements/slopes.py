@@ -25,7 +25,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
-from .load_matrix import points_in_pieces
+from .graded_rule import graded
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
@@ -137,14 +137,18 @@ def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
 def _second_moments(weights: EdgeWeights) -> ndarray:
     partition, fan = weights.partition, weights.fan
     xx, xy, yy = partition.polygons.second_moments
-    out = np.array([[xx, xy], [xy, yy]])
+    out = np.array([[xx, xy], [xy, yy]]) * ~weights.weighted
     own = np.nonzero(weights.weighted[fan.cell])[0]
-    whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
-    points = points_in_pieces(partition, weights, fan, (own, whole), 2)
-    arm = points.x - weights.centroids[:, points.cell]
-    for i in range(2):
-        for j in range(2):
-            load = points.weight * arm[i] * arm[j]
-            found = np.bincount(points.cell, load, minlength=len(partition))
-            out[i, j] = np.where(weights.weighted, found, out[i, j])
+    cell, t = fan.cell[own], fan.t[:, own]
+    arms, square = fan.p[:, t] - weights.centroids[:, None, cell], weights.root[t] ** 2
+    scale = fan.areas[own] / weights.mean[cell]
+    for at, load in graded(np.repeat(np.eye(3)[..., None], len(own), axis=2), square, 2):
+        root = np.sqrt(np.einsum("ikq,ik->kq", at, square))
+        x, y = np.einsum("dik,ikq->dkq", arms, at)
+        load = load * weights.factor(cell, root)
+        xy = np.sum(load * x * y, axis=1)
+        parts = [[np.sum(load * x * x, axis=1), xy], [xy, np.sum(load * y * y, axis=1)]]
+        out += np.array(
+            [[np.bincount(cell, scale * m, len(partition)) for m in row] for row in parts]
+        )
     return out

@@ -118,9 +118,10 @@ class Strips(NamedTuple):
         weighted = loads.weighted[cells]
         parts = [_linear_strips(loads, cells[~weighted])]
         if loads.weights is not None:
-            parts.append(_weighted_strips(loads, loads.weights, cells[weighted]))
+            x, density, cell = weighted_strips(loads, loads.weights, cells[weighted])
+            parts.append((x, density - loads.pressure[cell], cell))
         x, excess, cell = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-        area = _area(x)
+        area = area_of(x)
         keep = np.abs(area) > THIN * loads.partition.areas[cell]
         order = np.nonzero(keep)[0][np.argsort(cell[keep], kind="stable")]
         jump, along = np.sign(area) * excess, np.roll(x, -1, axis=1) - x
@@ -136,11 +137,11 @@ class Strips(NamedTuple):
         return cls(*inputs(begin, along / length, length, jump, starts))
 
 
-def _weighted_strips(
+def weighted_strips(
     loads: CellLoads, weights: EdgeWeights, cells: ndarray
 ) -> tuple[ndarray, ndarray, ndarray]:
-    """Of the strips of edge-weighted cells: corners (2, 4, k), in any turn, what they carry beyond
-    the mean pressure of the cell, and the cell."""
+    """Of the strips of edge-weighted cells: corners (2, 4, k), in any turn, two of them equal at
+    an apex; the load per area, and the cell."""
     fan = weights.fan
     own = np.nonzero(np.isin(fan.cell, cells))[0]
     # what varies along the edge takes smaller triangles
@@ -158,11 +159,14 @@ def _weighted_strips(
     carried = points.weight * loads.inside(points.x, points.cell)
     load = np.bincount(points.piece, carried, 2 * len(triangle)).reshape(2, -1).sum(axis=0)
     x, cell = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners), fan.cell[triangle]
-    return x, _density(load, np.abs(_area(x))) - loads.pressure[cell], cell
+    area = np.abs(area_of(x))
+    wide = area > THIN * loads.partition.areas[cell]
+    return x[..., wide], load[wide] / area[wide], cell[wide]
 
 
 def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, ndarray]:
-    """The same of cells that are not weighted, from triangles around their centroids."""
+    """Of cells that are not weighted, from triangles around their centroids: corners, the load per
+    area beyond the mean pressure of the cell, and the cell."""
     polygons, centres = loads.partition.polygons, loads.partition.centroids
     cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
     following = np.arange(1, len(cell) + 1)
@@ -181,61 +185,20 @@ def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, 
     for part in (x[:, [0, 1, 2]], x[:, [0, 2, 3]]):
         area = _cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]) / 2
         load += area * loads.inside(part.mean(axis=1), cell)
-    return x, turn * (_density(load, _area(x)) - loads.pressure[cell]), cell
+    return x, turn * (_density(load, area_of(x)) - loads.pressure[cell]), cell
 
 
 def _cross(u: ndarray, v: ndarray) -> ndarray:
     return u[0] * v[1] - u[1] * v[0]
 
 
-def _area(x: ndarray) -> ndarray:
+def area_of(x: ndarray) -> ndarray:
     """Signed areas of polygons with corners (2, c, k)."""
     return _cross(x, np.roll(x, -1, axis=1)).sum(axis=0) / 2
 
 
 def _density(load: ndarray, area: ndarray) -> ndarray:
     return np.divide(load, area, out=np.zeros(len(load)), where=area != 0)
-
-
-class StripPolygons(NamedTuple):
-    """Strips of weighted cells.
-
-    Attributes
-    ----------
-    cell : (k,) array of int
-        The cell of each.
-    corners : (2, 4, k) array of float
-        In turn, in either sense; two are equal at an apex.
-    area : (k,) array of float
-        Positive if the corners are counter-clockwise.
-    load : (k,) array of float
-        Load under a unit mean pressure on the cell.
-    """
-
-    cell: ndarray
-    corners: ndarray
-    area: ndarray
-    load: ndarray
-
-
-def strip_polygons(weights: EdgeWeights, cells: ndarray) -> StripPolygons:
-    """Strips of some weighted cells, that carry the law of the edge alone."""
-    fan = weights.fan
-    wanted = np.zeros(len(weights.partition), dtype=bool)
-    wanted[cells] = True
-    own = np.nonzero(wanted[fan.cell])[0]
-    triangle, corners = _cut(weights.root[fan.t[:, own]])
-    triangle = own[triangle]
-    # a strip of four corners is two triangles; its load is what those carry
-    halves = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
-    pieces = np.tile(triangle, 2), halves
-    points = points_in_pieces(weights.partition, weights, fan, pieces, 1)
-    load = np.bincount(points.piece, points.weight, 2 * len(triangle))
-    load = load.reshape(2, -1).sum(axis=0)
-    x = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners)
-    area = _area(x)
-    keep = np.abs(area) > 1e-14 * fan.areas[triangle]
-    return StripPolygons(fan.cell[triangle[keep]], x[..., keep], area[keep], load[keep])
 
 
 def _cut(root: ndarray) -> tuple[ndarray, ndarray]:

@@ -26,6 +26,7 @@ from scipy.sparse import csr_matrix
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
@@ -33,7 +34,8 @@ from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .ribs import rib_integral
 from .slopes import Slopes
-from .strips import strip_polygons
+from .strips import CellLoads, area_of, weighted_strips
+from .tangential_remainder import ShearedCells, tangential_remainder
 
 #: points nearer to a weighted cell than so many of its radii see its strips, others its triangles
 IN_STRIPS = 3.0
@@ -137,9 +139,11 @@ class Tractions:
         if self.weights is None or not len(self._weighted):
             empty = np.empty((2, 4, 0)), np.empty(0), np.empty(0, dtype=int)
             return LoadedRibs.from_polygons(*empty, self._centres)
-        strips = strip_polygons(self.weights, np.nonzero(self.weights.weighted)[0])
-        density = strips.load / strips.area
-        return LoadedRibs.from_polygons(strips.corners, density, strips.cell, self._centres)
+        unit = CellLoads(self.partition, np.ones(len(self.partition)), self.weights)
+        cells = np.nonzero(self.weights.weighted)[0]
+        corners, density, cell = weighted_strips(unit, self.weights, cells)
+        density *= np.sign(area_of(corners))
+        return LoadedRibs.from_polygons(corners, density, cell, self._centres)
 
     @computed_once
     def radius(self) -> ndarray:
@@ -186,20 +190,46 @@ class Tractions:
 
         with Threads() as run:
             run(work, x.shape[1])
-        out = sums[0]
-        if self.slopes is not None:
-            for part, slope in zip(sums[1:], self.slopes.along, strict=True):
-                out += (csr_matrix(slope.T) @ part.reshape(-1, n).T).T.reshape(out.shape)
+        out = self._with_slopes(sums)
         out[1:3] = out[0] - out[1], -out[2]
         return out
 
-    def displacements(self, surface: HalfSpace, x: ndarray, *, normal: bool = False) -> ndarray:
+    def _with_slopes(self, sums: ndarray) -> ndarray:
+        """Integrals by mean tractions from those by them and, (3, ..., n), by slopes."""
+        out = sums[0]
+        if self.slopes is not None:
+            for part, slope in zip(sums[1:], self.slopes.along, strict=True):
+                flat = part.reshape(-1, part.shape[-1])
+                out += (csr_matrix(slope.T) @ flat.T).T.reshape(out.shape)
+        return out
+
+    @computed_once
+    def _sheared(self) -> ShearedCells:
+        return ShearedCells.from_cells(self.partition, self.weights, self.slopes is not None)
+
+    def _add_remainder(self, ground: Stratified, x: ndarray, out: ndarray) -> None:
+        """What the ground has beyond the homogeneous half-space, to displacements."""
+        sums = tangential_remainder(ground, self._sheared, x)
+        even, odd, across, *coupling, down = self._with_slopes(sums) / ground.surface.young
+        out[0, :, 0] += even + odd
+        out[1, :, 1] += even - odd
+        out[0, :, 1] += across
+        out[1, :, 0] += across
+        if len(out) > 2:
+            out[2, :, 2] += down
+            for i, part in enumerate(coupling):
+                out[2, :, i] += part
+                out[i, :, 2] -= part
+
+    def displacements(
+        self, ground: HalfSpace | Stratified, x: ndarray, *, normal: bool = False
+    ) -> ndarray:
         """Displacements of the surface by unit mean tractions on each cell.
 
         Parameters
         ----------
-        surface : HalfSpace
-            The ground.
+        ground : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+            Not on a smooth rigid base.
         x : (2, m) array of float
             Field points anywhere on the surface.
         normal : bool
@@ -211,13 +241,15 @@ class Tractions:
             Displacements along x, y and, downwards, z, by tractions on the ground along x, y and
             z.
         """
-        nu, size, n = surface.poisson, 3 if normal else 2, len(self.partition)
+        young, nu = ground.surface.young, ground.surface.poisson
+        size, n = 3 if normal else 2, len(self.partition)
         out = np.empty((size, x.shape[1], size, n))
-        step = max(1, CHUNK // (15 * n))
+        step = max(1, CHUNK // (24 * n))
         for first in range(0, x.shape[1], step):
             rows = slice(first, first + step)
             part = out[:, rows]
-            found = self.integrals(np.ascontiguousarray(x[:, rows]), coupling=normal)
+            at = np.ascontiguousarray(x[:, rows])
+            found = self.integrals(at, coupling=normal) * ((1 + nu) / (np.pi * young))
             one, xx, xy = found[:3]
             part[0, :, 0] = (1 - nu) * one + nu * xx
             part[1, :, 1] = one - nu * xx
@@ -228,7 +260,8 @@ class Tractions:
                     # the ground moves towards a normal force, and down before a tangential one
                     part[i, :, 2] = (0.5 - nu) * coupling
                     part[2, :, i] = -part[i, :, 2]
-        out *= (1 + nu) / (np.pi * surface.young)
+            if isinstance(ground, Stratified):
+                self._add_remainder(ground, at, part)
         return out
 
 

@@ -1,5 +1,6 @@
 """Fields of scikit-fem at points, and carried over to other bases."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -150,4 +151,4 @@ def _element_fan(basis: CellBasis) -> Fan:
         return fan
     order = np.argsort(basis.tind)
     cell = order[np.searchsorted(basis.tind[order], fan.cell)]
-    return Fan(fan.p, fan.t, cell, fan.interpolation)
+    return replace(fan, cell=cell)

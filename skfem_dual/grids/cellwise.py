@@ -28,6 +28,7 @@ from ..arguments import (
 from ..kernels.once import computed_once
 from ..messages import shown
 from .dual_mesh import DualMesh
+from .mappings import own_mapping
 from .partition import Partition
 
 #: highest order of the quadrature rules of scikit-fem that are of any use here
@@ -107,6 +108,7 @@ class CellwiseBasis(CellBasis):
         super().__init__(
             mesh,
             self.elem,
+            mapping=own_mapping(mesh),
             intorder=intorder,
             quadrature=quadrature,
             elements=elements,
@@ -246,7 +248,8 @@ def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]
     mesh = nodal_mesh(basis)
     if values.shape not in ((basis.N,), (len(mesh.t), basis.N)):
         raise ValueError(f"expected values of shape ({basis.N},), got {values.shape}")
-    nodal = CellBasis(mesh, ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1())
+    element = ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1()
+    nodal = CellBasis(mesh, element, mapping=own_mapping(mesh))
     if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
         return nodal, values.copy()
     weights = np.broadcast_to(Partition.from_basis(basis).areas, mesh.t.shape)

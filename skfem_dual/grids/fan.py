@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, csr_matrix
 from scipy.spatial import cKDTree
 from skfem import CellBasis, Mesh
 
@@ -27,15 +26,15 @@ class Fan:
         The triangles, counter-clockwise.
     cell : (m,) array of int
         Cell of each triangle, ascending.
-    interpolation : (npoints, nnodes) csr_matrix
-        Takes values at the nodes of the mesh to the vertices of the triangles, by linear
-        interpolation. Rows of other points may be empty.
+    part : (m,) array of int
+        Of dual cells the element of the mesh in which each triangle lies; around the middle of an
+        element that, and the number of elements for each side before the triangle's own.
     """
 
     p: ndarray
     t: ndarray
     cell: ndarray
-    interpolation: csr_matrix
+    part: ndarray
 
     @classmethod
     def from_basis(cls, basis: CellBasis, cells: ndarray | None = None) -> "Fan":
@@ -50,24 +49,14 @@ class Fan:
     def from_dual(cls, dual: DualMesh, cells: ndarray | None = None) -> "Fan":
         """Dual cells, all or some, consist of triangles of the common refinement."""
         mesh = dual.mesh
-        n, nf, m = len(dual), mesh.nfacets, mesh.nelements
-        wanted = np.full(n, cells is None)
+        wanted = np.full(len(dual), cells is None)
         if cells is not None:
             wanted[cells] = True
         elements = np.nonzero(wanted[mesh.t].any(axis=0))[0]
         t = dual.refined_triangles(elements)
-        t = t[:, wanted[t[0]]]  # the first vertex is the node in the cell
-        cell = t[0]
-        facets, nodes = np.unique(mesh.t2f[:, elements]), np.unique(mesh.t[:, elements])
-        a, b = mesh.p[:, mesh.facets[:, facets]].swapaxes(0, 1)
-        s = np.hypot(*(dual.crossings[:, facets] - a)) / np.hypot(*(b - a))
-        points = np.concatenate([nodes, np.tile(n + facets, 2), np.tile(n + nf + elements, 3)])
-        given = np.concatenate(
-            [nodes, mesh.facets[:, facets].ravel(), mesh.t[:, elements].ravel()]
-        )
-        shares = np.concatenate([np.ones(len(nodes)), 1 - s, s, np.full(3 * len(elements), 1 / 3)])
-        matrix = coo_matrix((shares, (points, given)), shape=(n + nf + m, n))
-        return cls._sorted(dual.refinement_nodes, t, cell, matrix)
+        own = wanted[t[0]]  # the first vertex is the node in the cell
+        t, element = t[:, own], np.repeat(elements, 6)[own]
+        return cls._sorted(dual.refinement_nodes, t, t[0], element)
 
     @classmethod
     def from_mesh(cls, mesh: Mesh, cells: ndarray | None = None) -> "Fan":
@@ -75,29 +64,56 @@ class Fan:
         k, m = mesh.t.shape
         n = mesh.p.shape[1]
         cells = np.arange(m) if cells is None else np.asarray(cells)
-        own = mesh.t[:, cells]
-        nodes, middle = np.unique(own), n + cells
+        own, middle = mesh.t[:, cells], n + cells
         p = np.hstack([mesh.p, mesh.p[:, mesh.t].mean(axis=1)])
         t = np.hstack([[own[i], own[(i + 1) % k], middle] for i in range(k)])
-        points = np.concatenate([nodes, np.tile(middle, k)])
-        given = np.concatenate([nodes, own.ravel()])
-        shares = np.concatenate([np.ones(len(nodes)), np.full(k * len(cells), 1 / k)])
-        matrix = coo_matrix((shares, (points, given)), shape=(n + m, n))
-        return cls._sorted(p, t, np.tile(cells, k), matrix)
+        part = (cells + mesh.nelements * np.arange(k)[:, None]).ravel()
+        return cls._sorted(p, t, np.tile(cells, k), part)
 
     @classmethod
-    def _sorted(cls, p: ndarray, t: ndarray, cell: ndarray, matrix: csr_matrix) -> "Fan":
+    def _sorted(cls, p: ndarray, t: ndarray, cell: ndarray, part: ndarray) -> "Fan":
         areas = signed_areas(p, t)
         t = np.where(areas < 0, t[[0, 2, 1]], t)
         # quadrilaterals in the middle of a polar grid have sides without length
         full = np.abs(areas) > 1e-14 * np.bincount(cell, np.abs(areas))[cell]
-        order = np.argsort(cell[full], kind="stable")
+        order = np.nonzero(full)[0][np.argsort(cell[full], kind="stable")]
         return cls(
             readonly(p),
-            readonly(t[:, full][:, order], np.int32),
-            readonly(cell[full][order], np.int32),
-            matrix.tocsr(),
+            readonly(t[:, order], np.int32),
+            readonly(cell[order], np.int32),
+            readonly(part[order], np.int32),
         )
+
+    def halved(self, sides: ndarray) -> "Fan":
+        """With some sides of triangles, points (2, k), cut in halves: their triangles in two, or
+        in four with those halved too that have a triangle with two others. Middles follow the
+        other points."""
+        n = self.p.shape[1]
+        ends = np.sort([self.t, np.roll(self.t, -1, axis=0)], axis=0).astype(np.int64)
+        keys = ends[0] * n + ends[1]
+        cut = np.unique(np.sort(sides.astype(np.int64), axis=0).T @ [n, 1])
+        while len(more := np.setdiff1d(keys[:, np.isin(keys, cut).sum(axis=0) == 2], cut)):
+            cut = np.union1d(cut, more)
+        p = np.hstack([self.p, self.p[:, np.divmod(cut, n)].mean(axis=1)])
+        halved = np.isin(keys, cut)
+        middle = n + np.searchsorted(cut, keys)
+        whole, half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (0, 1, 3))
+        a, b, c = self.t[:, quarters]
+        ab, bc, ca = middle[:, quarters]
+        turn = (halved[:, half].argmax(axis=0) + np.arange(3)[:, None]) % 3, half
+        (d, e, f), de = self.t[turn], middle[turn][0]
+        parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
+        t = np.hstack([self.t[:, whole], *map(np.array, parts)])
+        of = np.concatenate([whole, *[quarters] * 4, half, half])
+        return Fan._sorted(p, t, self.cell[of], self.part[of])
+
+    def with_cells_of(self, other: "Fan") -> "Fan":
+        """With the triangles of another fan in the cells that it has: one of the same cells, or of
+        some of them, with sides halved."""
+        own = np.nonzero(~np.isin(self.cell, other.cell))[0]
+        t = np.hstack([self.t[:, own], other.t])
+        cell, part = np.append(self.cell[own], other.cell), np.append(self.part[own], other.part)
+        return Fan._sorted(other.p, t, cell, part)
 
     @computed_once
     def areas(self) -> ndarray:

@@ -266,7 +266,7 @@ def polar(
     graded: str | None = None,
     boundary: Boundary = "area",
 ) -> MeshQuad:
-    """Polar grid of a disc (Fig. 7 of the paper).
+    """Polar grid of quadrilaterals on a disc, that of Table 1 of the paper.
 
     Parameters
     ----------

@@ -1,11 +1,26 @@
 """The edge of a plan: its ribs, and the distance to them."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
+from skfem import Mesh
 
+from ..kernels.compiled import inputs, vectorised
 from .partition import Partition
+from .planar import cross
 from .polygons import readonly
+
+#: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
+#: or like a hexagon, they are
+LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
+#: pairs of a point and a segment that are looked at one by one, in some milliseconds
+ONE_BY_ONE = 2**22
+#: points from which on threads look for the nearest, as starting them takes its time
+MANY = 5000
+#: cosine of the angle between a segment and the way to it below which it faces a point
+POINTING = 0.82
 
 
 def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
@@ -21,10 +36,14 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     Returns
     -------
     (m,) array of float
-        Exact up to rounding; the cost is nearly linear in m.
+        Exact up to rounding; the cost is nearly linear in m where there are many.
     """
+    if x.shape[1] * a.shape[1] <= ONE_BY_ONE:
+        distance = np.empty(x.shape[1])
+        _least_distances(*inputs(x, a, b - a), distance)
+        return distance
     half = np.hypot(*(b - a)) / 2
-    workers = -1 if x.shape[1] > 5000 else 1  # starting threads takes its time
+    workers = -1 if x.shape[1] > MANY else 1
     # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
     # not farther than the hypotenuse of the distance and half the length. Segments of one octave
     # of lengths at a time, so that this leaves few candidates
@@ -48,6 +67,22 @@ def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     return np.hypot(*(offset - np.clip(s, 0, 1) * along))
 
 
+@vectorised
+def _least_distances(x, a, along, distance):
+    """Distances of points to the nearest of segments from ``a`` by ``along``."""
+    distance[:] = np.inf
+    for k in range(a.shape[1]):
+        ax, ay, lx, ly = a[0, k], a[1, k], along[0, k], along[1, k]
+        square = max(lx * lx + ly * ly, 1e-300)
+        for i in range(x.shape[1]):
+            dx, dy = x[0, i] - ax, x[1, i] - ay
+            s = min(max((dx * lx + dy * ly) / square, 0.0), 1.0)
+            dx, dy = dx - s * lx, dy - s * ly
+            distance[i] = min(distance[i], dx * dx + dy * dy)
+    for i in range(x.shape[1]):
+        distance[i] = np.sqrt(distance[i])
+
+
 def edge_ribs(partition: Partition) -> ndarray:
     """Ribs on the edge of a plan: with a cell on one side only, and none in the same place.
 
@@ -61,3 +96,73 @@ def edge_ribs(partition: Partition) -> ndarray:
     ends = np.vstack([np.minimum(a, b), np.maximum(a, b)])[:, real].T
     pairs = cKDTree(ends).query_pairs(1e-10 * size, output_type="ndarray")
     return readonly(np.delete(ribs[real], np.unique(pairs)), np.int32)
+
+
+class Wedges(NamedTuple):
+    """Corners of a plan.
+
+    Attributes
+    ----------
+    node : (k,) array of int
+        Node of the mesh in each.
+    x : (k, 2) array of float
+        Where it is.
+    bisector : (k, 2) array of float
+        Unit vector into the plan, half way between the sides.
+    angle : (k,) array of float
+        Between the sides, through the plan.
+    reach : (k,) array of float
+        How far it is from the corner to an edge that faces it.
+    """
+
+    node: ndarray
+    x: ndarray
+    bisector: ndarray
+    angle: ndarray
+    reach: ndarray
+
+
+def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
+    """Corners of the edge that consists of some facets of a mesh on its boundary.
+
+    A polygon that follows a curve turns in all nodes alike: a corner turns by far more than the
+    nodes beside it, or as much as a hexagon.
+    """
+    a, b = mesh.facets[:, facets]
+    inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1) - mesh.p[:, a]
+    along = mesh.p[:, b] - mesh.p[:, a]
+    on_left = cross(along, inside) > 0
+    a, b = np.where(on_left, a, b), np.where(on_left, b, a)
+    along = np.where(on_left, along, -along) / np.hypot(*along)
+    n = mesh.p.shape[1]
+    plain = (np.bincount(a, minlength=n) == 1) & (np.bincount(b, minlength=n) == 1)
+    before, after = np.full((2, n), -1)
+    after[a] = before[b] = np.arange(len(facets))
+    node = np.nonzero(plain)[0]
+    first, second = along[:, before[node]], along[:, after[node]]
+    turn = np.full(n, np.inf)
+    turn[node] = np.arctan2(cross(first, second), np.sum(first * second, axis=0))
+    most = np.abs(turn[[a[before[node]], b[after[node]]]]).max(axis=0)
+    size = np.abs(turn[node])
+    keep = (size > LEAST_TURN) & ((size > CURVED * most) | (size > SHARP))
+    node, second, angle = node[keep], second[:, keep], np.pi - turn[node][keep]
+    half = angle / 2
+    bisector = np.array(
+        [
+            np.cos(half) * second[0] - np.sin(half) * second[1],
+            np.sin(half) * second[0] + np.cos(half) * second[1],
+        ]
+    )
+    p, q, x = mesh.p[:, a], mesh.p[:, b], mesh.p[:, node].T
+    reach = np.array([_facing(corner, p, q) for corner in x])
+    return Wedges(node, x, bisector.T, angle, reach)
+
+
+def _facing(x: ndarray, a: ndarray, b: ndarray) -> float:
+    """Distance of a point to the nearest of some segments that do not point at it."""
+    along, offset = b - a, x[:, None] - a
+    s = (np.sum(offset * along, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
+    way = offset - s * along
+    r, length = np.hypot(*way), np.hypot(*along)
+    facing = (np.abs(np.sum(way * along, axis=0)) < POINTING * r * length) & (r > 0)
+    return float(r[facing].min(initial=np.hypot(*offset).max()))

@@ -1,5 +1,6 @@
 """Ragged polygons as flat arrays; knows no mesh."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,6 +92,19 @@ class Polygons:
         twice = np.sum(v[0] * np.roll(v[1], -1, 0) - v[1] * np.roll(v[0], -1, 0), axis=0)
         return cls(
             p, np.where(twice < 0, t[::-1], t).T.ravel(), np.arange(t.shape[1] + 1) * len(t)
+        )
+
+    @classmethod
+    def together(cls, parts: Sequence["Polygons"]) -> "Polygons":
+        """Those of all parts, one part after the other, which share no points."""
+        points = np.cumsum([0, *(part.p.shape[1] for part in parts)])
+        corners = np.cumsum([0, *(len(part.indices) for part in parts)])
+        return cls(
+            np.hstack([part.p for part in parts]),
+            np.concatenate([part.indices + first for part, first in zip(parts, points)]),
+            np.concatenate(
+                [[0], *(part.offsets[1:] + first for part, first in zip(parts, corners))]
+            ),
         )
 
     def __len__(self) -> int:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import MeshTri
 
@@ -168,10 +168,11 @@ class _CellCentroids:
 
 def _laplacian(mesh: MeshTri) -> csr_matrix:
     """Neighbours of each node minus their number times the node, negated; sparse."""
-    n = mesh.p.shape[1]
-    joined = coo_matrix((np.ones(mesh.nfacets), mesh.facets), shape=(n, n)).tocsr()
-    joined = joined + joined.T
-    return (diags(np.asarray(joined.sum(axis=0)).ravel()) - joined).tocsr()
+    (a, b), each = mesh.facets, np.arange(mesh.p.shape[1])
+    degree = np.bincount(mesh.facets.ravel(), minlength=len(each))
+    values = np.concatenate([np.full(2 * len(a), -1.0), degree])
+    at = np.concatenate([a, b, each]), np.concatenate([b, a, each])
+    return coo_matrix((values, at), shape=(len(each), len(each))).tocsr()
 
 
 def _solver(matrix: csr_matrix, p: ndarray) -> Callable[[ndarray], ndarray]:

@@ -15,7 +15,8 @@ from .checks import dual_conditions
 from .corners import Corners, signed_areas, unit
 from .curves import Curve, shares
 from .general import facet_numbers
-from .preprocess import Quality, relocated
+from .preprocess import Quality, silent
+from .relocation import to_means
 from .report import require
 
 #: nodes of the largest triangulations that are tried
@@ -28,6 +29,8 @@ STARTS = 0.137 + 0.071j, 0.31 + 0.22j, 0.05 + 0.4j, 0.43 + 0.13j
 GOOD = 30.0
 #: number of nodes above which one start must do
 MANY = 20000
+#: sparse systems solved for the means of neighbours
+ROUNDS = 30
 #: height of an equilateral triangle over its side
 HEIGHT = np.sqrt(3) / 2
 
@@ -111,7 +114,7 @@ def triangulated(
             except MeshError as error:
                 trouble = error
                 continue
-            missed = abs(points.shape[1] / n - 1) if size is None else 0.0
+            missed = max(abs(points.shape[1] - n) - 1, 0) / n if size is None else 0.0
             # a node of a hundred too many is as bad as twenty degrees
             if quality.uncrossed == 0 and quality.smallest_angle - 2000 * missed > merit:
                 best, merit = (mesh, loops), quality.smallest_angle - 2000 * missed
@@ -139,7 +142,8 @@ def _wanted(
         excess = points.shape[1] - n
         if abs(excess) < abs(best[0].shape[1] - n):
             best = points, loops
-        if abs(excess) <= n // 2000:
+        # one node more or less takes a step of 1 / (2 n) of the size
+        if abs(excess) <= n // 2000 or high < low * (1 + 1 / (8 * n)):
             break
         low, high = (size, high) if excess > 0 else (low, size)
         inner, wanted = points.shape[1] - loops[-1], n - loops[-1]
@@ -236,12 +240,20 @@ def _lattice(
 
 def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, Quality]:
     """The better of two triangulations, the second of the relocated points of the first."""
-    free = np.arange(points.shape[1]) >= loops[-1]
-    first, report = relocated(_inside(points, loops), "neighbours", free)
-    second, again = relocated(_inside(first.p, loops), "neighbours", free)
-    if again.after.better(report.after):
-        return second, again.after
-    return first, report.after
+    first = _at_means(_inside(points, loops), loops)
+    quality = Quality.of(first)
+    second = _inside(first.p, loops)
+    if np.array_equal(second.facets, first.facets):
+        return first, quality
+    second = _at_means(second, loops)
+    again = Quality.of(second)
+    return (second, again) if again.better(quality) else (first, quality)
+
+
+def _at_means(mesh: MeshTri, loops: ndarray) -> MeshTri:
+    """The mesh with its inner nodes at the means of their neighbours."""
+    free = np.arange(mesh.p.shape[1]) >= loops[-1]
+    return MeshTri(np.ascontiguousarray(to_means(mesh, free, 0.0, ROUNDS, silent)[0]), mesh.t)
 
 
 def _boundary(loops: ndarray) -> ndarray:

@@ -8,6 +8,10 @@ below a depth, ``(u, w) = -P (t, s)``, obeys a Riccati equation that contracts u
 
 It has no derivative of E, is regular at nu = 1/2, and Q is continuous across interfaces.
 
+Waves of shear across their way, ``v = -R t``, are by themselves: ``S = k E0 R`` obeys
+
+    S' = k [(E/E0) S^2 / (2(1+nu)) - 2(1+nu) E0/E].
+
 It follows from the linear equations of the amplitudes (u, w, t, s) of displacements and tractions,
 by eliminating the tractions. Sources: N. A. Haskell, The dispersion of surface waves on
 multilayered media, Bull. Seism. Soc. Am. 43 (1953), and F. Gilbert and G. E. Backus, Propagator
@@ -20,9 +24,9 @@ An Introduction to Invariant Imbedding (1975), for Riccati equations of such rat
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from ..errors import ConvergenceError
 
@@ -38,6 +42,17 @@ def homogeneous(ratio: ArrayLike, poisson: ArrayLike) -> ndarray:
     ratio, nu = np.broadcast_arrays(np.asarray(ratio, float), poisson)
     normal = 2 * (1 - nu**2) / ratio
     return np.stack([normal, -(1 + nu) * (1 - 2 * nu) / ratio, normal])
+
+
+def homogeneous_across(ratio: ArrayLike, poisson: ArrayLike) -> ndarray:
+    """S of a homogeneous half-space with E = ratio E0."""
+    return 2 * (1 + np.asarray(poisson)) / np.asarray(ratio)
+
+
+def across_homogeneous(s: ndarray, depth: ndarray, ratio: float, poisson: float) -> ndarray:
+    """S on top of a homogeneous layer of thickness ``depth / k`` from S at its bottom."""
+    own, tanh = homogeneous_across(ratio, poisson), np.tanh(depth)
+    return own * (s + own * tanh) / (own + s * tanh)
 
 
 def rigid(smooth: bool, n: int) -> tuple[ndarray, ndarray]:
@@ -146,9 +161,30 @@ def through_graded(
     start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
     # below the surface nothing is known better than the integrals over waves
     rtol = 1e-9 if down else 1e-11
-    path = solve_ivp(rate, (0.0, 1.0), start.ravel(), "DOP853", rtol=rtol, atol=rtol / 100)
+    path = scipy.integrate.solve_ivp(
+        rate, (0.0, 1.0), start.ravel(), "DOP853", rtol=rtol, atol=rtol / 100
+    )
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
     out = path.y[:, -1].reshape(-1, n)
     tractions = out[3:].T.reshape(n, 2, 2) if down else np.zeros((n, 2, 2))
     return out[:3], tractions
+
+
+def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> ndarray:
+    """S at the surface from S at the depths ``bottom``, one for each wave number.
+
+    Raises
+    ------
+    ConvergenceError
+        As `through_graded`.
+    """
+
+    def rate(way: float, s: ndarray) -> ndarray:
+        own = homogeneous_across(*moduli((1 - way) * bottom))
+        return k * bottom * (own - s * s / own)
+
+    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), s, "DOP853", rtol=1e-11, atol=1e-13)
+    if not path.success:
+        raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
+    return path.y[:, -1]

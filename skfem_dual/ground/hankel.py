@@ -63,7 +63,11 @@ class RadialTable:
 
     @classmethod
     def from_symbol(
-        cls, symbol: Callable[[ndarray], ndarray], lengths: tuple[float, float], algebraic: bool
+        cls,
+        symbol: Callable[[ndarray], ndarray],
+        lengths: tuple[float, float],
+        algebraic: bool,
+        first: int = 0,
     ) -> Self:
         """Invert ``F(k) = k E0 Omega - c0`` to omega_rem E0 and its primitive.
 
@@ -75,11 +79,13 @@ class RadialTable:
             The least and the greatest length of the ground.
         algebraic : bool
             Whether F decays like powers of 1/k, as above a gradient, and not exponentially.
+        first : int
+            The first of these powers is 1 more: 0, or -1 for what does not decay.
         """
         least, greatest = lengths
         edges, x, k = octaves(1e-3 / (FARTHEST * greatest), 100 / least)
         f = symbol(k.ravel()).reshape(k.shape)
-        tail = Tail.from_values(k, f, least, 6 if algebraic else 0)
+        tail = Tail.from_values(k, f, least, 6 if algebraic else 0, first)
         waves = Waves.from_values(edges, x, f - tail.symbol(k))
 
         width = np.log(2) / PANELS
@@ -209,22 +215,25 @@ def square_value(coefficients, first, u):
 
 @dataclass(frozen=True, eq=False)
 class Tail:
-    """Sum of ``weights[m] k (k^2 + b^2)^(-1 - m/2)``, the part of a symbol like powers of 1/k.
+    """Sum of ``weights[i] k (k^2 + b^2)^(-1 - m/2)``, m = ``first`` + i: the part of a symbol like
+    powers of 1/k.
 
     Attributes
     ----------
     b : float
-    weights : (m,) array of float
+    weights : (n,) array of float
         None for a symbol that decays faster.
+    first : int
     """
 
     b: float
     weights: ndarray
+    first: int = 0
 
     @classmethod
-    def from_values(cls, k: ndarray, f: ndarray, least: float, terms: int) -> Self:
+    def from_values(cls, k: ndarray, f: ndarray, least: float, terms: int, first: int = 0) -> Self:
         """Least squares for the values of a symbol at great wave numbers."""
-        plain = cls(3 / least, np.ones(terms))
+        plain = cls(3 / least, np.ones(terms), first)
         if not terms:
             return plain
         great = k > 10 / least
@@ -232,11 +241,15 @@ class Tail:
         matrix = np.stack([t[great] * scale for t in plain.terms(k)], axis=1)
         norm = np.abs(matrix).max(axis=0)
         weights = np.linalg.lstsq(matrix / norm, f[great] * scale, rcond=None)[0] / norm
-        return cls(plain.b, weights)
+        return cls(plain.b, weights, first)
 
     def terms(self, k: ndarray) -> list[ndarray]:
         """Each term with the weight 1."""
-        return [k * (k**2 + self.b**2) ** (-1 - m / 2) for m in range(len(self.weights))]
+        return [k * (k**2 + self.b**2) ** (-1 - m / 2) for m in self._orders]
+
+    @property
+    def _orders(self) -> range:
+        return range(self.first, self.first + len(self.weights))
 
     def symbol(self, k: ndarray) -> ndarray:
         """The sum at wave numbers."""
@@ -246,7 +259,7 @@ class Tail:
     def add_transform(self, omega: ndarray, r: ndarray) -> ndarray:
         """``omega`` and the integrals of the sum times J0(k r)."""
         b = self.b
-        for m, w in enumerate(self.weights):
+        for m, w in zip(self._orders, self.weights, strict=True):
             omega = omega + w * (r / (2 * b)) ** (m / 2) * kv(m / 2, b * r) / gamma(1 + m / 2)
         return omega
 
@@ -323,20 +336,13 @@ def _primitive(
     omega: ndarray, powers: ndarray, start: float, width: float, nodes: ndarray
 ) -> ndarray:
     """Integrals of omega r from 0 to the nodes of each panel, shape (panels, nodes)."""
-    primitive = np.empty_like(omega)
+    ends = np.append(nodes, 1.0)
+    s = -1 + (ends[:, None] + 1) * (GAUSS + 1) / 2
+    left = start + width * np.arange(len(powers))
+    r = np.exp(left[:, None, None] + width * (s + 1) / 2)
+    values = np.polynomial.polynomial.polyval(s, powers.T)
+    parts = (values * r * r) @ GAUSS_WEIGHTS * (width / 2 * (ends + 1) / 2)
     # below the first panel it is half of omega r^2, up to a logarithm
-    total = omega[0, -1] * np.exp(2 * start) / 2
-    for i in range(len(powers)):
-        left = start + i * width
-        for j, node in enumerate(nodes):
-            primitive[i, j] = total + _integral(powers[i], left, width, node)
-        total += _integral(powers[i], left, width, 1.0)
-    return primitive
-
-
-def _integral(powers: ndarray, left: float, width: float, end: float) -> float:
-    """Integral of omega r over a panel of ln r from its begin, -1, to ``end``."""
-    s = -1 + (end + 1) * (GAUSS + 1) / 2
-    r = np.exp(left + width * (s + 1) / 2)
-    values = np.polynomial.polynomial.polyval(s, powers)
-    return float(np.sum(GAUSS_WEIGHTS * values * r * r) * width / 2 * (end + 1) / 2)
+    first = omega[0, -1] * np.exp(2 * start) / 2
+    before = first + np.cumsum(np.append(0.0, parts[:-1, -1]))
+    return before[:, None] + parts[:, :-1]

@@ -16,8 +16,11 @@ from numpy import ndarray
 from .compliance import (
     FORGOTTEN,
     Moduli,
+    across_graded,
+    across_homogeneous,
     as_pair,
     homogeneous,
+    homogeneous_across,
     rigid,
     through_graded,
     through_homogeneous,
@@ -87,6 +90,19 @@ class Stratum(NamedTuple):
         # nothing of short waves reaches the bottom
         return q, np.where(reached[:, None, None], np.linalg.inv(x) @ tractions, 0.0)
 
+    def across(self, s: ndarray | None, k: ndarray) -> ndarray:
+        """S on top from S at the bottom, (n,); None without a bottom."""
+        if self.uniform:
+            ratio, nu = (float(m[0]) for m in self.moduli(np.zeros(1)))
+            if s is None:
+                return np.full(len(k), homogeneous_across(ratio, nu))
+            return across_homogeneous(s, k * self.thickness, ratio, nu)
+        bottom = np.minimum(self.thickness, FORGOTTEN / k)
+        start = homogeneous_across(*self.moduli(bottom))
+        if s is not None:
+            start = np.where(bottom == self.thickness, s, start)
+        return across_graded(start, k, bottom, self.moduli)
+
 
 class Amplitudes(NamedTuple):
     """At depths, under waves of unit pressure; shape (ndepths, nwaves).
@@ -142,6 +158,13 @@ class Strata(NamedTuple):
             q, _ = layer.up(pair, k, down=False)
             pair = as_pair(q)
         return q
+
+    def compliance_across(self, k: ndarray) -> ndarray:
+        """S at the surface, shape (n,), above what is not a smooth base."""
+        s = None if self.base is None else np.zeros(len(k))
+        for layer in reversed(self.layers):
+            s = layer.across(s, k)
+        return np.asarray(s)
 
     def _bottom(self, k: ndarray) -> Pair | None:
         return None if self.base is None else rigid(self.base == "smooth", len(k))

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from ..arguments import checked_array
 from ..kernels.once import computed_once
 from .hankel import RadialTable
+from .shear import ShearTable
 from .strata import Strata
 from .substrates import HalfSpace
 
@@ -64,6 +65,26 @@ class Stratified:
         return RadialTable.from_symbol(
             lambda k: self.compliance(k)[2] - c0, self.lengths, self.algebraic
         )
+
+    @computed_once
+    def shear(self) -> ShearTable:
+        """The same of horizontal forces."""
+        strata = self.strata
+        self.check_holding()
+
+        def compliances(k: ndarray) -> ndarray:
+            return np.vstack([strata.compliance(k), strata.compliance_across(k)])
+
+        options = self.surface.poisson, self.lengths, self.algebraic
+        return ShearTable.from_compliances(compliances, self.remainder, *options)
+
+    def check_holding(self) -> None:
+        """Refuse layers on a smooth rigid base: there, horizontal forces move them anywhere."""
+        if self.strata.base == "smooth":
+            raise ValueError(
+                "expected ground that holds horizontal forces, got layers on a smooth rigid "
+                'base, on which they slide away. Remedy: the base "bonded"'
+            )
 
     @property
     def error(self) -> float:

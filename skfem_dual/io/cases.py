@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..contact.cases_solution import CasesSolution
 
 #: columns of a table of loads; only the name and the force must be there
-KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my")
+KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
 #: numbers are zero or between these in size, in any sensible units
 LEAST, MOST = 1e-100, 1e100
 
@@ -39,6 +39,10 @@ class CaseRow:
     moments : pair of float
         Mx about the x axis, positive where it presses down the side of larger y; My about the y
         axis, positive where it presses down the side of larger x. About the point of the force.
+    horizontal : pair of float or None
+        Force along x and y in the plane of the base.
+    torsion : float or None
+        Moment about the vertical through the origin, positive from x towards y.
     """
 
     where: str
@@ -48,6 +52,8 @@ class CaseRow:
     at: Pair | None
     eccentricity: Pair | None
     moments: Pair
+    horizontal: Pair | None = None
+    torsion: float | None = None
 
     def load(self, origin: Pair) -> dict[str, float | Pair]:
         """Arguments of `Load`, for a punch with this origin."""
@@ -56,7 +62,9 @@ class CaseRow:
             at = self.at[0] - origin[0], self.at[1] - origin[1]
         mx, my = self.moments
         moments: dict[str, float | Pair] = {"moments": (-my, mx)} if mx or my else {}
-        return {"force": self.force, "at": at, **moments}
+        shear = {"horizontal": self.horizontal, "torsion": self.torsion}
+        carried = {name: value for name, value in shear.items() if value is not None}
+        return {"force": self.force, "at": at, **moments, **carried}
 
 
 def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
@@ -66,9 +74,10 @@ def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
     ----------
     path : path
         Columns ``name`` and ``force``; where the force acts, ``x, y`` in the coordinates of the
-        plan or ``ex, ey`` from the origin, which is meant without them; moments ``mx, my``; and
-        ``footing`` where there are several. Commas, semicolons or tabs part the columns. Empty
-        lines and those that begin with ``#`` do not count.
+        plan or ``ex, ey`` from the origin, which is meant without them; moments ``mx, my``;
+        horizontal forces ``hx, hy`` and ``torsion``; and ``footing`` where there are several.
+        Commas, semicolons or tabs part the columns. Empty lines and those that begin with ``#``
+        do not count.
 
     Raises
     ------
@@ -121,7 +130,7 @@ def _require_heads(heads: list[str], where: str) -> None:
     for needed in ("name", "force"):
         if needed not in heads:
             raise ValueError(f"{where}: expected a heading {needed}, got {', '.join(heads)}")
-    for pair in (("x", "y"), ("ex", "ey"), ("mx", "my")):
+    for pair in (("x", "y"), ("ex", "ey"), ("mx", "my"), ("hx", "hy")):
         if len(set(pair) & set(heads)) == 1:
             raise ValueError(f"{where}: expected both {' and '.join(pair)}, got one of them")
     if {"x", "ex"} <= set(heads):
@@ -147,4 +156,6 @@ def _case(heads: list[str], cells: list[str], where: str) -> CaseRow:
         pair("x", "y"),
         pair("ex", "ey"),
         pair("mx", "my") or (0.0, 0.0),
+        pair("hx", "hy"),
+        number("torsion") if "torsion" in found else None,
     )

@@ -54,21 +54,30 @@ def read_dual(path: PathLike) -> DualMesh:
     return dual
 
 
-def write_solution(path: PathLike, solution: PunchSolution) -> None:
-    """Write a solution to a VTU file: polygons with pressures and displacements.
+def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
+    """Write a solution, or those of neighbours, to a VTU file: pressures and displacements.
 
-    Cell data: ``cell``, ``pressure``, ``displacement`` (of the punch in the centroid); point
-    data: ``displacement`` of the ground. `read_polygons` reads the file again.
+    Cell data of the polygons: ``cell``, ``footing`` (its number), ``pressure``, ``displacement``
+    (of the punch in the centroid); point data: ``displacement`` of the ground. `read_polygons`
+    reads the file again.
     """
-    partition = solution.punch.partition
+    parts = [solution.punch.partition for solution in solutions]
+    every = list(zip(solutions, parts, strict=True))
     write_polygons(
         path,
-        partition.polygons,
+        Polygons.together([part.polygons for part in parts]),
         {
-            "pressure": solution.pressure,
-            "displacement": solution.punch_displacement(partition.centroids),
+            "footing": np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
+            "pressure": np.concatenate([solution.pressure for solution in solutions]),
+            "displacement": np.concatenate(
+                [solution.punch_displacement(part.centroids) for solution, part in every]
+            ),
         },
-        {"displacement": solution.displacement(partition.polygons.p)},
+        {
+            "displacement": np.concatenate(
+                [solution.displacement(part.polygons.p) for solution, part in every]
+            )
+        },
     )
 
 

@@ -9,12 +9,15 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from typing import Literal
 
 import numba
 import threadpoolctl
 from threadpoolctl import ThreadpoolController
+
+#: rows of a matrix whose factors take some milliseconds
+SMALL = 640
 
 
 class SharedLimit:
@@ -105,3 +108,9 @@ def limited_threads(threads: int, what: Literal["blas", "all"] = "all") -> Itera
         api = "blas" if what == "blas" else None
         stack.enter_context(_Blas.libraries.limit(limits=threads, user_api=api))
         yield
+
+
+def threads_for_matrix(n: int) -> AbstractContextManager[None]:
+    """One thread of BLAS inside for a matrix with up to `SMALL` rows, whose factors take
+    milliseconds: threads that wait for others beside other work take many times as long."""
+    return limited_threads(1, "blas") if n <= SMALL else nullcontext()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from time import perf_counter
 from typing import Self
 
 import numba
@@ -11,6 +12,8 @@ PIECES = 16
 #: items of a piece are a multiple of the first, and not more than the second: arrays for
 #: temporary use stay small
 GRAIN, MOST = 64, 256
+#: seconds of work after which other threads start: beside other work that takes milliseconds
+LONG = 0.005
 #: transforms of up to so many items take less than a millisecond
 ALONE = 2**16
 
@@ -23,7 +26,8 @@ def threads_for(items: int) -> int:
 class Threads:
     """As a context, a function that calls ``work`` on slices of ``range(m)`` from threads.
 
-    The slices depend on ``m`` alone. The first exception of ``work`` comes through.
+    The slices depend on ``m`` alone. Other threads start once the work has lasted some
+    milliseconds. The first exception of ``work`` comes through.
 
     Examples
     --------
@@ -49,11 +53,17 @@ class Threads:
         size = min(GRAIN * max(-(-m // (GRAIN * PIECES)), 1), MOST)
         pieces = [slice(start, min(start + size, m)) for start in range(0, m, size)]
         threads = numba.config.NUMBA_NUM_THREADS
-        if len(pieces) < 2 or threads == 1:
-            for piece in pieces:
+        begin, first = perf_counter(), 0
+        while first < len(pieces) and (
+            threads == 1 or (self._pool is None and perf_counter() - begin < LONG)
+        ):
+            work(pieces[first])
+            first += 1
+        if len(pieces) - first < 2:
+            for piece in pieces[first:]:
                 work(piece)
             return
         if self._pool is None:
             self._pool = ThreadPoolExecutor(threads)
         # list: wait for all, and let an exception through
-        list(self._pool.map(work, pieces))
+        list(self._pool.map(work, pieces[first:]))

@@ -42,7 +42,12 @@ class FlattenedOperator:
         return self.operator.rtol
 
     def __matmul__(self, pressure: ndarray) -> ndarray:
-        """Product with pressures of shape (n,)."""
+        """Product with pressures of shape (n,) or (n, k)."""
+        if self.operator.summation is not None and self.operator.slopes is not None:
+            slopes = (self.operator.slopes.matrix - self.left_out.matrix) @ pressure
+            return self.operator.with_slopes(pressure, slopes)
+        if pressure.ndim == 2:
+            return np.stack([self @ column for column in pressure.T], axis=1)
         return self.operator @ pressure - self.sloping.apply(self.left_out.of(pressure))
 
     def to_dense(self) -> ndarray:

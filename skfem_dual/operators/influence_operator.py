@@ -249,6 +249,19 @@ class InfluenceOperator(LinearOperator):
     def _matmat(self, q: ndarray) -> ndarray:
         return _product(self._entries, self._kept, q)
 
+    def with_slopes(self, q: ndarray, slopes: ndarray) -> ndarray:
+        """Settlements under mean pressures (n,) or (n, k) and other slopes than theirs, of shape
+        (2 n,) or (2 n, k); by a fast summation only.
+
+        Raises
+        ------
+        TypeError
+            If the operator is not a fast summation of cells with slopes.
+        """
+        if self.summation is None or self.slopes is None:
+            raise TypeError(f"expected a fast summation of cells with slopes, got {self.method}")
+        return _summed(self._entries, self.summation, q, slopes)
+
     def _rmatvec(self, w: ndarray) -> ndarray:
         if isinstance(self._kept, FastSummation):
             raise NotImplementedError("the fast summation has no transpose")
@@ -386,14 +399,20 @@ def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
-    if q.ndim == 2:
-        return np.stack([_product(entries, kept, column) for column in q.T], axis=1)
-    if entries.sloping is not None and entries.slopes is not None:
-        slopes = entries.slopes.of(q)
-        settled = kept.apply(q, entries.sloping.dipoles(slopes))
-        settled += entries.sloping.near @ slopes.ravel()
+    slopes = None if entries.slopes is None else entries.slopes.matrix @ q
+    return _summed(entries, kept, q, slopes)
+
+
+def _summed(entries: Entries, fast: FastSummation, q: ndarray, slopes: ndarray | None) -> ndarray:
+    """The same by a fast summation, under slopes of shape (2 n,) or (2 n, k)."""
+    n, columns = len(q), q.reshape(len(q), -1)
+    if slopes is None or entries.sloping is None:
+        settled = fast.apply(columns.T)
     else:
-        settled = kept.apply(q, None)
+        each = slopes.reshape(2, n, -1)
+        dipoles = np.einsum("ijn,jnk->kin", entries.sloping.second_moments, each)
+        settled = fast.apply(columns.T, dipoles)
+        settled += (entries.sloping.near @ slopes.reshape(2 * n, -1)).T
     if entries.correction is not None:
-        settled += entries.correction.near @ q
-    return settled
+        settled += (entries.correction.near @ columns).T
+    return settled.T.reshape(-1, *q.shape[1:])

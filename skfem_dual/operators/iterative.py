@@ -1,15 +1,16 @@
 """Iterative solution of the equations of contact for several right-hand sides: GMRES.
 
 Saad and Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856, preconditioned from the right, so that
-its residuals are those of the equations.
+its residuals are those of the equations. Every right-hand side has its own search; the products
+for which they ask are made together.
 """
 
+from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import Any, Protocol, TypeAlias, cast
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse.linalg import LinearOperator, gmres
 from tqdm import tqdm
 
 from ..arguments import checked_array, checked_instance, checked_number
@@ -21,6 +22,9 @@ from .preconditioner import approximate_inverse
 RESTART = 60
 #: iterations in all
 MOST = 300
+
+
+Search: TypeAlias = Generator[ndarray, Any, tuple[ndarray, tuple[float, ...]]]
 
 
 class Product(Protocol):
@@ -120,10 +124,10 @@ def solve_many(
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
-        for k, b in enumerate(rhs.T):
-            solution[:, k], history = _gmres(operator, inverse, b, rtol, bar)
+        searches = [_search(b, rtol, bar) for b in rhs.T]
+        for k, (y, history) in enumerate(_together(operator, inverse, searches, bar)):
+            solution[:, k] = inverse @ y
             residuals.append(history)
-            bar.update()
     solution.setflags(write=False)
     failed = [k for k, history in enumerate(residuals) if history[-1] > 1.01 * rtol]
     iterations = tuple(len(history) - 1 for history in residuals)
@@ -136,32 +140,57 @@ def solve_many(
     return IterativeSolution(solution, tuple(residuals), iterations, not failed, message)
 
 
-def _gmres(
-    operator: Operator, inverse: Product, b: ndarray, rtol: float, bar: tqdm
-) -> tuple[ndarray, tuple[float, ...]]:
-    """The solution for one right-hand side, and its relative residuals."""
+def _together(
+    operator: Operator, inverse: Product, searches: "list[Search]", bar: tqdm
+) -> list[tuple[ndarray, tuple[float, ...]]]:
+    """What searches find, which get the products that they ask for all at a time."""
+    found: dict[int, tuple[ndarray, tuple[float, ...]]] = {}
+    answers: dict[int, ndarray | None] = dict.fromkeys(range(len(searches)))
+    while answers:
+        asked: dict[int, ndarray] = {}
+        for k, answer in answers.items():
+            try:
+                asked[k] = searches[k].send(answer)
+            except StopIteration as end:
+                found[k] = end.value
+                bar.update()
+        pressures = [inverse @ y for y in asked.values()]
+        answers = {}
+        if asked:
+            products = operator @ np.stack(pressures, axis=1)
+            answers = dict(zip(asked, np.array(products.T, order="C")))
+    return [found[k] for k in range(len(searches))]
+
+
+def _search(b: ndarray, rtol: float, bar: tqdm) -> "Search":
+    """GMRES for one right-hand side, a generator that asks for products.
+
+    It yields vectors y, takes ``A M y`` for each, M the approximate inverse, and returns the y
+    under which that is nearly b, with the relative residuals.
+    """
     scale = float(np.linalg.norm(b))
     if scale == 0.0:
         return np.zeros_like(b), (0.0,)
-    history = [1.0]
-
-    def note(residual: float) -> None:
-        history.append(float(residual))
-        bar.set_postfix_str(f"residual {residual:.1e}")
-
-    product = LinearOperator(operator.shape, lambda y: operator @ (inverse @ y), dtype=float)
     # in units of the right-hand side, whatever those of the user
-    y, failed = gmres(
-        product,
-        b / scale,
-        rtol=rtol,
-        atol=0.0,
-        restart=min(RESTART, MOST),
-        maxiter=-(-MOST // RESTART),
-        callback=note,
-        callback_type="pr_norm",
-    )
-    x = scale * (inverse @ y)
-    if failed:  # otherwise the residual has been found to be no larger than asked for
-        history[-1] = float(np.linalg.norm(b - operator @ x)) / scale
-    return x, tuple(history)
+    history, y, rest = [1.0], np.zeros_like(b), b / scale
+    while True:
+        first = float(np.linalg.norm(rest))
+        basis, triangle = [rest / first], np.zeros((RESTART + 1, RESTART))
+        for j in range(min(RESTART, MOST + 1 - len(history))):
+            w = yield basis[j]
+            for i, v in enumerate(basis):
+                triangle[i, j] = v @ w
+                w -= triangle[i, j] * v
+            triangle[j + 1, j] = np.linalg.norm(w)
+            given, small = first * np.eye(j + 2)[0], triangle[: j + 2, : j + 1]
+            shares = np.linalg.lstsq(small, given)[0]
+            history.append(float(np.linalg.norm(given - small @ shares)))
+            bar.set_postfix_str(f"residual {history[-1]:.1e}")
+            if history[-1] <= rtol or triangle[j + 1, j] == 0.0:
+                break
+            basis.append(w / triangle[j + 1, j])
+        for share, v in zip(shares, basis):
+            y += share * v
+        if history[-1] <= rtol or len(history) > MOST:
+            return scale * y, tuple(history)
+        rest = b / scale - (yield y)

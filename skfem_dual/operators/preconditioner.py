@@ -100,7 +100,7 @@ class Preconditioner:
         out, rest = self.coarse.split(w)
         inner = np.zeros(len(w))
         with Threads() as run:
-            self.blocks.add_product(rest[self.cells], inner, run)
+            self.blocks.add_product(rest[None, self.cells], inner[None], run)
         out[self.cells] += inner
         return out
 

@@ -105,3 +105,6 @@ class SymmetricFactors:
         """Solutions for any right-hand sides, (n,) or (n, k); of the transposed matrix with 1."""
         solvers = [partial(block.solve, trans=2 * trans) for block in self.factors]
         return self.symmetry.apply(solvers, rhs)
+
+    def __matmul__(self, rhs: ndarray) -> ndarray:
+        return self.solve(rhs)

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+import scipy
 from numpy import ndarray
-from scipy import fft
-from scipy.interpolate import CubicSpline
 
 from ..elements.influence import influence_matrix
 from ..grids.lattice import Lattice
@@ -69,11 +68,11 @@ class Convolution:
             grid.ravel()[self.lattice.places] = q
         threads = threads_for(mx * my)
         # only rows and columns that are not zero, or asked for, are transformed
-        waves = fft.rfft(grid, my, axis=1, workers=threads)
-        waves = fft.fft(waves, mx, axis=0, workers=threads, overwrite_x=True)
+        waves = scipy.fft.rfft(grid, my, axis=1, workers=threads)
+        waves = scipy.fft.fft(waves, mx, axis=0, workers=threads, overwrite_x=True)
         waves *= self.spectrum
-        waves = fft.ifft(waves, axis=0, workers=threads, overwrite_x=True)[:nx]
-        sums = fft.irfft(waves, my, axis=1, workers=threads)[:, :ny].ravel()
+        waves = scipy.fft.ifft(waves, axis=0, workers=threads, overwrite_x=True)[:nx]
+        sums = scipy.fft.irfft(waves, my, axis=1, workers=threads)[:, :ny].ravel()
         return sums if self._full else sums[self.lattice.places]
 
 
@@ -106,7 +105,7 @@ class BlockToeplitz:
         entries = influence_matrix(substrate, cell, x.reshape(2, -1)).reshape(nx, ny)
         shape = _fast(2 * nx - 1), _fast(2 * ny - 1)
         threads = threads_for(shape[0] * shape[1])
-        spectrum = fft.rfft2(_even(entries, shape), workers=threads, overwrite_x=True).real
+        spectrum = scipy.fft.rfft2(_even(entries, shape), workers=threads, overwrite_x=True).real
         products = Convolution(lattice, shape, np.ascontiguousarray(spectrum))
         inverse = _inverse(substrate, lattice)
         entries.setflags(write=False)
@@ -120,7 +119,7 @@ class BlockToeplitz:
         symbol = symbol_on(ground.ground, k)
         inverse = Convolution(lattice, lattice.shape, 1 / symbol)
         symbol[0, 0] = 0.0
-        entries = fft.irfft2(symbol, lattice.shape)
+        entries = scipy.fft.irfft2(symbol, lattice.shape)
         entries.setflags(write=False)
         return cls(lattice, entries, Convolution(lattice, lattice.shape, symbol), inverse)
 
@@ -175,7 +174,7 @@ def _rectangle(dx: float, dy: float) -> Partition:
 
 def _fast(n: int) -> int:
     """Length of a fast transform of at least ``n`` values."""
-    return int(fft.next_fast_len(n, real=True))
+    return int(scipy.fft.next_fast_len(n, real=True))
 
 
 def _even(entries: ndarray, shape: tuple[int, int]) -> ndarray:
@@ -198,7 +197,7 @@ def _inverse(substrate: Substrate, lattice: Lattice) -> Convolution:
 def wave_numbers(shape: tuple[int, ...], spacing: tuple[float, float]) -> ndarray:
     """Wave numbers of the real transform of a grid, shape (shape[0], shape[1] // 2 + 1)."""
     (nx, ny), (dx, dy) = shape, spacing
-    return 2 * np.pi * np.hypot(fft.fftfreq(nx, dx)[:, None], fft.rfftfreq(ny, dy))
+    return 2 * np.pi * np.hypot(scipy.fft.fftfreq(nx, dx)[:, None], scipy.fft.rfftfreq(ny, dy))
 
 
 def symbol_on(substrate: Substrate, k: ndarray, density: int = FINE) -> ndarray:
@@ -208,7 +207,7 @@ def symbol_on(substrate: Substrate, k: ndarray, density: int = FINE) -> ndarray:
     low, high = np.log2(k.min()) - 0.01, np.log2(k.max()) + 0.01
     nodes = np.linspace(low, high, max(int(density * (high - low)), 4))
     # times k it varies little
-    smooth = CubicSpline(nodes, 2**nodes * substrate.symbol(2**nodes))
+    smooth = scipy.interpolate.CubicSpline(nodes, 2**nodes * substrate.symbol(2**nodes))
     return smooth(np.log2(k)) / k
 
 

@@ -233,6 +233,11 @@ class Plan:
         return readonly(np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1))
 
     @property
+    def around(self) -> ndarray:
+        """Points on the outlines, ends of sides and many on arcs, shape (2, k)."""
+        return readonly(np.hstack([outline.sides.around() for outline, _ in self.parts]))
+
+    @property
     def corners(self) -> ndarray:
         """Corners of all rings, where their direction changes; shape (2, k)."""
         return readonly(np.hstack([r.corners[:, np.abs(r.turns) > SMOOTH] for r in self.rings]))

@@ -1,8 +1,8 @@
 """Finer and finer meshes of a plan, until the answers on them are accurate enough."""
 
-import warnings
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from skfem import MeshTri
@@ -12,7 +12,7 @@ from ..contact.load import Hull, Load, require_compression
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
 from ..contact.system import DENSE
-from ..errors import MeshError
+from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
 from ..operators.resources import estimate
@@ -109,32 +109,37 @@ class Accuracy:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A mesh and the solution on it, what it warned of, the length of facets, and seconds."""
+    """A mesh and the solutions on it, what they warned of, the length of facets, and seconds."""
 
     mesh: MeshTri
-    solution: PunchSolution
-    warned: list[warnings.WarningMessage]
+    solutions: tuple[PunchSolution, ...]
+    warned: list[Told]
     size: float
     seconds: float
 
     @property
     def cells(self) -> int:
         """Cells of the mesh."""
-        return len(self.solution.pressure)
+        return len(self.solutions[0].pressure)
 
     @property
     def trusted(self) -> bool:
-        """Whether it solves the equations, on cells fine enough for ground and contact."""
-        return self.solution.success and not self.warned
+        """Whether they solve the equations, on cells fine enough for ground and contact."""
+        return self.found and not self.warned
+
+    @property
+    def found(self) -> bool:
+        """Whether they solve the equations."""
+        return all(solution.success for solution in self.solutions)
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is solved on each mesh."""
+    """What is solved on each mesh: a plan under some loads."""
 
     plan: Plan
     substrate: Substrate
-    load: Load
+    loads: tuple[Load, ...]
     origin: Pair
     unilateral: bool
     progress: bool
@@ -142,8 +147,9 @@ class Problem:
     def on_coarsest(self) -> Attempt:
         """On the coarsest mesh that will do."""
         if self.unilateral:  # what no mesh can balance
-            hull = Hull.of(np.hstack([o.sides.extremes() for o, _ in self.plan.parts]))
-            require_compression(self.load, np.array(self.origin), (hull, hull), True)
+            hull = Hull.of(self.plan.around)
+            for load in self.loads:
+                require_compression(load, np.array(self.origin), (hull, hull), True)
         size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
         for coarser in LARGEST_STEP ** np.arange(TRIES):
             begin = perf_counter()
@@ -156,11 +162,12 @@ class Problem:
     def finer(self, last: Attempt, step: float) -> tuple[Attempt, float]:
         """On a mesh with facets ``step`` times as long, and that step.
 
-        Where less than half of the plan touches the ground the last mesh is halved there, and the
-        rest stays as it is.
+        Where less than half of the plan touches the ground, whatever the load, the last mesh is
+        halved there, and the rest stays as it is.
         """
         begin = perf_counter()
-        cells, touching = last.solution.footprint.partition, last.solution.contact
+        cells = last.solutions[0].footprint.partition
+        touching = np.unique(np.concatenate([s.contact for s in last.solutions]))
         if 2 * cells.areas[touching].sum() > self.plan.area:
             mesh = self.mesh(step * last.size)
         else:
@@ -183,21 +190,35 @@ class Problem:
     def on(self, mesh: MeshTri, size: float, begin: float) -> Attempt:
         """On a mesh, the making of which began at some time."""
         dual = DualMesh.from_mesh(mesh)
-        with warnings.catch_warnings(record=True) as warned:
-            warnings.simplefilter("always")
+        with warnings_kept() as warned:
             punch = RigidPunch(self.substrate, dual.basis(), origin=self.origin)
-            load = self.load
-            solution = punch.solve(
-                load.force,
-                load.at,
-                load.moments,
-                settlement=load.settlement,
-                tilt=load.tilt,
-                unilateral=self.unilateral,
-                progress=self.progress,
-            )
-            solution.positions  # noqa: B018 - their time is part of the answer's
-        return Attempt(mesh, solution, warned, size, perf_counter() - begin)
+            how: dict[str, Any] = {"unilateral": self.unilateral, "progress": self.progress}
+            solutions = tuple(punch.solve(**asdict(load), **how) for load in self.loads)
+            for solution in solutions:
+                solution.positions  # noqa: B018 - their time is part of the answer's
+        return Attempt(mesh, solutions, warned, size, perf_counter() - begin)
+
+
+def governing(problem: Problem) -> Problem:
+    """The same with fewer loads: that which acts farthest from the origin, and those that govern.
+
+    These are the ones with the largest pressure, settlement and tilt and the least contact on the
+    coarsest mesh. Loads that turn the plan over have no say, unless all do.
+    """
+    if len(problem.loads) == 1:
+        return problem
+    hull = Hull.of(problem.plan.around - np.reshape(problem.origin, (2, 1)))
+    points = np.array([load.point or (0.0, 0.0) for load in problem.loads])
+    stands = np.array([not problem.unilateral or hull.beyond(x) <= 0 for x in points])
+    farthest = int(np.argmax(np.where(stands, np.hypot(*points.T), -1.0)))
+    first = replace(problem, loads=(problem.loads[farthest],))
+    with warnings_kept():
+        punch = first.on_coarsest().solutions[0].punch
+        cases = punch.solve_many(problem.loads, unilateral=problem.unilateral)
+    judged = {farthest}
+    if cases.success.any():
+        judged |= {extreme.number for extreme in cases.envelope()}
+    return replace(problem, loads=tuple(problem.loads[k] for k in sorted(judged)))
 
 
 def search(
@@ -216,9 +237,10 @@ def search(
             break
         finer, step = problem.finer(last, step)
         left = change * step**ORDER
-        change = difference(finer.solution, last.solution) / (step**-LEAST_ORDER - 1)
-        error = max(change, left, SHARE * inner_difference(finer.solution))
-        error = error if finer.solution.success else np.inf
+        pairs = zip(finer.solutions, last.solutions, strict=True)
+        change = max(difference(a, b) for a, b in pairs) / (step**-LEAST_ORDER - 1)
+        error = max(change, left, SHARE * max(map(inner_difference, finer.solutions)))
+        error = error if finer.found else np.inf
         trials.append(Trial(finer.cells, error, finer.seconds))
         last = finer
     reached = error <= accuracy and last.trusted

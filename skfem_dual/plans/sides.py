@@ -13,6 +13,8 @@ from ..grids.planar import cross
 FLAT = 1e-9
 #: pairs of points and sides looked at together, for the memory to stay small
 CHUNK = 2**20
+#: parts of an arc whose ends stand for it
+AROUND = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +108,12 @@ class Sides:
         return self.areas() * self.centre + 2 / 3 * (
             radius**3 * np.sin(self.angle / 2) ** 3 * outward
         )
+
+    def around(self) -> ndarray:
+        """Starts, and points on arcs, `AROUND` on each; shape (2, n)."""
+        arcs, share = np.nonzero(self.curved)[0], np.arange(1, AROUND) / AROUND
+        on = self.at(np.repeat(arcs, len(share)), np.tile(share, len(arcs)))
+        return np.hstack([self.start, on])
 
     def extremes(self) -> ndarray:
         """Ends, and the points of arcs farthest along the axes; shape (2, n)."""

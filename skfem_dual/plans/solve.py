@@ -1,16 +1,15 @@
 """A rigid footing from its outline to an answer of known accuracy."""
 
-import warnings
 from dataclasses import dataclass, fields
 
 from ..arguments import Pair, checked_flag, checked_instance, checked_number, checked_pair
 from ..contact.load import Load
 from ..contact.solution import PunchSolution
-from ..errors import ResolutionWarning
+from ..errors import ResolutionWarning, warn
 from ..ground.substrates import Substrate, checked_substrate
 from ..operators.resources import available_memory
 from .plan import Plan
-from .search import Accuracy, Problem, search
+from .search import Accuracy, Attempt, Problem, search
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -123,10 +122,6 @@ def solve_plan(
     True
     """
     checked_instance("plan", plan, Plan, "Plan.from_polygon, Plan.circle or Plan.read")
-    accuracy = checked_number("accuracy", accuracy, at_least=1e-5, at_most=0.1)
-    if time_limit is not None:
-        time_limit = checked_number("time_limit", time_limit, above=0)
-    memory = available_memory() if memory is None else checked_number("memory", memory, above=0)
     origin = checked_pair("origin", plan.centroid if origin is None else origin)
     if at is not None:
         x, y = checked_pair("at", at)
@@ -135,18 +130,33 @@ def solve_plan(
     problem = Problem(
         plan,
         substrate,
-        Load(force, at, moments, settlement, tilt),
+        (Load(force, at, moments, settlement, tilt),),
         origin,
         checked_flag("unilateral", unilateral),
         checked_flag("progress", progress),
     )
-    found, accuracy_found = search(problem, accuracy, time_limit, memory)
-    for told in found.warned:
-        warnings.warn(told.message, told.category, stacklevel=2)
-    if not accuracy_found.reached:
-        warnings.warn(accuracy_found.message, ResolutionWarning, stacklevel=2)
-    solution = found.solution
+    found, accuracy_found = reached(problem, accuracy, time_limit, memory)
+    (solution,) = found.solutions
     parts = {f.name: getattr(solution, f.name) for f in fields(solution)}
     answer = PlanSolution(**parts, plan=plan, accuracy=accuracy_found)
     vars(answer)["positions"] = solution.positions  # known already
     return answer
+
+
+def reached(
+    problem: Problem,
+    accuracy: float,
+    time_limit: float | None = None,
+    memory: float | None = None,
+) -> tuple[Attempt, Accuracy]:
+    """`search` by arguments of `solve_plan`, with its warnings told to the caller's caller."""
+    accuracy = checked_number("accuracy", accuracy, at_least=1e-5, at_most=0.1)
+    if time_limit is not None:
+        time_limit = checked_number("time_limit", time_limit, above=0)
+    memory = available_memory() if memory is None else checked_number("memory", memory, above=0)
+    found, record = search(problem, accuracy, time_limit, memory)
+    for told in found.warned:
+        warn(told.message, told.category, stacklevel=3)
+    if not record.reached:
+        warn(record.message, ResolutionWarning, stacklevel=3)
+    return found, record

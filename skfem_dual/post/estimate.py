@@ -7,6 +7,7 @@ from numpy import ndarray
 
 from ..arguments import checked_array, checked_number
 from ..contact.solution import PunchSolution
+from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
 from .postprocess import check_couple
 
@@ -128,7 +129,7 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
     length = np.sqrt(punch.partition.areas.sum())
     triangle = np.arange(dual.refinement.nelements) // 6
     difference = on_cells.pressure[dual.refinement_cells] - on_triangles.pressure[triangle]
-    area = np.abs(dual.refinement.mapping().detA) / 2
+    area = np.abs(own_mapping(dual.refinement).detA) / 2
     size = np.sqrt(dual.primal_partition.areas)[triangle]
     squares = punch.substrate.singular_coefficient * size * area * difference**2
     return CoupleEstimate(

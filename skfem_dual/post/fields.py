@@ -205,13 +205,8 @@ class EdgeLaws:
 
     def _parents(self, fan: Fan, mesh: Mesh) -> ndarray:
         """Triangle of the base that has each of the fan."""
-        # the last point of a triangle of the fan is the middle of its element of the mesh
-        m = mesh.nelements
-        element = fan.t.max(axis=0) - (fan.p.shape[1] - m)
-        if len(mesh.t) == 4:  # the one of the four triangles that has the other two points too
-            ends = np.sort(fan.t, axis=0)[:2]
-            sides = np.sort([mesh.t, np.roll(mesh.t, -1, axis=0)], axis=0)[:, :, element]
-            element = element + m * np.argmax((sides == ends[:, None]).all(axis=0), axis=0)
+        # quadrilaterals were cut around their middles in the same order
+        element = fan.part if len(mesh.t) == 4 else fan.part % mesh.nelements
         return np.searchsorted(self.kept, element)
 
     def between(self, planes: ndarray) -> ndarray:

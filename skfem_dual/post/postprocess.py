@@ -12,6 +12,7 @@ from ..arguments import checked_choice, checked_flag
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
+from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
 from ..messages import shown
 from .conserve import Balance
@@ -62,7 +63,9 @@ class PostprocessedPressure:
 
     def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
         """First-order elements on the triangulation itself and the values at its nodes."""
-        return CellBasis(self.dual.mesh, ElementTriP1()), self.values[: len(self.dual)]
+        mesh = self.dual.mesh
+        nodal = CellBasis(mesh, ElementTriP1(), mapping=own_mapping(mesh))
+        return nodal, self.values[: len(self.dual)]
 
     def __repr__(self) -> str:
         w = self.weights

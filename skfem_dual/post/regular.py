@@ -21,6 +21,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.dual_mesh import DualMesh
 from ..grids.fan import Fan
 from ..grids.general import general_triangulation
+from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
@@ -198,7 +199,8 @@ class RegularCouple:
         """w at the nodes of the general triangulation, finite on the edge."""
         mesh, edge = self.general, self.edge_nodes
         grid, fan = Partition.from_mesh(mesh), Fan.from_mesh(mesh)
-        mean = TorsionWeights(grid, fan, np.empty(0), fan.interpolation @ self.phi).mean
+        phi = np.append(self.phi, self.phi[mesh.t].mean(axis=0))
+        mean = TorsionWeights(grid, fan, np.empty(0), phi).mean
         w = np.zeros(len(edge))
         w[~edge] = self.phi[~edge] ** -0.5
         # what the other nodes leave of a triangle's load is shared by its nodes on the edge
@@ -213,7 +215,7 @@ class RegularCouple:
 
     def field_basis(self) -> CellBasis:
         """First-order elements on the general triangulation."""
-        return CellBasis(self.general, ElementTriP1())
+        return CellBasis(self.general, ElementTriP1(), mapping=own_mapping(self.general))
 
 
 def _edges(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray]:

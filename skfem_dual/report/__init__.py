@@ -24,6 +24,7 @@ from .numbers import Standing
 from .page import NONE, Html, joined, page
 from .pdf import require_pdf, write_pdf
 from .results import in_short, position_section, pressure_section, standing_section
+from .sliding import sliding_section
 from .structure import structure_sections
 
 TITLE = "Rigid punch on elastic ground"
@@ -154,6 +155,7 @@ def _punch_sections(
         bearing_section(footings),
         NONE if not details.points else points_section(footings, []),
         standing_section(solution, standing),
+        sliding_section(footings[0]),
         depth_section(footings[0]),
         resultant_section(solution, standing),
         error_section(standing, footings[0].accuracy),

@@ -31,6 +31,7 @@ from .page import (
     table,
 )
 from .results import in_words, isobars_figure, point_names, read
+from .sliding import sliding_section
 
 #: quantities of the envelope as engineers call them
 CALLED = {
@@ -48,11 +49,14 @@ def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) ->
     parts += [_results(footing) for footing in footings]
     parts += [_envelope(footings), bearing_section(footings), points_section(footings, pairs)]
     parts += [_pictures(footing) for footing in footings]
+    parts += [sliding_section(footing) for footing in footings]
     parts += [depth_section(footing) for footing in footings]
     first = footings[0]
+    for each in footings:
+        if each.standing is not None:
+            case = each.cases.names[each.governing]
+            parts.append(error_section(each.standing, each.accuracy, case, each.name))
     if first.standing is not None:
-        case = _of(first) + first.cases.names[first.governing]
-        parts.append(error_section(first.standing, first.accuracy, case))
         units = first.details.units
         parts.append(solver_section(first.standing.solution, version, units))
     return parts
@@ -165,8 +169,9 @@ def _results(footing: Footing) -> Html:
         f"Largest settlement [{sink.symbol}]",
         f"Largest pressure [{pressure.symbol}]",
         "In contact",
-        "Kern used",
     ]
+    kern = bool(np.isfinite(footing.kern_use).any())
+    head += ["Kern used"] if kern else []
     rows = [
         (
             cases.names[k] if cases.success[k] else f"{cases.names[k]} (NO SOLUTION)",
@@ -175,7 +180,7 @@ def _results(footing: Footing) -> Html:
             amount(cases.largest_settlement[k], sink, 4),
             amount(cases.largest_pressure[k], pressure, 4),
             percent(cases.contact_share[k]),
-            percent(footing.kern_use[k]),
+            *([percent(footing.kern_use[k])] if kern else []),
         )
         for k in range(len(cases))
     ]
@@ -183,9 +188,11 @@ def _results(footing: Footing) -> Html:
         f"Results{', ' if footing.name else ''}{footing.name}",
         table(rows, head, "", numeric=True),
         paragraph(
-            "The base settles by W0 + Lx x + Ly y, with x and y from the origin. Kern used is the "
-            "distance of the resultant from the centroid over that of the kern's edge: up to "
-            "100 % the whole base keeps contact."
+            "The base settles by W0 + Lx x + Ly y, with x and y from the origin.",
+            " Kern used is the distance of the resultant from the centroid over that of the "
+            "kern's edge: up to 100 % the whole base keeps contact."
+            if kern
+            else "",
         ),
     )
 

@@ -110,9 +110,11 @@ def resultant_section(solution: PunchSolution, standing: Standing) -> Html:
     )
 
 
-def error_section(standing: Standing, accuracy: Accuracy | None, case: str = "") -> Html:
+def error_section(
+    standing: Standing, accuracy: Accuracy | None, case: str = "", footing: str = ""
+) -> Html:
     """Between which values the exact position is expected, and how the mesh was chosen."""
-    title = "How far the numbers may be off"
+    title = "How far the numbers may be off" + (f", {footing}" if footing else "")
     parts = [] if accuracy is None else [_accuracy(accuracy)]
     bounds, units = standing.bounds, standing.units
     if bounds is None:

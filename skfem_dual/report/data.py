@@ -115,6 +115,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
             "points": [{"name": name, "x": x[0], "y": x[1]} for name, x in footing.points.items()],
             "circle_radius": footing.radius,
             "cases": [_case(footing, k) for k in range(len(cases))],
+            "error": _error(footing),
             "envelope": [
                 {"quantity": e.quantity, "value": e.value, "case": e.name} for e in envelope
             ],
@@ -142,6 +143,8 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
         "moments": None if load.moments is None else (load.moments[1], -load.moments[0]),
         "settlement": load.settlement,
         "tilt": load.tilt,
+        "horizontal": load.horizontal,
+        "torsion": load.torsion,
     }
     case: dict[str, Any] = {
         "name": cases.names[k],
@@ -154,6 +157,9 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
     if solution is None:
         return case
     mean, largest = footing.utilisation[:, k]
+    ux, uy, twist = cases.sliding[:, k]
+    if load.shear is not None:
+        case |= {"displacement": [ux, uy], "twist": twist}
     return case | {
         "settlement": cases.settlement[k],
         "tilt": cases.tilt[:, k],

@@ -10,7 +10,6 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_instance
-from ..contact.bearing import Circles
 from ..contact.cases_solution import CasesSolution
 from ..contact.solution import PunchSolution
 from ..grids.outline import distance_to_segments, edge_ribs
@@ -96,7 +95,7 @@ class Footing:
     @cached_property
     def radius(self) -> float:
         """Radius of the circle whose mean pressure is compared."""
-        return Circles.of(self.cases.footprint).radius
+        return self.cases.circles.radius
 
     @cached_property
     def mean_pressure(self) -> ndarray:

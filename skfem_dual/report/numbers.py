@@ -1,6 +1,5 @@
 """What engineers read off a solution: corners of the plan, reserves against lifting off."""
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..contact.bounds import Bounds, why_none
 from ..contact.solution import PunchSolution
-from ..errors import ConvergenceError, MeshError
+from ..errors import ConvergenceError, MeshError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import edge_ribs
@@ -279,8 +278,7 @@ class Standing(Plan):
         if reason := why_none(self.solution):
             return None, reason
         try:
-            with warnings.catch_warnings():  # told with the solution itself
-                warnings.simplefilter("ignore")
+            with warnings_kept():  # told with the solution itself
                 return self.solution.bounds, ""
         except (ValueError, MeshError, ConvergenceError) as error:
             return None, str(error)

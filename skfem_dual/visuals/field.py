@@ -1,5 +1,6 @@
 """What a basis and its values look like: triangles, values on them, outline and ribs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -88,6 +89,19 @@ class Field:
             t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
             cells = np.tile(cells, 4)
         return cls(p, t, values, cells, flat)
+
+    @classmethod
+    def together(cls, fields: Sequence["Field"]) -> "Field":
+        """Those on several plans, all flat or none."""
+        points = np.cumsum([0, *(field.p.shape[1] for field in fields)])
+        cells = np.cumsum([0, *(field.cells.max() + 1 for field in fields)])
+        return cls(
+            np.hstack([field.p for field in fields]),
+            np.hstack([field.t + first for field, first in zip(fields, points)]),
+            np.concatenate([field.values for field in fields]),
+            np.concatenate([field.cells + first for field, first in zip(fields, cells)]),
+            fields[0].flat,
+        )
 
     def in_contact(self, region: ContactRegion) -> "Field":
         """The part in a contact region, with triangles cut along its edge.

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis, Mesh2D
 
 from ..arguments import checked_flag
-from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
@@ -39,7 +38,7 @@ from .style import (
     fineness,
     layers,
 )
-from .subject import Subject
+from .subject import Drawn, Subject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -204,7 +203,7 @@ def plot(
 
 @one_at_a_time
 def isobars(
-    pressure: CellPressures | CellBasis,
+    pressure: Drawn,
     values: ArrayLike | None = None,
     levels: int | Sequence[float] | ndarray | None = None,
     *,
@@ -219,9 +218,10 @@ def isobars(
 
     Parameters
     ----------
-    pressure : PunchSolution, ElasticSolution or CellBasis
+    pressure : PunchSolution, ElasticSolution, PunchesSolution or CellBasis
         A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
-        it, with the edge of contact; or any continuous scalar basis, also of higher order.
+        it, with the edge of contact; or those of neighbours, also as a sequence; or any
+        continuous scalar basis, also of higher order.
     values : (N,) array of float, optional
         One value per DOF of the basis.
     levels : int or sequence of float, optional

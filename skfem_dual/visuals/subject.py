@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from skfem import CellBasis
 
-from ..arguments import checked_size
+from ..arguments import checked_instance, checked_size
+from ..contact.group_solution import PunchesSolution
 from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
 from ..grids.cellwise import nodal_mesh
@@ -20,6 +22,10 @@ from numpy.typing import ArrayLike
 
 #: most triangles of a pressure that is drawn, and how often they are cut in four at most
 TRIANGLES, REFINE = 50_000, 3
+
+
+#: what isobars are drawn of
+Drawn: TypeAlias = "CellPressures | Sequence[CellPressures] | PunchesSolution | CellBasis"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,37 +55,57 @@ class Subject:
     @classmethod
     def of(
         cls,
-        pressure: CellPressures | CellBasis,
+        pressure: Drawn,
         values: ArrayLike | None,
         title: str | None,
         contact: ContactRegion | None,
         scale: float | None = None,
     ) -> Subject:
-        """Of a solution without values, or of a basis with the values of its DOFs."""
-        singular = False
-        if isinstance(pressure, CellPressures):
+        """Of solutions without values, or of a basis with the values of its DOFs."""
+        if isinstance(pressure, PunchesSolution):
+            pressure = pressure.solutions
+        if isinstance(pressure, (CellPressures, tuple, list)):
             if values is not None or contact is not None:
                 raise TypeError(
                     "expected a solution alone, got values or a contact region beside it. "
                     "Remedy: isobars(basis, values, contact=...)"
                 )
-            singular = pressure.punch.gap is None or pressure.punch.edge == "singular"
-            contact = pressure.contact_region
-            mean, quantity = pressure_scale(pressure)
-            title = quantity if title is None and scale is None else title
-            scale = mean if scale is None else checked_size("scale", scale)
-            pressure, values = drawn_pressure(pressure)
-            values = values / scale
-        elif scale is not None:
+            return cls._of_solutions(
+                [pressure] if isinstance(pressure, CellPressures) else pressure, title, scale
+            )
+        if scale is not None:
             raise TypeError("expected a scale with a solution only, got one with a basis")
-        elif values is None and isinstance(pressure, CellBasis):
+        if values is None and isinstance(pressure, CellBasis):
             raise TypeError(f"expected one value for each of the {pressure.N} DOFs, got none")
         field = continuous(pressure, () if values is None else values)
         pressed = field if contact is None else field.in_contact(contact)
-        return cls(field, pressed, contact, title, singular)
+        return cls(field, pressed, contact, title, False)
+
+    @classmethod
+    def _of_solutions(
+        cls, solutions: Sequence[CellPressures], title: str | None, scale: float | None
+    ) -> Subject:
+        for solution in solutions:
+            checked_instance("a solution to draw", solution, CellPressures)
+        mean, quantity = pressure_scale(*solutions)
+        title = quantity if title is None and scale is None else title
+        scale = mean if scale is None else checked_size("scale", scale)
+        fields, pressed = [], []
+        for solution in solutions:
+            basis, values = drawn_pressure(solution)
+            fields.append(continuous(basis, values / scale))
+            if solution.contact_area > 0 or len(solutions) == 1:
+                pressed.append(fields[-1].in_contact(solution.contact_region))
+        return cls(
+            Field.together(fields),
+            Field.together(pressed),
+            ContactRegion.together([solution.contact_region for solution in solutions]),
+            title,
+            any(s.punch.gap is None or s.punch.edge == "singular" for s in solutions),
+        )
 
 
-def pressure_scale(solution: CellPressures) -> tuple[float, str]:
+def pressure_scale(*solutions: CellPressures) -> tuple[float, str]:
     """What pressures are drawn over, and the name of their ratio.
 
     The mean pressure, or the largest of a cell where moments alone leave no mean.
@@ -89,10 +115,11 @@ def pressure_scale(solution: CellPressures) -> tuple[float, str]:
     ValueError
         If there is no pressure at all.
     """
-    largest = float(np.abs(solution.pressure).max())
+    largest = max((float(np.abs(s.pressure).max()) for s in solutions), default=0.0)
     if largest == 0:
         raise ValueError("expected a load to draw isobars of, got no pressure at all")
-    mean = solution.mean_pressure
+    area = sum(solution.contact_area for solution in solutions)
+    mean = sum(solution.force for solution in solutions) / area if area > 0 else 0.0
     return (mean, "p / mean p") if abs(mean) >= 1e-3 * largest else (largest, "p / max |p|")
 
 

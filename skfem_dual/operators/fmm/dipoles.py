@@ -11,7 +11,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.moments import Multipoles
-from ...elements.slope_correction import Circles, Fall, add_dipoles
+from ...elements.slope_correction import Circles, Fall, add_near_dipoles
 from ...grids.partition import Partition
 from ...ground.substrates import Substrate
 from ...kernels.compiled import inputs
@@ -89,30 +89,23 @@ class DipoleSummation:
         return sum(blocks.nbytes for blocks in self.p2m) + self.grid.nbytes
 
     def add_far(self, dipoles: ndarray, multipole: ndarray, run: Run) -> None:
-        """Add dipoles (2, n) to multipole expansions."""
-        for blocks, along in zip(self.p2m, dipoles, strict=True):
-            blocks.add_product(along, multipole, run)
+        """Add dipoles (s, 2, n) to multipole expansions, a row for each load."""
+        for axis, blocks in enumerate(self.p2m):
+            blocks.add_product(dipoles[:, axis], multipole, run)
 
     def add_near(
         self, x: ndarray, dipoles: ndarray, local: ndarray, out: ndarray, run: Run
     ) -> None:
         """Add what does not act through multipole expansions to local ones and to points."""
-        x, dipoles = inputs(x, dipoles)
-        rows, starts, columns = self.near.rows, self.near.starts, self.near.columns
+        (loads,) = inputs(dipoles)
 
-        def at_points(some: slice) -> None:
-            for k in range(some.start, some.stop):
-                cells = columns[starts[k] : starts[k + 1]]
-                args = self.circles, cells, self.fall, dipoles, out
-                add_dipoles(x, rows[0, k], rows[1, k], *args)
+        def add(x: ndarray, rows: ndarray, starts: ndarray, cells: ndarray, out: ndarray) -> None:
+            lists = *inputs(x, rows, starts, cells), self.circles, self.fall, loads, out
+            run(lambda k: add_near_dipoles(k.start, k.stop, *lists), len(starts) - 1)
 
-        def at_boxes(some: slice) -> None:
-            for k in range(some.start, some.stop):
-                cells = self.beside.items[self.beside.starts[k] : self.beside.starts[k + 1]]
-                (points,), settled = inputs(self.grid[:, k]), np.zeros(self.grid.shape[2])
-                args = *inputs(cells), self.fall, dipoles, settled
-                add_dipoles(points, 0, len(settled), self.circles, *args)
-                local[self.beside.boxes[k]] += settled @ self.coefficients
-
-        run(at_points, len(starts) - 1)
-        run(at_boxes, len(self.beside.boxes))
+        near, beside, (_, boxes, points) = self.near, self.beside, self.grid.shape
+        add(x, near.rows, near.starts, near.columns, out)
+        settled, first = np.zeros((len(out), boxes * points)), points * np.arange(boxes)
+        rows = np.stack([first, first + points])
+        add(self.grid.reshape(2, -1), rows, beside.starts, beside.items, settled)
+        local[:, beside.boxes] += settled.reshape(len(out), boxes, points) @ self.coefficients

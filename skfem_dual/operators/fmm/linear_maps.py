@@ -26,9 +26,9 @@ class SparseBlocks:
     layout: Layout
     values: ndarray
 
-    def add_product(self, vector: ndarray, out: ndarray, run: Run) -> None:
-        """Add the blocks times ``vector`` to ``out``."""
-        args = self.layout, *inputs(self.values, vector), out
+    def add_product(self, vectors: ndarray, out: ndarray, run: Run) -> None:
+        """Add the blocks times ``vectors`` to ``out``, both with a vector in each row."""
+        args = self.layout, *inputs(self.values, vectors), out
         run(lambda k: block_products(k.start, k.stop, *args), len(self.layout.starts) - 1)
 
     @property
@@ -60,7 +60,7 @@ class Translation:
         object.__setattr__(self, "matrices", np.ascontiguousarray(self.matrices))
 
     def add(self, given: ndarray, out: ndarray, run: Run) -> None:
-        """Add what becomes of ``given`` to ``out``, of shapes (nboxes, terms)."""
+        """Add what becomes of ``given`` to ``out``, of shapes (s, nboxes, terms)."""
         args = self.first, self.sources, self.matrices, given, out
         run(lambda k: translate(k.start, k.stop, *args), len(self.sources))
 
@@ -86,9 +86,10 @@ class CompressedTranslation:
 
     def add(self, multipole: ndarray, local: ndarray, run: Run) -> None:
         """Add what becomes of multipole expansions to local ones."""
-        taken = np.zeros((len(self.left.sources), self.left.matrices.shape[2]))
+        shape = len(multipole), len(self.left.sources)
+        taken = np.zeros((*shape, self.left.matrices.shape[2]))
         self.left.add(multipole, taken, run)
-        given = np.zeros((len(self.left.sources), self.right.matrices.shape[1]))
+        given = np.zeros((*shape, self.right.matrices.shape[1]))
         self.core.add(taken, given, run)
         self.right.add(given, local, run)
 

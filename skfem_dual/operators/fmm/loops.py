@@ -10,6 +10,9 @@ from ...kernels.compiled import compiled, inputs, vectorised
 
 #: cells whose multipole expansions are computed together
 CELLS = 16
+#: boxes of which expansions are translated together, and multiplications of a product that BLAS
+#: does in one thread
+MOST, ALONE = 256, 2**18
 
 
 class Clusters(NamedTuple):
@@ -131,48 +134,67 @@ def look_up(coefficients, start, width, r, out):
 def translate(begin, end, first, sources, matrices, given, out):
     """Add expansions, each times a matrix, to others: M2M, M2L and L2L.
 
-    Boxes ``first + begin`` to ``first + end`` of ``out`` take from the box in each column of
-    their row of ``sources``, -1 for none, with the matrix of that column.
+    Boxes ``first + begin`` to ``first + end`` of ``out``, shape (s, nboxes, terms), take from the
+    box in each column of their row of ``sources``, -1 for none, with the matrix of that column.
     """
     width, height = matrices.shape[1:]
-    most = 64 if width * height < 4000 else 16  # larger products would start threads of their own
-    taken, product = np.empty((most, width)), np.empty((most, height))
-    boxes = np.empty(most, np.int64)
-    for start in range(begin, end, most):
+    sets = given.shape[0]
+    # larger products would start threads of their own
+    together = max(min(MOST, ALONE // (width * height)) // sets, 1)
+    taken, product = np.empty((together * sets, width)), np.empty((together * sets, height))
+    boxes = np.empty(together, np.int64)
+    for start in range(begin, end, together):
         for k in range(sources.shape[1]):
             count = 0
-            for box in range(start, min(start + most, end)):
+            for box in range(start, min(start + together, end)):
                 other = sources[box, k]
                 if other >= 0:
                     boxes[count] = first + box
-                    for j in range(width):
-                        taken[count, j] = given[other, j]
+                    for s in range(sets):
+                        for j in range(width):
+                            taken[count * sets + s, j] = given[s, other, j]
                     count += 1
             if count > 0:
-                np.dot(taken[:count], matrices[k], product[:count])
+                np.dot(taken[: count * sets], matrices[k], product[: count * sets])
                 for i in range(count):
-                    for j in range(height):
-                        out[boxes[i], j] += product[i, j]
+                    for s in range(sets):
+                        for j in range(height):
+                            out[s, boxes[i], j] += product[i * sets + s, j]
 
 
 @vectorised
-def block_products(begin, end, layout, values, vector, out):
-    """Add blocks with the `Layout` ``layout`` times parts of a vector to parts of ``out``."""
+def block_products(begin, end, layout, values, vectors, out):
+    """Add blocks with the `Layout` ``layout`` times parts of vectors to parts of ``out``.
+
+    Vectors are rows of both. Every entry is read once for three of them.
+    """
     rows, starts, columns, offsets = layout.rows, layout.starts, layout.columns, layout.offsets
-    widest = 0
+    widest, sets = 0, vectors.shape[0]
     for k in range(begin, end):
         widest = max(widest, starts[k + 1] - starts[k])
-    part = np.empty(widest)
+    part = np.empty((sets, widest))
     for k in range(begin, end):
         width = starts[k + 1] - starts[k]
-        for j in range(width):
-            part[j] = vector[columns[starts[k] + j]]
+        for s in range(sets):
+            for j in range(width):
+                part[s, j] = vectors[s, columns[starts[k] + j]]
         at = offsets[k]
         for i in range(rows[0, k], rows[1, k]):
-            total = 0.0
-            for j in range(width):
-                total += values[at + j] * part[j]
-            out[i] += total
+            for s in range(0, sets - 2, 3):
+                one, two, three = 0.0, 0.0, 0.0
+                for j in range(width):
+                    value = values[at + j]
+                    one += value * part[s, j]
+                    two += value * part[s + 1, j]
+                    three += value * part[s + 2, j]
+                out[s, i] += one
+                out[s + 1, i] += two
+                out[s + 2, i] += three
+            for s in range(sets - sets % 3, sets):
+                total = 0.0
+                for j in range(width):
+                    total += values[at + j] * part[s, j]
+                out[s, i] += total
             at += width
 
 
@@ -191,11 +213,12 @@ def l2p(begin, end, leaves, boxes, x, order, local, out):
             for a in range(1, order - 1):
                 tx[a + 1] = 2 * sx * tx[a] - tx[a - 1]
                 ty[a + 1] = 2 * sy * ty[a] - ty[a - 1]
-            total, at = 0.0, 0
-            for a in range(order):
-                row = 0.0
-                for b in range(order - a):
-                    row += local[box, at + b] * ty[b]
-                total += row * tx[a]
-                at += order - a
-            out[i] += total
+            for s in range(local.shape[0]):
+                total, at = 0.0, 0
+                for a in range(order):
+                    row = 0.0
+                    for b in range(order - a):
+                        row += local[s, box, at + b] * ty[b]
+                    total += row * tx[a]
+                    at += order - a
+                out[s, i] += total

@@ -157,16 +157,19 @@ class FastSummation:
         return near + translations + far + self.dipoles.nbytes
 
     def apply(self, q: ndarray, dipoles: ndarray | None = None) -> ndarray:
-        """Settlements at the points under mean pressures ``q`` and dipoles (2, n) of the cells."""
-        tree = self.tree
-        q = q[tree.cells].astype(float)
-        dipoles = None if dipoles is None else dipoles[:, tree.cells]
-        out = np.zeros(self.x.shape[1])
-        local = np.zeros((len(tree), self.chebyshev.terms))
+        """Settlements at the points under several loads, shape (s, m).
+
+        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells (s, 2, n).
+        """
+        tree, sets = self.tree, len(q)
+        q = q[:, tree.cells].astype(float)
+        dipoles = None if dipoles is None else dipoles[..., tree.cells]
+        out = np.zeros((sets, self.x.shape[1]))
+        local = np.zeros((sets, len(tree), self.chebyshev.terms))
         with Threads() as run:
             for far in self.far_fields:
                 self._add_far_field(far, q, dipoles, local, out, run)
-            self.p2l.add_product(q, local.ravel(), run)
+            self.p2l.add_product(q, local.reshape(sets, -1), run)
             if dipoles is not None:
                 self.dipoles.add_near(self.x, dipoles, local, out, run)
             for translation in self.l2l:
@@ -175,7 +178,7 @@ class FastSummation:
             run(lambda k: l2p(k.start, k.stop, *args), len(tree.leaves))
             self.p2p.add_product(q, out, run)
         settled = np.empty_like(out)
-        settled[tree.points] = out
+        settled[:, tree.points] = out
         return settled
 
     def _add_far_field(
@@ -189,14 +192,15 @@ class FastSummation:
     ) -> None:
         """Add what acts through one kernel to local expansions, and to some points."""
         multipole = np.zeros_like(local)
-        far.p2m.add_product(q, multipole.ravel(), run)
+        flat = multipole.reshape(len(q), -1)
+        far.p2m.add_product(q, flat, run)
         if dipoles is not None:
-            self.dipoles.add_far(dipoles, multipole.ravel(), run)
+            self.dipoles.add_far(dipoles, flat, run)
         for translation in self.m2m:
             translation.add(multipole, multipole, run)
         for compressed_translation in far.m2l:
             compressed_translation.add(multipole, local, run)
-        far.m2p.add_product(multipole.ravel(), out, run)
+        far.m2p.add_product(flat, out, run)
 
 
 def _laws(

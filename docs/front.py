@@ -1,0 +1,118 @@
+"""Pictures of the front page: ``python docs/front.py FOLDER`` draws what its programs compute.
+
+They have neither background nor letters, and so stand on light and dark pages.
+"""
+
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista
+from matplotlib.image import imsave
+from numpy import ndarray
+
+from skfem_dual import ElasticSolution, PunchSolution
+from skfem_dual.grids.surroundings import surroundings
+from skfem_dual.visuals.relief import GROUND, Relief
+from skfem_dual.visuals.style import COLORMAP
+
+PAGE = Path(__file__).parent / "index.md"
+#: pixels of a picture before it is cropped
+SIZE = (1100, 700)
+#: pressures over their mean up to which they are drawn; their height over the plan's extent
+HIGHEST, HEIGHT = 1.7, 0.2
+#: the largest settlement as it is drawn, over the plan's extent
+SUNK = 0.12
+
+
+def programs() -> list[str]:
+    """The programs of the page; each goes on where the one before ended."""
+    return re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+
+
+def add(plotter: pyvista.Plotter, points: ndarray, faces: ndarray, **options: Any) -> None:
+    """A surface of points (3, n) and faces (k, m), with the colours of all pictures."""
+    if "scalars" in options:
+        options |= {"cmap": COLORMAP, "show_scalar_bar": False}
+    mesh = pyvista.PolyData.from_regular_faces(points.T, faces.T)
+    plotter.add_mesh(mesh, ambient=0.4, diffuse=0.65, **options)
+
+
+def relief(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
+    """The contact pressure as a body on the ground, cut off near the edge."""
+    basis, p = solution.pressure_field()
+    p = np.minimum(p[basis.nodal_dofs[0]] / solution.mean_pressure, HIGHEST)
+    mesh, clim = basis.mesh, (p.min(), HIGHEST)
+    around, t = surroundings(solution.punch.partition, solution.punch.fan, 0.1)
+    add(plotter, np.vstack([around, np.zeros_like(around[0])]), t, color=GROUND)
+    top = np.vstack([mesh.p, HEIGHT / HIGHEST * np.ptp(mesh.p, axis=1).max() * p])
+    add(plotter, top, mesh.t, scalars=p, clim=clim, smooth_shading=True)
+    a, b = mesh.facets[:, mesh.boundary_facets()]
+    wall = np.stack([a, b, b + len(p), a + len(p)])
+    foot = top * [[1], [1], [0]]
+    add(plotter, np.hstack([top, foot]), wall, scalars=np.append(p, 0 * p), clim=clim)
+
+
+def deflected(plotter: pyvista.Plotter, solution: ElasticSolution) -> None:
+    """The raft as it bends, and the ground."""
+    shapes = Relief.of(solution)
+    add(plotter, shapes.ground.p, shapes.ground.faces.T, color=GROUND, smooth_shading=True)
+    bent, w = shapes.structure, shapes.displacement
+    add(plotter, bent.p, bent.faces.T, scalars=w, smooth_shading=True)
+
+
+def sunk(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
+    """The plan as it settles with its cells and their pressures, and the ground."""
+    punch = solution.punch
+    fan, size = punch.fan, np.ptp(punch.fan.p, axis=1).max()
+    around, t = surroundings(punch.partition, fan, 0.25)
+    w = solution.displacement(around)
+    scale = SUNK * size / w.max()
+    add(plotter, np.vstack([around, -scale * w]), t, color=GROUND, smooth_shading=True)
+    basis, p = solution.pressure_field()
+    p, x = p[basis.nodal_dofs[0]] / solution.mean_pressure, basis.mesh.p
+    z = -scale * solution.punch_displacement(x)
+    add(plotter, np.vstack([x, z]), basis.mesh.t, scalars=p, clim=(p.min(), 1.3))
+    cells = punch.partition.polygons
+    z = 0.003 * size - scale * solution.punch_displacement(cells.p)
+    loops = np.split(cells.indices, cells.offsets[1:-1])
+    lines = np.hstack([np.r_[len(k) + 1, k, k[0]] for k in loops])
+    cells = pyvista.PolyData(np.vstack([cells.p, z]).T, lines=lines)
+    plotter.add_mesh(cells, color="white", line_width=1.2, opacity=0.6, lighting=False)
+
+
+#: a picture for each program, of the name that it leaves behind
+PICTURES: dict[str, Callable[[pyvista.Plotter, Any], None]] = {
+    "footing": relief,
+    "raft": deflected,
+    "outline": sunk,
+}
+
+
+def cropped(image: ndarray) -> ndarray:
+    """A picture without the transparent rows and columns around what is drawn, (m, n, 4)."""
+    rows, columns = (np.flatnonzero(image[..., 3].any(axis=axis)) for axis in (1, 0))
+    return np.ascontiguousarray(image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
+
+
+def draw_front(folder: Path) -> None:
+    """Run the programs of the page and write their pictures into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    names: dict = {}
+    for program in programs():
+        exec(compile(program, PAGE.name, "exec"), names)
+    for name, draw in PICTURES.items():
+        plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+        draw(plotter, names[name])
+        plotter.view_vector((-0.35, -1.0, 0.85), (0, 0, 1))
+        plotter.camera.zoom(1.3)
+        plotter.enable_anti_aliasing("ssaa")
+        imsave(folder / f"{name}.png", cropped(plotter.screenshot(transparent_background=True)))
+        plotter.close()
+
+
+if __name__ == "__main__":
+    draw_front(Path(sys.argv[1]))

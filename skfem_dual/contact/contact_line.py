@@ -1,0 +1,82 @@
+"""Where contact ends, from pressures and gaps beside a line that is about there.
+
+With the distance s to the edge of contact, ``p^2`` inside and ``gap^(2/3)`` outside are smooth
+functions that vanish there, with slopes that depend on one strength K: see `ContactRegion`. Along
+the line both are fitted to the cells around by polynomials in s, of second degree with a curvature
+of its own on each side, and in the place along the line; their zero is the edge.
+"""
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+from ..grids.outline import distance_to_segments
+from ..grids.planar import cross
+
+#: cells a polynomial follows, and how much those in contact count: under what bends, the pressure
+#: leaves its law sooner than the gap
+AROUND, INSIDE = 32, 0.03
+#: of the normal equations, over their trace
+RIDGE = 1e-7
+#: the line moves by no more than this part of a cell
+FARTHEST = 0.5
+
+
+def moved_line(
+    lines: list[ndarray], x: ndarray, sizes: ndarray, pressure: ndarray, opening: ndarray
+) -> tuple[ndarray, ndarray]:
+    """Points on lines and how far beyond them contact ends.
+
+    Parameters
+    ----------
+    lines : list of (2, k) array of float
+        About where contact ends.
+    x : (2, n) array of float
+        Collocation points of the cells.
+    sizes : (n,) array of float
+        Roots of their areas.
+    pressure, opening : (n,) array of float
+        Pressure and 3 E* / 4 times the gap there, both over the law of the edge of the plan.
+
+    Returns
+    -------
+    (2, m) and (m,) array of float
+        Points and distances, positive where contact ends farther out.
+    """
+    a = np.hstack([line[:, :-1] for line in lines])
+    b = np.hstack([line[:, 1:] for line in lines])
+    a, b = (end[:, np.hypot(*(b - a)) > 0] for end in (a, b))
+    points, tangents = (a + b) / 2, (b - a) / np.hypot(*(b - a))
+    inside = pressure > 0
+    nearest = cKDTree(points.T).query(x.T)[1]
+    side = cross(tangents[:, nearest], x - points[:, nearest])
+    distance = np.copysign(distance_to_segments(x, a, b), side)  # the region is to the left
+    near = cKDTree(x.T).query(points.T, min(AROUND, x.shape[1]))[1].reshape(len(points.T), -1)
+    size = np.sqrt(np.median(sizes[near] ** 2, axis=1))[:, None]
+    arm, inner = x[:, near] - points[:, :, None], inside[near]
+    along = np.einsum("im,imk->mk", tangents, arm) / size
+    s = distance[near] / size
+    squares = np.where(inner, s**2, 0.0), np.where(inner, 0.0, s**2)
+    columns = np.stack([np.ones(s.shape), s, along, s * along, *squares], axis=-1)
+    # cells beyond a ridge of the distance, between two lines, count little
+    weight = np.exp(-(np.sum((arm / size) ** 2, axis=0)) / 2) * np.where(inner, INSIDE, 1.0)
+    weighted = columns * weight[..., None]
+    matrix = np.einsum("mki,mkj->mij", weighted, columns)
+    matrix += RIDGE * np.trace(matrix, axis1=1, axis2=2)[:, None, None] * np.eye(6)
+    unit = pressure.max()
+    square = (pressure / unit)[near] ** 2
+    gaps = (opening.clip(0) / unit)[near] ** (2 / 3) / np.cbrt(size**2)
+    inverse = np.linalg.inv(matrix)
+    strength = _largest(square, s)
+    for _ in range(3):  # K^2 times the size, by which gaps are compared with pressures
+        values = np.where(inner, square, -np.cbrt(strength**2)[:, None] * gaps)
+        start, slope = (inverse @ np.einsum("mki,mk->mi", weighted, values)[..., None])[:, :2, 0].T
+        strength = np.where(slope > 0, slope, strength)
+    moved = np.divide(start, slope, out=np.zeros_like(start), where=slope > 0)
+    known = np.sum(weight * ~inner, axis=1) > 0.5
+    return points, np.where(known, moved.clip(-FARTHEST, FARTHEST), 0.0) * size[:, 0]
+
+
+def _largest(square: ndarray, s: ndarray) -> ndarray:
+    """The largest slope of some values from zero on, each row."""
+    return np.max(square / np.maximum(s, 0.5), axis=1)

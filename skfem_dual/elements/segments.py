@@ -1,0 +1,154 @@
+"""Integrals over polygons at points near them, many sides together.
+
+As in `ribs` they are sums over the sides, of any segments with their factors. The gradient of r is
+the unit vector away from the field point: by Gauss's theorem the integral of that over a polygon
+is that of r along its sides, times their outward normals.
+
+Source: D. R. Wilton et al., Potential integrals for uniform and linear source distributions on
+polygonal and polyhedral domains, IEEE Trans. Antennas Propag. 32 (1984).
+"""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+from ..kernels.compiled import compiled, inputs, vectorised
+from .ribs import FAR, atanh_series
+
+#: segments that are looked at together
+WIDTH = 32
+#: pairs of a cell and a point that are looked at one by one, in some milliseconds
+ONE_BY_ONE = 2**22
+#: logarithm of 2, and the square root of 1/2 as an integer of the same bits
+LOG2, ROOT_HALF = float(np.log(2.0)), int(np.sqrt(0.5).view(np.int64))
+
+
+class Pairs(NamedTuple):
+    """Cells and the points near them.
+
+    Attributes
+    ----------
+    cells : (k,) array of int
+    x : (2, npairs) array of float
+        Points, those of a cell one after the other.
+    offsets : (k + 1,) array of int
+        The first point of each cell.
+    points : (npairs,) array of int
+        Their numbers.
+    """
+
+    cells: ndarray
+    x: ndarray
+    offsets: ndarray
+    points: ndarray
+
+    @classmethod
+    def within(cls, radii: ndarray, cells: ndarray, centres: ndarray, x: ndarray) -> Self:
+        """Points ``x`` in circles around the ``centres`` of some cells."""
+        if len(cells) * x.shape[1] <= ONE_BY_ONE:
+            points, offsets = _in_circles(*inputs(radii, centres, x))
+        else:
+            near = cKDTree(x.T).query_ball_point(centres.T, radii)
+            offsets = np.cumsum([0, *(len(some) for some in near)])
+            points = np.concatenate([*near, np.empty(0)]).astype(np.int32)
+        return cls(*inputs(cells, x[:, points], offsets, points))
+
+
+@compiled
+def _in_circles(radii, centres, x):
+    """Points in each circle, one circle after the other, and where those of each begin."""
+    points, offsets = np.empty(64, np.int32), np.zeros(len(radii) + 1, np.int64)
+    count = 0
+    for k in range(len(radii)):
+        if count + x.shape[1] > len(points):
+            larger = np.empty(2 * count + x.shape[1], np.int32)
+            larger[:count] = points[:count]
+            points = larger
+        cx, cy, square = centres[0, k], centres[1, k], radii[k] * radii[k]
+        for i in range(x.shape[1]):
+            dx, dy = x[0, i] - cx, x[1, i] - cy
+            points[count] = i
+            count += dx * dx + dy * dy <= square
+        offsets[k + 1] = count
+    return points[:count].copy(), offsets
+
+
+@compiled
+def put_segment(segments, count, ax, ay, bx, by, factor):
+    """Put a segment behind ``count`` others, unless it is a point; returns how many there are.
+
+    ``segments`` of shape (6, k) has the begin of each, the unit vector to its end, its length and
+    its factor; there is room for `WIDTH` more than are put.
+    """
+    lx, ly = bx - ax, by - ay
+    length = np.sqrt(lx * lx + ly * ly)
+    if length == 0.0 or factor == 0.0:
+        return count
+    segments[0, count], segments[1, count] = ax, ay
+    segments[2, count], segments[3, count] = lx / length, ly / length
+    segments[4, count], segments[5, count] = length, factor
+    return count + 1
+
+
+@vectorised
+def add_segments(x, begin, end, segments, count, sums):
+    """Add to ``sums`` what some segments give to integrals at the points from begin to end.
+
+    Parameters
+    ----------
+    x : (2, m) array of float
+        Points.
+    begin, end : int
+        Those that are meant.
+    segments : (6, k) array of float
+        See `put_segment`. The polygon is on their left.
+    count : int
+        Number of segments.
+    sums : (3, m) array of float
+        Integrals of 1 / r, and of both components of the unit vectors from the points.
+    """
+    room = np.empty((6, WIDTH))
+    bits = room.view(np.int64)
+    for k in range(count, -(-count // WIDTH) * WIDTH):
+        segments[:, k] = segments[:, 0]
+        segments[5, k] = 0.0
+    for point in range(begin, end):
+        x0, y0 = x[0, point], x[1, point]
+        total, across, upward = 0.0, 0.0, 0.0
+        for first in range(0, count, WIDTH):
+            for i in range(WIDTH):
+                dx, dy = x0 - segments[0, first + i], y0 - segments[1, first + i]
+                ux, uy = segments[2, first + i], segments[3, first + i]
+                length = segments[4, first + i]
+                ex, ey = dx - length * ux, dy - length * uy
+                d1, d2 = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
+                h, t1 = ux * dy - uy * dx, -(ux * dx + uy * dy)
+                t2 = t1 + length
+                on_line = abs(h) <= 1e-17 * length or d1 == 0.0 or d2 == 0.0
+                h = 0.0 if on_line else h
+                u1, u2 = d1 + abs(t1), d2 + abs(t2)
+                above = u2 if t1 >= 0 else (u1 if t2 <= 0 else u1 * u2)
+                below = u1 if t1 >= 0 else (u2 if t2 <= 0 else h * h)
+                room[0, i] = 1.0 if on_line else above / below
+                room[1, i], room[2, i], room[3, i] = h, t2 * d2 - t1 * d1, d1 + d2
+            # no logarithm of several numbers is known: that of 2^k m is k log(2) + log(m)
+            for i in range(WIDTH):
+                power = (bits[0, i] - ROOT_HALF) >> 52
+                bits[4, i] = bits[0, i] - (power << 52)
+                room[5, i] = power
+            for i in range(WIDTH):
+                m, h, together = room[4, i], room[1, i], room[3, i]
+                length, factor = segments[4, first + i], segments[5, first + i]
+                near = together <= FAR * length
+                q = (m - 1 if near else length) / (m + 1 if near else together)
+                log2 = room[5, i] * LOG2 if near else 0.0
+                value = h * (log2 + 2 * q * atanh_series(q * q))
+                along = 0.5 * factor * (room[2, i] + h * value)
+                total += factor * value
+                across += segments[3, first + i] * along
+                upward -= segments[2, first + i] * along
+        sums[0, point] += total
+        sums[1, point] += across
+        sums[2, point] += upward

@@ -1,0 +1,167 @@
+"""Pressures in corners against their integral equation, and the corners of meshes."""
+
+import numpy as np
+import pytest
+from plans import annulus, disc, ellipse, rectangle
+from scipy.special import digamma, hyp2f1
+from skfem import MeshTri
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch
+from skfem_dual.elements.edge_weights import EdgeWeights
+from skfem_dual.elements.wedge_law import across, exponent, wedge_factor
+from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.generate import polygon
+from skfem_dual.grids.outline import Wedges, edge_ribs, wedges
+from skfem_dual.grids.partition import Partition
+
+SOIL = HalfSpace(1.0, 0.0)
+#: Morrison and Lewis (1976): interior angle in degrees, nu
+EXPONENTS = {
+    60: 0.24010020, 90: 0.29658439, 108: 0.33180859, 120: 0.35635481, 135: 0.38861358,
+    180: 0.5, 225: 0.64219762, 240: 0.69748457, 270: 0.81465526, 300: 0.91903878,
+}  # fmt: skip
+
+
+def residual(angle, nu, n=24):
+    """Largest value of the integral of ``f P_nu(-cos)`` over the corner, f of unit mean.
+
+    With theta = angle / 2 (1 - cos t) the logarithm in ``|cos t - cos t'|`` is integrated by its
+    series of Chebyshev polynomials.
+    """
+    t = (np.arange(n) + 0.5) * np.pi / n
+    c = np.cos(t)
+    apart = np.abs(c[:, None] - c)
+    s = np.sin(angle / 4 * apart) ** 2
+    # P_nu(-cos) has sin(pi nu) / pi P_nu(cos) times the logarithm of s; up to s^6 is enough
+    ratio = (-nu + np.arange(6)) * (nu + 1 + np.arange(6)) / (1 + np.arange(6)) ** 2
+    at_s = sum(a * s**k for k, a in enumerate(np.cumprod(np.append(1.0, ratio))))
+    singular = 2 * np.sin(np.pi * nu) / np.pi * at_s
+    here = np.eye(n, dtype=bool)
+    kernel = hyp2f1(-nu, nu + 1, 1, 1 - np.where(here, 0.5, s))
+    smooth = kernel - singular * np.log(np.where(here, 1.0, apart))
+    limit = np.euler_gamma + digamma(nu + 1) + np.log(angle / 4)
+    smooth[here] = np.cos(np.pi * nu) + 2 * np.sin(np.pi * nu) / np.pi * limit
+    m = np.arange(1, n)
+    waves = np.cos(np.outer(m, t))
+    logarithm = -np.pi / n * (np.log(2) + 2 * (waves.T / m) @ waves)
+    f = across(angle, angle / 2 * (1 - np.abs(c))) ** -0.5 * np.sin(t)
+    return np.abs((logarithm * singular + np.pi / n * smooth) @ (f / f.mean())).max()
+
+
+@pytest.mark.parametrize(("degrees", "nu"), EXPONENTS.items())
+def test_exponents(degrees, nu):
+    """Linear between the angles of the table."""
+    assert exponent(np.radians(degrees)) == pytest.approx(nu, abs=3e-4 if degrees % 15 else 1e-8)
+
+
+@pytest.mark.parametrize("degrees", [30, 60, 90, 120, 155, 180, 200, 225, 270])
+def test_no_settlement_under_the_law_of_a_corner(degrees):
+    angle = np.radians(degrees)
+    nu = float(exponent(angle))
+    found = residual(angle, nu)
+    assert found < 4e-3
+    assert residual(angle, nu + 0.03) > 5 * found
+
+
+def test_shape_at_the_sides_and_without_a_corner():
+    near = np.linspace(0, np.pi / 2, 9)
+    assert across(np.pi, near) == pytest.approx(np.sin(near), abs=1e-5)
+    for degrees in (40, 90, 250):
+        assert across(np.radians(degrees), 1e-6) == pytest.approx(1e-6, rel=1e-4)
+
+
+def corners_of(mesh):
+    return wedges(mesh, mesh.boundary_facets())
+
+
+L_SHAPE = MeshTri.init_lshaped().refined(2)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "degrees"),
+    [
+        (rectangle(6), [90] * 4),
+        (L_SHAPE, [90] * 5 + [270]),
+        (polygon(np.array([[0.0, 0.0], [2.0, 0.0], [1.0, np.sqrt(3)]]), n=60), [60] * 3),
+        (MeshTri.init_symmetric(), [90] * 4),
+        (disc(2), []),
+        (disc(4, graded=True), []),
+        (ellipse(3, 1.0, 0.3), []),
+        (annulus(3, 24), []),
+    ],
+)
+def test_corners_of_meshes(mesh, degrees):
+    """Polygons that follow curves have none."""
+    found = corners_of(mesh)
+    assert np.sort(np.degrees(found.angle)) == pytest.approx(degrees)
+    assert found.x == pytest.approx(mesh.p[:, found.node].T)
+
+
+def test_where_corners_look_and_how_far():
+    found = corners_of(L_SHAPE)
+    inner = found.angle > np.pi
+    assert found.x[inner] == pytest.approx(0, abs=1e-12)
+    assert np.hypot(*found.bisector.T) == pytest.approx(1)
+    inward = found.x + 0.1 * found.bisector
+    fan = Fan.from_mesh(L_SHAPE)
+    assert (fan.locate(inward.T) >= 0).all()
+    assert found.reach[inner] == pytest.approx(1)
+    assert found.reach[found.angle < np.pi].max() == pytest.approx(np.sqrt(2))
+    # as the plan turns
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    there = corners_of(MeshTri(3 * turn @ L_SHAPE.p, L_SHAPE.t))
+    assert there.angle == pytest.approx(found.angle)
+    assert there.reach == pytest.approx(3 * found.reach)
+    assert there.bisector == pytest.approx(found.bisector @ turn.T)
+
+
+@pytest.mark.parametrize("degrees", [60, 90, 270])
+def test_power_along_a_ray(degrees):
+    angle, nu = np.radians(degrees), float(exponent(np.radians(degrees)))
+    corner = Wedges(*(np.array([a]) for a in (0, (1.0, 2.0), (0.6, 0.8), angle, 1.0)))
+    r = np.geomspace(1e-6, 1e-5, 4)
+    x = np.array([[1.0], [2.0]]) + np.outer((0.6, 0.8), r)
+    distance = r * np.sin(min(angle, np.pi) / 2)
+    phi = distance * wedge_factor(corner, x, distance)
+    assert np.diff(np.log(phi)) / np.diff(np.log(r)) == pytest.approx(2 - 2 * nu, abs=1e-3)
+    assert wedge_factor(corner, x, np.zeros(4)) == pytest.approx(1)  # the sides stay the edge
+    assert wedge_factor(corner, x + 2, distance) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("basis", ["dual", "primal"])
+def test_cells_are_cut_towards_corners(basis):
+    """Between the points of the fan phi is linear enough, where it was not by far."""
+    dual = DualMesh.from_mesh(L_SHAPE)
+    basis = dual.basis() if basis == "dual" else dual.primal_basis()
+    partition = Partition.from_basis(basis)
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition))
+    plain = Fan.from_basis(basis)
+
+    def off(fan):
+        x = fan.p[:, fan.t]
+        own = np.hypot(*x.mean(axis=1)) < 0.4  # near the re-entrant corner
+        phi = weights.phi_at(x[..., own].reshape(2, -1)).reshape(3, -1)
+        middle = weights.phi_at(x[..., own].mean(axis=1))
+        return np.abs(phi.mean(axis=0) / middle - 1) @ fan.areas[own]
+
+    assert off(weights.fan) < 0.3 * off(plain)
+    fan = plain.with_cells_of(weights.fan)
+    assert np.bincount(fan.cell, fan.areas) == pytest.approx(partition.areas, rel=1e-12)
+    assert np.array_equal(np.unique(fan.part), np.unique(plain.part))
+    assert np.bincount(fan.part, fan.areas) == pytest.approx(np.bincount(plain.part, plain.areas))
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_square(grid):
+    """Load on the corners, from constants on 160^2 graded cells, and pressure towards them."""
+    dual = DualMesh.from_mesh(rectangle(20))
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    solution = RigidPunch(SOIL, basis).solve(1.0)
+    if grid == "primal":
+        partition = solution.punch.partition
+        beside = (np.abs(partition.centroids) > 0.9).all(axis=0)
+        load = (solution.pressure * partition.areas)[beside].sum() / solution.settlement
+        assert load == pytest.approx(4 * 0.026333, rel=3e-3)
+    x = 1 - np.array([[0.04], [0.04]]) * 0.5 ** np.arange(3)
+    p = solution.pressure_at(x)
+    assert np.log2(p[1:] / p[:-1]) == pytest.approx(1 - EXPONENTS[90], abs=0.02)
