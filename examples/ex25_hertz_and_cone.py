@@ -3,7 +3,7 @@
 Hertz: a^3 = 3 P R / (4 E*), settlement a^2 / R, pressure p0 sqrt(1 - r^2 / a^2); the cone has
 P = pi a^2 E* tan(angle) / 2, settlement pi a tan(angle) / 2 and a logarithmic peak at its tip. The
 dual cells are irregular and follow no circle of contact. Refining the mesh where contact ends
-sharpens radius and settlement, but not the pressure in the middle.
+sharpens the radius, but not settlement and pressure in the middle.
 """
 
 from dataclasses import dataclass
