@@ -31,6 +31,7 @@ BENCHMARKS: dict[str, list[str]] = {
     "grids": ["grids.py"],
     "substrates": ["substrates.py"],
     "fast_operator": ["fast_operator.py", "--million"],
+    "growth": ["growth.py", "--lift"],
     "unilateral": ["unilateral.py"],
     "postprocess": ["postprocess.py"],
     "peers": ["peers.py"],
