@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[1]
 #: scripts in ``benchmarks`` with their arguments, by the names of the files
 BENCHMARKS: dict[str, list[str]] = {
     "edge": ["edge.py"],
+    "positions": ["positions.py"],
     "edge_time": ["edge_time.py"],
     "small": ["small.py"],
     "grids": ["grids.py"],
