@@ -138,6 +138,8 @@ def draw_pressures(result: Result, shape: str):
 
 def draw_errors(result: Result):
     """Of the sphere."""
+    from matplotlib.ticker import NullFormatter
+
     from skfem_dual.visuals.curves import LINES
 
     ax = chart(3.9)
@@ -148,6 +150,7 @@ def draw_errors(result: Result):
         where = "" if found is result.everywhere else ", refined"
         for (color, _), name, e in zip(LINES, ("settlement", "radius", "peak"), values):
             ax.loglog(n, e, line, color=color, label=name + where)
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel("cells in contact")
     ax.set_ylabel("relative error")
     legend_below(ax, handlelength=1.6, columnspacing=1)

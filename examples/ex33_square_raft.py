@@ -136,14 +136,14 @@ def draw_moments(result: Result):
     from scenes import bent
 
     from skfem_dual.visuals.relief import Relief
-    from skfem_dual.visuals.style import MOMENT
+    from skfem_dual.visuals.style import MOMENT, OUTLINE
 
     s = result.rafts["wind"]
     nodal = CellBasis(s.punch.basis.dual.mesh, ElementTriP1())
     plate = Relief.of(s).structure
     m = nodal.interpolator(result.moments("wind")[0, 0] / 1e3)(plate.p[:2])
     label, bar = "bending moment $M_x$ [kNm/m]", {"extend": "both"}
-    return bent(s, label, m, MOMENT, (-300, 300), bar, eye=(-0.8, -2, 1.5))
+    return bent(s, label, m, MOMENT, (-300, 300), bar, (-0.8, -2, 1.5), OUTLINE)
 
 
 if __name__ == "__main__":

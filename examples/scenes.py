@@ -42,6 +42,7 @@ def shown(
     """Axes with what is seen of a scene from the direction ``eye``, and a scalar bar below."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
+    from matplotlib.ticker import MaxNLocator
 
     plotter.camera_position = [tuple(eye), (0, 0, 0), (0, 0, 1)]
     plotter.reset_camera()
@@ -58,7 +59,8 @@ def shown(
     if label:
         colored = ScalarMappable(Normalize(*limits), cmap)
         place = {"location": "bottom", "fraction": 0.06, "aspect": 35, "shrink": 0.8, "pad": 0.03}
-        ax.figure.colorbar(colored, ax=ax, label=label, **place | (bar or {}))
+        ticks = MaxNLocator(4)
+        ax.figure.colorbar(colored, ax=ax, label=label, ticks=ticks, **place | (bar or {}))
     return ax
 
 
@@ -113,6 +115,7 @@ def bent(
     limits: tuple[float, float] | None = None,
     bar: dict | None = None,
     eye: Sequence[float] = (-0.8, -2.2, 1.0),
+    edge: str = CONTACT,
 ):
     """A structure on its ground with the edge of contact, displaced.
 
@@ -129,7 +132,7 @@ def bent(
     more = solid if solution.punch.boundary is not None else {"smooth_shading": True}
     add(plotter, relief.structure.p - origin, relief.structure.faces.T, **look, **more)
     for line in relief.edge:
-        add_line(plotter, line - origin)
+        add_line(plotter, line - origin, edge)
     return shown(plotter, label, cmap, limits, eye, bar)
 
 

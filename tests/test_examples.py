@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 from scipy.special import ellipk
 from skfem import CellBasis, ElementTriP2
 
@@ -634,10 +633,25 @@ def test_example(name, monkeypatch, tmp_path):
     plt.close("all")
 
 
+def texts_of(figure):
+    """All that is written on a figure but for ticks beyond the ends of their axes."""
+    legends = [*figure.legends, *(ax.get_legend() for ax in figure.axes)]
+    for legend in filter(None, legends):
+        yield from legend.get_texts()
+    for ax in figure.axes:
+        yield from (*ax.texts, ax.title)
+        for axis in (ax.xaxis, ax.yaxis) if ax.axison else ():
+            yield axis.label
+            low, high = sorted(axis.get_view_interval())
+            for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
+                if low <= tick.get_loc() <= high:
+                    yield from (tick.label1, tick.label2)
+
+
 def colliding(figure):
     """Pairs of texts that cover a tenth of each other."""
-    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
-    boxes = np.array([t.get_window_extent().extents for t in texts])
+    texts = [t for t in texts_of(figure) if t.get_visible() and t.get_text().strip()]
+    boxes = np.array([t.get_window_extent().extents for t in texts]).reshape(-1, 4)
     low, high = boxes[:, :2], boxes[:, 2:]
     common = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
     area = np.prod(high - low, axis=1)
