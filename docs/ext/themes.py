@@ -19,11 +19,14 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
+from PIL import Image
 from sphinx.transforms import SphinxTransform
 from sphinx_gallery.utils import scale_image
 
 #: lightness of ink up to which, and of fills from which on, colours change, and to what
 INK, PALE, LIGHT_INK, DULL = 0.35, 0.7, 0.9, 0.25
+#: bytes of a PNG from which on 256 colours are enough
+LARGE = 200_000
 
 
 def twin(path: Path) -> Path:
@@ -37,6 +40,9 @@ def save_twins(figure: Figure, path: Path, **options) -> None:
         figure.savefig(path, **options)
         darken(figure)
         figure.savefig(twin(path), **options)
+    for file in (path, twin(path)):
+        if file.suffix == ".png" and file.stat().st_size > LARGE:
+            Image.open(file).quantize(method=Image.Quantize.FASTOCTREE).save(file)
 
 
 def darken(figure: Figure) -> None:
