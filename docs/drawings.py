@@ -37,10 +37,10 @@ from skfem_dual.visuals.curves import LINES
 from skfem_dual.visuals.matplotlib import draw, isobars, plot
 from skfem_dual.visuals.style import CONTACT, DUAL, FAULT, LIGHT, OUTLINE, PRIMAL
 
-sys.path += [str(Path(__file__).parent / "ext"), str(Path(__file__).parents[1] / "examples")]
+sys.path.append(str(Path(__file__).parents[1] / "examples"))
 
+from dark import save_twins
 from gallery import STYLE, dots, legend_below, segments, sheet
-from themes import save_twins
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 #: fills cells of the triangulation that are marked out, as LIGHT does those of dual grids
