@@ -5,7 +5,6 @@ import re
 import sys
 from base64 import b64decode
 from datetime import datetime
-from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -400,8 +399,8 @@ def test_ground_that_pulls():
 
 @pytest.mark.usefixtures("undrawn")
 def test_not_converged_is_glaring(monkeypatch):
-    few = partial(system.conjugate_gradients, most=3)
-    monkeypatch.setattr(system, "conjugate_gradients", few)
+    real = system.conjugate_gradients
+    monkeypatch.setattr(system, "conjugate_gradients", lambda p, x, rtol, *_: real(p, x, rtol, 1))
     with pytest.warns(ConvergenceWarning):
         solution = RigidPunch(SOIL, DISC.basis()).solve(1.2e6, (0.5, 0.0), method="cg")
     assert not solution.success
