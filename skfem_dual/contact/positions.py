@@ -115,3 +115,11 @@ def _bracket(missed: Callable[[float], float], guess: float) -> tuple[float, flo
             else:
                 high, above = force, value
     return None
+
+
+def noise(constraints: Constraints, problem: ContactProblem, contact: Contact) -> bool:
+    """Whether the ground settles by rounding errors only, where a force might be found."""
+    if constraints.conjugate and problem.given.any():
+        return False
+    settled = contact.gap - problem.gap + contact.motion @ problem.planes
+    return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())

@@ -27,13 +27,14 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import YieldingOperator
 from .load import Constraints
-from .positions import apart, by_force, unanswered
+from .positions import apart, by_force, noise, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
     MOST,
     CellForces,
     active_set,
+    beginning,
     conjugate_gradients,
     solve_scaled,
 )
@@ -280,14 +281,13 @@ class ContactSystem:
             start = full.pressure.clip(0)
         problem = self._problem(constraints)
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
-        if contact is None or not contact.success or _noise(constraints, problem, contact):
+        if contact is None or not contact.success or noise(constraints, problem, contact):
             other = apart(problem, still=True)
             other = other or self._elsewhere(constraints, problem, method, gap_rtol)
             other = other or apart(problem)
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
-            contact = other or contact
-            contact = contact or unanswered(problem)
+            contact = other or contact or unanswered(problem)
         return contact, constraints.fixed + self._scaled(constraints)[0] @ contact.motion
 
     def _problem(self, constraints: Constraints) -> ContactProblem:
@@ -330,8 +330,7 @@ class ContactSystem:
 
         height = np.abs(self.gap - problem.gap).max() + np.ptp(self.gap)
         exact = method != "cg" and self._dense
-        rtol = 0.0 if exact else gap_rtol
-        found = by_force(constraints, self.stiffness, height, solve, rtol)
+        found = by_force(constraints, self.stiffness, height, solve, 0.0 if exact else gap_rtol)
         if found is None:
             return None
         contact, position = found
@@ -339,8 +338,7 @@ class ContactSystem:
             polished = active_set(replace(problem, matrix=self._array), contact.pressure > 0)
             if polished.success:
                 return polished
-        motions = self._scaled(constraints)[0]
-        motion = np.linalg.lstsq(motions, position - constraints.fixed)[0]
+        motion = np.linalg.lstsq(self._scaled(constraints)[0], position - constraints.fixed)[0]
         gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
         return replace(contact, motion=motion, gap=gap)
 
@@ -360,20 +358,19 @@ class ContactSystem:
         if not conjugate and (method == "cg" or not self._dense):
             return None
         if method == "active-set" or not conjugate:
-            return active_set(replace(problem, matrix=self._array), _beginning(start, n))
+            return active_set(replace(problem, matrix=self._array), beginning(start, n))
         if not (method == "auto" and self._formed):
             return self._gradients(problem, start, gap_rtol)
         found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
         if found.success:
             return found
-        contact = _beginning(found.pressure if found.touching.any() else start, n)
+        contact = beginning(found.pressure if found.touching.any() else start, n)
         polished = active_set(replace(problem, matrix=self._array), contact)
         return replace(polished, history=found.history + polished.history)
 
     def _gradients(
         self, problem: ContactProblem, start: ndarray | None, gap_rtol: float, most: int = MOST
     ) -> Contact:
-        """Conjugate gradients, however many cells."""
         # threads of BLAS go on waiting for work, in the way of those of the products
         with nullcontext() if self._dense else limited_threads(1, "blas"):
             return conjugate_gradients(problem, start, gap_rtol, most, _bars.get())
@@ -383,19 +380,6 @@ class ContactSystem:
         unit = np.abs(constraints.motions.T @ self.planes).max(axis=1, initial=0.0)
         unit[unit == 0] = 1.0
         return constraints.motions / unit, constraints.balance / unit[:, None], unit
-
-
-def _noise(constraints: Constraints, problem: ContactProblem, contact: Contact) -> bool:
-    """Whether the ground settles by rounding errors only, where a force might be found."""
-    if constraints.conjugate and problem.given.any():
-        return False
-    settled = contact.gap - problem.gap + contact.motion @ problem.planes
-    return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())
-
-
-def _beginning(start: ndarray | None, n: int) -> ndarray:
-    """Cells in contact to begin with: those with a pressure, all of them by default."""
-    return np.ones(n, dtype=bool) if start is None else start > 0
 
 
 @contextmanager

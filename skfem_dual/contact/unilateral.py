@@ -84,6 +84,11 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
     return Contact(pressure, motion, gap, touching, False, message, tuple(history))
 
 
+def beginning(start: ndarray | None, n: int) -> ndarray:
+    """Cells in contact to begin with: those with a pressure, all of them by default."""
+    return np.ones(n, dtype=bool) if start is None else start > 0
+
+
 def conjugate_gradients(
     problem: ContactProblem,
     start: ndarray | None = None,

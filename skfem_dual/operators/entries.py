@@ -15,6 +15,7 @@ from ..elements.slopes import Slopes
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from .fmm.summation import FastSummation
 
 #: tolerances below it are for exact entries
 EXACT = 1e-8
@@ -95,6 +96,23 @@ class Entries:
         if self.slopes is not None and self.sloping is not None:
             out += self.sloping.diagonal(self.slopes)
         return out
+
+    def summed(self, fast: FastSummation, q: ndarray, slopes: ndarray | None) -> ndarray:
+        """Settlements under mean pressures (n,) or (n, k) by a fast summation.
+
+        Slopes are of shape (2 n,) or (2 n, k), along x of all cells, then along y.
+        """
+        n, columns = len(q), q.reshape(len(q), -1)
+        if slopes is None or self.sloping is None:
+            settled = fast.apply(columns.T)
+        else:
+            each = slopes.reshape(2, n, -1)
+            dipoles = np.einsum("ijn,jnk->kin", self.sloping.second_moments, each)
+            settled = fast.apply(columns.T, dipoles)
+            settled += (self.sloping.near @ slopes.reshape(2 * n, -1)).T
+        if self.correction is not None:
+            settled += (self.correction.near @ columns).T
+        return settled.T.reshape(-1, *q.shape[1:])
 
 
 def some_rows(points: int, cells: int, most: int = SAMPLES) -> ndarray:

@@ -215,9 +215,8 @@ class InfluenceOperator(LinearOperator):
     def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
         i = checked_indices("i", np.atleast_1d(i), self.shape[0])
-        return (
-            self._kept.rows(i) if isinstance(self._kept, BlockToeplitz) else self._entries.rows(i)
-        )
+        kept = self._kept
+        return kept.rows(i) if isinstance(kept, BlockToeplitz) else self._entries.rows(i)
 
     def diagonal(self) -> ndarray:
         """Settlement of each cell's own point under unit pressure on it, exact; shape (n,)."""
@@ -250,8 +249,7 @@ class InfluenceOperator(LinearOperator):
         return _product(self._entries, self._kept, q)
 
     def with_slopes(self, q: ndarray, slopes: ndarray) -> ndarray:
-        """Settlements under mean pressures (n,) or (n, k) and other slopes than theirs, of shape
-        (2 n,) or (2 n, k); by a fast summation only.
+        """Settlements under mean pressures and other slopes than theirs, see `Entries.summed`.
 
         Raises
         ------
@@ -260,7 +258,7 @@ class InfluenceOperator(LinearOperator):
         """
         if self.summation is None or self.slopes is None:
             raise TypeError(f"expected a fast summation of cells with slopes, got {self.method}")
-        return _summed(self._entries, self.summation, q, slopes)
+        return self._entries.summed(self.summation, q, slopes)
 
     def _rmatvec(self, w: ndarray) -> ndarray:
         if isinstance(self._kept, FastSummation):
@@ -399,20 +397,4 @@ def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
-    slopes = None if entries.slopes is None else entries.slopes.matrix @ q
-    return _summed(entries, kept, q, slopes)
-
-
-def _summed(entries: Entries, fast: FastSummation, q: ndarray, slopes: ndarray | None) -> ndarray:
-    """The same by a fast summation, under slopes of shape (2 n,) or (2 n, k)."""
-    n, columns = len(q), q.reshape(len(q), -1)
-    if slopes is None or entries.sloping is None:
-        settled = fast.apply(columns.T)
-    else:
-        each = slopes.reshape(2, n, -1)
-        dipoles = np.einsum("ijn,jnk->kin", entries.sloping.second_moments, each)
-        settled = fast.apply(columns.T, dipoles)
-        settled += (entries.sloping.near @ slopes.reshape(2 * n, -1)).T
-    if entries.correction is not None:
-        settled += (entries.correction.near @ columns).T
-    return settled.T.reshape(-1, *q.shape[1:])
+    return entries.summed(kept, q, None if entries.slopes is None else entries.slopes.matrix @ q)
