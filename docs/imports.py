@@ -187,12 +187,12 @@ def floor_plan(axis: Axes, house: House) -> None:
         on_floor = defaultdict(list)
         for module in modules:
             on_floor[house.floors[module]].append(module)
-        width = max(len(of) for of in on_floor.values())
+        width = max(2, *(len(of) for of in on_floor.values()))  # for its name to have room
         for floor, of in on_floor.items():
             shift = left + (width - len(of) + 1) / 2
             place |= {module: (shift + i, floor) for i, module in enumerate(of)}
         axis.axvspan(left, left + width, color="0.95" if k % 2 else "0.985", zorder=0)
-        axis.text(left + width / 2, -1.3, room, rotation=90, ha="center", va="top")
+        axis.text(left + width / 2, -1.3, room, rotation=90, ha="center", va="top", size=9)
         left += width
     for imports, colour in ((house.steps, "0.55"), (house.late, "tab:red")):
         for module, others in imports.items():

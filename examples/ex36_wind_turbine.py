@@ -13,7 +13,7 @@ more easily: the force of the wind goes through the origin and not through what 
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import run
+from gallery import chart, legend_below, run, sheet
 from numpy import ndarray
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, PunchSolution, RigidPunch
@@ -95,13 +95,10 @@ def main(n=500) -> Result:
 
 def visualize(result: Result):
     """Pressures and shear tractions in the storm; stiffnesses over those of circles."""
-    import matplotlib.pyplot as plt
-
     from skfem_dual.visuals.curves import LINES
     from skfem_dual.visuals.matplotlib import isobars
 
-    _, ax = plt.subplots(figsize=(8.4, 6.6), layout="compressed")
-    s = result.storm
+    ax, s = sheet(3.9), result.storm
     isobars(s, scale=1e3, title="pressure [kPa]; arrows: shear", labels=False, ax=ax)
     # on the singular edge and the line of contact tractions grow without bounds
     size = np.hypot(*s.shear.traction)
@@ -109,8 +106,8 @@ def visualize(result: Result):
     inner = np.nonzero((s.pressure > 0) & (size < 2 * common))[0]
     x, q = s.punch.partition.centroids[:, inner], s.shear.traction[:, inner] / common
     ax.quiver(*x, *(0.6 * q), color="black", width=0.0035, scale=1, scale_units="xy")
-    _, bars = plt.subplots(figsize=(8.4, 4.2), layout="compressed")
-    bars.show = ax.show = plt.show
+    ax.set_axis_off()
+    bars = chart(4.4)
     for i in range(len(MOTIONS)):
         for k, soil in enumerate(SOILS):
             color = LINES[k][0]
@@ -125,8 +122,7 @@ def visualize(result: Result):
     bars.plot([], [], color="black", lw=1.2, ls="--", label="table of circles, clay on rock")
     bars.set_xticks(range(len(MOTIONS)), MOTIONS)
     bars.set_ylabel("stiffness over that of the circle\non clay; pale what is added if rough")
-    bars.spines[["top", "right"]].set_visible(False)
-    bars.legend(frameon=False)
+    legend_below(bars, columnspacing=1)
     return {"wind_turbine_storm": ax, "wind_turbine_stiffness": bars}
 
 

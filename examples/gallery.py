@@ -28,7 +28,7 @@ STYLE = {
     "figure.facecolor": "none",
     "savefig.facecolor": "none",
     "savefig.bbox": "tight",
-    "savefig.dpi": 200,
+    "savefig.dpi": 160,
 }
 
 

@@ -74,7 +74,7 @@ def plot_profile(profile: Profile, *, title: str | None = None) -> Axes:
         ax.xaxis.tick_top()
         ax.xaxis.set_label_position("top")
         ax.ticklabel_format(axis="x", scilimits=(-2, 4))
-        ax.locator_params(axis="x", nbins=3)
+        ax.locator_params(axis="x", nbins=4)
         ax.spines[["bottom", "right"]].set_visible(False)
         ax.show = plt.show
     axes[0].legend(frameon=False, fontsize=letter(0.9))

@@ -1,7 +1,7 @@
-"""Two files of each picture of matplotlib, for light pages and for dark ones.
+"""Pictures without a ground, for light pages and for dark ones.
 
-It draws on no ground. In the twin for dark pages, named ``*.dark.*``, ink is light and pale fills
-are dull; colour maps, and what is drawn on them, stay as they are.
+In the twin for dark pages, named ``*.dark.*``, ink is light and pale fills are dull; colour maps,
+and what is drawn on them, stay as they are.
 """
 
 from colorsys import hls_to_rgb, rgb_to_hls
@@ -18,9 +18,12 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
+from PIL import Image
 
 #: lightness of ink up to which, and of fills from which on, colours change, and to what
 INK, PALE, LIGHT_INK, DULL = 0.35, 0.7, 0.9, 0.25
+#: bytes of a PNG from which on 256 colours are enough
+LARGE = 200_000
 
 
 def twin(path: Path) -> Path:
@@ -34,6 +37,9 @@ def save_twins(figure: Figure, path: Path, **options) -> None:
         figure.savefig(path, **options)
         darken(figure)
         figure.savefig(twin(path), **options)
+    for file in (path, twin(path)):
+        if file.suffix == ".png" and file.stat().st_size > LARGE:
+            Image.open(file).quantize(method=Image.Quantize.FASTOCTREE).save(file)
 
 
 def darken(figure: Figure) -> None:
