@@ -151,7 +151,7 @@ def test_sectors_carry_the_loads_of_their_cells(basis):
     dual = DualMesh.from_mesh(mesh)
     bases = dual.basis(), dual.primal_basis(), CellBasis(mesh, ElementTriP0())
     of = RigidPunch(UNIT, dict(zip(("dual", "primal", "triangles"), bases))[basis])
-    x, cell, load = sectors(of.weights, of.footprint.on_dual_cells)
+    x, cell, load = sectors(of.weights, twofold=basis != "dual")
     own = np.unique(cell)
     n = len(of.partition)
     assert np.bincount(cell, load, n)[own] == pytest.approx(of.partition.areas[own])

@@ -161,7 +161,7 @@ class Motions:
         cells = self.footprint
         if cells.weights is None:
             return Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))
-        return sectors(cells.weights, cells.on_dual_cells)
+        return sectors(cells.weights)
 
 
 def moving(by: ndarray) -> ndarray:

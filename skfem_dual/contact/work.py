@@ -39,7 +39,8 @@ APART = 0.025
 
 
 class Sectors(NamedTuple):
-    """Parts of cells near the edge: a dual cell has one in each triangle of the mesh.
+    """Parts of cells near the edge: a dual cell has one in each triangle of the mesh, other cells
+    have two along each side.
 
     Attributes
     ----------
@@ -56,8 +57,9 @@ class Sectors(NamedTuple):
     load: ndarray
 
 
-def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
-    """The sectors of dual cells; of other cells two halves of each triangle around the middle."""
+def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
+    """Parts of the cells in elements of the mesh, or around the middles of elements; ``twofold``
+    with half of the load each on both sides of where it acts, along its longer axis."""
     fan, (mean, off) = weights.fan, weights.of_triangles
     least, most = np.full(len(weights.weighted), np.inf), np.zeros(len(weights.weighted))
     np.minimum.at(least, fan.cell, weights.root[fan.t].min(axis=0))
@@ -70,7 +72,7 @@ def sectors(weights: EdgeWeights, on_dual_cells: bool) -> Sectors:
     sector, m = sector.ravel(), len(cell)
     total = np.bincount(sector, load, m)
     x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
-    if not on_dual_cells:
+    if twofold:
         spread = _spread(weights, own, sector, x) / np.sqrt(total)
         x = np.hstack([x - spread, x + spread])
         cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
@@ -129,7 +131,7 @@ class Work:
         found = [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
         for (cells, *_), own in zip(self.parts, self._own):
             if cells.weights is not None:
-                x, cell, load = sectors(cells.weights, cells.on_dual_cells)
+                x, cell, load = sectors(cells.weights, not cells.on_dual_cells)
                 found.append(Sectors(x, cell + own.start, load))
         x, cell, load = zip(*found, strict=True)
         return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
