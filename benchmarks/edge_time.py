@@ -13,6 +13,7 @@ from time import perf_counter
 
 import numpy as np
 from eight_plans import PLANS, make
+from quiet import warn_beside_other_work
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
@@ -99,6 +100,7 @@ def _mesh(name: str, n: int) -> MeshTri:
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--small", action="store_true")
     small = parser.parse_args().small

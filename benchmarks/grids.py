@@ -15,6 +15,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from quiet import warn_beside_other_work
 from scipy.spatial import Voronoi
 from skfem import MeshTri
 
@@ -98,6 +99,7 @@ def peer_seconds(python: str, ntriangles: int) -> float:
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--small", action="store_true")
     parser.add_argument("--peer", help="python of an environment with dualmesh")

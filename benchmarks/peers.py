@@ -1,4 +1,4 @@
-"""Side by side with bempp-cl, Tamaas and ContactMechanics: assembly, contact, time to accuracy.
+"""Beside bempp-cl, NGSolve, Tamaas and ContactMechanics: assembly, contact, time to accuracy.
 
     python benchmarks/peers.py                           all sizes
     python benchmarks/peers.py --quick                   small sizes
@@ -25,6 +25,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+from quiet import warn_beside_other_work
 
 FOLDER = Path(__file__).parent
 THREADS = 2
@@ -58,6 +60,14 @@ GALERKIN = [
         ("quadratic", "P1", 6),
     )
 ]
+# NGSolve: polynomials on quadrilaterals graded to the edge, of a higher degree with each layer of
+# cells; products by a fast multipole method, on one thread and on two. The square only.
+LAYERS = (2, 3, 4, 5)
+SPECTRAL = [
+    {"plan": "square", "threads": threads, "more": more}
+    for threads in (1, THREADS)
+    for more in (0, 3)
+]
 # Ours: all defaults; the mesh is for the user to choose. Regular meshes, as the others have them,
 # uniform or drawn to the edge, and beside them irregular ones from grids.generate.
 NODES = (*MESHES, 2560)
@@ -68,6 +78,9 @@ OURS = [
       for grid in ("dual", "triangles")),
 ]  # fmt: skip
 GENERATED = [s | {"kind": "generated"} for s in OURS if s["kind"] == "uniform"]
+
+
+NAMES = ("skfem_dual", "bempp", "tamaas", "contactmechanics", "ngsolve")
 
 
 @dataclass(frozen=True)
@@ -84,6 +97,7 @@ METHODS = (
     Method("Tamaas", "tamaas", REGULAR, GRIDS),
     Method("ContactMechanics", "contactmechanics", REGULAR, GRIDS),
     Method("bempp-cl", "bempp", GALERKIN, MESHES),
+    Method("NGSolve, hp", "ngsolve", SPECTRAL, LAYERS),
     Method("ours", "skfem_dual", OURS, NODES),
     Method("ours, generated", "skfem_dual", GENERATED, NODES),
 )
@@ -125,12 +139,14 @@ class Process:
         return self.answer()
 
     def answer(self) -> dict:
-        """The next answer."""
-        line = self.popen.stdout.readline()
-        if not line:
-            self.errors.seek(0)
-            raise RuntimeError(self.errors.read().strip() or "the process ended without a word")
-        return json.loads(line)
+        """The next answer; what packages print themselves, before the first, is skipped."""
+        for line in self.popen.stdout:
+            try:
+                return json.loads(line)
+            except json.JSONDecodeError:
+                continue
+        self.errors.seek(0)
+        raise RuntimeError(self.errors.read().strip() or "the process ended without a word")
 
     def close(self) -> None:
         self.popen.stdin.close()
@@ -139,9 +155,7 @@ class Process:
 
 
 @contextmanager
-def processes(
-    python: str, names: tuple[str, ...] = ("skfem_dual", "bempp", "tamaas", "contactmechanics")
-) -> Iterator[dict[str, Process]]:
+def processes(python: str, names: tuple[str, ...] = NAMES) -> Iterator[dict[str, Process]]:
     """Those packages that are installed; prints which are not."""
     with ExitStack() as stack:
         found = {}
@@ -277,7 +291,7 @@ def quickest(settings: dict[str, list[Run]], goal: float) -> tuple[Run, str] | N
 def print_contact(everything: dict) -> None:
     """Table 2: of each method the setting that is best at 0.1 %, else the most accurate."""
     print("\n2. Unilateral contact: cells or points, error of the settlement, milliseconds")
-    print("   (bempp-cl finds no contact: flat punches that stay in contact)")
+    print("   (bempp-cl and NGSolve find no contact: flat punches that stay in contact)")
     for (plan, name), settings in sorted(everything.items(), key=lambda pair: pair[0][0]):
         best = quickest(settings, 1e-3)
         choice = best[1] if best else min(settings, key=lambda c: abs(settings[c][-1].error))
@@ -290,8 +304,8 @@ def print_contact(everything: dict) -> None:
             ))  # fmt: skip
 
 
-def print_accuracy(everything: dict) -> dict[tuple[str, str, float], float]:
-    """Table 3; return {(plan, method, goal): seconds} of what was reached."""
+def print_accuracy(everything: dict) -> dict[tuple[str, str, float], tuple[float, str]]:
+    """Table 3; return {(plan, method, goal): (seconds, setting)} of what was reached."""
     print("\n3. Milliseconds to accuracy, and those for the mesh in them; cells or points")
     print(f"{'':<26}" + "".join(f"{g:>26.2%}" for g in GOALS))
     seconds = {}
@@ -300,7 +314,7 @@ def print_accuracy(everything: dict) -> dict[tuple[str, str, float], float]:
         for goal in GOALS:
             if best := quickest(settings, goal):
                 run = best[0]
-                seconds[plan, name, goal] = run.seconds
+                seconds[plan, name, goal] = run.seconds, best[1]
                 cells.append(f"{run.seconds * 1e3:.1f} ({run.mesh * 1e3:.1f}), {run.cells}")
             else:
                 last = min((runs[-1] for runs in settings.values()), key=lambda r: abs(r.error))
@@ -310,9 +324,9 @@ def print_accuracy(everything: dict) -> dict[tuple[str, str, float], float]:
     return seconds
 
 
-def print_ratios(seconds: dict[tuple[str, str, float], float]) -> None:
-    """What was aimed at, measured."""
-    print("\nTime of the best peer over ours")
+def print_ratios(seconds: dict[tuple[str, str, float], tuple[float, str]]) -> None:
+    """What was aimed at, measured, with the meshes of both."""
+    print("\nTime of the best peer over ours, and the meshes and settings of both")
     for plan in PLANS:
         for goal in GOALS:
             peers = {
@@ -323,8 +337,11 @@ def print_ratios(seconds: dict[tuple[str, str, float], float]) -> None:
             best = min(peers, key=peers.__getitem__, default="no peer")
             for name in OWN:
                 if own := seconds.get((plan, name, goal)):
-                    ratio = f", {peers[best] / own:.2g}" if peers else ""
-                    print(f"{plan:<8}{goal:>6.2%}  {name:<16}{own * 1e3:>8.1f} ms; {best}{ratio}")
+                    ratio = f" {peers[best][0] / own[0]:.2g} ({peers[best][1]})" if peers else ""
+                    print(
+                        f"{plan:<8}{goal:>6.2%}  {name:<16}{own[0] * 1e3:>8.1f} ms ({own[1]}); "
+                        f"{best}{ratio}"
+                    )
     print(
         "Aims: flat punches to 0.1 % at least 5, to 0.01 % in less than 300 ms; the sphere to "
         "0.1 % at least\n1/3 of Tamaas. Smooth contact on a regular grid is the home ground of "
@@ -353,6 +370,7 @@ def main(
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--python", default=sys.executable, help="of an environment with peers")

@@ -15,6 +15,7 @@ from time import perf_counter
 
 import numpy as np
 from eight_plans import PLANS, make
+from quiet import warn_beside_other_work
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
@@ -207,6 +208,7 @@ def large(sizes=(10_000, 100_000, 1_000_000)) -> dict[int, tuple[float, ...]]:
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--small", action="store_true")
     if parser.parse_args().small:

@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 from peers import GOALS, Run, processes, quickest
+from quiet import warn_beside_other_work
 
 #: force on the unit square with E* = 1: contact on about a sixth of it
 FORCE = 0.08
@@ -104,4 +105,5 @@ if __name__ == "__main__":
     parser.add_argument("--quick", action="store_true", help="a small grid")
     parser.add_argument("--python", default=sys.executable, help="interpreter of the peers")
     arguments = parser.parse_args()
+    warn_beside_other_work()
     main(64 if arguments.quick else 512, arguments.python)

@@ -17,6 +17,7 @@ from resource import RUSAGE_SELF, getrusage
 from time import perf_counter, process_time
 
 import numpy as np
+from quiet import warn_beside_other_work
 from skfem import (
     Basis,
     BilinearForm,
@@ -125,6 +126,7 @@ def main(rafts=RAFTS, blocks=BLOCKS, largest=LARGEST) -> dict[tuple[str, int], R
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
     quick = parser.parse_args().quick

@@ -10,6 +10,7 @@ from time import perf_counter
 import numpy as np
 from edge_time import best
 from eight_plans import make
+from quiet import warn_beside_other_work
 
 from skfem_dual import (
     DualMesh,
@@ -86,6 +87,7 @@ def punches(sizes=(300, 600, 1200, 2400)):
 
 
 if __name__ == "__main__":
+    warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--small", action="store_true")
     small = parser.parse_args().small

@@ -15,6 +15,7 @@ import argparse
 from dataclasses import dataclass
 
 import numpy as np
+from quiet import warn_beside_other_work
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
 from skfem_dual.contact.load import Load
@@ -92,4 +93,6 @@ def main(sizes=SIZES) -> dict[tuple[int, str], Row]:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="N")
-    main(parser.parse_args().sizes)
+    sizes = parser.parse_args().sizes
+    warn_beside_other_work()
+    main(sizes)

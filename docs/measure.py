@@ -25,11 +25,13 @@ ROOT = Path(__file__).parents[1]
 #: scripts in ``benchmarks`` with their arguments, by the names of the files
 BENCHMARKS: dict[str, list[str]] = {
     "edge": ["edge.py"],
+    "positions": ["positions.py"],
     "edge_time": ["edge_time.py"],
     "small": ["small.py"],
     "grids": ["grids.py"],
     "substrates": ["substrates.py"],
     "fast_operator": ["fast_operator.py", "--million"],
+    "growth": ["growth.py", "--lift"],
     "unilateral": ["unilateral.py"],
     "postprocess": ["postprocess.py"],
     "peers": ["peers.py"],

@@ -3,7 +3,7 @@
 Example 11 of scikit-fem, linear elasticity on hexahedra, with ground under it: a block 2 a x 2 a
 of height 2 a carries a uniform load q on its top and stands without friction on a half-space,
 which no mesh has to fill. The facets of its base are the cells, the influence operator A couples
-them, and pressures p join the displacements u::
+them, and pressures p join the displacements u:
 
     a(u, v) - (p, v_z) = -(q, v_z)_top,        -u_z = A p on the base, in the mean of each cell.
 

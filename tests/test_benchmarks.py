@@ -174,3 +174,24 @@ def test_bounds(load, capsys):
         assert (one.low <= one.found).all()
         assert (one.found <= one.high).all()
     assert "full contact" in capsys.readouterr().out
+
+
+def test_growth(load, capsys, tmp_path):
+    growth = load("growth")
+    (small,) = growth.main(sizes=(500,), lift=True)
+    large = growth.solve(1500, lift=True)
+    assert abs(large.error) < abs(small.error) < 1e-3
+    assert abs(large.lifted) < 2e-3
+    assert 0 < large.steps < 40
+    assert 0 < small.ready < small.seconds
+    assert "lift-off" in capsys.readouterr().out
+    growth.plot([small, large], str(tmp_path / "growth.png"))
+    assert (tmp_path / "growth.png").stat().st_size > 1e4
+
+
+def test_a_busy_machine_is_told(load, capsys, monkeypatch):
+    quiet = load("quiet")
+    monkeypatch.setattr(quiet.os, "getloadavg", lambda: (3.6, 1.0, 1.0), raising=False)
+    assert quiet.warn_beside_other_work() in capsys.readouterr().out
+    monkeypatch.setattr(quiet.os, "getloadavg", lambda: (0.1, 3.0, 3.0), raising=False)
+    assert quiet.warn_beside_other_work() == ""

@@ -76,7 +76,8 @@ def test_shaped_punches_fast_operators_and_symmetries(options):
     loads = [{"force": f, "at": (e, 0.0)} for f, e in [(0.2, 0.0), (0.3, 0.1), (1.0, 0.55)]]
     cases = of.solve_many(loads)
     for k, load in enumerate(loads):
-        expected = of.solve(**load)
+        # a punch in a group, whose pressures end with the cells as those of cases do
+        expected = RigidPunches([of]).solve([load])[0] if of.gap else of.solve(**load)
         assert cases[k].settlement == pytest.approx(expected.settlement, rel=1e-5)
         assert cases[k].pressure == pytest.approx(expected.pressure, abs=1e-4 * expected.force)
     assert cases.success.all()

@@ -14,6 +14,7 @@ from test_cli import DATA, DISC, GROUND, run
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.cli.messages import in_options
 from skfem_dual.cli.parser import EXAMPLES
+from skfem_dual.report import figures
 
 UNITS = ["--young", "30e3", "--poisson", "0.3", "--units", "kN,m"]
 SOIL = HalfSpace(30e3, 0.3)
@@ -228,6 +229,9 @@ def test_what_is_missing_is_told_before_the_work(capsys, tmp_path, monkeypatch):
 def test_examples_of_the_help(capsys, tmp_path, monkeypatch):
     """As they stand there; the text promises three."""
     monkeypatch.chdir(tmp_path)
+    picture = figures.Picture("data:image/png;base64,", 100)  # takes most time
+    monkeypatch.setattr("skfem_dual.report.figures._embedded", lambda *a, **k: picture)
+    monkeypatch.setattr("skfem_dual.report.depth.profile_picture", lambda *a: picture)
     for name, shift in (("footing", 0.0), ("left", 0.0), ("right", 3.0)):
         rectangle(6).translated((shift, 0.0)).save(f"{name}.msh")
     cases_in(tmp_path, "thickness, E, nu\n2, 20e3, 0.3\n, 60e3, 0.3\n", "layers.csv")

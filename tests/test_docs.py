@@ -30,7 +30,9 @@ PROGRAMS = [
 ]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.M | re.S)
 #: rows whose figures are others every time
-VARY = re.compile(r"^ *(?:Residuals|Time \[s\]) .*", re.M)
+VARY = re.compile(r"^ *(?:Residuals|Time \[s\]|Accuracy) .*", re.M)
+#: numbers, in the words around them
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 #: modules on the pages of the reference beside the names of the package itself
 MODULES = (
     "contact.exact",
@@ -79,9 +81,13 @@ def test_its_programs_run(page, tmp_path, monkeypatch):
                 assert main(command[3:]) == 0
             else:
                 exec(compile(block, str(page), "exec"), names)
-        if kind == "python":
-            found = printed.getvalue()
-            expected, found = VARY.sub(shown_as, expected), VARY.sub(shown_as, found)
+        found = printed.getvalue()
+        expected, found = VARY.sub(shown_as, expected), VARY.sub(shown_as, found)
+        if kind == "sh" and expected:
+            assert NUMBER.sub("", found).split() == NUMBER.sub("", expected).split()
+            numbers = [[float(x) for x in NUMBER.findall(text)] for text in (found, expected)]
+            assert numbers[0] == pytest.approx(numbers[1], rel=0.02)
+        elif kind == "python":
             assert same(expected, found, doctest.NORMALIZE_WHITESPACE), found
     plt.close("all")
     for file in re.findall(

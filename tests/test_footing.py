@@ -16,6 +16,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    Plan,
     RigidPunch,
     RigidPunches,
     stress_below,
@@ -187,6 +188,11 @@ def test_corners_of_outlines():
     expected = [[-1.5, 1.5, 1.5, -0.5, -0.5, -1.5], [-1.5, -1.5, -0.5, -0.5, 1.5, 1.5]]
     assert corners == pytest.approx(np.array(expected))
     assert outline_corners(DualMesh.from_mesh(disc(4)).basis().partition).shape == (2, 0)
+    hole = Plan.circle((0, 0), 0.3)
+    plan = Plan.from_polygon([(-1, -1), (1, -1), (1, 1), (-1, 1)], holes=[hole])
+    coarse = DualMesh.from_mesh(plan.mesh(n=100, graded=0.4))
+    assert len(coarse.mesh.boundaries["hole0"]) < 13
+    assert outline_corners(coarse.basis().partition).shape == (2, 4)
     far = DualMesh.from_mesh(L_SHAPE.mesh.translated((5e5, -4e6))).basis().partition
     assert outline_corners(far) - [[5e5], [-4e6]] == pytest.approx(np.array(expected), abs=1e-8)
 

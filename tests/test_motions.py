@@ -73,7 +73,9 @@ def test_circle_converges():
 
 def test_circle_of_triangles():
     punch = RigidPunch(SOIL, CellBasis(disc(n=300).scaled(2.0), ElementTriP0()))
-    assert punch.stiffness(full=True).diagonal() == pytest.approx(exact_circle(2.0), rel=5e-4)
+    found, exact = punch.stiffness(full=True).diagonal(), exact_circle(2.0)
+    assert found[:5] == pytest.approx(exact[:5], rel=2e-4)
+    assert found[5] == pytest.approx(exact[5], rel=1e-3)
 
 
 def test_ellipse():
@@ -224,7 +226,7 @@ def torsion_of_disc(compliance, reach):
     ids=["rock", "crust"],
 )
 def test_torsion_on_a_layer(ground, compliance):
-    found = circle(300, 1.0, ground).stiffness(full=True)[5, 5]
+    found = circle(200, 1.0, ground).stiffness(full=True)[5, 5]
     assert found == pytest.approx(SHEAR * torsion_of_disc(compliance, 50.0), rel=1e-4)
 
 
@@ -244,26 +246,24 @@ def test_torsion_by_finite_elements():
     twist[base] = 1.0
     twist = solve(*condense(K, x=twist, D=np.union1d(base, held)))
     ground = LayeredHalfSpace([Layer(1.0, SOIL.young, NU, 2.0)], "bonded")
-    found = circle(300, 1.0, ground).stiffness(full=True)[5, 5]
-    assert found == pytest.approx(twist @ K @ twist, rel=5e-4)
+    found = circle(150, 1.0, ground).stiffness(full=True)[5, 5]
+    assert found == pytest.approx(twist @ K @ twist, rel=1e-3)
+
+
+EQUAL = LayeredHalfSpace([Layer(0.3, SOIL.young, NU), Layer(2.0, SOIL.young, NU)], SOIL)
+THICK = LayeredHalfSpace([Layer(600.0, SOIL.young, NU)], HalfSpace(1.0, 0.1))
 
 
 @pytest.mark.parametrize("rough", [False, True])
 def test_equal_layers_are_homogeneous(rough):
-    layers = LayeredHalfSpace([Layer(0.3, *_moduli(SOIL)), Layer(2.0, *_moduli(SOIL))], SOIL)
-    found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (layers, SOIL))
+    found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (EQUAL, SOIL))
     assert found == pytest.approx(exact, rel=1e-9, abs=1e-9 * exact.max())
-
-
-def _moduli(soil):
-    return soil.young, soil.poisson
 
 
 @pytest.mark.parametrize("rough", [False, True])
 def test_thick_layers(rough):
     """The ground below a layer of 300 radii is felt by 1 in 300."""
-    thick = LayeredHalfSpace([Layer(600.0, *_moduli(SOIL))], HalfSpace(1.0, 0.1))
-    found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (thick, SOIL))
+    found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (THICK, SOIL))
     assert found.diagonal() == pytest.approx(exact.diagonal(), rel=0.02)
     # torsion and tilts are felt less far
     assert found[[1, 5], [1, 5]] == pytest.approx(exact[[1, 5], [1, 5]], rel=1e-4)
@@ -272,7 +272,7 @@ def test_thick_layers(rough):
 @pytest.mark.parametrize("ratio", [2.0, 4.0])
 def test_stratum_on_rock(ratio):
     """E. Kausel's and G. Gazetas's formulas for circles, which are good to some 5 %."""
-    rock = LayeredHalfSpace([Layer(ratio, *_moduli(SOIL))], "bonded")
+    rock = LayeredHalfSpace([Layer(ratio, SOIL.young, NU)], "bonded")
     found = circle(100, 1.0, rock).stiffness(full=True).diagonal() / exact_circle(1.0)
     tilt, slide = 1 + 1 / (6 * ratio), 1 + 1 / (2 * ratio)
     expected = [1 + 1.28 / ratio, tilt, tilt, slide, slide, 1 + 1 / (10 * ratio)]
@@ -318,5 +318,5 @@ def test_refused():
         punch.solve(1.0, horizontal=1.0)
     with pytest.raises(ValueError, match="torsion"):
         punch.solve(1.0, torsion=np.nan)
-    with pytest.raises(ValueError, match="contact on two cells or more"):
+    with pytest.raises(ValueError, match="expected a positive force with horizontal"):
         punch.solve(0.0, torsion=1.0)

@@ -26,7 +26,7 @@ def test_tables(load, capsys):
     peers = load("peers")
     times, everything, seconds = peers.main(sizes=(150,), limit=9.0, rounds=1, repeat=0.0, most=2)
     out = capsys.readouterr().out
-    for name in ("bempp", "tamaas", "contactmechanics"):
+    for name in ("bempp", "tamaas", "contactmechanics", "ngsolve"):
         used = any(m.process == name and ("disc", m.name) in everything for m in peers.METHODS)
         assert used != (f"{name}: skipped, ModuleNotFoundError" in out)
     (cells,) = {n for n, _ in times}
@@ -46,6 +46,16 @@ def test_another_failure_than_a_missing_package_is_shown(load, tmp_path, monkeyp
     monkeypatch.setattr(peers, "FOLDER", tmp_path)
     with pytest.raises(RuntimeError, match="ValueError: broken"), peers.processes(sys.executable):
         pass
+
+
+def test_what_a_package_prints_is_no_answer(load, tmp_path, monkeypatch):
+    """bempp tells on standard output that it misses Gmsh, when it is imported."""
+    peers = load("peers")
+    answers = """print('no gmsh'); print('{"ready": true}', flush=True)"""
+    (tmp_path / "peer_skfem_dual.py").write_text(answers)
+    monkeypatch.setattr(peers, "FOLDER", tmp_path)
+    with peers.processes(sys.executable, ("skfem_dual",)) as found:
+        assert list(found) == ["skfem_dual"]
 
 
 def test_reached(load):

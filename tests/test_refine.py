@@ -9,6 +9,7 @@ from skfem_dual import (
     RigidPunch,
     refine_to_contact,
 )
+from skfem_dual.grids.generate import disc
 
 
 def sphere(mesh):
@@ -20,13 +21,13 @@ def test_refinement_to_the_edge_of_contact():
     """The error falls, and faster per cell than on meshes refined everywhere."""
     a = 0.55
     found = refine_to_contact(
-        sphere, perturbed(rectangle(14), 0.01), {"force": 4 / 3 * a**3}, refinements=3
+        sphere, perturbed(rectangle(14), 0.01), {"force": 4 / 3 * a**3}, refinements=2
     )
-    assert len(found) == 4
+    assert len(found) == 3
     assert all(s.success for s in found)
     cells = np.array([len(s.pressure) for s in found])
     area = np.array([s.contact_area for s in found]) / (np.pi * a**2) - 1
-    assert np.abs(area[-1]) < 3e-3
+    assert np.abs(area[-1]) < 2e-3
     assert np.abs(area[-1]) < np.abs(area[0]) / 4
     uniform = sphere(perturbed(rectangle(round(np.sqrt(cells[-1])) - 1), 0.005))
     uniform_area = uniform.solve(4 / 3 * a**3).contact_area / (np.pi * a**2) - 1
@@ -34,6 +35,19 @@ def test_refinement_to_the_edge_of_contact():
     x = found[-1].punch.collocation_points
     small = found[-1].punch.partition.areas < 4 * found[-1].punch.partition.areas.min()
     assert np.abs(np.hypot(*x[:, small]) - a).mean() < 0.15
+
+
+def test_the_edge_of_the_plan_stays_fine():
+    """Facets there are halved or left alone: the pressure grows along them as before."""
+    mesh = disc(n=200, graded=0.5)
+    flat = lambda mesh: RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis())  # noqa: E731
+    for s in refine_to_contact(flat, mesh, {"force": 1.0, "at": (0.6, 0.0)}, 2):
+        refined = s.punch.basis.dual.mesh
+        longest = refined.p[:, refined.facets[:, refined.boundary_facets()]]
+        lengths = np.hypot(*(longest[:, 0] - longest[:, 1]))
+        known = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]]
+        assert lengths.max() <= np.hypot(*(known[:, 0] - known[:, 1])).max() * (1 + 1e-12)
+        assert set(map(tuple, mesh.p[:, mesh.boundary_nodes()].T)) <= set(map(tuple, refined.p.T))
 
 
 def test_full_contact_needs_no_refinement():

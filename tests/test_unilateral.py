@@ -176,7 +176,7 @@ def test_a_reaction_beside_the_given_settlement():
 @pytest.mark.parametrize("grid", ["dual", "primal"])
 @pytest.mark.parametrize("shape", ["sphere", "cone"])
 def test_sphere_and_cone_on_meshes_that_know_nothing_of_them(shape, grid):
-    """About 500 cells in contact, irregular, off centre: below 5e-3."""
+    """About 500 cells in contact, irregular, off centre: settlements to 3e-5."""
     centre, a = np.array([0.03, 0.05]), 0.56
     size = 44 if grid == "dual" else 31
     mesh = perturbed(rectangle(size), 0.15 * 2 / size)
@@ -192,9 +192,9 @@ def test_sphere_and_cone_on_meshes_that_know_nothing_of_them(shape, grid):
     of = punch(mesh, grid, gap=gap, origin=tuple(centre))
     found = of.solve(force)
     assert 350 < len(found.contact) < 650
-    assert found.settlement == pytest.approx(approach, rel=1e-3)
-    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(a, rel=5e-3)
-    assert np.abs(found.tilt).max() < 1e-3
+    assert found.settlement == pytest.approx(approach, rel=3e-5)
+    assert np.sqrt(found.contact_area / np.pi) == pytest.approx(a, rel=1e-3)
+    assert np.abs(found.tilt).max() < 5e-5
     x = of.partition.centroids - centre[:, None]
     if shape == "sphere":
         assert found.pressure.max() == pytest.approx(exact_pressure(0 * x).max(), rel=3e-3)
@@ -236,7 +236,7 @@ def test_circle_lifting_off_with_4000_cells(e, settlement, tilt, area, edge):
 def test_convergence_under_refinement():
     """At e = 0.5 a positions by points settle down at least in proportion to h, those by work
     begin nearer to where they go."""
-    found = [punch(fine_disc(n=n)).solve(1.0, (0.5, 0.0)) for n in (150, 600, 2400)]
+    found = [punch(fine_disc(n=n)).solve(1.0, (0.5, 0.0)) for n in (75, 300, 1200)]
     by_work, _, by_points = np.array([s.positions[:, :2] for s in found]).swapaxes(0, 1)
     first, second = np.abs(np.diff(by_points, axis=0))
     assert (second < first / 2).all()

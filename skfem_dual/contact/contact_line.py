@@ -10,8 +10,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
-from ..grids.outline import distance_to_segments
-from ..grids.planar import cross
+from ..grids.lines import segments, signed_distance
 
 #: cells a polynomial follows, and how much those in contact count: under what bends, the pressure
 #: leaves its law sooner than the gap
@@ -43,14 +42,9 @@ def moved_line(
     (2, m) and (m,) array of float
         Points and distances, positive where contact ends farther out.
     """
-    a = np.hstack([line[:, :-1] for line in lines])
-    b = np.hstack([line[:, 1:] for line in lines])
-    a, b = (end[:, np.hypot(*(b - a)) > 0] for end in (a, b))
+    a, b = segments(lines)
     points, tangents = (a + b) / 2, (b - a) / np.hypot(*(b - a))
-    inside = pressure > 0
-    nearest = cKDTree(points.T).query(x.T)[1]
-    side = cross(tangents[:, nearest], x - points[:, nearest])
-    distance = np.copysign(distance_to_segments(x, a, b), side)  # the region is to the left
+    inside, distance = pressure > 0, signed_distance(x, lines)  # the region is to the left
     near = cKDTree(x.T).query(points.T, min(AROUND, x.shape[1]))[1].reshape(len(points.T), -1)
     size = np.sqrt(np.median(sizes[near] ** 2, axis=1))[:, None]
     arm, inner = x[:, near] - points[:, :, None], inside[near]
@@ -67,7 +61,7 @@ def moved_line(
     square = (pressure / unit)[near] ** 2
     gaps = (opening.clip(0) / unit)[near] ** (2 / 3) / np.cbrt(size**2)
     inverse = np.linalg.inv(matrix)
-    strength = _largest(square, s)
+    strength = np.max(square / np.maximum(s, 0.5), axis=1)
     for _ in range(3):  # K^2 times the size, by which gaps are compared with pressures
         values = np.where(inner, square, -np.cbrt(strength**2)[:, None] * gaps)
         start, slope = (inverse @ np.einsum("mki,mk->mi", weighted, values)[..., None])[:, :2, 0].T
@@ -75,8 +69,3 @@ def moved_line(
     moved = np.divide(start, slope, out=np.zeros_like(start), where=slope > 0)
     known = np.sum(weight * ~inner, axis=1) > 0.5
     return points, np.where(known, moved.clip(-FARTHEST, FARTHEST), 0.0) * size[:, 0]
-
-
-def _largest(square: ndarray, s: ndarray) -> ndarray:
-    """The largest slope of some values from zero on, each row."""
-    return np.max(square / np.maximum(s, 0.5), axis=1)

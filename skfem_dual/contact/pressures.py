@@ -11,12 +11,14 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.balance import balanced
 from ..elements.influence import flat_points, surface_displacement
+from ..elements.line_weights import LineWeights
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..operators.entries import EXACT
 from .footprint import Footprint
+from .line_law import on_line
 from .region import ContactRegion
 
 #: up to so many pairs of points and cells displacements are summed exactly
@@ -43,11 +45,13 @@ class CellPressures:
     timings: dict[str, float]
     others: tuple[tuple[Any, ndarray, ndarray | None], ...] = ()
     flat: ndarray | None = None
+    line: LineWeights | None = None
 
     @computed_once
     def footprint(self) -> Footprint:
-        """The cells under the body, without slopes in those that are flat."""
-        return _cells_of(self.punch, self.flat)
+        """The cells under the body, without slopes in those that are flat, weighted along the
+        line of contact."""
+        return on_line(_cells_of(self.punch, self.flat), self.line)
 
     @computed_once
     def slopes(self) -> ndarray:
@@ -79,8 +83,10 @@ class CellPressures:
     @computed_once
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
-        triangles = self.punch.footprint.triangles  # slopes do not matter
-        return triangles.region(self.pressure, self.gap, self.contact_modulus)
+        triangles, pressure = self.punch.footprint.triangles, self.pressure
+        if self.line is not None:
+            pressure = np.where(self.gap == 0, self.line.at_points(pressure), 0.0)
+        return triangles.region(pressure, self.gap, self.contact_modulus)
 
     @property
     def contact_modulus(self) -> float:
@@ -232,7 +238,7 @@ class CellPressures:
         values : (N,) array of float
             Its vector.
         """
-        basis, weights = self.footprint.basis, self.footprint.weights
+        basis, weights = self.footprint.basis, self.punch.footprint.weights
         pressure = self.pressure
         if weights is not None:
             # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
@@ -264,7 +270,7 @@ class CellPressures:
         ValueError
             If the punch has no singular edge.
         """
-        weights = self.footprint.weights
+        weights = self.punch.footprint.weights
         if weights is None:
             raise ValueError(
                 'expected a punch with edge="singular", got constant pressures at the edge'

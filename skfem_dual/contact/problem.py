@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy import ndarray
 
+from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from .load import Constraints
@@ -95,6 +96,8 @@ class Contact:
     flat : (n,) array of bool, optional
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
+    line : LineWeights, optional
+        How pressures end along the line of contact, if not with the cells.
     unit_pressures : (n, m) array of float, optional
         By unit motions of bodies with that contact, if they are known.
     """
@@ -108,6 +111,7 @@ class Contact:
     history: tuple[float, ...] = ()
     residual: float = 0.0
     flat: ndarray | None = None
+    line: LineWeights | None = None
     unit_pressures: ndarray | None = None
 
     def __post_init__(self) -> None:

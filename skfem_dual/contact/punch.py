@@ -21,6 +21,7 @@ from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
+from .line_law import with_line_law
 from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import holding
 from .pressures import CellPressures
@@ -302,6 +303,8 @@ class RigidPunch(Movable, RigidBodies):
         how = unilateral, method, gap_rtol
         with progress_bars(progress):
             contact, position = self.contact(constraints, *how, pressures)
+            if unilateral:
+                contact, position = with_line_law(self, constraints, contact, position)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
@@ -310,6 +313,9 @@ class RigidPunch(Movable, RigidBodies):
 
     def solve_many(self, cases: Cases, **options: Any) -> CasesSolution:
         """Many load cases at a time, by superposition while all cells keep contact.
+
+        Pressures under shaped punches end with the cells here, see ``PunchSolution.line``:
+        settlements are off by 2e-4 with 500 cells in contact where `solve` has 1e-5.
 
         Parameters
         ----------

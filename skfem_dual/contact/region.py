@@ -18,8 +18,8 @@ from skfem import Mesh
 
 from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import signed_areas
+from ..grids.lines import signed_distance
 from ..grids.mappings import own_mapping
-from ..grids.outline import distance_to_segments
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
@@ -205,8 +205,7 @@ class PlanTriangles:
             return level
         sizes = np.sqrt(cells.areas)
         points, moved = moved_line(lines, cells.centroids, sizes, pressure, opening)
-        a, b = (np.hstack([line[:, i : i - 1 or None] for line in lines]) for i in (0, 1))
-        distance = np.copysign(distance_to_segments(self.p, a, b), level)
+        distance = np.copysign(signed_distance(self.p, lines), level)
         nearest = cKDTree(points.T).query(self.p.T, min(NEAREST, len(moved)))[1]
         return distance + moved[nearest.reshape(len(level), -1)].mean(axis=1)
 

@@ -12,6 +12,7 @@ from ..elements.influence import flat_points
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
+from .line_law import on_line
 from .load import Load
 from .motions import ShearSolution, sliding
 from .pressures import CellPressures
@@ -64,6 +65,10 @@ class PunchSolution(CellPressures):
     flat : (n,) array of bool or None
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
+    line : LineWeights or None
+        Of a shaped punch: how pressures end along the line of contact, inside the cells, by the
+        root of the distance to it; cells that it crosses have a pressure, and those whose
+        collocation point is out of contact a gap, too. None where pressures end with the cells.
     member : Alone, Member or None
         What tells its position by work, alone or in a group of rigid punches.
     """
@@ -95,6 +100,7 @@ class PunchSolution(CellPressures):
         pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
         if contact.flat is not None:
             cells = cells.flattened(contact.flat)
+        cells = on_line(cells, contact.line)
         resultant = cells.resultant(pressure)
         imposed = resultant.copy()
         if load.force is not None:
@@ -124,6 +130,7 @@ class PunchSolution(CellPressures):
             timings=timings,
             others=others,
             flat=contact.flat,
+            line=contact.line,
             member=member,
         )
 

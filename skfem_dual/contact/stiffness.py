@@ -38,9 +38,9 @@ class Movable(Body):
         full : bool
             Whether the base also slides and twists; not on layers on a smooth rigid base.
         rough : bool
-            Whether the base is bonded to the ground, so that pressures and shear tractions are
-            coupled; ``full`` only. Otherwise it is relaxed: horizontal motions are carried by
-            shear tractions alone, vertical ones by pressures alone.
+            Whether the base is bonded to the ground everywhere, so that pressures and shear
+            tractions are coupled; ``full`` only. Otherwise it is relaxed: horizontal motions are
+            carried by shear tractions alone, vertical ones by pressures alone.
 
         Returns
         -------

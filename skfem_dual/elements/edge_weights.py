@@ -257,8 +257,7 @@ class EdgeWeights:
     @computed_once
     def in_cells(self) -> ndarray:
         """Mean of w over weighted cells, w in the centroids of the others, shape (n,)."""
-        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
-        root = np.sqrt(distance_to_segments(self.partition.centroids, p[:, 0], p[:, 1]))
+        root = np.sqrt(self.phi_at(self.partition.centroids))
         at_centroids = self.factor(np.arange(len(root)), root) / root
         return readonly(np.where(self.weighted, self.mean, at_centroids))
 

@@ -30,8 +30,8 @@ from .moments import radii
 from .segments import Pairs, add_segments, put_segment
 from .slopes import Slopes
 
-#: rows of a matrix that are added to together
-ROWS = 8
+#: rows of a matrix that are added to together, enough for the compiler to take eight at once
+ROWS = 16
 #: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
 #: the radius of its circle: what near corrections take off again would drown all else
 AT_REST = 1e-11

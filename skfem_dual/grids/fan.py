@@ -107,9 +107,29 @@ class Fan:
         of = np.concatenate([whole, *[quarters] * 4, half, half])
         return Fan._sorted(p, t, self.cell[of], self.part[of])
 
+    def cut_at_zero(self, values: ndarray) -> tuple["Fan", ndarray]:
+        """With triangles cut where a function is zero that is given at the points and linear in
+        them, and its values: new points follow the others."""
+        at = values[self.t]
+        crossed = (at > 0).any(axis=0) & (at < 0).any(axis=0)
+        whole, cut = np.nonzero(~crossed)[0], np.nonzero(crossed)[0]
+        # the vertex alone on its side first
+        single = (at[:, cut] > 0).sum(axis=0) == 1
+        alone = np.argmax(np.where(single, at[:, cut] > 0, at[:, cut] < 0), axis=0)
+        a, b, c = self.t[(alone + np.arange(3)[:, None]) % 3, cut]
+        ab, ac = self.p.shape[1] + np.arange(2 * len(cut)).reshape(2, -1)
+        shares = [values[a] / (values[a] - values[end]) for end in (b, c)]
+        ends = zip(shares, (b, c), strict=True)
+        new = [self.p[:, a] + share * (self.p[:, end] - self.p[:, a]) for share, end in ends]
+        parts = [a, ab, ac], [ab, b, c], [ab, c, ac]
+        t = np.hstack([self.t[:, whole], *map(np.array, parts)])
+        of = np.concatenate([whole, *[cut] * 3])
+        fan = Fan._sorted(np.hstack([self.p, *new]), t, self.cell[of], self.part[of])
+        return fan, np.append(values, np.zeros(2 * len(cut)))
+
     def with_cells_of(self, other: "Fan") -> "Fan":
         """With the triangles of another fan in the cells that it has: one of the same cells, or of
-        some of them, with sides halved."""
+        some of them, with triangles cut."""
         own = np.nonzero(~np.isin(self.cell, other.cell))[0]
         t = np.hstack([self.t[:, own], other.t])
         cell, part = np.append(self.cell[own], other.cell), np.append(self.part[own], other.part)

@@ -9,6 +9,7 @@ Sources: D. M. Burmister, The general theory of stresses and displacements in la
 Appl. Phys. 16 (1945); those of `hankel`.
 """
 
+from functools import lru_cache
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -176,6 +177,7 @@ def _transforms(nodes: _Waves, symbols: ndarray, r: ndarray) -> ndarray:
     return out
 
 
+@lru_cache(maxsize=128)
 def _rule(pieces: int) -> tuple[ndarray, ndarray, ndarray]:
     """Gauss rule on [-1, 1] in pieces, and the matrix that takes values in nodes to its points."""
     begin = -1 + 2 * np.arange(pieces)[:, None] / pieces

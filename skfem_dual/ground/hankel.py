@@ -63,18 +63,21 @@ class RadialTable:
 
     @classmethod
     def from_symbol(
-        cls,
-        symbol: Callable[[ndarray], ndarray],
-        lengths: tuple[float, float],
-        algebraic: bool,
-        first: int = 0,
+        cls, symbol: Callable[[ndarray], ndarray], lengths: tuple[float, float], algebraic: bool
+    ) -> Self:
+        """As `from_values`, of F as a function of wave numbers."""
+        return cls.from_values(symbol(wave_numbers(lengths)), lengths, algebraic)
+
+    @classmethod
+    def from_values(
+        cls, f: ndarray, lengths: tuple[float, float], algebraic: bool, first: int = 0
     ) -> Self:
         """Invert ``F(k) = k E0 Omega - c0`` to omega_rem E0 and its primitive.
 
         Parameters
         ----------
-        symbol : callable
-            F at wave numbers.
+        f : (n,) array of float
+            F at `wave_numbers`.
         lengths : pair of float
             The least and the greatest length of the ground.
         algebraic : bool
@@ -83,8 +86,8 @@ class RadialTable:
             The first of these powers is 1 more: 0, or -1 for what does not decay.
         """
         least, greatest = lengths
-        edges, x, k = octaves(1e-3 / (FARTHEST * greatest), 100 / least)
-        f = symbol(k.ravel()).reshape(k.shape)
+        edges, x, k = _octaves_of(lengths)
+        f = f.reshape(k.shape)
         tail = Tail.from_values(k, f, least, 6 if algebraic else 0, first)
         waves = Waves.from_values(edges, x, f - tail.symbol(k))
 
@@ -315,6 +318,16 @@ class Waves:
         values = _clenshaw(self.coefficients[octave], t) * GAUSS_WEIGHTS * step[:, None] / 2
         below = ends[0] * self.coefficients[0] @ (-1.0) ** np.arange(NODES)
         return np.append(0.0, k), np.append(below, values)
+
+
+def _octaves_of(lengths: tuple[float, float]) -> tuple[ndarray, ndarray, ndarray]:
+    least, greatest = lengths
+    return octaves(1e-3 / (FARTHEST * greatest), 100 / least)
+
+
+def wave_numbers(lengths: tuple[float, float]) -> ndarray:
+    """Where the symbol of a ground with these lengths must be known, shape (n,)."""
+    return _octaves_of(lengths)[2].ravel()
 
 
 def octaves(low: float, high: float) -> tuple[ndarray, ndarray, ndarray]:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy import ndarray
 
 from .compliance import homogeneous, homogeneous_across
-from .hankel import BITS, ONE, SHIFT, SQUARES, RadialTable, SquareTable
+from .hankel import RadialTable, SquareTable, wave_numbers
 
 #: compliances Q11, Q12, Q22 and S at wave numbers, (4, n)
 Compliances = Callable[[ndarray], ndarray]
@@ -59,23 +59,14 @@ class ShearTable(NamedTuple):
         """Of a ground with this Poisson's ratio at the surface.
 
         ``settlement`` is its table for vertical forces; other arguments as of
-        `RadialTable.from_symbol`.
+        `RadialTable.from_values`.
         """
-        known: dict[bytes, ndarray] = {}
-
-        def rest(k: ndarray) -> ndarray:
-            key = k.tobytes()  # all tables ask for the same waves
-            if key not in known:
-                q, s = homogeneous(1.0, poisson), homogeneous_across(1.0, poisson)
-                known[key] = compliances(k) - np.append(q, s)[:, None]
-            return known[key]
-
-        def table(symbol: Callable[[ndarray], ndarray], first: int = 0) -> RadialTable:
-            return RadialTable.from_symbol(symbol, lengths, algebraic, first)
-
-        even = table(lambda k: (rest(k)[0] + rest(k)[3]) / 2)
-        odd = table(lambda k: (rest(k)[3] - rest(k)[0]) / 2)
-        coupling = table(lambda k: -k * rest(k)[1], -1)
+        k = wave_numbers(lengths)
+        alone = np.append(homogeneous(1.0, poisson), homogeneous_across(1.0, poisson))
+        q11, q12, _, s = compliances(k) - alone[:, None]
+        even = RadialTable.from_values((q11 + s) / 2, lengths, algebraic)
+        odd = RadialTable.from_values((s - q11) / 2, lengths, algebraic)
+        coupling = RadialTable.from_values(-k * q12, lengths, algebraic, -1)
 
         def second(r: ndarray) -> ndarray:
             return 2 * odd.evaluate(odd.primitive_over_r, r) / r - odd.evaluate(odd.omega, r)
@@ -90,13 +81,3 @@ class ShearTable(NamedTuple):
         found.append(settlement.squares[0])
         coefficients = np.stack([f.coefficients for f in found], axis=-1)
         return cls(np.ascontiguousarray(coefficients), found[0].first, *ends)
-
-    def evaluate(self, r: ndarray) -> ndarray:
-        """All four at distances of shape (m,) in the range, shape (4, m)."""
-        bits = np.square(r).view(np.int64)
-        panel = (bits >> SHIFT) - self.first
-        t = (((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64) - 1) * (2 << BITS) - 1
-        out = np.zeros((4, len(r)))
-        for power in range(SQUARES, -1, -1):
-            out = out * t + self.coefficients[panel, power].T
-        return out

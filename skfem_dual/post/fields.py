@@ -128,7 +128,7 @@ class EdgeLaws:
 
     @classmethod
     def of(cls, solution: CellPressures, refine: int) -> "EdgeLaws":
-        region, cells = solution.contact_region, solution.footprint
+        region, cells = solution.contact_region, solution.punch.footprint
         areas = signed_areas(region.p, region.t)
         # quadrilaterals in the middle of a polar grid have sides without length
         kept = np.nonzero(areas > 1e-14 * areas.max())[0]
@@ -288,7 +288,7 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
     Polynomials of the second degree are fitted to the cells around, in the least squares; those
     beyond a hole or a gap do not count.
     """
-    cells, base = solution.footprint, laws.refined.base
+    cells, base = solution.punch.footprint, laws.refined.base
     areas, n = cells.partition.areas, base.p.shape[1]
     total, acting, left = laws.of_cells(cells)
     s = pressure * areas / np.where(total > 0, total, 1.0)

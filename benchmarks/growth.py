@@ -1,0 +1,168 @@
+"""How time and memory grow with the number of cells, from ten thousand on.
+
+    python benchmarks/growth.py                            1e4, 1e5, 1e6 cells
+    python benchmarks/growth.py --sizes 10000 10000000     other numbers of cells
+    python benchmarks/growth.py --lift                     lift-off as well
+    python benchmarks/growth.py --plot growth.png          a picture as well
+
+A rigid disc on uniform dual cells, from the mesh to settlement and pressures in full contact; then
+under a force at half its radius, where it lifts off. Each size runs in a process of its own, whose
+greatest memory is told; compiled code is there before. Errors are those of the settlement: exact
+in full contact, against trusted digits where it lifts off.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from dataclasses import asdict, dataclass, replace
+from time import perf_counter, process_time
+
+from fast_operator import SOIL, rings
+from quiet import warn_beside_other_work
+from skfem import MeshTri
+
+from skfem_dual import DualMesh, RigidPunch
+
+SIZES = (10_000, 100_000, 1_000_000)
+#: settlement of the disc times E* a / P, in full contact and lifting off at half its radius
+FULL, LIFTED = 0.5, 0.4821
+#: from so many cells on iterations of lift-off show their progress
+SHOWN = 300_000
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Seconds, bytes and errors of one size.
+
+    Attributes
+    ----------
+    cells : int
+    ready, seconds, lifting : float
+        Seconds until products and an approximate inverse are there, until the answer in full
+        contact, and of lift-off alone; NaN if that was left out.
+    processor : float
+        Processor time of all threads up to the answer in full contact.
+    memory : float
+        Greatest memory of the process, in bytes; NaN where that is not known.
+    error, lifted : float
+        Relative errors of the settlements.
+    steps : int
+        Iterations of lift-off.
+    """
+
+    cells: int
+    ready: float
+    seconds: float
+    processor: float
+    memory: float
+    error: float
+    lifting: float = float("nan")
+    lifted: float = float("nan")
+    steps: int = 0
+
+
+def solve(n: int, lift: bool) -> Growth:
+    """One size, in this process."""
+    _punch(rings(1000)).solve(1.0, (0.5, 0.0))  # compiles
+    mesh = rings(n)
+    start, processor = perf_counter(), process_time()
+    punch = _punch(mesh)
+    punch.system.approximate  # noqa: B018
+    ready = perf_counter() - start
+    full = punch.solve(1.0)
+    seconds, processor = perf_counter() - start, process_time() - processor
+    error = full.settlement / FULL - 1
+    cells = len(punch.partition)
+    row = Growth(cells, ready, seconds, processor, greatest_memory(), error)
+    if not lift:
+        return row
+    start = perf_counter()
+    found = punch.solve(1.0, (0.5, 0.0), progress=n >= SHOWN)
+    if not found.success:
+        raise RuntimeError(f"{cells} cells: {found.message}")
+    return replace(
+        row,
+        memory=greatest_memory(),
+        lifting=perf_counter() - start,
+        lifted=found.settlement / LIFTED - 1,
+        steps=found.iterations,
+    )
+
+
+def _punch(mesh: MeshTri) -> RigidPunch:
+    return RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), rtol=1e-6)
+
+
+def greatest_memory() -> float:
+    """Of this process, in bytes."""
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return float("nan")
+    unit = 1 if sys.platform == "darwin" else 1024
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
+
+
+def of_its_own(n: int, lift: bool) -> Growth:
+    """One size, in a process of its own; its progress bars and errors come through."""
+    command = [sys.executable, __file__, "--one", str(n), *["--lift"] * lift]
+    found = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+    return Growth(**json.loads(found.stdout))
+
+
+def main(sizes=SIZES, lift: bool = False) -> list[Growth]:
+    """Print the table; return its rows."""
+    warn_beside_other_work()
+    print(
+        f"{'cells':>10}{'set-up s':>10}{'answer s':>10}{'threads':>9}{'us/cell':>9}{'GB':>7}"
+        f"{'kB/cell':>9}{'error':>10}" + f"{'lift-off s':>12}{'steps':>7}{'error':>10}" * lift
+    )
+    rows = []
+    for n in sizes:
+        row = of_its_own(n, lift)
+        rows.append(row)
+        text = (
+            f"{row.cells:>10}{row.ready:>10.2f}{row.seconds:>10.2f}"
+            f"{row.processor / row.seconds:>9.1f}{1e6 * row.seconds / row.cells:>9.1f}"
+            f"{row.memory / 1e9:>7.2f}{row.memory / 1e3 / row.cells:>9.2f}{row.error:>+10.1e}"
+        )
+        if lift:
+            text += f"{row.lifting:>12.2f}{row.steps:>7}{row.lifted:>+10.1e}"
+        print(text, flush=True)
+    return rows
+
+
+def plot(rows: list[Growth], path: str) -> None:
+    """Draw seconds and memory over the number of cells."""
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    cells = [row.cells for row in rows]
+    left.loglog(cells, [row.seconds for row in rows], "o-", label="mesh to answers")
+    left.loglog(cells, [row.ready for row in rows], "s-", label="set-up in it")
+    if any(row.steps for row in rows):
+        left.loglog(cells, [row.lifting for row in rows], "^-", label="lift-off")
+    left.set(xlabel="dual cells", ylabel="seconds")
+    left.legend(frameon=False)
+    right.loglog(cells, [row.memory / 1e9 for row in rows], "o-")
+    right.set(xlabel="dual cells", ylabel="greatest memory, GB")
+    for axes in (left, right):
+        axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="N")
+    parser.add_argument("--lift", action="store_true", help="lift-off as well")
+    parser.add_argument("--plot", metavar="FILE", help="a picture as well")
+    parser.add_argument("--one", type=int, metavar="N", help="one size here, its row as JSON")
+    arguments = parser.parse_args()
+    if arguments.one:
+        print(json.dumps(asdict(solve(arguments.one, arguments.lift))))
+    else:
+        table = main(arguments.sizes, arguments.lift)
+        if arguments.plot:
+            plot(table, arguments.plot)

@@ -1,0 +1,155 @@
+"""Pressures that end inside the cells: the square root of the distance to the line of contact.
+
+Where contact ends smoothly the pressure falls like the root of the distance s to that line. Cells
+that the line crosses or that lie near it are weighted by ``s^(1/2)`` in contact and zero beyond,
+as at the edge of the plan by its law; the line cuts the triangles that fill them.
+
+Source: K. L. Johnson, Contact Mechanics (1985), section 5.1.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import coo_matrix, csr_matrix
+
+from ..grids.fan import Fan
+from ..grids.lines import signed_distance
+from ..grids.partition import Partition
+from ..grids.polygons import readonly
+from ..kernels.once import computed_once
+from .edge_weights import EdgeWeights, Factors
+from .graded_rule import graded
+
+#: cells over which the root varies by less than this factor are left constant
+VARIATION = 1.3
+#: values of the law, linear in between; the first one beyond zero is all it is off
+VALUES = 2**14
+#: cells farther from it than so many times their size are not looked at
+REACH = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class LineWeights(EdgeWeights):
+    """The weight ``s^(1/2)``, zero beyond the line, on cells near the line of contact.
+
+    Attributes
+    ----------
+    depth : (k,) array of float
+        Distance s to the line at the points of the fan, negative out of contact.
+    in_points : (n,) array of float
+        The same in the collocation points of the cells; far from the line its sign is known.
+    """
+
+    depth: ndarray
+    in_points: ndarray
+
+    @classmethod
+    def from_lines(
+        cls,
+        partition: Partition,
+        fan: Fan,
+        lines: list[ndarray],
+        points: ndarray,
+        touching: ndarray,
+    ) -> Self:
+        """Of the lines where contact ends.
+
+        Parameters
+        ----------
+        partition : Partition
+            The n cells.
+        fan : Fan
+            Triangles of all of them.
+        lines : list of (2, k) array of float
+            Lines with contact to their left.
+        points : (2, n) array of float
+            Collocation points of the cells.
+        touching : (n,) array of bool
+            Cells in contact, as far from the lines as they are not weighted.
+        """
+        size = np.sqrt(partition.areas)
+        in_points = signed_distance(points, lines)
+        near = np.abs(in_points) < REACH * size
+        in_points = np.where(near, in_points, np.where(touching, size.max(), -size.max()))
+        own = near[fan.cell]
+        used = np.unique(fan.t[:, own])
+        depth = signed_distance(fan.p[:, used], lines)
+        depth = np.where(np.abs(depth) > 1e-9 * size.min(), depth, 0.0)
+        everywhere = np.full(fan.p.shape[1], depth.max())
+        everywhere[used] = depth
+        fan = replace(fan, t=fan.t[:, own], cell=fan.cell[own], part=fan.part[own])
+        fan, depth = fan.cut_at_zero(everywhere)
+        ribs = np.empty(0, dtype=np.int32)
+        return cls(partition, fan, ribs, readonly(depth), readonly(in_points))
+
+    @computed_once
+    def root(self) -> ndarray:
+        """Root of the distance, and next to nothing out of contact."""
+        root = np.sqrt(self.depth.clip(0))
+        return readonly(root.clip(1e-20 * root.max()))
+
+    @computed_once
+    def factors(self) -> Factors:
+        """``s``, over which ``s^(-1/2)`` is the weight."""
+        most = self.root.max()
+        values = readonly(np.linspace(0, most, VALUES)[None] ** 2)
+        own = np.zeros(len(self.partition), dtype=np.int32)
+        return Factors(values, np.array([(VALUES - 1) / most]), own)
+
+    def _means_with_factor(self) -> tuple[ndarray, ndarray]:
+        square = self.root[self.fan.t] ** 2
+        whole = np.repeat(np.eye(3)[..., None], square.shape[1], axis=2)
+        shares = np.zeros_like(square)
+        for at, load in graded(whole, square, 2):  # s and a coordinate: exact
+            depth = np.einsum("ikq,ik->kq", at, square)
+            shares += np.einsum("ikq,kq->ik", at, load * depth)
+        return shares.sum(axis=0), shares
+
+    @computed_once
+    def weighted(self) -> ndarray:
+        """Whether each cell is weighted."""
+        root = self.root[self.fan.t]
+        least, most = np.full(len(self.partition), np.inf), np.zeros(len(self.partition))
+        np.minimum.at(least, self.fan.cell, root.min(axis=0))
+        np.maximum.at(most, self.fan.cell, root.max(axis=0))
+        return readonly((most > 1e-6 * self.root.max()) & (most > VARIATION * least))
+
+    def relative(self, cells: ndarray, root: ndarray) -> ndarray:
+        """``w / mean(w)`` in some cells where the square root of the distance is ``root``."""
+        return np.where(self.weighted[cells], root / self.mean[cells], 1.0)
+
+    @property
+    def in_contact(self) -> ndarray:
+        """Whether each collocation point is in contact, (n,) array of bool."""
+        return self.in_points > 0
+
+    def at_points(self, pressure: ndarray) -> ndarray:
+        """Pressures in the collocation points by means over the cells, shape (n,)."""
+        root = np.sqrt(self.in_points.clip(0))
+        return pressure * self.relative(np.arange(len(root)), root)
+
+    def carried(self) -> csr_matrix:
+        """Mean pressures by those of the cells in contact in their points, shape (n, n).
+
+        Others that reach into the contact carry as much, over the law, as their neighbours do.
+        """
+        n, around, touching = len(self.partition), self._neighbours, self.in_contact
+        reaching = self.weighted & ~touching
+        cell, other = around[:, reaching[around[0]] & touching[around[1]]]
+        share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)
+        share *= self.mean[cell] / self.mean[other] / np.bincount(cell, share, n)[cell]
+        return csr_matrix(coo_matrix((share, (cell, other)), shape=(n, n)) + _identity(n))
+
+    @computed_once
+    def _neighbours(self) -> ndarray:
+        """Pairs of cells with a rib in common, both ways."""
+        pairs = self.partition.f2c[:, self.partition.f2c[1] >= 0]
+        pairs = np.hstack([pairs, pairs[::-1]])
+        return np.unique(pairs, axis=1)
+
+
+def _identity(n: int) -> coo_matrix:
+    each = np.arange(n)
+    return coo_matrix((np.ones(n), (each, each)), shape=(n, n))

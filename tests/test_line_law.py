@@ -1,0 +1,101 @@
+"""Pressures of shaped punches that end inside the cells, beside Hertz's."""
+
+import numpy as np
+import pytest
+from plans import perturbed
+from skfem import CellBasis, ElementTriP2
+
+from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual.grids.generate import disc
+from skfem_dual.ground.layered import Layer, LayeredHalfSpace
+
+SOIL, A = HalfSpace(1.0, 0.0), 0.83
+FORCE = 4 / 3 * A**3
+
+
+def sphere(mesh, soil=SOIL):
+    return RigidPunch(soil, DualMesh.from_mesh(mesh).basis(), gap=Paraboloid(1.0))
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return perturbed(disc(n=820), 0.012)
+
+
+@pytest.fixture(scope="module")
+def pressed(mesh):
+    return sphere(mesh).solve(FORCE)
+
+
+def test_a_sphere_on_irregular_cells(pressed):
+    assert 550 < np.sum(pressed.pressure > 0) < 580
+    assert pressed.settlement == pytest.approx(A**2, rel=3e-5)
+    assert pressed.contact_area == pytest.approx(np.pi * A**2, rel=6e-4)
+    assert np.abs(pressed.tilt).max() < 5e-5
+    assert pressed.complementarity_residual < 1e-12
+
+
+def test_pressures_along_the_line(pressed):
+    """Where constants are off by 8 % of the greatest pressure."""
+    angle = np.linspace(0, 2 * np.pi, 2000)
+    greatest = 2 * A / np.pi
+    for r in (A - 0.05, A - 0.02, A + 0.03):
+        x = r * np.array([np.cos(angle), np.sin(angle)])
+        expected = greatest * np.sqrt(max(1 - (r / A) ** 2, 0.0))
+        error = pressed.pressure_at(x) - expected
+        assert np.sqrt(np.mean(error**2)) < 0.012 * greatest
+    beyond = pressed.pressure_at(1.06 * A * np.array([np.cos(angle), np.sin(angle)]))
+    assert not beyond.any()
+    assert (pressed.pressure >= 0).all()
+    basis, values = pressed.pressure_field()
+    field = greatest * np.sqrt((1 - np.sum(basis.doflocs**2, axis=0) / A**2).clip(0))
+    assert np.std(values - field) < 4e-3 * greatest
+
+
+def test_loads_carry_the_same_law(pressed):
+    fine = CellBasis(disc(n=300).scaled(1.01), ElementTriP2())
+    f, x = pressed.load_vector(fine), fine.doflocs
+    assert [f.sum(), *(x @ f)] == pytest.approx([FORCE, 0, 0], abs=1e-12)
+    # integral of p r^2 is 2/5 a^2 of the force
+    assert np.sum(x**2, axis=0) @ f == pytest.approx(0.4 * A**2 * FORCE, rel=5e-4)
+    assert pressed.force == pytest.approx(FORCE, rel=1e-12)
+
+
+def test_the_ground_meets_the_sphere(pressed):
+    """Between the collocation points, too, and by exact sums in cells of both kinds."""
+    x = np.random.default_rng(0).uniform(-0.55, 0.55, (2, 100))
+    shape = pressed.settlement - np.sum(x**2, axis=0) / 2
+    assert pressed.ground_displacement(x) == pytest.approx(shape, abs=2e-3 * A**2)
+    points = pressed.punch.collocation_points[:, pressed.gap == 0]
+    shape = pressed.settlement - np.sum(points**2, axis=0) / 2
+    assert pressed.ground_displacement(points) == pytest.approx(shape, abs=1e-4 * A**2)
+
+
+def test_layers():
+    """A layer like what is below it, whose matrix is made anew."""
+    found = sphere(disc(n=300), LayeredHalfSpace([Layer(1.0, 1.0, 0.0)], SOIL)).solve(FORCE)
+    assert found.line is not None
+    assert found.settlement == pytest.approx(A**2, rel=1e-4)
+    assert found.contact_area == pytest.approx(np.pi * A**2, rel=3e-3)
+
+
+def test_a_force_beside_the_middle(mesh):
+    """A sphere that is moved leaves the same traces elsewhere."""
+    dual = DualMesh.from_mesh(mesh)
+    moved = RigidPunch(SOIL, dual.basis(), gap=Paraboloid(1.0, (0.1, 0.05)), origin=(0.1, 0.05))
+    found = moved.solve(4 / 3 * 0.6**3)
+    assert found.settlement == pytest.approx(0.36, rel=1e-4)
+    assert found.contact_area == pytest.approx(np.pi * 0.36, rel=2e-3)
+    assert np.abs(found.tilt).max() < 1e-4
+
+
+def test_who_has_it(mesh):
+    of = sphere(mesh)
+    few = of.solve(4 / 3 * 0.2**3)
+    assert few.line is None
+    assert of.solve(FORCE, unilateral=False).line is None
+    assert RigidPunches([of]).solve([{"force": FORCE}])[0].line is None
+    flat = RigidPunch(SOIL, of.basis).solve(1.0, (0.5, 0.0))
+    assert flat.line is None
+    with pytest.raises(ValueError, match="singular"):
+        of.solve(FORCE).edge_coefficient()
