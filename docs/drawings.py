@@ -39,8 +39,8 @@ from skfem_dual.visuals.style import CONTACT, DUAL, FAULT, LIGHT, OUTLINE, PRIMA
 
 sys.path.append(str(Path(__file__).parents[1] / "examples"))
 
+from dark import save_twins
 from gallery import STYLE, dots, legend_below, segments, sheet
-from twins import save_twins
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 #: fills cells of the triangulation that are marked out, as LIGHT does those of dual grids

@@ -1,12 +1,12 @@
-"""Of each picture there are two files, its `twins`; the theme shows one of them."""
+"""Of the two files of each picture, the page shows that for its theme; see `dark`."""
 
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+from dark import save_twins, twin
 from docutils import nodes
 from sphinx.transforms import SphinxTransform
 from sphinx_gallery.utils import scale_image
-from twins import save_twins, twin
 
 
 def scrape(block, block_vars: dict, gallery_conf: dict) -> str:

@@ -22,8 +22,8 @@ from .edge_weights import EdgeWeights
 from .remainder import Add, add_rows, remainder_blocks
 from .ribs import Ribs, rib_integrals
 
-#: points that are looked at together
-BLOCK = 64
+#: points that are looked at together, and their distances from vertices that are kept at a time
+BLOCK, ROOM = 64, 2**22
 
 
 def influence_matrix(
@@ -131,8 +131,8 @@ def _within(points: ndarray) -> ndarray:
 @compiled
 def _block(x, first, x0, y0):
     """The points from the number ``first`` on, the last again and again; returns how many."""
-    count = min(BLOCK, x.shape[1] - first)
-    for i in range(BLOCK):
+    count = min(len(x0), x.shape[1] - first)
+    for i in range(len(x0)):
         x0[i], y0[i] = x[0, first + min(i, count - 1)], x[1, first + min(i, count - 1)]
     return count
 
@@ -142,14 +142,15 @@ def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
     p, facets, f2c, along, length = ribs
     n = matrix.shape[1]
-    x0, y0, values = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    r = np.empty((p.shape[1], BLOCK))
-    entries = np.empty((n + 1, BLOCK))  # the last: outside of the plan
-    for first in range(0, x.shape[1], BLOCK):
+    width = min(BLOCK, max(ROOM // p.shape[1], 1))
+    x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
+    r = np.empty((p.shape[1], width))
+    entries = np.empty((n + 1, width))  # the last: outside of the plan
+    for first in range(0, x.shape[1], width):
         count = _block(x, first, x0, y0)
         for k in range(p.shape[1]):
             px, py = p[0, k], p[1, k]
-            for i in range(BLOCK):
+            for i in range(width):
                 dx, dy = x0[i] - px, y0[i] - py
                 r[k, i] = np.sqrt(dx * dx + dy * dy)
         entries[:] = 0.0
@@ -157,9 +158,9 @@ def _fill(x, ribs, c, matrix):
             a, b, left, right = facets[0, f], facets[1, f], f2c[0, f], f2c[1, f]
             ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
             rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
-            for i in range(BLOCK):
+            for i in range(width):
                 entries[left, i] += values[i]
-            for i in range(BLOCK):
+            for i in range(width):
                 entries[right, i] -= values[i]
         for i in range(count):
             for j in range(n):
@@ -170,14 +171,15 @@ def _fill(x, ribs, c, matrix):
 def _sum(x, ribs, jump, out):
     """Integrals of 1/r with the weight ``jump`` of each rib."""
     p, facets, _, along, length = ribs
-    x0, y0, values = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    r = np.empty((p.shape[1], BLOCK))
-    total = np.empty(BLOCK)
-    for first in range(0, x.shape[1], BLOCK):
+    width = min(BLOCK, max(ROOM // p.shape[1], 1))
+    x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
+    r = np.empty((p.shape[1], width))
+    total = np.empty(width)
+    for first in range(0, x.shape[1], width):
         count = _block(x, first, x0, y0)
         for k in range(p.shape[1]):
             px, py = p[0, k], p[1, k]
-            for i in range(BLOCK):
+            for i in range(width):
                 dx, dy = x0[i] - px, y0[i] - py
                 r[k, i] = np.sqrt(dx * dx + dy * dy)
         total[:] = 0.0
@@ -185,6 +187,6 @@ def _sum(x, ribs, jump, out):
             a, b = facets[0, f], facets[1, f]
             ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
             rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
-            for i in range(BLOCK):
+            for i in range(width):
                 total[i] += jump[f] * values[i]
         out[first : first + count] = total[:count]

@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix, eye_array
 
 from ..grids.fan import Fan
 from ..grids.lines import signed_distance
@@ -135,21 +135,10 @@ class LineWeights(EdgeWeights):
 
         Others that reach into the contact carry as much, over the law, as their neighbours do.
         """
-        n, around, touching = len(self.partition), self._neighbours, self.in_contact
-        reaching = self.weighted & ~touching
-        cell, other = around[:, reaching[around[0]] & touching[around[1]]]
+        n, f2c, touching = len(self.partition), self.partition.f2c, self.in_contact
+        pairs = np.hstack([f2c, f2c[::-1]])[:, np.tile(f2c[1] >= 0, 2)]
+        pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & touching[pairs[1]]]
+        cell, other = np.unique(pairs, axis=1)
         share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)
         share *= self.mean[cell] / self.mean[other] / np.bincount(cell, share, n)[cell]
-        return csr_matrix(coo_matrix((share, (cell, other)), shape=(n, n)) + _identity(n))
-
-    @computed_once
-    def _neighbours(self) -> ndarray:
-        """Pairs of cells with a rib in common, both ways."""
-        pairs = self.partition.f2c[:, self.partition.f2c[1] >= 0]
-        pairs = np.hstack([pairs, pairs[::-1]])
-        return np.unique(pairs, axis=1)
-
-
-def _identity(n: int) -> coo_matrix:
-    each = np.arange(n)
-    return coo_matrix((np.ones(n), (each, each)), shape=(n, n))
+        return csr_matrix(coo_matrix((share, (cell, other)), shape=(n, n)) + eye_array(n))

@@ -21,7 +21,7 @@ from ..units import PLAIN, Units
 #: from this turn on a vertex of the plan's convex hull is a corner, unless so many of them are
 #: that they are the nodes of a curve on a coarse mesh
 SHARP, MANY = np.deg2rad(20.0), 12
-#: with more of them and no node between it is a circle
+#: with more of them, and middles of ribs between at most, it is a circle
 ALIKE = 6
 #: what counts as nothing, over the size of what it belongs to
 NEGLIGIBLE = 1e-9
@@ -40,7 +40,7 @@ def outline_corners(partition: Partition) -> ndarray:
 
     Vertices with a sharp turn, along each contour from its lowest one on the left, the largest
     contour first; none of a contour with so many that they are nodes of a curve, nor of one that
-    turns alike in all its nodes, as coarse circles do.
+    turns alike wherever facets meet, as coarse circles do.
     """
     ribs = edge_ribs(partition)
     cells = partition.f2c[0, ribs]
@@ -57,7 +57,7 @@ def outline_corners(partition: Partition) -> ndarray:
         turn = np.arctan2(cross(before, after), (before * after).sum(axis=0))
         sharp = np.abs(turn) > SHARP
         around = abs(np.sign(turn[sharp]).sum())
-        if sharp.any() and around <= (MANY if around < len(turn) else ALIKE):
+        if sharp.any() and around <= (MANY if 2 * around < len(turn) else ALIKE):
             own = p[:, sharp]
             size = np.ptp(p, axis=1).max()
             first = np.lexsort(np.round((own - p.min(axis=1, keepdims=True)) / size, 9))[0]

@@ -1,7 +1,7 @@
-"""Two files of each picture of matplotlib, for light pages and for dark ones.
+"""Pictures without a ground, for light pages and for dark ones.
 
-It draws on no ground. In the twin for dark pages, named ``*.dark.*``, ink is light and pale fills
-are dull; colour maps, and what is drawn on them, stay as they are.
+In the twin for dark pages, named ``*.dark.*``, ink is light and pale fills are dull; colour maps,
+and what is drawn on them, stay as they are.
 """
 
 from colorsys import hls_to_rgb, rgb_to_hls
