@@ -301,7 +301,8 @@ def check_ex25(result):
         assert len(s.contact) == pytest.approx(500, rel=0.1)
         assert (np.abs(errors(shape, s)) < limits).all()
         coarse, fine = result.everywhere[shape][0], result.refined[shape][-1]
-        assert abs(errors(shape, fine)[0]) < 0.5 * abs(errors(shape, coarse)[0])
+        # half of it, or nothing left to win
+        assert abs(errors(shape, fine)[0]) < max(0.5 * abs(errors(shape, coarse)[0]), 3e-5)
         assert fine.force == pytest.approx(s.force)
 
 
@@ -331,7 +332,7 @@ def check_ex27(result):
         _, (corners, areas) = result.differences(kind)
         assert corners.max() < 1.5e-3
         assert areas.max() < 2e-2
-        assert corners[-1] < 0.6 * corners[0]
+        assert corners[-1] < max(0.6 * corners[0], 1.5e-4)  # or nothing left to win
     finest = result.finest
     assert finest.success
     assert finest.complementarity_residual < 1e-10
