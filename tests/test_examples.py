@@ -331,7 +331,7 @@ def check_ex27(result):
         _, (corners, areas) = result.differences(kind)
         assert corners.max() < 1.5e-3
         assert areas.max() < 2e-2
-        assert corners[-1] < 0.6 * corners[0]
+        assert corners[-1] < max(0.6 * corners[0], 1.5e-4)  # or nothing left to win
     finest = result.finest
     assert finest.success
     assert finest.complementarity_residual < 1e-10
