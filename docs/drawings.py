@@ -479,7 +479,7 @@ def graded_by_law() -> Axes:
 @cache
 def eccentric() -> PunchSolution:
     """A circle under an eccentric force."""
-    dual = DualMesh.from_mesh(disc(n=300))
+    dual = DualMesh.from_mesh(disc(n=120))
     return RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(1.0, at=(0.2, 0.1))
 
 
