@@ -198,12 +198,19 @@ class EdgeWeights:
         cell = self.fan.cell
         root = self.root[self.fan.t]
         root = root / self.factor(np.broadcast_to(cell, root.shape), root)
-        starts = np.nonzero(np.diff(cell, prepend=-1))[0]
-        least = np.minimum.reduceat(root.min(axis=0), starts)
-        most = np.maximum.reduceat(root.max(axis=0), starts)
-        weighted = np.zeros(len(self.partition), dtype=bool)
-        weighted[cell[starts]] = most > VARIATION * least
-        return readonly(weighted)
+        least, most = self.extremes(root)
+        return readonly(most > VARIATION * least)
+
+    def extremes(self, values: ndarray) -> ndarray:
+        """Least and greatest values over each cell of what is given in the corners of triangles,
+        (3, m); shape (2, n), inf and -inf where the fan has no triangles."""
+        starts = np.nonzero(np.diff(self.fan.cell, prepend=-1))[0]
+        found = np.tile([[np.inf], [-np.inf]], len(self.partition))
+        found[:, self.fan.cell[starts]] = (
+            np.minimum.reduceat(values.min(axis=0), starts),
+            np.maximum.reduceat(values.max(axis=0), starts),
+        )
+        return found
 
     @computed_once
     def of_triangles(self) -> tuple[ndarray, ndarray]:
