@@ -120,9 +120,7 @@ def cell(partition, i: int) -> np.ndarray:
 @drawing
 def footing() -> Axes:
     """The outline in the drawing of an L-shaped footing."""
-    ax = Plan.read(DATA / "footing.dxf", layer="FOOTING").plot()
-    ax.set_axis_off()
-    return ax
+    return Plan.read(DATA / "footing.dxf", layer="FOOTING").plot(sheet(2.5, 3.3))
 
 
 @drawing
