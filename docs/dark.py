@@ -22,8 +22,8 @@ from PIL import Image
 
 #: lightness of ink up to which, and of fills from which on, colours change, and to what
 INK, PALE, LIGHT_INK, DULL = 0.35, 0.7, 0.9, 0.25
-#: bytes of a PNG from which on 256 colours are enough
-LARGE = 200_000
+#: bytes of a PNG from which on it has fewer pixels; with fewer colours it would show bands
+LARGE = 300_000
 
 
 def twin(path: Path) -> Path:
@@ -40,7 +40,8 @@ def save_twins(figure: Figure, path: Path, **options) -> None:
         figure.savefig(twin(path), **options)
     for file in (path, twin(path)):
         if file.suffix == ".png" and file.stat().st_size > LARGE:
-            Image.open(file).quantize(method=Image.Quantize.FASTOCTREE).save(file)
+            image = Image.open(file)
+            image.resize([3 * n // 4 for n in image.size]).save(file)
 
 
 def darken(figure: Figure) -> None:
