@@ -153,7 +153,7 @@ def test_laws_inside_cells():
     found = (sheared.displacements(CRUST, x, normal=True) - plain)[:, 0] @ traction
     fan = cells.weights.fan
     whole = np.arange(len(fan.cell)), np.repeat(np.eye(3)[..., None], len(fan.cell), axis=2)
-    points = points_in_pieces(cells.partition, cells.weights, fan, whole, 8)
+    points = points_in_pieces(cells.weights, fan, whole, 8)
     arm = points.x - cells.weights.centroids[:, points.cell]
     slopes = cells.slopes.of(traction)[:, points.cell]
     force = points.weight * (traction[points.cell] + np.sum(slopes * arm, axis=0))

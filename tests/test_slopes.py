@@ -66,9 +66,9 @@ def test_linear_functions_are_found(name):
 @pytest.mark.parametrize("name", BASES)
 def test_second_moments_are_those_of_the_law(name):
     slopes = slopes_of(BASES[name])
-    weights, partition = slopes.weights, slopes.weights.partition
+    weights = slopes.weights
     fan = Fan.from_basis(BASES[name])
-    points = points_in_pieces(partition, None, fan, whole(fan, 3), 4)
+    points = points_in_pieces(None, fan, whole(fan, 3), 4)
     near = np.isin(points.cell, weights.fan.cell)
     triangle = weights.fan.locate(points.x[:, near])
     corners = weights.root[weights.fan.t[:, triangle]] ** 2
@@ -94,7 +94,7 @@ def test_settlements_are_those_of_the_pressure(name, ground):
     x = np.hstack([rng.uniform(-1.1, 1.1, (2, 12)), punch.collocation_points[:, ::60]])
     cells = ground, punch.partition, x, punch.weights
     added = (Entries(*cells, law).matrix() - Entries(*cells).matrix()) @ q
-    points = points_in_pieces(punch.partition, punch.weights, punch.fan, whole(punch.fan, 3), 2)
+    points = points_in_pieces(punch.weights, punch.fan, whole(punch.fan, 3), 2)
     arm = points.x - punch.weights.centroids[:, points.cell]
     load = points.weight * np.sum(law.of(q)[:, points.cell] * arm, axis=0)
     distances = (np.hypot(*(points.x - at[:, None])).clip(1e-4) for at in x.T)

@@ -53,9 +53,10 @@ class RigidPunch(Movable, RigidBodies):
     edge : {"singular", "constant"}, optional
         How the pressure varies inside a cell. ``"singular"``, the default of flat punches: like
         the inverse square root of the distance to the edge of the plan, as under the edge of a
-        flat punch. ``"constant"``, the default of shaped ones, whose contact ends inside: not at
-        all, the paper's scheme, whose settlements of flat punches are tens of times less
-        accurate.
+        flat punch, and in its corners by the exponents of their angles. ``"constant"``, the
+        default of shaped ones, whose contact ends inside: not at all but along the line where
+        contact ends. It is the paper's scheme, whose settlements of flat punches are tens of
+        times less accurate.
     edge_boundaries : str, sequence of str or array of int, optional
         The boundaries of the mesh that are such an edge, by their names or as facets; all of
         them by default. Where a punch is rounded off, for example, the pressure does not grow.

@@ -4,8 +4,8 @@ Between the collocation points ground and punch are a little apart, as the press
 cells is not quite right. With pressures ``p`` of the load and ``r`` of a unit force, the work
 ``<r, A p>`` is the position conjugate to that force, which errors of ``p`` and ``r`` enter as a
 product only (Thomson's principle, Betti's reciprocity). It is ``s + <r, e>``: the position ``s``
-by collocation and how far the ground lies below the punch, ``e``, at one point in each sector of
-the cells near the edge.
+by collocation and how far the ground lies below the punch, ``e``, at one point or two in each
+sector of the cells near the edge.
 
 Sources: C. E. Pearson, Theoretical Elasticity (1959), principles of work; R. Becker and
 R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
@@ -61,9 +61,7 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     """Parts of the cells in elements of the mesh, or around the middles of elements; ``twofold``
     with half of the load each on both sides of where it acts, along its longer axis."""
     fan, (mean, off) = weights.fan, weights.of_triangles
-    least, most = np.full(len(weights.weighted), np.inf), np.zeros(len(weights.weighted))
-    np.minimum.at(least, fan.cell, weights.root[fan.t].min(axis=0))
-    np.maximum.at(most, fan.cell, weights.root[fan.t].max(axis=0))
+    least, most = weights.extremes(weights.root[fan.t])
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
     load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
@@ -83,7 +81,7 @@ def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> 
     """Root of the greater principal second moment of the load of sectors about ``x``, along its
     axis, shape (2, m); ``own`` are the triangles of the fan in them."""
     whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
-    points = points_in_pieces(weights.partition, weights, weights.fan, (own, whole), 2)
+    points = points_in_pieces(weights, weights.fan, (own, whole), 2)
     at = sector[points.piece]
     arm = points.x - x[:, at]
     moments = [[np.bincount(at, points.weight * a * b) for a in arm] for b in arm]

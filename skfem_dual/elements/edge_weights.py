@@ -2,9 +2,11 @@
 
 Under a rigid edge the pressure grows like ``1 / sqrt(d)`` with the distance ``d``. Inside a cell
 it is taken as ``q w / mean(w)`` with ``w = phi^(-1/2)``, where ``phi`` interpolates the distance
-linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell. On ground
-that is not homogeneous w has a factor besides, a function of phi: what the pressure under a rigid
-disc of the plan's area is over that on homogeneous ground, see `EdgeLaw`.
+linearly on triangles that fill the cell and ``q`` remains the mean pressure of the cell. Next to
+corners of the plan phi passes into what makes w follow the pressure there, see `wedge_law`, and
+triangles are halved. On ground that is not homogeneous w has a factor besides, a function of phi:
+what the pressure under a rigid disc of the plan's area is over that on homogeneous ground, see
+`EdgeLaw`.
 
 Sources: K. L. Johnson, Contact Mechanics (1985), section 5.1, for the pressure near a rigid edge;
 C. de Boor, Divided differences, Surveys in Approximation Theory 1 (2005), for the formula of
@@ -144,7 +146,7 @@ class EdgeWeights:
         return np.stack([a, b])[:, bent]
 
     def phi_at(self, x: ndarray) -> ndarray:
-        """Distance of points to the edge, but next to corners."""
+        """phi in points of shape (2, m): their distance to the edge, but next to corners."""
         p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
         size = np.sqrt(self.partition.areas.sum())
         distance = distance_to_segments(x, p[:, 0], p[:, 1])
@@ -157,8 +159,8 @@ class EdgeWeights:
     def root(self) -> ndarray:
         """Square root of phi at the points of the fan.
 
-        phi is the distance to the edge there, linear in the triangles: between the nodes of the
-        mesh alone it would miss how far the sides of a curved plan's polygon lie from its corners.
+        phi is exact there and linear in the triangles: between the nodes of the mesh alone it
+        would miss how far the sides of a curved plan's polygon lie from its corners.
         At points of no triangle it has its greatest value.
         """
         fan = self.fan
@@ -198,12 +200,19 @@ class EdgeWeights:
         cell = self.fan.cell
         root = self.root[self.fan.t]
         root = root / self.factor(np.broadcast_to(cell, root.shape), root)
-        starts = np.nonzero(np.diff(cell, prepend=-1))[0]
-        least = np.minimum.reduceat(root.min(axis=0), starts)
-        most = np.maximum.reduceat(root.max(axis=0), starts)
-        weighted = np.zeros(len(self.partition), dtype=bool)
-        weighted[cell[starts]] = most > VARIATION * least
-        return readonly(weighted)
+        least, most = self.extremes(root)
+        return readonly(most > VARIATION * least)
+
+    def extremes(self, values: ndarray) -> ndarray:
+        """Least and greatest values over each cell of what is given in the corners of triangles,
+        (3, m); shape (2, n), inf and -inf where the fan has no triangles."""
+        starts = np.nonzero(np.diff(self.fan.cell, prepend=-1))[0]
+        found = np.tile([[np.inf], [-np.inf]], len(self.partition))
+        found[:, self.fan.cell[starts]] = (
+            np.minimum.reduceat(values.min(axis=0), starts),
+            np.maximum.reduceat(values.max(axis=0), starts),
+        )
+        return found
 
     @computed_once
     def of_triangles(self) -> tuple[ndarray, ndarray]:

@@ -138,6 +138,16 @@ def _block(x, first, x0, y0):
 
 
 @vectorised
+def _distances(p, x0, y0, r):
+    """Put the distances of nodes p from the points of a block into ``r``."""
+    for k in range(p.shape[1]):
+        px, py = p[0, k], p[1, k]
+        for i in range(len(x0)):
+            dx, dy = x0[i] - px, y0[i] - py
+            r[k, i] = np.sqrt(dx * dx + dy * dy)
+
+
+@vectorised
 def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
     p, facets, f2c, along, length = ribs
@@ -148,11 +158,7 @@ def _fill(x, ribs, c, matrix):
     entries = np.empty((n + 1, width))  # the last: outside of the plan
     for first in range(0, x.shape[1], width):
         count = _block(x, first, x0, y0)
-        for k in range(p.shape[1]):
-            px, py = p[0, k], p[1, k]
-            for i in range(width):
-                dx, dy = x0[i] - px, y0[i] - py
-                r[k, i] = np.sqrt(dx * dx + dy * dy)
+        _distances(p, x0, y0, r)
         entries[:] = 0.0
         for f in range(facets.shape[1]):
             a, b, left, right = facets[0, f], facets[1, f], f2c[0, f], f2c[1, f]
@@ -177,11 +183,7 @@ def _sum(x, ribs, jump, out):
     total = np.empty(width)
     for first in range(0, x.shape[1], width):
         count = _block(x, first, x0, y0)
-        for k in range(p.shape[1]):
-            px, py = p[0, k], p[1, k]
-            for i in range(width):
-                dx, dy = x0[i] - px, y0[i] - py
-                r[k, i] = np.sqrt(dx * dx + dy * dy)
+        _distances(p, x0, y0, r)
         total[:] = 0.0
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]

@@ -110,10 +110,7 @@ class LineWeights(EdgeWeights):
     @computed_once
     def weighted(self) -> ndarray:
         """Whether each cell is weighted."""
-        root = self.root[self.fan.t]
-        least, most = np.full(len(self.partition), np.inf), np.zeros(len(self.partition))
-        np.minimum.at(least, self.fan.cell, root.min(axis=0))
-        np.maximum.at(most, self.fan.cell, root.max(axis=0))
+        least, most = self.extremes(self.root[self.fan.t])
         return readonly((most > 1e-6 * self.root.max()) & (most > VARIATION * least))
 
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:

@@ -94,7 +94,7 @@ def load_matrix(
     covered = np.bincount(cell, pieces.share * fan.areas[pieces.first], len(partition))
     _require_covered(partition, covered, partial)
     places = pieces.first, pieces.vertices
-    points = points_in_pieces(partition, weights, fan, places, order + moments)
+    points = points_in_pieces(weights, fan, places, order + moments)
     whole = covered > (1 - MISSING) * partition.areas
     points = _balanced(partition, weights, points, whole)
     acting, n = _acting(partition, weights), len(partition)
@@ -153,11 +153,7 @@ class Points:
 
 
 def points_in_pieces(
-    partition: Partition,
-    weights: EdgeWeights | None,
-    fan: Fan,
-    pieces: tuple[ndarray, ndarray],
-    order: int,
+    weights: EdgeWeights | None, fan: Fan, pieces: tuple[ndarray, ndarray], order: int
 ) -> Points:
     """Points in pieces of triangles of the fan, for polynomials times the weight."""
     triangle, vertices = pieces

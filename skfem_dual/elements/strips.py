@@ -155,7 +155,7 @@ def weighted_strips(
     # a strip of four corners is two triangles; its load is what those carry
     pieces = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=2)
     where = np.tile(triangle, 2), pieces
-    points = points_in_pieces(loads.partition, weights, fan, where, 2)
+    points = points_in_pieces(weights, fan, where, 2)
     carried = points.weight * loads.inside(points.x, points.cell)
     load = np.bincount(points.piece, carried, 2 * len(triangle)).reshape(2, -1).sum(axis=0)
     x, cell = np.einsum("dvk,vck->dck", fan.p[:, fan.t[:, triangle]], corners), fan.cell[triangle]

@@ -133,8 +133,7 @@ def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
             f"{fan.areas.sum():.6g} lies outside. Remedy: a mesh of the whole plan"
         )
     order = basis.elem.maxdeg + target.elem.maxdeg
-    partition = Partition.from_mesh(basis.mesh)
-    points = points_in_pieces(partition, None, fan, (pieces.first, pieces.vertices), order)
+    points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), order)
     out = np.zeros(target.N)
     for part in points.chunks(2**14):
         field = source.values(part.cell, part.x) * values[basis.element_dofs[:, part.cell]]

@@ -154,7 +154,7 @@ def _punch_sections(
         pressure_section(solution, standing),
         bearing_section(footings),
         NONE if not details.points else points_section(footings, []),
-        standing_section(solution, standing),
+        standing_section(standing),
         sliding_section(footings[0]),
         depth_section(footings[0]),
         resultant_section(solution, standing),

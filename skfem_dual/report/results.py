@@ -191,7 +191,7 @@ def isobars_figure(solution: CellPressures, plan: Plan, why: str = "") -> Html:
     return figure(picture, f"Isobars of {quantity} on the plan", caption + ".")
 
 
-def standing_section(solution: PunchSolution, standing: Standing) -> Html:
+def standing_section(standing: Standing) -> Html:
     """Kern and overturning."""
     point, names = standing.force_point, point_names(standing)
     rows: list[tuple] = []
