@@ -15,8 +15,8 @@ from matplotlib.image import imsave
 
 from skfem_dual import ElasticSolution, PunchSolution
 from skfem_dual.grids.surroundings import surroundings
-from skfem_dual.visuals.relief import GROUND, Relief
-from skfem_dual.visuals.style import COLORMAP
+from skfem_dual.visuals.relief import Relief
+from skfem_dual.visuals.style import COLORMAP, GROUND
 
 sys.path.append(str(Path(__file__).parents[1] / "examples"))
 

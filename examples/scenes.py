@@ -7,13 +7,13 @@ all of them z points upwards, and what is pressed down is drawn deeper.
 from collections.abc import Sequence
 
 import numpy as np
-from gallery import BODY, GROUND, sheet
+from gallery import sheet
 from numpy import ndarray
 
 from skfem_dual.visuals.levels import color_range
 from skfem_dual.visuals.relief import Relief
 from skfem_dual.visuals.scene import new_plotter
-from skfem_dual.visuals.style import COLORMAP, CONTACT, SETTLEMENT
+from skfem_dual.visuals.style import BODY, COLORMAP, CONTACT, GROUND, SETTLEMENT
 from skfem_dual.visuals.subject import Subject
 
 #: pixels of a scene, before what is empty around it is cut off
