@@ -26,9 +26,11 @@ def errors(name: str, kind: str, n: int, grid: str, edge: str) -> np.ndarray:
     dual = DualMesh.from_mesh(make(name, kind, n))
     basis = dual.basis() if grid == "dual" else dual.primal_basis()
     punch = RigidPunch(SOIL, basis, edge=edge)
-    central = punch.solve(1.0)
-    eccentric = [punch.solve(1.0, at, unilateral=False).tilt for at in ((1.0, 0.0), (0.0, 1.0))]
-    position = np.array([central.settlement, eccentric[0][0], eccentric[1][1]])
+    central, *eccentric = (
+        punch.solve(1.0, at, unilateral=False) for at in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    )
+    tilts = [found.tilt[i] - central.tilt[i] for i, found in enumerate(eccentric)]
+    position = np.array([central.settlement, *tilts])
     settlement, *tilts = position * PLANS[name].stiffness - 1
     return np.array([settlement, np.abs(tilts).max(), pressure_error(name, central)])
 

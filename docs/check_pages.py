@@ -1,9 +1,9 @@
 """Open built pages in headless Chromium and tell what is wrong: ``check_pages.py FOLDER``.
 
-Every page is opened wide and as wide as a phone. Pictures must load, nothing may be told in the
-console, no page may be wider than the screen, links within the pages must lead somewhere, and
-the search must find a class of the reference, and labels of drawings, SVG files of matplotlib,
-must not cover each other.
+Every page is opened wide and as wide as a phone. Pictures must load and be small, nothing may be
+told in the console, no page may be wider than the screen, links within the pages must lead
+somewhere, the search must find a class of the reference, and labels of drawings, SVG files of
+matplotlib, must not cover each other.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
 pictures of the pages are kept.
 """
@@ -21,6 +21,8 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import unquote, urldefrag, urljoin, urlparse
 
+#: bytes of a picture
+LARGEST = 300_000
 #: width and height of the screens in CSS pixels, and whether they are those of a phone
 SCREENS = {"wide": (1280, 900, False), "phone": (390, 844, True)}
 FLAGS = (
@@ -154,6 +156,9 @@ def check(folder: Path, shots: Path | None = None) -> list[str]:
     if "index.html" not in names:
         raise FileNotFoundError(f"expected built pages in {folder}, found no index.html")
     faults = broken_links(folder)
+    for picture in sorted(folder.glob("_images/*")):
+        if (size := picture.stat().st_size) > LARGEST:
+            faults.append(f"{picture.name}: {size} bytes, more than {LARGEST}")
     with served(folder) as address, browser() as driver:
         for screen, (width, height, phone) in SCREENS.items():
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}

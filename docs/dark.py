@@ -91,7 +91,7 @@ def turned(color):
     if alpha == 0:
         return "none"
     hue, lightness, saturation = rgb_to_hls(*rgb)
-    grey = max(rgb) - min(rgb) < 0.06
+    grey = max(rgb) - min(rgb) < 0.05
     if grey and lightness < INK:
         lightness = LIGHT_INK
     elif lightness > PALE:

@@ -60,9 +60,7 @@ def diagram(width: float = 4.6, height: float = 3.2) -> Axes:
 @drawing
 def footing() -> Axes:
     """The outline in the drawing of an L-shaped footing."""
-    ax = Plan.read(DATA / "footing.dxf", layer="FOOTING").plot()
-    ax.set_axis_off()
-    return ax
+    return Plan.read(DATA / "footing.dxf", layer="FOOTING").plot(sheet(2.5, 3.3))
 
 
 @drawing
@@ -198,7 +196,7 @@ def faulty() -> MeshTri:
 @cache
 def eccentric() -> PunchSolution:
     """A circle under an eccentric force."""
-    dual = DualMesh.from_mesh(disc(n=300))
+    dual = DualMesh.from_mesh(disc(n=120))
     return RigidPunch(HalfSpace(1.0, 0.25), dual.basis()).solve(1.0, at=(0.2, 0.1))
 
 

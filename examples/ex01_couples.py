@@ -57,11 +57,14 @@ def visualize(result: Result):
         ax = pictures[name] = sheet(3.9)
         draw(grids, ax=ax, nodes=True, legend=False)
         ax.set_axis_off()
-        legend_below(ax)
     plane = pictures["whole_plane"]
     for artist in plane.get_children():
         artist.set_clip_on(True)
-    plane.set(xlim=(-2, 2), ylim=(-1.5, 1.5))
+        if artist.get_label() == "boundary":
+            artist.remove()  # a plane has none
+    plane.set(xlim=(-1.95, 1.95), ylim=(-1.4, 1.5))
+    for ax in pictures.values():
+        legend_below(ax)
     fill_cells(pictures["one_type"], result.one_type.polygons)
     return pictures
 

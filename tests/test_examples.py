@@ -593,6 +593,7 @@ SMALL = {
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
     "ex18_table2": {"seeds": 10},
     "ex20_edge_convergence": {"sizes": (60, 150, 350)},
+    "ex22_pressure_bulbs": {"n": 50},
     "ex23_adaptive": {"most": 700},
     "ex24_kern_and_overturning": {"n": 300, "steps": 10},
     "ex25_hertz_and_cone": {"cells": (125, 500), "refinements": 2},

@@ -81,18 +81,22 @@ def test_entries_of_weighted_cells_equal_quadrature(name, ground):
     weights = EdgeWeights.from_basis(BASES[name], partition, edge_ribs(partition))
     x = np.array([[0.31, 1.2, -3.5, 40.0], [0.17, 0.4, 1.0, 3.0]])
     pieces = Pieces.from_partition(partition, weights)
-    loads = [pieces.vertices[:, a:b] for a, b in pairwise(pieces.offsets)]
-    # the part c / r is that of uniform cells here, see `EdgeCorrection`
-    by_piece = np.array(
-        [
-            [by_quadrature(ground, v, xi) - by_quadrature(ground.surface, v, xi) for v in loads]
-            for xi in x.T
-        ]
-    )
-    rest = np.add.reduceat(by_piece * pieces.density, pieces.first, axis=1)
-    alone = influence_matrix(ground.surface, partition, x)
-    D = influence_matrix(ground, partition, x, weights)
-    assert np.abs((D - alone - rest) / alone).max() < 2e-9
+    some = np.arange(len(partition))[:: max(1, len(pieces.density) // 60)]
+    ends = np.append(pieces.first, len(pieces.density))
+
+    def rest(cell, xi):
+        # the part c / r is that of uniform cells here, see `EdgeCorrection`
+        total = 0.0
+        for k in range(ends[cell], ends[cell + 1]):
+            v = pieces.vertices[:, pieces.offsets[k] : pieces.offsets[k + 1]]
+            more = by_quadrature(ground, v, xi) - by_quadrature(ground.surface, v, xi)
+            total += pieces.density[k] * more
+        return total
+
+    alone = influence_matrix(ground.surface, partition, x)[:, some]
+    D = influence_matrix(ground, partition, x, weights)[:, some]
+    expected = np.array([[rest(cell, xi) for cell in some] for xi in x.T])
+    assert np.abs((D - alone - expected) / alone).max() < 2e-9
 
 
 @pytest.mark.parametrize("name", GROUNDS)

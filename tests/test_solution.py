@@ -53,11 +53,11 @@ def test_settlement_and_tilt_at_600_cells(mesh, stiffness, grid):
 
 @pytest.mark.parametrize("grid", GRIDS)
 def test_order_of_convergence(grid):
-    """Settlement of the disc: better than first order in the size of the cells."""
+    """Settlement of the disc: better than first order by collocation, and closer by work."""
     found = [solve(disc(k), grid) for k in (2, 4)]
-    e = [abs(s.settlement * 2 - 1) for s in found]
-    assert e[1] < 3e-4
+    e = [abs(s.collocated_settlement * 2 - 1) for s in found]
     assert np.log2(e[0] / e[1]) / 2 > 1.4
+    assert abs(found[1].settlement * 2 - 1) < min(5e-5, e[1])
 
 
 def test_constant_cells_are_tens_of_times_less_accurate():
@@ -93,7 +93,7 @@ def test_pressure_at_points_has_the_means_of_the_cells(grid, edge):
     """Quadrature of the pressure over cells gives back the unknowns."""
     solution = solve(perturbed(rectangle(4), 0.05), grid, at=(0.2, 0.1), edge=edge)
     fan = solution.punch.fan
-    fine = MeshTri.init_refdom().refined(5)
+    fine = MeshTri.init_refdom().refined(4)
     share = np.vstack([1 - fine.p.sum(axis=0), fine.p])[:, fine.t].mean(axis=1)
     x = np.einsum("ikt,ks->its", fan.p[:, fan.t], share)
     p = solution.pressure_at(x.reshape(2, -1)).reshape(x.shape[1:])

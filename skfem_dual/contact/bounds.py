@@ -16,12 +16,15 @@ from ..grids.polygons import readonly
 from ..operators.symmetry import Symmetry
 from .work import Member
 
-#: least half of a width, over the size of the quantity: quadrature of the entries
-FLOOR = 1e-5
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
-#: in full contact, lifted off and of shaped punches, where grids share the error of the line of
-#: contact
-FULL, LIFTED, SHAPED = (0.8, 0.9), (0.9, 1.7), (3.0, 3.0)
+#: from those on triangles, of flat punches with edge-weighted cells; from those with a line of
+#: contact, of shaped ones with one; from those that are known to be worse, of both
+TRIANGLES, LINE, WORSE = (2.0, 1.5), (2.0, 2.0), 0.4
+#: the same with constant pressures: in full contact, lifted off and of shaped punches
+FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
+#: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
+#: contact, and where contact ends with the cells
+FLOOR, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.01, 0.01), (0.2, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -48,11 +51,13 @@ class Bounds:
     Notes
     -----
     The same problem is solved on the other grid of the mesh. The middle is the position on dual
-    cells, the width follows from the farthest of the others: by collocation and by the work of
-    the pressures, on dual cells and on triangles. With constant pressures the middle is the
-    solution's position, the others are those of dual cells collocated in their nodes, which
-    settle too little, and of triangles, which settle too much. Inclinations differ by the length
-    of the vector. `benchmarks/bounds.py` has the factors and counts how often the bounds hold.
+    cells, the width follows from the farthest of those on triangles, by collocation and by the
+    work of the pressures, and less from the others on dual cells. With constant pressures the
+    middle is the solution's position, the others are those of dual cells collocated in their
+    nodes, which settle too little, of their centroids, and of triangles, which settle too much;
+    of shaped punches those with a line of contact count more, and without one errors are known
+    to no less than the part of a cell. Inclinations differ by the length of the vector.
+    `benchmarks/bounds.py` counts how often the bounds of flat punches hold.
     """
 
     at: Pair
@@ -79,19 +84,10 @@ class Bounds:
         load = solution.load
         at = load.point or (0.0, 0.0) if load.force is not None else (0.0, 0.0)
         to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
-        own, *others = (s.positions @ to_point.T for s in (solution, *_on_other_grids(solution)))
-        singular, on_dual = solution.punch.edge == "singular", solution.footprint.on_dual_cells
-        best = others[0][0] if singular and not on_dual else own[0]
-        off = np.abs(np.vstack([own, *others]) - best)
-        full = len(solution.contact) == len(solution.pressure)
-        settlement, tilt = (FULL if full else LIFTED) if solution.punch.gap is None else SHAPED
-        if not singular:
-            settlement = tilt = max(settlement, tilt)
-        farthest = off[:, 0].max(), np.hypot(*off[:, 1:].T).max()
-        half = np.array([settlement, tilt, tilt]) * np.array(farthest)[[0, 1, 1]]
-        length = np.sqrt(solution.footprint.partition.areas.sum())
-        size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
-        half = np.maximum(half, max(FLOOR, solution.footprint.rtol or 0.0) * size)
+        on_others = list(_on_other_grids(solution))
+        own, *others = (s.positions @ to_point.T for s in (solution, *on_others))
+        best = others[0][0] if _weighted(solution) and not _on_dual(solution) else own[0]
+        half = _half(solution, on_others, best, [own, *others])
         imposed = np.array([load.settlement is not None, *[load.tilt is not None] * 2])
         half[imposed] = 0.0
         by: list[tuple[Side, Side]] = [
@@ -120,6 +116,43 @@ class Bounds:
     def __repr__(self) -> str:
         lines = [f"  {name}: {line}" for name, line in self.lines().items()]
         return "\n".join(["<skfem_dual Bounds object>", *lines])
+
+
+def _on_dual(solution: Any) -> bool:
+    return bool(solution.footprint.on_dual_cells)
+
+
+def _weighted(solution: Any) -> bool:
+    """Whether it is flat with pressures that grow to the edge inside the cells."""
+    return solution.punch.edge == "singular" and solution.punch.gap is None
+
+
+def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[ndarray]) -> ndarray:
+    """Half of the widths of settlement, Lx and Ly about the best of all positions."""
+    found = [solution, *on_others]
+    full = len(solution.contact) == len(solution.pressure)
+    least, worse = BY_CELLS, WORSE
+    if _weighted(solution):
+        factors, closer = TRIANGLES, [not _on_dual(s) for s in found]
+    elif solution.line is not None:
+        factors, closer = LINE, [s.line is not None for s in found]
+        if not any(closer[1:]):
+            least = ENDS_WITH_CELLS
+    else:
+        worse = SHAPED if solution.punch.gap is not None else FULL if full else LIFTED
+        factors, closer = (worse, worse), [True] * len(found)
+        if solution.punch.gap is not None and not full:
+            least = ENDS_WITH_CELLS
+    half = np.zeros(3)
+    for some, close in zip(positions, closer, strict=True):
+        off = np.abs(some - best)
+        farthest = np.array([off[:, 0].max(), np.hypot(*off[:, 1:].T).max()])
+        by = np.array(factors) if close else worse
+        half = np.maximum(half, (by * farthest)[[0, 1, 1]])
+    length = np.sqrt(solution.footprint.partition.areas.sum())
+    size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
+    floor = np.array(least)[[0, 1, 1]] / len(solution.contact)
+    return np.maximum(half, np.maximum(floor, max(FLOOR, solution.footprint.rtol or 0.0)) * size)
 
 
 def why_none(solution: Any) -> str:
@@ -157,8 +190,8 @@ def _on_other_grids(solution: Any) -> Iterator[Any]:
     punch = solution.punch
     on_dual = solution.footprint.on_dual_cells
     wanted = [("primal" if on_dual else "dual", "centroid")]
-    if punch.edge == "constant":  # settle too little, and too much
-        wanted = [("dual", "node"), ("primal", "centroid")]
+    if punch.edge == "constant":  # the first settles too little, the last too much
+        wanted = [("dual", "node"), ("dual", "centroid"), ("primal", "centroid")]
     for grid, collocation in wanted:
         if (grid, collocation) == ("dual" if on_dual else "primal", punch.collocation):
             continue

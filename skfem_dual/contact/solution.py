@@ -114,7 +114,7 @@ class PunchSolution(CellPressures):
         return cls(
             punch=punch,
             load=load,
-            pressure=readonly(pressure),
+            pressure=pressure,
             gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
             collocated_settlement=float(position[0] - position[1:] @ shift),
             collocated_tilt=readonly(position[1:]),

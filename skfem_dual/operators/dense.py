@@ -21,7 +21,7 @@ from ..kernels.threads import Threads
 
 #: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
 #: the fourth power
-EXACT_RADII = 4.5
+EXACT_RADII = 5.0
 #: third moments count up to where they make so many times the error of a cell's settlement
 THIRD = 30.0
 #: cells that are looked at together
