@@ -36,6 +36,7 @@ def save_twins(figure: Figure, path: Path, **options) -> None:
     with plt.rc_context(STYLE):
         figure.savefig(path, **options)
         darken(figure)
+        figure.set_layout_engine("none")  # all stands in its place
         figure.savefig(twin(path), **options)
     for file in (path, twin(path)):
         if file.suffix == ".png" and file.stat().st_size > LARGE:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from gallery import GROUND, chart, run, sheet, without_axes
+from gallery import chart, run, sheet, without_axes
 from numpy import ndarray
 from skfem import CellBasis, ElementQuad0, ElementTriP1, MeshQuad, MeshTri
 
@@ -25,7 +25,7 @@ from skfem_dual import DualMesh, HalfSpace, InfluenceOperator, PunchSolution, Ri
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.grids.generate import disc
 from skfem_dual.operators.iterative import solve_many
-from skfem_dual.visuals.style import COLORMAP, OUTLINE
+from skfem_dual.visuals.style import COLORMAP, GROUND, OUTLINE
 
 SOIL = HalfSpace(young=1.0, poisson=0.25)
 ECCENTRICITY = 0.25
@@ -167,16 +167,21 @@ def visualize(result: Result):
     }
 
 
+def relative(s: PunchSolution) -> ndarray:
+    """Pressures over the mean of the cells in contact, as the grid has them."""
+    n = round(np.sqrt(len(s.pressure)))
+    return s.pressure.reshape(n, n) / s.pressure[s.contact].mean()
+
+
 def draw_contact(s: PunchSolution):
-    """Pressures over the mean of the cells in contact, on the colour of the others."""
+    """Pressures of the cells in contact, on the colour of the others."""
     from matplotlib import colormaps
 
-    n = round(np.sqrt(len(s.pressure)))
-    p = s.pressure.reshape(n, n) / s.mean_pressure
+    p = relative(s)
     ax, colors = sheet(3.9), colormaps[COLORMAP].with_extremes(bad=GROUND)
     image = ax.imshow(np.where(p > 0, p, np.nan).T, vmin=0, vmax=3, cmap=colors, origin="lower")
     ax.figure.colorbar(image, label="p / mean p in contact", extend="max", shrink=0.8)
-    ax.set_title(f"{len(s.contact):,} of {n * n:,} cells".replace(",", " "))
+    ax.set_title(f"{len(s.contact):,} of {p.size:,} cells".replace(",", " "))
     return ax
 
 
@@ -184,9 +189,9 @@ def draw_corner(s: PunchSolution):
     """The heights of a corner, 300 cells wide, and the pressure on their peaks."""
     from scenes import add, shown, stage
 
-    n = round(np.sqrt(len(s.pressure)))
-    m = min(n, 300)
-    gap, p = (v.reshape(n, n)[:m, :m] for v in (s.punch.gap, s.pressure / s.mean_pressure))
+    p = relative(s)
+    m = min(len(p), 300)
+    gap, p = (v[:m, :m] for v in (s.punch.gap.reshape(p.shape), p))
     x = np.array(np.meshgrid(np.arange(m), np.arange(m), indexing="ij")).reshape(2, -1) / m
     i = np.arange(m * m).reshape(m, m)
     faces = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]]).reshape(4, -1)
