@@ -12,12 +12,15 @@ from typing import Any
 import numpy as np
 import pyvista
 from matplotlib.image import imsave
-from numpy import ndarray
 
 from skfem_dual import ElasticSolution, PunchSolution
 from skfem_dual.grids.surroundings import surroundings
-from skfem_dual.visuals.relief import GROUND, Relief
-from skfem_dual.visuals.style import COLORMAP
+from skfem_dual.visuals.relief import Relief
+from skfem_dual.visuals.style import COLORMAP, GROUND
+
+sys.path.append(str(Path(__file__).parents[1] / "examples"))
+
+from scenes import add, cropped
 
 PAGE = Path(__file__).parent / "index.md"
 #: pixels of a picture before it is cropped
@@ -33,14 +36,6 @@ def programs() -> list[str]:
     return re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
 
 
-def add(plotter: pyvista.Plotter, points: ndarray, faces: ndarray, **options: Any) -> None:
-    """A surface of points (3, n) and faces (k, m), with the colours of all pictures."""
-    if "scalars" in options:
-        options |= {"cmap": COLORMAP, "show_scalar_bar": False}
-    mesh = pyvista.PolyData.from_regular_faces(points.T, faces.T)
-    plotter.add_mesh(mesh, ambient=0.4, diffuse=0.65, **options)
-
-
 def relief(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
     """The contact pressure as a body on the ground, cut off near the edge."""
     basis, p = solution.pressure_field()
@@ -49,11 +44,12 @@ def relief(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
     around, t = surroundings(solution.punch.partition, solution.punch.fan, 0.1)
     add(plotter, np.vstack([around, np.zeros_like(around[0])]), t, color=GROUND)
     top = np.vstack([mesh.p, HEIGHT / HIGHEST * np.ptp(mesh.p, axis=1).max() * p])
-    add(plotter, top, mesh.t, scalars=p, clim=clim, smooth_shading=True)
+    look = {"clim": clim, "cmap": COLORMAP}
+    add(plotter, top, mesh.t, scalars=p, smooth_shading=True, **look)
     a, b = mesh.facets[:, mesh.boundary_facets()]
     wall = np.stack([a, b, b + len(p), a + len(p)])
     foot = top * [[1], [1], [0]]
-    add(plotter, np.hstack([top, foot]), wall, scalars=np.append(p, 0 * p), clim=clim)
+    add(plotter, np.hstack([top, foot]), wall, scalars=np.append(p, 0 * p), **look)
 
 
 def deflected(plotter: pyvista.Plotter, solution: ElasticSolution) -> None:
@@ -61,7 +57,7 @@ def deflected(plotter: pyvista.Plotter, solution: ElasticSolution) -> None:
     shapes = Relief.of(solution)
     add(plotter, shapes.ground.p, shapes.ground.faces.T, color=GROUND, smooth_shading=True)
     bent, w = shapes.structure, shapes.displacement
-    add(plotter, bent.p, bent.faces.T, scalars=w, smooth_shading=True)
+    add(plotter, bent.p, bent.faces.T, scalars=w, cmap=COLORMAP, smooth_shading=True)
 
 
 def sunk(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
@@ -75,7 +71,8 @@ def sunk(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
     basis, p = solution.pressure_field()
     p, x = p[basis.nodal_dofs[0]] / solution.mean_pressure, basis.mesh.p
     z = -scale * solution.punch_displacement(x)
-    add(plotter, np.vstack([x, z]), basis.mesh.t, scalars=p, clim=(p.min(), 1.3))
+    look = {"scalars": p, "clim": (p.min(), 1.3), "cmap": COLORMAP}
+    add(plotter, np.vstack([x, z]), basis.mesh.t, **look)
     cells = punch.partition.polygons
     z = 0.003 * size - scale * solution.punch_displacement(cells.p)
     loops = np.split(cells.indices, cells.offsets[1:-1])
@@ -92,12 +89,6 @@ PICTURES: dict[str, Callable[[pyvista.Plotter, Any], None]] = {
 }
 
 
-def cropped(image: ndarray) -> ndarray:
-    """A picture without the transparent rows and columns around what is drawn, (m, n, 4)."""
-    rows, columns = (np.flatnonzero(image[..., 3].any(axis=axis)) for axis in (1, 0))
-    return np.ascontiguousarray(image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
-
-
 def draw_front(folder: Path) -> None:
     """Run the programs of the page and write their pictures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -110,7 +101,8 @@ def draw_front(folder: Path) -> None:
         plotter.view_vector((-0.35, -1.0, 0.85), (0, 0, 1))
         plotter.camera.zoom(1.3)
         plotter.enable_anti_aliasing("ssaa")
-        imsave(folder / f"{name}.png", cropped(plotter.screenshot(transparent_background=True)))
+        image = plotter.screenshot(transparent_background=True)
+        imsave(folder / f"{name}.png", np.ascontiguousarray(cropped(image)))
         plotter.close()
 
 

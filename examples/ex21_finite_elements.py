@@ -15,13 +15,14 @@ settlement for R to infinity, to 1e-4.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import GROUND, chart, run
+from gallery import chart, run
 from numpy import ndarray
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, condense
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, PunchSolution, RigidPunch
 from skfem_dual.grids.generate import disc
+from skfem_dual.visuals.style import GROUND
 
 POISSON = 0.25
 GRADIENTS = {"homogeneous": 0.0, "graded": 1.0}

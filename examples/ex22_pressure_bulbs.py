@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from gallery import BODY, chart, run
+from gallery import chart, run
 from skfem import CellBasis
 
 from skfem_dual import (
@@ -127,7 +127,7 @@ def draw_bulb(bulb: Bulb):
     import pyvista
     from scenes import MATTE, add, add_line, plate, shown, stage
 
-    from skfem_dual.visuals.style import OUTLINE, STRESS
+    from skfem_dual.visuals.style import BODY, OUTLINE, STRESS
 
     x, y, z = bulb.lines
     limits, plotter = (0.0, 0.8), stage()

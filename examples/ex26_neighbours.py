@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import BODY, chart, run, sheet, without_axes
+from gallery import chart, run, sheet, without_axes
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
@@ -19,7 +19,7 @@ from skfem_dual.contact.group import RigidPunches
 from skfem_dual.contact.group_solution import PunchesSolution
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.grids.generate import rectangle
-from skfem_dual.visuals.style import CONTACT, OUTLINE
+from skfem_dual.visuals.style import BODY, CONTACT, OUTLINE
 
 SOIL = HalfSpace(young=1.0, poisson=0.0)  # E* = 1, with a = P = 1
 #: clear distance of the footings pictured, the forces on both, and levels of isobars

@@ -15,7 +15,7 @@ soft one hands its load on to the ground as it is.
 from dataclasses import dataclass
 
 import numpy as np
-from gallery import GROUND, chart, run
+from gallery import chart, run
 from numpy import ndarray
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
@@ -222,7 +222,7 @@ def draw_settlements(result: Result):
 
 def draw_section(b: Block, scale: float = 0.15):
     """The plane y = 0 of block and ground, displacements drawn so many times q a / E."""
-    from skfem_dual.visuals.style import OUTLINE, STRESS
+    from skfem_dual.visuals.style import GROUND, OUTLINE, STRESS
 
     ax, mesh = chart(3.9), b.basis.mesh
     plane = mesh.nodes_satisfying(lambda x: np.isclose(x[1], 0))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from gallery import GROUND, chart, run, sheet, without_axes
+from gallery import chart, run, sheet, without_axes
 from numpy import ndarray
 from skfem import CellBasis, ElementQuad0, ElementTriP1, MeshQuad, MeshTri
 
@@ -25,7 +25,7 @@ from skfem_dual import DualMesh, HalfSpace, InfluenceOperator, PunchSolution, Ri
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.grids.generate import disc
 from skfem_dual.operators.iterative import solve_many
-from skfem_dual.visuals.style import COLORMAP, OUTLINE
+from skfem_dual.visuals.style import COLORMAP, GROUND, OUTLINE
 
 SOIL = HalfSpace(young=1.0, poisson=0.25)
 ECCENTRICITY = 0.25

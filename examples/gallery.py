@@ -9,8 +9,6 @@ import numpy as np
 
 #: inches; as wide as a phone on a phone
 WIDTH = 4.8
-#: colours of ground and of what stands on it
-GROUND, BODY = "#cdbfa8", "#b8bcc2"
 #: of cells beside each other
 SHADES = ("#f6d9d0", "#dfe6ee", "#f0b9a8", "#c3d4e6", "#f3e3c3")
 #: of all pictures: large letters and thick lines on no ground, for light pages and dark ones

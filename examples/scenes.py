@@ -7,13 +7,13 @@ all of them z points upwards, and what is pressed down is drawn deeper.
 from collections.abc import Sequence
 
 import numpy as np
-from gallery import BODY, GROUND, sheet
+from gallery import sheet
 from numpy import ndarray
 
 from skfem_dual.visuals.levels import color_range
 from skfem_dual.visuals.relief import Relief
 from skfem_dual.visuals.scene import new_plotter
-from skfem_dual.visuals.style import COLORMAP, CONTACT, SETTLEMENT
+from skfem_dual.visuals.style import BODY, COLORMAP, CONTACT, GROUND, SETTLEMENT
 from skfem_dual.visuals.subject import Subject
 
 #: pixels of a scene, before what is empty around it is cut off
@@ -47,10 +47,8 @@ def shown(
     plotter.camera_position = [tuple(eye), (0, 0, 0), (0, 0, 1)]
     plotter.reset_camera()
     plotter.enable_anti_aliasing("msaa", multi_samples=8)
-    image = plotter.screenshot(transparent_background=True, return_img=True)
+    image = cropped(plotter.screenshot(transparent_background=True, return_img=True))
     plotter.close()
-    rows, columns = (np.nonzero(image[..., 3].any(axis=i))[0] for i in (1, 0))
-    image = image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     # wide enough for letters to be as large as in other pictures
     missing = max(0, int(BREADTH * len(image)) - image.shape[1])
     image = np.pad(image, ((0, 0), (missing // 2, missing - missing // 2), (0, 0)))
@@ -62,6 +60,12 @@ def shown(
         ticks = MaxNLocator(4)
         ax.figure.colorbar(colored, ax=ax, label=label, ticks=ticks, **place | (bar or {}))
     return ax
+
+
+def cropped(image: ndarray) -> ndarray:
+    """A picture without the transparent rows and columns around what is drawn, (m, n, 4)."""
+    rows, columns = (np.flatnonzero(image[..., 3].any(axis=axis)) for axis in (1, 0))
+    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
 def add(plotter, p: ndarray, faces: ndarray, **options):

@@ -8,6 +8,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0
 from skfem_dual import Bounds, DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.generate import disc as fine_disc
+from skfem_dual.grids.generate import rectangle as fine_rectangle
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -95,11 +96,26 @@ def test_triangles_of_an_ordinary_basis():
     assert found.settlement == pytest.approx(known.settlement, rel=1e-10)
 
 
-def test_shaped_punches():
+@pytest.mark.parametrize("n", [100, 250])
+def test_meshes_graded_to_the_edge(n):
+    """Where the positions on both grids may agree better than each with the exact one."""
+    low, high = solve(
+        fine_rectangle(2.0, 2.0, n=n, graded=0.3), load={"force": 1.0}
+    ).bounds.settlement
+    assert low < 0.433916 < high
+    assert high - low < 5e-4 * high
+
+
+@pytest.mark.parametrize(
+    ("n", "radius", "width"), [(250, 0.6, 2e-3), (150, 0.45, 3e-2)], ids=["line", "cells"]
+)
+def test_shaped_punches(n, radius, width):
     """A paraboloid: approach a^2 / R, P = 4 E* a^3 / 3 R."""
-    found = solve(fine_disc(n=250), load={"force": 4 / 3 * 0.6**3}, gap=Paraboloid(1.0))
+    found = solve(fine_disc(n=n), load={"force": 4 / 3 * radius**3}, gap=Paraboloid(1.0))
+    assert (found.line is not None) == (width < 0.01)
     low, high = found.bounds.settlement
-    assert low < 0.36 < high
+    assert low < radius**2 < high
+    assert high - low < width * radius**2
 
 
 def test_printed():

@@ -45,6 +45,7 @@ def place(text: str) -> tuple[float, float]:
 
 
 def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
     parser = Parser(
         prog="skfem-dual",
         description="Dual grids of triangulations and rigid punches on an elastic half-space.",

@@ -24,7 +24,7 @@ TRIANGLES, LINE, WORSE = (2.0, 1.5), (2.0, 2.0), 0.4
 FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 #: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
 #: contact, and where contact ends with the cells
-FLOOR, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.01, 0.01), (0.2, 0.5)
+FLOOR, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.02, 0.01), (0.2, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -129,20 +129,17 @@ def _weighted(solution: Any) -> bool:
 
 def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[ndarray]) -> ndarray:
     """Half of the widths of settlement, Lx and Ly about the best of all positions."""
-    found = [solution, *on_others]
+    found, shaped = [solution, *on_others], solution.punch.gap is not None
     full = len(solution.contact) == len(solution.pressure)
-    least, worse = BY_CELLS, WORSE
-    if _weighted(solution):
-        factors, closer = TRIANGLES, [not _on_dual(s) for s in found]
-    elif solution.line is not None:
+    factors, worse = TRIANGLES, WORSE
+    closer = [not _on_dual(s) for s in found]
+    if solution.line is not None:
         factors, closer = LINE, [s.line is not None for s in found]
-        if not any(closer[1:]):
-            least = ENDS_WITH_CELLS
-    else:
-        worse = SHAPED if solution.punch.gap is not None else FULL if full else LIFTED
-        factors, closer = (worse, worse), [True] * len(found)
-        if solution.punch.gap is not None and not full:
-            least = ENDS_WITH_CELLS
+    elif not _weighted(solution):
+        worse = SHAPED if shaped else FULL if full else LIFTED
+        closer = [False] * len(found)
+    ends = shaped and not full and not any(closer[1:])
+    least = ENDS_WITH_CELLS if ends else BY_CELLS
     half = np.zeros(3)
     for some, close in zip(positions, closer, strict=True):
         off = np.abs(some - best)
@@ -151,7 +148,7 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
         half = np.maximum(half, (by * farthest)[[0, 1, 1]])
     length = np.sqrt(solution.footprint.partition.areas.sum())
     size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
-    floor = np.array(least)[[0, 1, 1]] / len(solution.contact)
+    floor = np.array(least)[[0, 1, 1]] / max(len(solution.contact), 1)
     return np.maximum(half, np.maximum(floor, max(FLOOR, solution.footprint.rtol or 0.0)) * size)
 
 

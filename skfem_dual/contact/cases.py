@@ -15,7 +15,7 @@ from .cases_solution import CasesSolution
 from .load import Constraints, Load
 from .many import ManyLoads
 from .problem import Contact
-from .rigid import RigidBodies
+from .rigid import How, RigidBodies
 from .solution import PunchSolution
 from .system import Method, progress_bars
 from .unilateral import COARSEST
@@ -110,9 +110,8 @@ def solve_cases(
     answers: list[tuple[PunchSolution, ...] | None] = [None] * len(names)
     rough = []
     begin = perf_counter()
-    for k, (contact, position) in _verified(
-        problem, imposed, unilateral, method, gap_rtol, progress
-    ).items():
+    how = How(unilateral, method, gap_rtol)
+    for k, (contact, position) in _verified(problem, imposed, how, progress).items():
         timings = problem.timings | {"all cases": perf_counter() - begin}
         answers[k] = problem.answers(loads[k], contact, position, timings)
         messages[k] = contact.message or contact.description
@@ -122,21 +121,16 @@ def solve_cases(
 
 
 def _verified(
-    problem: RigidBodies,
-    imposed: dict[int, Constraints],
-    unilateral: bool,
-    method: Method,
-    gap_rtol: float,
-    progress: bool,
+    problem: RigidBodies, imposed: dict[int, Constraints], how: How, progress: bool
 ) -> dict[int, tuple[Contact, ndarray]]:
     """Contact and position in the cases, with success only where the equations hold."""
     if not imposed:
         return {}
     given, system = list(imposed.values()), problem.system
-    verify = problem.verification(given[0], unilateral, gap_rtol)
+    verify = problem.verification(given[0], how)
     with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
-        many = ManyLoads(system, problem.cells, given, method, gap_rtol)
-        found = many.solve(unilateral)
+        many = ManyLoads(system, problem.cells, given, how.method, how.gap_rtol)
+        found = many.solve(how.unilateral)
         pressure = np.column_stack([contact.pressure for contact, _ in found])
         if not np.isfinite(pressure).all():
             raise ConvergenceError("the loads are too large for floating-point numbers")
@@ -146,6 +140,5 @@ def _verified(
         for number, ((k, c), (contact, position), w) in enumerate(every):
             known = replace(verify, constraints=c)(contact, position, w), position
             shared = partial(many.flattened, number)
-            how = unilateral, method, gap_rtol
-            answers[k] = problem.contact(c, *how, found=known, shared=shared)
+            answers[k] = problem.contact(c, how, found=known, shared=shared)
         return answers

@@ -38,7 +38,7 @@ from .neighbours import (
 )
 from .problem import Contact, warn_of
 from .punch import RigidPunch
-from .rigid import RigidBodies, Shared
+from .rigid import How, RigidBodies, Shared
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
@@ -279,9 +279,10 @@ class RigidPunches(RigidBodies):
         everything = self.constraints(given, unilateral)
         pressures = self._pressures_of(start)
         begin = perf_counter()
-        how = unilateral, method, gap_rtol
         with progress_bars(progress):
-            contact, position = self.contact(everything, *how, pressures)
+            contact, position = self.contact(
+                everything, How(unilateral, method, gap_rtol), pressures
+            )
         timings = self.timings | {"solution": perf_counter() - begin}
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
@@ -291,17 +292,15 @@ class RigidPunches(RigidBodies):
         constraints: Constraints,
         flat: ndarray,
         start: ndarray | None,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
-        shared: Shared | None = None,
+        how: How,
+        shared: Shared | None,
     ) -> tuple[Contact, ndarray]:
         """Of bodies under a frame with it."""
         if self.stiffness is None:
-            return super()._find(constraints, flat, start, unilateral, method, gap_rtol, shared)
+            return super()._find(constraints, flat, start, how, shared)
         system = self.flattened_system(flat) if flat.any() else self.system
         framed = FramedSystem(system, self.stiffness, constraints)
-        return framed.solve(unilateral, method, start, gap_rtol, self._rtol)
+        return framed.solve(how.unilateral, how.method, start, how.gap_rtol, self._rtol)
 
     def solve_many(self, cases: Cases, **options: Any) -> tuple[CasesSolution, ...]:
         """Many load cases, each with one load for each body; answers for each punch.

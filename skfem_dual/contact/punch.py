@@ -26,7 +26,7 @@ from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import holding
 from .pressures import CellPressures
 from .problem import Contact, warn_of
-from .rigid import RigidBodies
+from .rigid import How, RigidBodies
 from .shapes import Gap
 from .solution import PunchSolution
 from .stiffness import Movable
@@ -301,9 +301,9 @@ class RigidPunch(Movable, RigidBodies):
         constraints = self.constraints((load,), unilateral)
         pressures = None if start is None else self.pressures_of(start)
         begin = perf_counter()
-        how = unilateral, method, gap_rtol
+        how = How(unilateral, method, gap_rtol)
         with progress_bars(progress):
-            contact, position = self.contact(constraints, *how, pressures)
+            contact, position = self.contact(constraints, how, pressures)
             if unilateral:
                 contact, position = with_line_law(self, constraints, contact, position)
         warn_of(contact)

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -19,6 +19,14 @@ from .verify import Verification
 
 #: contact and position by equations with some flat cells, from pressures to begin with, if any
 Shared = Callable[[ContactSystem, ndarray, ndarray | None], tuple[Contact, ndarray] | None]
+
+
+class How(NamedTuple):
+    """How contact is found; arguments of `RigidPunch.solve`."""
+
+    unilateral: bool
+    method: Method
+    gap_rtol: float
 
 
 class RigidBodies(ABC):
@@ -82,19 +90,15 @@ class RigidBodies(ABC):
     ) -> tuple[PunchSolution, ...]:
         """Of each punch, from contact and positions of all."""
 
-    def verification(
-        self, constraints: Constraints, unilateral: bool, gap_rtol: float
-    ) -> Verification:
+    def verification(self, constraints: Constraints, how: How) -> Verification:
         """What is asked of an answer."""
-        rows = self.exact_rows
-        return Verification(self.system, constraints, unilateral, rows, self._rtol, gap_rtol)
+        known = how.unilateral, self.exact_rows, self._rtol, how.gap_rtol
+        return Verification(self.system, constraints, *known)
 
     def contact(
         self,
         constraints: Constraints,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
+        how: How,
         start: ndarray | None = None,
         found: tuple[Contact, ndarray] | None = None,
         shared: Shared | None = None,
@@ -105,28 +109,26 @@ class RigidBodies(ABC):
         """
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self._find(constraints, flat, start, unilateral, method, gap_rtol, shared)
+            return self._find(constraints, flat, start, how, shared)
 
         # infinite loads are refused there
         with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(len(self.cells)):
-            return solved(self.cells, find, unilateral, start, found)
+            return solved(self.cells, find, how.unilateral, start, found)
 
     def _find(
         self,
         constraints: Constraints,
         flat: ndarray,
         start: ndarray | None,
-        unilateral: bool,
-        method: Method,
-        gap_rtol: float,
-        shared: Shared | None = None,
+        how: How,
+        shared: Shared | None,
     ) -> tuple[Contact, ndarray]:
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
         system = self.flattened_system(flat) if flat.any() else self.system
         known = None if shared is None else shared(system, flat, start)
         contact, position = known or contact_of(
-            system, constraints, unilateral, method, start, gap_rtol
+            system, constraints, how.unilateral, how.method, start, how.gap_rtol
         )
-        verify = self.verification(constraints, unilateral, gap_rtol)
+        verify = self.verification(constraints, how)
         rows = self.cells.flattened_rows(verify.exact, flat)
         return replace(verify, system=system, exact=rows)(contact, position), position

@@ -17,7 +17,7 @@ from .isolines import smooth_line
 from .levels import color_range, common_exponent, round_ticks, short_numbers, title_with_factor
 from .offscreen import one_at_a_time
 from .scene import add_bar, new_plotter
-from .style import COLORMAP, CONTACT, OUTLINE, checked_style
+from .style import BODY, COLORMAP, CONTACT, GROUND, OUTLINE, checked_style
 from .subject import Subject
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ ABOVE = 3e-3
 BEYOND = 0.35
 #: a plate of fewer triangles is cut finer: between its nodes it is curved
 TRIANGLES = 2000
-GROUND, BODY = "#cdbfa8", "#b8bcc2"
 
 Shown = Literal["displacement", "pressure"]
 

@@ -21,6 +21,8 @@ SETTLEMENT, STRESS, MOMENT = "YlGnBu", "magma_r", "RdBu_r"
 OUTLINE, PRIMAL, DUAL, FAULT = "#1a1a1a", "#9a9a9a", "#c8401f", "#1f6fc8"
 #: the edge of contact, and the part of a plan that has lifted off
 CONTACT, SEPARATED = "#c8401f", "#ececec"
+#: in space, the ground and what stands on it
+GROUND, BODY = "#cdbfa8", "#b8bcc2"
 #: fills areas that are marked out
 LIGHT = "#f6d9d0"
 MISSING = "{} is needed to draw. Remedy: pip install 'skfem-dual[visuals]'"
