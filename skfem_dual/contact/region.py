@@ -118,16 +118,17 @@ class ContactRegion:
         Where contact reaches the edge of the plan, that edge is not part of it; a line that ends
         there is open, others end where they begin.
         """
-        (lone, second, third), inside, onward, back = self._cut
+        (lone, second, third), inside, *_ = self._cut
         if len(lone) == 0:
             return []
-        (a, b), p = np.where(inside, [second, third], [third, second]), self.p
-        s, e = np.where(inside, [onward, back], [back, onward])
+        a, b = np.where(inside, [second, third], [third, second])
         sides = np.sort([[lone, a], [lone, b]], axis=1).astype(np.int64)
-        number, order = contours(sides[:, 0] * p.shape[1] + sides[:, 1], np.zeros(len(lone)))
-        begin, end = (
-            p[:, lone] + s * (p[:, a] - p[:, lone]),
-            p[:, lone] + e * (p[:, b] - p[:, lone]),
+        number, order = contours(sides[:, 0] * self.p.shape[1] + sides[:, 1], np.zeros(len(lone)))
+        # from one end of each side, whichever triangle it is seen from: closed lines close
+        first, last = sides.swapaxes(0, 1)
+        share = self.level[first] / (self.level[first] - self.level[last])
+        begin, end = np.moveaxis(
+            self.p[:, first] + share * (self.p[:, last] - self.p[:, first]), 1, 0
         )
         lines = np.split(order, np.nonzero(np.diff(number))[0] + 1)
         return [readonly(np.hstack([begin[:, i], end[:, i[-1:]]])) for i in lines]
