@@ -1,4 +1,4 @@
-"""A million cells: a rigid footing through the fast operator.
+"""A million cells: a rough surface in contact, and a rigid footing by the fast operator.
 
 A matrix of a million rows and columns would take 8 terabytes. The fast operator takes time and
 memory in proportion to the number of cells, and is as accurate as it is told to be. A rigid circle
