@@ -5,7 +5,10 @@ import pytest
 from plans import perturbed
 from skfem import CellBasis, ElementTriP2
 
-from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches, load_path
+from skfem_dual.contact import rigid
+from skfem_dual.contact.line_law import CellsOnLines
+from skfem_dual.errors import ConvergenceWarning
 from skfem_dual.grids.generate import disc
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
 
@@ -94,8 +97,87 @@ def test_who_has_it(mesh):
     few = of.solve(4 / 3 * 0.2**3)
     assert few.line is None
     assert of.solve(FORCE, unilateral=False).line is None
-    assert RigidPunches([of]).solve([{"force": FORCE}])[0].line is None
     flat = RigidPunch(SOIL, of.basis).solve(1.0, (0.5, 0.0))
     assert flat.line is None
     with pytest.raises(ValueError, match="singular"):
         of.solve(FORCE).edge_coefficient()
+
+
+def test_entries_of_the_line_are_checked(monkeypatch):
+    """An entry that is off by a hundredth is seen by rows that do not come from the matrix."""
+    assemble = CellsOnLines.matrix.func
+    punch = sphere(disc(n=300))
+    number = next(
+        i for i in punch.exact_rows.numbers if np.hypot(*punch.collocation_points[:, i]) < 0.5
+    )
+
+    def corrupt(self):
+        matrix = assemble(self)
+        matrix[number, number] *= 1.01
+        return matrix
+
+    assert punch.solve(FORCE).success
+    monkeypatch.setattr(CellsOnLines, "matrix", property(corrupt))
+    with pytest.warns(ConvergenceWarning, match=f"under cell {number} settles by"):
+        found = punch.solve(FORCE)
+    assert found.line is not None
+    assert not found.success
+
+
+def test_the_tolerance_is_that_of_the_caller(monkeypatch):
+    """Positions on the line that are off by 1e-5 are within a tolerance of 1e-6 only."""
+    punch, answer = sphere(disc(n=300)), rigid.contact_of
+
+    def off(system, constraints, unilateral, method, *rest):
+        contact, position = answer(system, constraints, unilateral, method, *rest)
+        return contact, position * (1 + 1e-5 * (method == "active-set"))
+
+    monkeypatch.setattr(rigid, "contact_of", off)
+    assert punch.solve(FORCE, gap_rtol=1e-6).success
+    with pytest.warns(ConvergenceWarning, match="apart in contact"):
+        assert not punch.solve(FORCE, gap_rtol=1e-8).success
+
+
+def same(one, other, rtol=1e-10):
+    assert one.line is not None
+    assert one.settlement == pytest.approx(other.settlement, rel=rtol)
+    assert one.tilt == pytest.approx(other.tilt, abs=rtol)
+    assert np.abs(one.pressure - other.pressure).max() < rtol * other.pressure.max()
+    assert np.abs(one.gap - other.gap).max() < rtol
+    assert one.contact_area == pytest.approx(other.contact_area, rel=rtol)
+
+
+def test_many_cases_are_those_alone():
+    punch = sphere(disc(n=300))
+    cases = [{"force": f * FORCE, "at": (e, 0.0)} for f, e in ((1.0, 0.0), (0.4, 0.1), (0.7, 0.0))]
+    alone = [punch.solve(**case) for case in cases]
+    for found, expected in zip(punch.solve_many(cases).solutions, alone, strict=True):
+        same(found, expected)
+    for found, expected in zip(load_path(punch, cases).solutions, alone, strict=True):
+        same(found, expected)
+
+
+def test_groups():
+    """One body in a group is itself, one far from the other nearly so, and cases are as alone."""
+    mesh, far = disc(n=300), 1e4
+    one = sphere(mesh)
+    moved = DualMesh.from_mesh(mesh.translated((far, 0.0))).basis()
+    other = RigidPunch(SOIL, moved, gap=Paraboloid(1.0, (far, 0.0)), origin=(far, 0.0))
+    basis = DualMesh.from_mesh(disc(n=50).translated((0.0, far))).basis()
+    flat = RigidPunch(SOIL, basis, origin=(0.0, far))
+    alone, load = one.solve(FORCE), {"force": FORCE}
+    same(RigidPunches([one]).solve([load])[0], alone)
+    group = RigidPunches([one, flat, other])
+    loads = [load, {"force": 1.0}, {"force": 0.7 * FORCE}]
+    first, middle, last = group.solve(loads)
+    assert first.settlement == pytest.approx(alone.settlement, rel=3e-4)
+    assert first.contact_area == pytest.approx(alone.contact_area, rel=1e-6)
+    assert last.settlement == pytest.approx(one.solve(0.7 * FORCE).settlement, rel=3e-4)
+    assert middle.line is None
+    for found, expected in zip(group.solve_many([loads]), (first, middle, last), strict=True):
+        if expected is not middle:
+            same(found.solutions[0], expected)
+    # settlements beside all of them count the law of each
+    x = one.collocation_points[:, first.gap == 0]
+    shape = first.punch_displacement(x) - np.sum(x**2, axis=0) / 2
+    assert last.ground_displacement(x) == pytest.approx(shape, abs=1e-9)

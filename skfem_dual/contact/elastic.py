@@ -36,7 +36,7 @@ from .elastic_solution import ElasticSolution
 from .footprint import Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
 from .one_sign import contact_of, solved
-from .pressures import CellPressures
+from .pressures import CellPressures, Pressed
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted
 from .shapes import Gap
@@ -370,7 +370,7 @@ class ElasticPunch(Body):
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        others: tuple[tuple[Body, ndarray, ndarray | None], ...] = (),
+        others: tuple[Pressed, ...] = (),
     ) -> ElasticSolution:
         """The answer, from the contact and the motions; ``others`` as of `PunchSolution`."""
         lifted, timings = self._lifted(f, held), self.timings | timings

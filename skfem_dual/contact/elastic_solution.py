@@ -13,7 +13,7 @@ from ..elements.point_values import value_matrix
 from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .pressures import CellPressures
+from .pressures import CellPressures, Pressed
 from .problem import Contact
 from .solution import TINY
 
@@ -69,7 +69,7 @@ class ElasticSolution(CellPressures):
         position: ndarray,
         contact: Contact,
         timings: dict[str, float],
-        others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
+        others: tuple[Pressed, ...] = (),
     ) -> "ElasticSolution":
         """The answer, from displacements under the loads alone, motions and the contact."""
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from itertools import pairwise
 from time import perf_counter
 from typing import Any, Literal
 
@@ -24,7 +23,7 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import ExactRows, LoadedCells
+from .footprint import ExactRows, Footprint, LoadedCells
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution, answers_of
 from .load import Constraints, Load, load_of, require_vertical
@@ -38,7 +37,7 @@ from .neighbours import (
 )
 from .problem import Contact, warn_of
 from .punch import RigidPunch
-from .rigid import How, RigidBodies, Shared
+from .rigid import How, RigidBodies
 from .solution import PunchSolution
 from .system import ContactSystem, Method, progress_bars, timed
 from .unilateral import COARSEST
@@ -155,11 +154,10 @@ class RigidPunches(RigidBodies):
         alone = set(range(len(self.punches))).difference(*joined)
         return tuple(sorted([*joined, *((i,) for i in alone)]))
 
-    @computed_once
-    def slices(self) -> list[slice]:
-        """Where the cells of each punch are among those of all."""
-        ends = np.cumsum([0, *(len(p.partition) for p in self.punches)])
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """Those of the punches, one after the other."""
+        return tuple(punch.footprint for punch in self.punches)
 
     @computed_once
     def centres(self) -> list[ndarray]:
@@ -176,7 +174,7 @@ class RigidPunches(RigidBodies):
     @computed_once
     def cells(self) -> LoadedCells:
         """The cells of all punches, one punch after the other."""
-        return union([punch.footprint for punch in self.punches])
+        return union(self.footprints)
 
     @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
@@ -196,17 +194,16 @@ class RigidPunches(RigidBodies):
                 symmetry = self.cells.usable_symmetry()
                 if symmetry is not None:
                     return self.cells.symmetric_matrix(symmetry)
-            return joint_operator([punch.footprint for punch in self.punches], self.cells)
+            return joint_operator(self.footprints, self.cells)
 
     @computed_once
     def exact_rows(self) -> ExactRows:
         """Some rows of the matrix, computed apart from it."""
-        return rows_of([punch.footprint for punch in self.punches])
+        return rows_of(self.footprints)
 
-    def flattened_resultants(self, flat: ndarray) -> ndarray:
-        """Forces and moments of unit pressures where some cells are flat, (n,) array of bool."""
-        own = zip(self.punches, self.slices, strict=True)
-        return self._by_bodies([p.footprint.flattened(flat[cells]).resultants for p, cells in own])
+    def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:
+        """Forces and moments of unit pressures on the cells of the punches, with other laws."""
+        return self._by_bodies([cells.resultants for cells in footprints])
 
     @property
     def _rtol(self) -> float:
@@ -220,7 +217,7 @@ class RigidPunches(RigidBodies):
         return ContactSystem(
             self.operator,
             self._by_bodies(planes),
-            self._by_bodies([punch.footprint.resultants for punch in self.punches]),
+            self.resultants_of(self.footprints),
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
@@ -287,18 +284,18 @@ class RigidPunches(RigidBodies):
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
-    def _find(
+    def answer(
         self,
         constraints: Constraints,
-        flat: ndarray,
-        start: ndarray | None,
         how: How,
-        shared: Shared | None,
+        system: ContactSystem,
+        exact: ExactRows | None,
+        start: ndarray | None,
+        known: tuple[Contact, ndarray] | None = None,
     ) -> tuple[Contact, ndarray]:
         """Of bodies under a frame with it."""
         if self.stiffness is None:
-            return super()._find(constraints, flat, start, how, shared)
-        system = self.flattened_system(flat) if flat.any() else self.system
+            return super().answer(constraints, how, system, exact, start, known)
         framed = FramedSystem(system, self.stiffness, constraints)
         return framed.solve(how.unilateral, how.method, start, how.gap_rtol, self._rtol)
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..kernels.once import computed_once
 from .elastic_solution import ElasticSolution
 from .load import Constraints, Load
+from .pressures import Pressed
 from .problem import Contact
 from .solution import PunchSolution
 from .work import Member
@@ -129,9 +130,8 @@ def answers_of(
     timings: dict[str, float],
 ) -> tuple[PunchSolution, ...]:
     """Those of each punch, from contact and positions of all."""
-    parts = [contact.under(cells) for cells in punches.slices]
-    every = zip(punches.punches, parts, strict=True)
-    others = tuple((punch, part.pressure, part.flat) for punch, part in every)
+    parts = [contact.under(cells, i) for i, cells in enumerate(punches.slices)]
+    others = tuple(map(Pressed.of, punches.punches, parts))
     solutions = {}
     together = None
     if all(punch.gap is None for punch in punches.punches):

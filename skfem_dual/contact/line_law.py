@@ -1,30 +1,36 @@
 """Shaped punches once more, with pressures that end where contact does, inside the cells.
 
 Found by cells, contact ends between them, and their pressures are constant where those of smooth
-contact fall like the root of the distance to its edge. So that edge is drawn, the cells along it
-take this law, see `LineWeights`, and the equations are solved again: collocation points in contact
-settle as the punch does, cells whose point is out of contact carry in their part of it what their
-neighbours do. Twice: the edge follows the better pressures.
+contact fall like the root of the distance to its edge. So that edge is drawn under each shaped
+body, the cells along it take this law, see `LineWeights`, and the equations are solved again:
+collocation points in contact settle as the punch does, cells whose point is out of contact carry
+in their part of it what their neighbours do. Twice: the edge follows the better pressures.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import block_diag, csr_matrix, identity
 
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceError
-from .footprint import Footprint
-from .load import Constraints
+from ..kernels.once import computed_once
+from .footprint import ExactRows, Footprint
 from .problem import Contact
-from .verify import Verification
+from .system import ContactSystem
+from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
 #: up to so many cells it is cheap to solve between those in contact again
 MOST = 3000
+
+#: contact and positions by a system with exact rows of its matrix, from pressures, verified
+Solve = Callable[[ContactSystem, ExactRows, ndarray], tuple[Contact, ndarray]]
 
 
 def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
@@ -33,55 +39,128 @@ def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
 
 
 def with_line_law(
-    punch: Any, constraints: Constraints, contact: Contact, position: ndarray
+    problem: Any, solve: Solve, found: tuple[Contact, ndarray]
 ) -> tuple[Contact, ndarray]:
-    """Contact and position of a shaped rigid punch with the law of the line of contact.
+    """Contact and position of shaped rigid punches with the law of the line of contact.
 
-    They are those found by cells where contact covers the plan or fewer than 60 cells, where the
-    cells have another law or no matrix of up to 3000 of them, and where no contact on such a line
-    obeys the equations: ``line`` of the contact tells.
+    They are those found by cells where contact covers the plans or fewer than 60 cells, where the
+    cells have another law or no matrix of up to 3000 of them, and where no contact on such lines
+    is found: ``lines`` of the contact tell. What is found and does not obey the equations has no
+    success.
+
+    Parameters
+    ----------
+    problem : RigidBodies
+        What is solved.
+    solve : callable
+        Contact and positions by equations.
+    found : Contact and (m,) array of float
+        By cells.
     """
-    cells, found = punch.footprint, (contact, position)
-    small = isinstance(punch.operator, np.ndarray) and len(cells) <= MOST
-    small = small and cells.collocation == "centroid"
-    if punch.gap is None or cells.weights is not None or not small or not contact.success:
+    contact = found[0]
+    small = isinstance(problem.operator, np.ndarray) and len(problem.cells) <= MOST
+    if not (small and contact.success and problem.system.gap.any()):
         return found
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
     for _ in range(TIMES):
-        region = cells.triangles.region(pressure, gap, cells.substrate.surface.contact_modulus)
-        if not region.edge or np.sum(pressure > 0) < FEWEST:
+        lines = _lines(problem, pressure, gap)
+        cells = CellsOnLines(problem, lines)
+        if all(line is None for line in lines):
             return found
-        line = LineWeights.from_lines(
-            cells.partition, cells.fan, region.edge, cells.collocation_points, gap == 0
-        )
-        answer = _on_line(punch, on_line(cells, line), line, constraints)
-        if answer is None:
+        if (answer := cells.solved(solve, pressure > 0)) is None:
             return found
         again, moved = answer
         gap = np.where(again.touching, 0.0, again.gap.clip(0))
-        pressure = np.where(gap == 0, line.at_points(again.pressure), 0.0)
-        found = replace(again, history=(*contact.history, *again.history), line=line), moved
+        pressure = cells.at_points(again.pressure, gap == 0)
+        found = replace(again, history=(*contact.history, *again.history), lines=lines), moved
+        if again.refuted:
+            return found
     return found
 
 
-def _on_line(
-    punch: Any, cells: Footprint, line: LineWeights, constraints: Constraints
-) -> tuple[Contact, ndarray] | None:
-    """Contact of cells weighted along a line, and position; None if there is none."""
-    x, carried = cells.collocation_points, line.carried()
-    if cells.substrate.remainder is None:
-        matrix = np.array(punch.operator)
-        EdgeCorrection.from_weights(line, cells.substrate.singular_coefficient, x).add_to(matrix)
-    else:
-        matrix = cells.influence(x)
-    system = replace(punch.system, matrix=matrix @ carried, resultants=cells.resultants @ carried)
-    try:
-        contact, position = system.unilateral(
-            constraints, "active-set", line.in_contact.astype(float)
+def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights | None, ...]:
+    """Under each punch the line where contact ends, by pressures and gaps in the points."""
+    lines: list[LineWeights | None] = []
+    for cells, own in zip(problem.footprints, problem.slices, strict=True):
+        fit = cells.weights is None and cells.collocation == "centroid"
+        shaped = problem.system.gap[own].any() and np.sum(pressure[own] > 0) >= FEWEST
+        edge = []
+        if fit and shaped:
+            modulus = cells.substrate.surface.contact_modulus
+            edge = cells.triangles.region(pressure[own], gap[own], modulus).edge
+        law = cells.partition, cells.fan, edge, cells.collocation_points, gap[own] == 0
+        lines.append(LineWeights.from_lines(*law) if edge else None)
+    return tuple(lines)
+
+
+@dataclass(frozen=True, eq=False)
+class CellsOnLines:
+    """The cells of a problem, weighted along lines of contact.
+
+    Attributes
+    ----------
+    problem : RigidBodies
+        What is solved.
+    lines : tuple of LineWeights or None
+        Under each punch.
+    """
+
+    problem: Any
+    lines: tuple[LineWeights | None, ...]
+
+    @computed_once
+    def parts(self) -> tuple[Footprint, ...]:
+        """Those of each punch."""
+        return tuple(map(on_line, self.problem.footprints, self.lines))
+
+    @computed_once
+    def carried(self) -> csr_matrix:
+        """`LineWeights.carried` of all, shape (n, n)."""
+        each = zip(self.parts, self.lines, strict=True)
+        own = [identity(len(cells)) if line is None else line.carried() for cells, line in each]
+        return csr_matrix(block_diag(own))
+
+    def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
+        """Pressures in the collocation points by means over the cells; zero out of contact."""
+        out = pressure.copy()
+        for line, own in zip(self.lines, self.problem.slices, strict=True):
+            if line is not None:
+                out[own] = np.where(touching[own], line.at_points(pressure[own]), 0.0)
+        return out
+
+    def solved(self, solve: Solve, touching: ndarray) -> tuple[Contact, ndarray] | None:
+        """Contact and positions, beginning with some cells in contact; None if not found."""
+        start = touching.astype(float)
+        for line, own in zip(self.lines, self.problem.slices, strict=True):
+            if line is not None:
+                start[own] = line.in_contact
+        system = replace(
+            self.problem.system,
+            matrix=self.matrix @ self.carried,
+            resultants=self.problem.resultants_of(self.parts) @ self.carried,
         )
-    except ConvergenceError:
-        return None
-    contact = Verification(system, constraints, True)(contact, position)
-    if not contact.success:
-        return None
-    return replace(contact, pressure=carried @ contact.pressure), position
+        numbers, rows = rows_of(self.parts)
+        try:
+            contact, position = solve(system, ExactRows(numbers, rows @ self.carried), start)
+        except ConvergenceError:
+            return None
+        if not (contact.success or contact.refuted):
+            return None
+        return replace(contact, pressure=self.carried @ contact.pressure), position
+
+    @computed_once
+    def matrix(self) -> ndarray:
+        """Settlements of the collocation points by mean pressures of all cells."""
+        x = self.problem.cells.collocation_points
+        matrix = np.array(self.problem.operator)
+        for cells, line, own in zip(self.parts, self.lines, self.problem.slices, strict=True):
+            if line is None:
+                continue
+            if cells.substrate.remainder is None:
+                block = np.ascontiguousarray(matrix[:, own])
+                coefficient = cells.substrate.singular_coefficient
+                EdgeCorrection.from_weights(line, coefficient, x).add_to(block)
+            else:
+                block = cells.influence(x)
+            matrix[:, own] = block
+        return matrix

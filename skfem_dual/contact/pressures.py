@@ -1,7 +1,7 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -19,10 +19,41 @@ from ..kernels.once import computed_once
 from ..operators.entries import EXACT
 from .footprint import Footprint
 from .line_law import on_line
+from .problem import Contact
 from .region import ContactRegion
 
 #: up to so many pairs of points and cells displacements are summed exactly
 FEW = 10**8
+
+
+class Pressed(NamedTuple):
+    """A body on the ground and what it presses with.
+
+    Attributes
+    ----------
+    body : RigidPunch or ElasticPunch
+        The body.
+    pressure : (n,) array of float
+        Mean pressures of its cells.
+    flat, line
+        As of `PunchSolution`.
+    """
+
+    body: Any
+    pressure: ndarray
+    flat: ndarray | None
+    line: LineWeights | None
+
+    @classmethod
+    def of(cls, body: Any, contact: Contact) -> Self:
+        """A body with the contact under it."""
+        return cls(body, contact.pressure, contact.flat, contact.line)
+
+    @property
+    def cells(self) -> Footprint:
+        """The cells, without slopes in those that are flat, weighted along the line of contact."""
+        cells = on_line(self.body.footprint, self.line)
+        return cells if self.flat is None else cells.flattened(self.flat)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -43,7 +74,7 @@ class CellPressures:
     success: bool
     message: str
     timings: dict[str, float]
-    others: tuple[tuple[Any, ndarray, ndarray | None], ...] = ()
+    others: tuple[Pressed, ...] = ()
     flat: ndarray | None = None
     line: LineWeights | None = None
 
@@ -51,7 +82,7 @@ class CellPressures:
     def footprint(self) -> Footprint:
         """The cells under the body, without slopes in those that are flat, weighted along the
         line of contact."""
-        return on_line(_cells_of(self.punch, self.flat), self.line)
+        return Pressed(self.punch, self.pressure, self.flat, self.line).cells
 
     @computed_once
     def slopes(self) -> ndarray:
@@ -61,8 +92,7 @@ class CellPressures:
     @property
     def all_pressures(self) -> tuple[tuple[Footprint, ndarray], ...]:
         """Cells and pressures of the body and of those beside it."""
-        others = ((_cells_of(body, flat), p) for body, p, flat in self.others)
-        return (self.footprint, self.pressure), *others
+        return (self.footprint, self.pressure), *((o.cells, o.pressure) for o in self.others)
 
     @property
     def force(self) -> float:
@@ -342,11 +372,6 @@ class CellPressures:
         from ..visuals.notebook import solution_html
 
         return solution_html(self)
-
-
-def _cells_of(body: Any, flat: ndarray | None) -> Footprint:
-    """The cells under a body, of which some may be flat."""
-    return body.footprint if flat is None else body.footprint.flattened(flat)
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,8 +96,11 @@ class Contact:
     flat : (n,) array of bool, optional
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
-    line : LineWeights, optional
-        How pressures end along the line of contact, if not with the cells.
+    lines : tuple of LineWeights or None
+        Under each body how pressures end along the line of contact, None where with the cells;
+        empty if they do so under all.
+    refuted : bool
+        Whether the method converged to what does not obey the equations, see `Verification`.
     unit_pressures : (n, m) array of float, optional
         By unit motions of bodies with that contact, if they are known.
     """
@@ -111,19 +114,25 @@ class Contact:
     history: tuple[float, ...] = ()
     residual: float = 0.0
     flat: ndarray | None = None
-    line: LineWeights | None = None
+    lines: tuple[LineWeights | None, ...] = ()
+    refuted: bool = False
     unit_pressures: ndarray | None = None
 
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
-    def under(self, cells: slice) -> "Contact":
-        """The same under one of several bodies, by its cells."""
+    @property
+    def line(self) -> LineWeights | None:
+        """How pressures end along the line of contact under the only body."""
+        return self.lines[0] if self.lines else None
+
+    def under(self, cells: slice, number: int = 0) -> "Contact":
+        """The same under one of several bodies, by its cells and its number."""
         pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
         flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
         part = replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
-        return replace(part, unit_pressures=None)
+        return replace(part, unit_pressures=None, lines=self.lines[number : number + 1])
 
     @property
     def pulling(self) -> float:

@@ -1,5 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, Literal
@@ -21,7 +22,6 @@ from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .footprint import Collocation, Edge, EdgeBoundaries, Footprint
 from .kern import kern
-from .line_law import with_line_law
 from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import holding
 from .pressures import CellPressures
@@ -188,9 +188,9 @@ class RigidPunch(Movable, RigidBodies):
             self.timings,
         )
 
-    def flattened_resultants(self, flat: ndarray) -> ndarray:
-        """Force and moments of unit pressures where some cells are flat, (n,) array of bool."""
-        return self.footprint.flattened(flat).resultants
+    def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:
+        """Force and moments of unit pressures on the cells, with another law."""
+        return footprints[0].resultants
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
@@ -304,8 +304,6 @@ class RigidPunch(Movable, RigidBodies):
         how = How(unilateral, method, gap_rtol)
         with progress_bars(progress):
             contact, position = self.contact(constraints, how, pressures)
-            if unilateral:
-                contact, position = with_line_law(self, constraints, contact, position)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
@@ -314,9 +312,6 @@ class RigidPunch(Movable, RigidBodies):
 
     def solve_many(self, cases: Cases, **options: Any) -> CasesSolution:
         """Many load cases at a time, by superposition while all cells keep contact.
-
-        Pressures under shaped punches end with the cells here, see ``PunchSolution.line``:
-        settlements are off by 2e-4 with 500 cells in contact where `solve` has 1e-5.
 
         Parameters
         ----------
@@ -375,6 +370,11 @@ class RigidPunch(Movable, RigidBodies):
     def cells(self) -> Footprint:
         """The cells under the punch."""
         return self.footprint
+
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """The only one."""
+        return (self.footprint,)
 
     @computed_once
     def work(self) -> Work:

@@ -31,6 +31,7 @@ from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import require_apart, require_one_ground
 from .one_sign import contact_of, solved
+from .pressures import Pressed
 from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
@@ -270,8 +271,7 @@ class Punches:
         cells = self._slices
         moved = np.split(position, np.cumsum([len(share.planes) for share in shares])[:-1])
         parts = [contact.under(own) for own in cells]
-        each = zip(self.punches, parts, strict=True)
-        pressed = [(punch, part.pressure, part.flat) for punch, part in each]
+        pressed = tuple(map(Pressed.of, self.punches, parts))
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
             others, part = (*pressed[:i], *pressed[i + 1 :]), parts[i]

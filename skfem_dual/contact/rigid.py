@@ -1,15 +1,18 @@
 """Rigid bodies on the ground, one or several: contact under loads, found and verified."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
 
 from ..kernels.limits import threads_for_matrix
-from .footprint import ExactRows, LoadedCells
+from ..kernels.once import computed_once
+from .footprint import ExactRows, Footprint, LoadedCells
+from .line_law import with_line_law
 from .load import Constraints, Load
 from .one_sign import contact_of, solved
 from .problem import Contact
@@ -47,6 +50,17 @@ class RigidBodies(ABC):
 
     @property
     @abstractmethod
+    def footprints(self) -> tuple[Footprint, ...]:
+        """Those of the punches, one after the other."""
+
+    @computed_once
+    def slices(self) -> list[slice]:
+        """Where the cells of each punch are among those of all."""
+        ends = np.cumsum([0, *map(len, self.footprints)])
+        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+
+    @property
+    @abstractmethod
     def operator(self) -> Any:
         """From all cells to their collocation points."""
 
@@ -66,8 +80,13 @@ class RigidBodies(ABC):
         """Accuracy of the operator's products."""
 
     @abstractmethod
+    def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:
+        """Forces and moments of unit pressures on the cells of the punches, with other laws."""
+
     def flattened_resultants(self, flat: ndarray) -> ndarray:
         """Forces and moments of unit pressures where some cells are flat, (n,) array of bool."""
+        own = zip(self.footprints, self.slices, strict=True)
+        return self.resultants_of([cells.flattened(flat[part]) for cells, part in own])
 
     def flattened_system(self, flat: ndarray) -> ContactSystem:
         """The equations where some cells are flat."""
@@ -107,13 +126,19 @@ class RigidBodies(ABC):
 
         What many loads have shared answers first where some cells are flat.
         """
+        on_line = how._replace(method="active-set")
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             return self._find(constraints, flat, start, how, shared)
 
         # infinite loads are refused there
         with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(len(self.cells)):
-            return solved(self.cells, find, how.unilateral, start, found)
+            answer = solved(self.cells, find, how.unilateral, start, found)
+            if not how.unilateral:
+                return answer
+            return with_line_law(
+                self, lambda *system: self.answer(constraints, on_line, *system), answer
+            )
 
     def _find(
         self,
@@ -126,9 +151,22 @@ class RigidBodies(ABC):
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
         system = self.flattened_system(flat) if flat.any() else self.system
         known = None if shared is None else shared(system, flat, start)
+        rows = self.cells.flattened_rows(self.exact_rows, flat)
+        return self.answer(constraints, how, system, rows, start, known)
+
+    def answer(
+        self,
+        constraints: Constraints,
+        how: How,
+        system: ContactSystem,
+        exact: ExactRows | None,
+        start: ndarray | None,
+        known: tuple[Contact, ndarray] | None = None,
+    ) -> tuple[Contact, ndarray]:
+        """Contact and positions by the equations of a ``system``, verified by ``exact`` rows of
+        its matrix; ``known`` is what they answer, if that is."""
         contact, position = known or contact_of(
             system, constraints, how.unilateral, how.method, start, how.gap_rtol
         )
         verify = self.verification(constraints, how)
-        rows = self.cells.flattened_rows(verify.exact, flat)
-        return replace(verify, system=system, exact=rows)(contact, position), position
+        return replace(verify, system=system, exact=exact)(contact, position), position

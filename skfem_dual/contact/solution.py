@@ -12,10 +12,9 @@ from ..elements.influence import flat_points
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
-from .line_law import on_line
 from .load import Load
 from .motions import ShearSolution, sliding
-from .pressures import CellPressures
+from .pressures import CellPressures, Pressed
 from .problem import Contact
 from .system import DENSE
 from .work import Alone, Member
@@ -60,8 +59,8 @@ class PunchSolution(CellPressures):
         What was found, or why not.
     timings : dict of str to float
         Seconds of assembly, factorisation and solution.
-    others : tuple of (RigidPunch, array, array or None)
-        Punches beside this one on the same ground, with their pressures and flat cells.
+    others : tuple of Pressed
+        Punches beside this one on the same ground, with their pressures.
     flat : (n,) array of bool or None
         Cells in which the pressure does not follow the cells around, see `Slopes`, as it would
         turn negative; None if there are none.
@@ -87,21 +86,17 @@ class PunchSolution(CellPressures):
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
-        others: tuple[tuple[Any, ndarray, ndarray | None], ...] = (),
+        others: tuple[Pressed, ...] = (),
         member: Alone | Member | None = None,
     ) -> "PunchSolution":
         """The answer, from contact and position of the plan's centroid.
 
-        ``others`` are the punches beside it, with their pressures and the cells that are flat; of
-        a group it is a ``member``.
+        ``others`` are the punches beside it; of a group it is a ``member``.
         """
         if member is None and not others:
             member = Alone(punch, load, contact)
-        pressure, shift, cells = contact.pressure, punch.centre - punch.origin, punch.footprint
-        if contact.flat is not None:
-            cells = cells.flattened(contact.flat)
-        cells = on_line(cells, contact.line)
-        resultant = cells.resultant(pressure)
+        pressure, shift = contact.pressure, punch.centre - punch.origin
+        resultant = Pressed.of(punch, contact).cells.resultant(pressure)
         imposed = resultant.copy()
         if load.force is not None:
             imposed[0] = load.force
