@@ -276,6 +276,11 @@ class Footprint(LoadedCells):
         return PlanTriangles.of(self.partition, nodal_mesh(self.basis), self.weights)
 
     @computed_once
+    def smooth(self) -> Slopes:
+        """Slopes of pressures that follow those around, by no law of an edge."""
+        return Slopes.from_partition(self.partition)
+
+    @computed_once
     def centre(self) -> ndarray:
         """Centroid of the plan, about which all is computed: no cancellation far from it."""
         areas = self.partition.areas

@@ -20,6 +20,7 @@ from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
 from .footprint import ExactRows, Footprint
+from .one_sign import solved
 from .problem import Contact
 from .system import ContactSystem
 from .union import rows_of
@@ -34,8 +35,12 @@ Solve = Callable[[ContactSystem, ExactRows, ndarray], tuple[Contact, ndarray]]
 
 
 def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
-    """Cells that are weighted along a line of contact, if there is one."""
-    return footprint if line is None else replace(footprint, weights=line)
+    """Cells that are weighted along a line of contact, if there is one, and follow those around
+    away from it."""
+    if line is None:
+        return footprint
+    slopes = replace(footprint.smooth, weights=line).without(line.weighted | ~line.in_contact)
+    return replace(footprint, weights=line, slopes=slopes)
 
 
 def with_line_law(
@@ -64,7 +69,7 @@ def with_line_law(
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
     for _ in range(TIMES):
         lines = _lines(problem, pressure, gap)
-        cells = CellsOnLines(problem, lines)
+        cells = CellsOnLines(problem, lines, np.zeros(len(pressure), dtype=bool))
         if all(line is None for line in lines):
             return found
         if (answer := cells.solved(solve, pressure > 0)) is None:
@@ -103,15 +108,35 @@ class CellsOnLines:
         What is solved.
     lines : tuple of LineWeights or None
         Under each punch.
+    flat : (n,) array of bool
+        Cells whose pressures do not follow those around.
     """
 
     problem: Any
     lines: tuple[LineWeights | None, ...]
+    flat: ndarray
+
+    def __len__(self) -> int:
+        return len(self.flat)
 
     @computed_once
     def parts(self) -> tuple[Footprint, ...]:
         """Those of each punch."""
-        return tuple(map(on_line, self.problem.footprints, self.lines))
+        each = zip(self.problem.footprints, self.lines, self._own, strict=True)
+        return tuple(on_line(cells, line).flattened(self.flat[own]) for cells, line, own in each)
+
+    @property
+    def _own(self) -> list[slice]:
+        return self.problem.slices
+
+    def flattened(self, flat: ndarray) -> "CellsOnLines":
+        """With some cells flat, (n,) array of bool."""
+        return replace(self, flat=flat) if flat.any() else self
+
+    def turning(self, pressure: ndarray) -> ndarray:
+        """Cells in a part of which slopes make positive pressures negative, (n,) array of bool."""
+        each = zip(self.parts, self._own, strict=True)
+        return np.concatenate([cells.turning(pressure[own]) for cells, own in each])
 
     @computed_once
     def carried(self) -> csr_matrix:
@@ -123,44 +148,60 @@ class CellsOnLines:
     def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
         """Pressures in the collocation points by means over the cells; zero out of contact."""
         out = pressure.copy()
-        for line, own in zip(self.lines, self.problem.slices, strict=True):
+        for line, own in zip(self.lines, self._own, strict=True):
             if line is not None:
                 out[own] = np.where(touching[own], line.at_points(pressure[own]), 0.0)
         return out
 
     def solved(self, solve: Solve, touching: ndarray) -> tuple[Contact, ndarray] | None:
         """Contact and positions, beginning with some cells in contact; None if not found."""
-        start = touching.astype(float)
-        for line, own in zip(self.lines, self.problem.slices, strict=True):
+        begin = touching.astype(float)
+        for line, own in zip(self.lines, self._own, strict=True):
             if line is not None:
-                start[own] = line.in_contact
-        system = replace(
-            self.problem.system,
-            matrix=self.matrix @ self.carried,
-            resultants=self.problem.resultants_of(self.parts) @ self.carried,
-        )
-        numbers, rows = rows_of(self.parts)
+                begin[own] = line.in_contact
+
+        def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
+            cells = self.flattened(flat)
+            acting = self.problem.resultants_of(cells.parts) @ self.carried
+            matrix = self.matrix_with(flat) @ self.carried
+            system = replace(self.problem.system, matrix=matrix, resultants=acting)
+            numbers, rows = rows_of(cells.parts)
+            contact, position = solve(system, ExactRows(numbers, rows @ self.carried), begin)
+            return replace(contact, pressure=self.carried @ contact.pressure), position
+
         try:
-            contact, position = solve(system, ExactRows(numbers, rows @ self.carried), start)
+            contact, position = solved(self, find, True)
         except ConvergenceError:
             return None
-        if not (contact.success or contact.refuted):
-            return None
-        return replace(contact, pressure=self.carried @ contact.pressure), position
+        return (contact, position) if contact.success or contact.refuted else None
 
     @computed_once
     def matrix(self) -> ndarray:
         """Settlements of the collocation points by mean pressures of all cells."""
         x = self.problem.cells.collocation_points
         matrix = np.array(self.problem.operator)
-        for cells, line, own in zip(self.parts, self.lines, self.problem.slices, strict=True):
-            if line is None:
+        every = zip(self.parts, self.lines, self._own, self.problem.sloping, strict=True)
+        for cells, line, own, sloping in every:
+            if line is None or cells.slopes is None:
                 continue
             if cells.substrate.remainder is None:
                 block = np.ascontiguousarray(matrix[:, own])
                 coefficient = cells.substrate.singular_coefficient
                 EdgeCorrection.from_weights(line, coefficient, x).add_to(block)
             else:
-                block = cells.influence(x)
+                block = replace(cells, slopes=None).influence(x)
+            sloping.add_to(block, cells.slopes)
             matrix[:, own] = block
+        return matrix
+
+    def matrix_with(self, flat: ndarray) -> ndarray:
+        """The same where some cells are flat."""
+        if not flat.any():
+            return self.matrix
+        matrix = self.matrix.copy()
+        for cells, own, sloping in zip(self.parts, self._own, self.problem.sloping, strict=True):
+            if cells.slopes is not None and flat[own].any():
+                block = np.ascontiguousarray(matrix[:, own])
+                sloping.add_to(block, cells.slopes.without(~flat[own]), -1.0)
+                matrix[:, own] = block
         return matrix

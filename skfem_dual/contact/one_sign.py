@@ -7,19 +7,30 @@ equations are solved with all slopes, then without those that turn the sign, unt
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Protocol, Self
 
 import numpy as np
 from numpy import ndarray
 
 from ..errors import ConvergenceError
 from ..grids.polygons import readonly
-from .footprint import LoadedCells
 from .load import Constraints
 from .problem import Contact
 from .system import ContactSystem, Method
 
 #: solutions after which all cells are flat
 MOST = 5
+
+
+class Flattening(Protocol):
+    """Cells of which some may be flat, see `LoadedCells`."""
+
+    def __len__(self) -> int: ...
+
+    def flattened(self, flat: ndarray, /) -> Self: ...
+
+    def turning(self, pressure: ndarray, /) -> ndarray: ...
+
 
 Solve = Callable[[ndarray, ndarray | None], tuple[Contact, ndarray]]
 
@@ -49,7 +60,7 @@ def contact_of(
 
 
 def solved(
-    cells: LoadedCells,
+    cells: Flattening,
     solve: Solve,
     unilateral: bool,
     start: ndarray | None = None,
@@ -59,7 +70,7 @@ def solved(
 
     Parameters
     ----------
-    cells : LoadedCells
+    cells : Flattening
         The n cells.
     solve : callable
         Contact and position for cells of which some are flat, (n,) array of bool, from pressures

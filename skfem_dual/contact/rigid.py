@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import ndarray
 
+from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
 from .footprint import ExactRows, Footprint, LoadedCells
@@ -58,6 +59,14 @@ class RigidBodies(ABC):
         """Where the cells of each punch are among those of all."""
         ends = np.cumsum([0, *map(len, self.footprints)])
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
+
+    @computed_once
+    def sloping(self) -> tuple[SlopeCorrection, ...]:
+        """What slopes inside the cells of each punch, smooth ones if they have none of their own,
+        add to the settlements of all collocation points."""
+        ground, x = self.cells.substrate, self.cells.collocation_points
+        slopes = [cells.slopes or cells.smooth for cells in self.footprints]
+        return tuple(SlopeCorrection.from_slopes(own, ground, x) for own in slopes)
 
     @property
     @abstractmethod

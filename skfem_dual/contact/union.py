@@ -125,7 +125,7 @@ def _union_of_slopes(parts: Sequence[LoadedCells], weights: EdgeWeights) -> Slop
         along_y.append(part.slopes.matrix[n:])
         moments.append(part.slopes.second_moments)
     matrix = vstack([block_diag(along_x), block_diag(along_y)], format="csr")
-    return Slopes(weights, matrix, readonly(np.concatenate(moments, axis=2)))
+    return Slopes(weights.partition, weights, matrix, readonly(np.concatenate(moments, axis=2)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -129,6 +129,16 @@ class Triangles(NamedTuple):
         p, t, root, starts, mean = inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean)
         return cls(p, t, root, starts, mean, factors)
 
+    @classmethod
+    def none(cls, n: int) -> Self:
+        """Of n cells that are not weighted."""
+        own, starts = np.zeros(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
+        p, t, root, starts, mean = inputs(
+            np.empty((2, 0)), np.empty((3, 0), dtype=np.int32), np.empty(0), starts, np.ones(n)
+        )
+        factors = Factors(*inputs(np.ones((1, 2)), np.zeros(1), own))
+        return cls(p, t, root, starts, mean, factors)
+
 
 def snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
     """Points, but centroids of cells where these are as good as there: next to the middle of a

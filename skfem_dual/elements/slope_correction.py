@@ -117,7 +117,7 @@ class SlopeCorrection:
         cls, slopes: Slopes, substrate: Substrate, x: ndarray, strips: int = STRIPS
     ) -> Self:
         """At points ``x``; ``strips`` is their number in a triangle from the edge on."""
-        partition = slopes.weights.partition
+        partition = slopes.partition
         near = substrate.singular_coefficient * _near(slopes, x, strips)
         fall, moments = Fall.from_substrate(substrate), slopes.second_moments
         return cls(x, partition.centroids, partition.areas, near, moments, fall)
@@ -194,13 +194,12 @@ def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ..
 
 def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
-    weights = slopes.weights
-    partition = weights.partition
+    partition, weights = slopes.partition, slopes.weights
     polygons, n = partition.polygons, len(partition)
     pairs = Pairs.within(IN_STRIPS * radii(polygons), np.arange(n), partition.centroids, x)
     rows = pairs.points
-    triangles = Triangles.of(weights)
-    (weighted,) = inputs(weights.weighted)
+    triangles = Triangles.none(n) if weights is None else Triangles.of(weights)
+    (weighted,) = inputs(np.zeros(n, dtype=bool) if weights is None else weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
     sums = np.zeros((3, len(rows)))
 
@@ -210,7 +209,7 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     with Threads() as run:
         run(work, n)
     column = np.repeat(np.arange(n), np.diff(pairs.offsets))
-    values = sums[1:] + sums[0] * (pairs.x - weights.centroids[:, column])
+    values = sums[1:] + sums[0] * (pairs.x - slopes.centroids[:, column])
     d = pairs.x - partition.centroids[:, column]
     r2 = np.sum(d * d, axis=0)
     apart = r2 > AT_REST / np.pi * partition.areas[column]

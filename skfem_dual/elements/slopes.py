@@ -12,7 +12,7 @@ Source: T. J. Barth and D. C. Jespersen, The design and application of upwind sc
 unstructured meshes, AIAA Paper 89-0366 (1989), for linear functions from means of cells.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -37,22 +37,38 @@ class Slopes:
 
     Attributes
     ----------
-    weights : EdgeWeights
-        The law of the edge.
+    partition : Partition
+        The cells.
+    weights : EdgeWeights or None
+        The law of the edge; None if w is constant in all cells.
     matrix : (2 n, n) csr_matrix
         Takes mean pressures to slopes along x of all cells, then along y.
     second_moments : (2, 2, n) array of float
         Integrals of ``w / mean(w)`` times products of the coordinates from y.
     """
 
-    weights: EdgeWeights
+    partition: Partition
+    weights: EdgeWeights | None
     matrix: csr_matrix
     second_moments: ndarray
 
     @classmethod
     def from_weights(cls, weights: EdgeWeights) -> Self:
         """Of all cells, from those around them."""
-        return cls(weights, _slope_matrix(weights), readonly(_second_moments(weights)))
+        own, moments = weights.partition, _second_moments(weights)
+        return cls(own, weights, _slope_matrix(own, weights), readonly(moments))
+
+    @classmethod
+    def from_partition(cls, partition: Partition) -> Self:
+        """Of cells in which w is constant."""
+        xx, xy, yy = partition.polygons.second_moments
+        moments = readonly(np.array([[xx, xy], [xy, yy]]))
+        return cls(partition, None, _slope_matrix(partition, None), moments)
+
+    @property
+    def centroids(self) -> ndarray:
+        """Those of w in the cells, shape (2, n)."""
+        return self.partition.centroids if self.weights is None else self.weights.centroids
 
     @property
     def along(self) -> tuple[csr_matrix, csr_matrix]:
@@ -71,9 +87,7 @@ class Slopes:
         kept = ~np.repeat(left_out, counts)
         starts = np.concatenate([[0], np.cumsum(np.where(left_out, 0, counts))])
         rows = self.matrix.data[kept], self.matrix.indices[kept], starts
-        return type(self)(
-            self.weights, csr_matrix(rows, shape=self.matrix.shape), self.second_moments
-        )
+        return replace(self, matrix=csr_matrix(rows, shape=self.matrix.shape))
 
     @computed_once
     def first_moments(self) -> ndarray:
@@ -85,23 +99,25 @@ class Slopes:
     def lowest(self, pressure: ndarray) -> ndarray:
         """Least value of ``q + g . (x - y)`` in each cell, shape (n,): where it is negative the
         pressure changes its sign."""
-        polygons = self.weights.partition.polygons
+        polygons = self.partition.polygons
         cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
-        arm = polygons.p[:, polygons.indices] - self.weights.centroids[:, cell]
+        arm = polygons.p[:, polygons.indices] - self.centroids[:, cell]
         rise = np.sum(self.of(pressure)[:, cell] * arm, axis=0)
         return pressure + np.minimum.reduceat(rise, polygons.offsets[:-1])
 
 
-def _around(weights: EdgeWeights) -> tuple[ndarray, ndarray]:
+def _around(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray, ndarray]:
     """Pairs of cells that share a vertex, ascending in the first."""
-    polygons = weights.partition.polygons
-    place = _places(weights.partition)[polygons.indices]
+    polygons = partition.polygons
+    place = _places(partition)[polygons.indices]
     at = np.ones(len(place)), place, polygons.offsets
     vertices = csr_matrix(at, shape=(len(polygons), polygons.p.shape[1]))
     pairs = (vertices @ vertices.T).tocoo()
     cell, other = pairs.row, pairs.col
-    # where the law of the edge is not known there, a weighted cell cannot compare itself
-    keep = (cell != other) & ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
+    keep = cell != other
+    if weights is not None:
+        # where the law of the edge is not known there, a weighted cell cannot compare itself
+        keep &= ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
     order = np.argsort(cell[keep], kind="stable")
     return cell[keep][order], other[keep][order]
 
@@ -116,16 +132,17 @@ def _places(partition: Partition) -> ndarray:
     return connected_components(same, directed=False)[1]
 
 
-def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
-    n = len(weights.partition)
-    cell, other = _around(weights)
-    weighted = weights.weighted[cell]
-    y, c = weights.centroids, weights.partition.centroids
-    arm = np.where(weighted, y[:, other] - y[:, cell], c[:, other] - c[:, cell])
+def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matrix:
+    n, c = len(partition), partition.centroids
+    cell, other = _around(partition, weights)
+    arm, ratio = c[:, other] - c[:, cell], np.ones(len(cell))
+    if weights is not None:
+        weighted, y = weights.weighted[cell], weights.centroids
+        arm = np.where(weighted, y[:, other] - y[:, cell], arm)
+        ratio = np.where(weighted, weights.mean[cell] / weights.mean[other], 1.0)
     moments = np.array([[np.bincount(cell, a * b, n) for a in arm] for b in arm])
     shares = np.linalg.pinv(moments.transpose(2, 0, 1), rcond=ON_A_LINE, hermitian=True)
     share = np.einsum("kab,bk->ak", shares[cell], arm)
-    ratio = np.where(weighted, weights.mean[cell] / weights.mean[other], 1.0)
     own = [np.bincount(cell, s, n) for s in share]
     every = np.arange(n)
     rows = np.concatenate([cell, n + cell, every, n + every])

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from math import prod
 from time import perf_counter
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy import ndarray
@@ -285,7 +285,8 @@ def _law(
 ) -> tuple[EdgeWeights | None, Slopes | None]:
     """How the pressure varies inside cells; None if it does not."""
     if isinstance(edge, Slopes):
-        return _law(substrate, basis, partition, edge.weights)[0], edge
+        law: Any = "constant" if edge.weights is None else edge.weights
+        return _law(substrate, basis, partition, law)[0], edge
     if isinstance(edge, EdgeWeights):
         if len(edge.mean) != len(partition):
             raise ValueError(
