@@ -5,8 +5,9 @@ import pytest
 from plans import perturbed
 from skfem import CellBasis, ElementTriP2
 
-from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches, load_path
+from skfem_dual import Cone, DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches, load_path
 from skfem_dual.contact import rigid
+from skfem_dual.contact.exact import cone_pressure
 from skfem_dual.contact.line_law import CellsOnLines
 from skfem_dual.errors import ConvergenceWarning
 from skfem_dual.grids.generate import disc
@@ -53,6 +54,48 @@ def test_pressures_along_the_line(pressed):
     basis, values = pressed.pressure_field()
     field = greatest * np.sqrt((1 - np.sum(basis.doflocs**2, axis=0) / A**2).clip(0))
     assert np.std(values - field) < 4e-3 * greatest
+
+
+def in_the_middle(found):
+    """Error of pressures in the middle, over the greatest: root of the mean square."""
+    x = np.random.default_rng(0).uniform(-0.3, 0.3, (2, 4000))
+    exact = 2 * A / np.pi * np.sqrt(1 - np.sum(x**2, axis=0) / A**2)
+    return np.sqrt(np.mean((found.pressure_at(x) - exact) ** 2)) * np.pi / (2 * A)
+
+
+def test_pressures_in_the_middle(pressed):
+    """Constants in the cells are off by 1e-2, and so by 1e-3 in the mean."""
+    assert in_the_middle(pressed) < 1e-4
+    coarse = sphere(perturbed(disc(n=205), 0.024)).solve(FORCE)
+    assert in_the_middle(pressed) < in_the_middle(coarse) / 2**2.5
+    basis, field = pressed.pressure_field()
+    assert field.max() == pytest.approx(2 * A / np.pi, rel=1e-4)
+    basis, nodal = pressed.nodal_pressure(conserve=False)
+    r = np.hypot(*basis.doflocs)
+    exact = 2 * A / np.pi * np.sqrt((1 - (r / A) ** 2).clip(0))
+    assert np.abs(nodal - exact)[r < 0.3].max() < 3e-4
+
+
+def test_a_cone():
+    """Farther from its tip than two cells."""
+    angle, force = 0.2, np.pi / 2 * 0.8**2 * np.tan(0.2)
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(disc(n=600)).basis(), gap=Cone(angle))
+    found = punch.solve(force)
+    x = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 4000))
+    x = x[:, (np.hypot(*x) > 0.2) & (np.hypot(*x) < 0.6)]
+    error = found.pressure_at(x) - cone_pressure(x, force, angle, 1.0, 0.0)
+    assert np.sqrt(np.mean(error**2)) < 2e-3 * force / (np.pi * 0.8**2)
+    assert (found.pressure_at(np.random.default_rng(1).uniform(-1, 1, (2, 9999))) >= 0).all()
+
+
+def test_rough_shapes_do_not_pull():
+    """Slopes that would turn pressures negative between hills are left out."""
+    hills = lambda x: 0.3 * np.sum(x**2, axis=0) + 0.02 * np.cos(23 * x[0]) * np.cos(19 * x[1])  # noqa: E731
+    found = RigidPunch(SOIL, DualMesh.from_mesh(disc(n=600)).basis(), gap=hills).solve(0.5)
+    assert found.success
+    assert found.flat.any()
+    assert not found.slopes[:, found.flat].any()
+    assert found.pressure_at(np.random.default_rng(1).uniform(-1, 1, (2, 9999))).min() == 0
 
 
 def test_loads_carry_the_same_law(pressed):

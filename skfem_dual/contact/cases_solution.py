@@ -143,7 +143,9 @@ class CasesSolution:
 
     @computed_once
     def largest_pressure(self) -> ndarray:
-        """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,)."""
+        """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,).
+
+        Cells along a line of contact count by their means."""
         return self._of(self.circles.largest, ())
 
     @computed_once

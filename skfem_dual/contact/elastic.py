@@ -36,7 +36,8 @@ from .elastic_solution import ElasticSolution
 from .footprint import Edge, EdgeBoundaries, Footprint
 from .load import Constraints, Pair
 from .one_sign import contact_of, solved
-from .pressures import CellPressures, Pressed
+from .pressed import Pressed
+from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted
 from .shapes import Gap

@@ -13,7 +13,8 @@ from ..elements.point_values import value_matrix
 from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .pressures import CellPressures, Pressed
+from .pressed import Pressed
+from .pressures import CellPressures
 from .problem import Contact
 from .solution import TINY
 

@@ -356,11 +356,8 @@ class Footprint(LoadedCells):
     @property
     def description(self) -> str:
         """Number and kind of the cells and the collocation, for tables."""
-        if self.on_dual_cells:
-            kind = "dual cells"
-        else:
-            corners = set(self.partition.polygons.sizes.tolist())
-            kind = {3: "triangles", 4: "quadrilaterals"}[corners.pop()]
+        kind = {3: "triangles", 4: "quadrilaterals"}.get(self.partition.polygons.sizes.max())
+        kind = "dual cells" if self.on_dual_cells else kind
         return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
 
 

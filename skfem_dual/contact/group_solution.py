@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..kernels.once import computed_once
 from .elastic_solution import ElasticSolution
 from .load import Constraints, Load
-from .pressures import Pressed
+from .pressed import Pressed
 from .problem import Contact
 from .solution import PunchSolution
 from .work import Member

@@ -21,6 +21,7 @@ from ..errors import ConvergenceError
 from ..kernels.once import computed_once
 from .footprint import ExactRows, Footprint
 from .one_sign import solved
+from .pressed import on_line
 from .problem import Contact
 from .system import ContactSystem
 from .union import rows_of
@@ -32,15 +33,6 @@ MOST = 3000
 
 #: contact and positions by a system with exact rows of its matrix, from pressures, verified
 Solve = Callable[[ContactSystem, ExactRows, ndarray], tuple[Contact, ndarray]]
-
-
-def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
-    """Cells that are weighted along a line of contact, if there is one, and follow those around
-    away from it."""
-    if line is None:
-        return footprint
-    slopes = replace(footprint.smooth, weights=line).without(line.weighted | ~line.in_contact)
-    return replace(footprint, weights=line, slopes=slopes)
 
 
 def with_line_law(

@@ -1,7 +1,7 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -10,6 +10,7 @@ from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..elements.balance import balanced
+from ..elements.curvature import Curvature
 from ..elements.influence import flat_points, surface_displacement
 from ..elements.line_weights import LineWeights
 from ..grids.cellwise import nodal_mesh, nodal_values
@@ -18,42 +19,11 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..operators.entries import EXACT
 from .footprint import Footprint
-from .line_law import on_line
-from .problem import Contact
+from .pressed import Pressed
 from .region import ContactRegion
 
 #: up to so many pairs of points and cells displacements are summed exactly
 FEW = 10**8
-
-
-class Pressed(NamedTuple):
-    """A body on the ground and what it presses with.
-
-    Attributes
-    ----------
-    body : RigidPunch or ElasticPunch
-        The body.
-    pressure : (n,) array of float
-        Mean pressures of its cells.
-    flat, line
-        As of `PunchSolution`.
-    """
-
-    body: Any
-    pressure: ndarray
-    flat: ndarray | None
-    line: LineWeights | None
-
-    @classmethod
-    def of(cls, body: Any, contact: Contact) -> Self:
-        """A body with the contact under it."""
-        return cls(body, contact.pressure, contact.flat, contact.line)
-
-    @property
-    def cells(self) -> Footprint:
-        """The cells, without slopes in those that are flat, weighted along the line of contact."""
-        cells = on_line(self.body.footprint, self.line)
-        return cells if self.flat is None else cells.flattened(self.flat)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -172,15 +142,30 @@ class CellPressures:
         -------
         (...) array of float
             ``w / mean(w) (q + g . (x - y))`` inside each cell, see `Slopes`: infinite on a
-            singular edge, zero beside the punch.
+            singular edge, zero beside the punch. Away from a `line` of contact of the second
+            degree, see `Curvature`.
         """
         x, shape = flat_points(x)
         inside, cell, factor = self.footprint.pressure_factors(x)
-        arm = x[:, inside] - self.footprint.acting[:, cell]
-        inner = self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
+        inner = self._over_law(cell, x[:, inside])
         out = np.zeros(x.shape[1])
         out[inside] = np.where(inner == 0, 0.0, factor) * inner
         return out.reshape(shape)
+
+    @computed_once
+    def _curvature(self) -> Curvature | None:
+        """How smooth pressures bend inside the cells: of those found with a line of contact."""
+        slopes = self.footprint.slopes
+        if self.line is None or slopes is None:
+            return None
+        return Curvature.of(slopes, self.pressure)
+
+    def _over_law(self, cell: ndarray, x: ndarray) -> ndarray:
+        """Pressure over ``w / mean(w)`` in some cells, at points of shape (2, ...)."""
+        arm = x - self.footprint.acting[:, cell]
+        if self._curvature is not None:
+            return self.pressure[cell] + self._curvature.rise(cell, arm)
+        return self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
 
     def load_vector(self, basis: AbstractBasis, **options: Any) -> ndarray:
         """The pressure as a load on finite elements: integrals of ``p v`` over the plan.
@@ -268,24 +253,21 @@ class CellPressures:
         values : (N,) array of float
             Its vector.
         """
-        basis, weights = self.footprint.basis, self.punch.footprint.weights
+        basis, weights = self.footprint.basis, self.footprint.weights
         pressure = self.pressure
         if weights is not None:
             # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
-            cells = np.arange(len(self.pressure))
-            on_dual = self.footprint.on_dual_cells
-            mesh = nodal_mesh(basis)
-            nodes = cells if on_dual else mesh.t
+            mesh, on_dual = nodal_mesh(basis), self.footprint.on_dual_cells
+            nodes = np.arange(len(pressure)) if on_dual else mesh.t
+            cells = np.broadcast_to(np.arange(len(pressure)), nodes.shape)
             root = weights.root[nodes]
-            inner = root > 1e-9 * weights.root.max()
-            arm = mesh.p[:, nodes] - weights.centroids.reshape(2, *[1] * (nodes.ndim - 1), -1)
-            slopes = self.slopes.reshape(2, *[1] * (nodes.ndim - 1), -1)
-            inside = pressure + np.sum(slopes * arm, axis=0)
+            inner = (root > 1e-9 * weights.root.max()) | (self.line is not None)
+            inside = self._over_law(cells, mesh.p[:, nodes])
             pressure = np.where(inner, weights.relative(cells, root) * inside, pressure)
         nodal, values = nodal_values(basis, pressure)
         if conserve:
             part = None
-            if weights is not None:
+            if weights is not None and self.line is None:
                 part = np.zeros(len(values), dtype=bool)
                 singular = self.footprint.partition.boundary[weights.ribs]
                 part[nodal.mesh.facets[:, singular]] = True

@@ -31,7 +31,7 @@ from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import require_apart, require_one_ground
 from .one_sign import contact_of, solved
-from .pressures import Pressed
+from .pressed import Pressed
 from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .resisted import NO_BALANCE

@@ -14,7 +14,8 @@ from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
 from .load import Load
 from .motions import ShearSolution, sliding
-from .pressures import CellPressures, Pressed
+from .pressed import Pressed
+from .pressures import CellPressures
 from .problem import Contact
 from .system import DENSE
 from .work import Alone, Member

@@ -31,7 +31,7 @@ from ..grids.refinement import Refinement
 from .postprocess import postprocess
 
 #: where the square root of the distance to the line of contact levels off, over the greatest
-FAR = 0.4
+FAR = 0.25
 #: square of the width of the fit, over the area of a cell
 WIDTH = 1.5
 #: degree of products with the laws that are integrated over cells
@@ -180,28 +180,31 @@ class EdgeLaws:
             w += np.divide(total, areas, out=np.zeros_like(w), where=areas > 0)
         return w * self._closing(parent, shares)
 
-    def of_cells(self, cells: Any) -> tuple[ndarray, ndarray, ndarray]:
-        """Integral of the laws over each cell, where it acts, and the part of w left there by
-        the end of contact."""
+    def of_cells(self, cells: Any) -> tuple[ndarray, ndarray, ndarray, ndarray]:
+        """Integral of the laws over each cell, where it acts, how far it spreads around there,
+        (3, n) along xx, xy and yy, and the part of w left there by the end of contact."""
         fan, base = cells.fan, self.refined.base
         parent = self._parents(fan, nodal_mesh(cells.basis))
         corners = _coordinates(base.p[:, base.t[:, parent]], fan.p[:, fan.t])
         phi = _quadratic(base, self.phi, parent, corners)
         whole = np.repeat(np.eye(3)[..., None], len(parent), axis=2)
-        sums = np.zeros((4, len(cells.partition)))
+        sums = np.zeros((7, len(cells.partition)))
+        centre = cells.partition.centroids[:, fan.cell]  # there is no cancellation near it
         for at, load in graded(whole, phi, ORDER):
             shares = np.einsum("ivk,vkq->ikq", corners, at)
             linear = np.einsum("vk,vkq->kq", phi, at)
             exact = _quadratic(base, self.phi, parent[:, None], shares)
             ratio = np.divide(linear, exact, out=np.zeros_like(exact), where=exact > 0)
             load = load * np.sqrt(ratio) * fan.areas[:, None]
-            sums[3] += np.bincount(fan.cell, load.sum(axis=1), sums.shape[1])
+            sums[6] += np.bincount(fan.cell, load.sum(axis=1), sums.shape[1])
             load = load * self._closing(parent[:, None], shares)
-            x = np.einsum("dvk,vkq->dkq", fan.p[:, fan.t], at)
-            for row, values in zip(sums, (load, load * x[0], load * x[1]), strict=False):
-                row += np.bincount(fan.cell, values.sum(axis=1), sums.shape[1])
+            x, y = np.einsum("dvk,vkq->dkq", fan.p[:, fan.t] - centre[:, None], at)
+            for row, factor in zip(sums, (1.0, x, y, x * x, x * y, y * y), strict=False):
+                row += np.bincount(fan.cell, (load * factor).sum(axis=1), sums.shape[1])
         total = np.where(sums[0] > 0, sums[0], 1.0)
-        return sums[0], sums[1:3] / total, sums[0] / sums[3]
+        (x, y), squares = sums[1:3] / total, sums[3:6] / total
+        acting = np.stack([x, y]) + cells.partition.centroids
+        return sums[0], acting, squares - [x * x, x * y, y * y], sums[0] / sums[6]
 
     def _parents(self, fan: Fan, mesh: Mesh) -> ndarray:
         """Triangle of the base that has each of the fan."""
@@ -290,7 +293,7 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
     """
     cells, base = solution.punch.footprint, laws.refined.base
     areas, n = cells.partition.areas, base.p.shape[1]
-    total, acting, left = laws.of_cells(cells)
+    total, acting, spread, left = laws.of_cells(cells)
     s = pressure * areas / np.where(total > 0, total, 1.0)
     trust = np.where(pressure != 0, left, 0.0) ** 2
     around = _around(solution, base)
@@ -300,7 +303,9 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
     size = (np.bincount(node, length, n) / np.bincount(node, minlength=n))[node]
     x, y = arm / size
     weight = np.exp(-(x**2 + y**2) / WIDTH) * trust[cell]
-    terms = [np.ones(len(node)), x, y, x**2, x * y, y**2]
+    # means over the cells
+    xx, xy, yy = np.array([x * x, x * y, y * y]) + spread[:, cell] / size**2
+    terms = [np.ones(len(node)), x, y, xx, xy, yy]
 
     def sums(values: ndarray) -> ndarray:
         return np.bincount(node, weight * values, n)
