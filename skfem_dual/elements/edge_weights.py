@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from skfem import CellBasis
 
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
-from ..grids.fan import Fan
+from ..grids.fan import Fan, side_keys
 from ..grids.outline import MANY, Wedges, distance_to_segments, wedges
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
@@ -126,6 +126,8 @@ class EdgeWeights:
         weights = cls(partition, fan, ribs, law=law, corners=corners)
         for _ in range(HALVES):
             sides = weights._bent()
+            if sides.shape[1] == 0:
+                break
             weights = replace(weights, fan=weights.fan.halved(sides))
         return weights
 
@@ -134,11 +136,12 @@ class EdgeWeights:
         fan, corners = self.fan, self.corners
         if corners is None or len(corners.node) == 0:
             return np.empty((2, 0), dtype=int)
-        v = fan.p[:, fan.t]
-        longest = np.hypot(*(np.roll(v, -1, axis=1) - v)).max(axis=0)
-        nearest = cKDTree(corners.x).query(fan.p[:, fan.t].reshape(2, -1).T)[0]
-        t = fan.t[:, nearest.reshape(3, -1).min(axis=0) < BESIDE * longest]
-        a, b = np.unique(np.sort([t, np.roll(t, -1, axis=0)], axis=0).reshape(2, -1), axis=1)
+        v, used = fan.p[:, fan.t], fan.used
+        longest = np.hypot(*(v[:, [1, 2, 0]] - v)).max(axis=0)
+        nearest = np.empty(fan.p.shape[1])
+        nearest[used] = cKDTree(corners.x).query(fan.p[:, used].T)[0]
+        t = fan.t[:, nearest[fan.t].min(axis=0) < BESIDE * longest]
+        a, b = np.divmod(np.unique(side_keys(t, len(nearest))), len(nearest))
         begin, end, middle = self.phi_at(
             np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b]) / 2])
         ).reshape(3, -1)
@@ -164,10 +167,9 @@ class EdgeWeights:
         At points of no triangle it has its greatest value.
         """
         fan = self.fan
-        used = np.unique(fan.t)
-        own = self.phi_at(fan.p[:, used])
+        own = self.phi_at(fan.p[:, fan.used])
         phi = np.full(fan.p.shape[1], own.max())
-        phi[used] = own
+        phi[fan.used] = own
         size = np.sqrt(self.partition.areas.sum())
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
@@ -187,6 +189,8 @@ class EdgeWeights:
         ``cells`` has the shape of ``root``, or its first dimensions.
         """
         values, per_root, own = self.factors
+        if not np.ptp(values):
+            return np.full(root.shape, values[0, 0])
         law = own[cells].reshape(cells.shape + (1,) * (root.ndim - cells.ndim))
         last = values.shape[1] - 1
         place = np.minimum(root * per_root[law], last)

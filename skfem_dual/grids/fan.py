@@ -85,18 +85,17 @@ class Fan:
         )
 
     def halved(self, sides: ndarray) -> "Fan":
-        """With some sides of triangles, points (2, k), cut in halves: their triangles in two, or
-        in four with those halved too that have a triangle with two others. Middles follow the
-        other points."""
+        """With some sides of triangles, ascending points (2, k), cut in halves: their triangles in
+        two, or in four with those halved too that have a triangle with two others. Middles follow
+        the other points."""
         n = self.p.shape[1]
-        ends = np.sort([self.t, np.roll(self.t, -1, axis=0)], axis=0).astype(np.int64)
-        keys = ends[0] * n + ends[1]
-        cut = np.unique(np.sort(sides.astype(np.int64), axis=0).T @ [n, 1])
-        while len(more := np.setdiff1d(keys[:, np.isin(keys, cut).sum(axis=0) == 2], cut)):
+        keys, cut = side_keys(self.t, n), np.unique(sides.astype(np.int64).T @ [n, 1])
+        halved, place = _among(keys, cut)
+        while len(more := keys[~halved & (halved.sum(axis=0) == 2)]):
             cut = np.union1d(cut, more)
+            halved, place = _among(keys, cut)
         p = np.hstack([self.p, self.p[:, np.divmod(cut, n)].mean(axis=1)])
-        halved = np.isin(keys, cut)
-        middle = n + np.searchsorted(cut, keys)
+        middle = n + place
         whole, half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (0, 1, 3))
         a, b, c = self.t[:, quarters]
         ab, bc, ca = middle[:, quarters]
@@ -141,6 +140,11 @@ class Fan:
         return readonly(signed_areas(self.p, self.t))
 
     @computed_once
+    def used(self) -> ndarray:
+        """Points that are vertices of triangles, ascending."""
+        return readonly(np.nonzero(np.bincount(self.t.ravel(), minlength=self.p.shape[1]))[0])
+
+    @computed_once
     def starts(self) -> ndarray:
         """Triangles of cell ``i``, up to the last that has some, are those from ``starts[i]`` to
         ``starts[i + 1]``."""
@@ -167,3 +171,16 @@ class Fan:
         order = order[inside[order] > -1e-9]
         deepest[point[order]] = triangle[order]
         return deepest
+
+
+def side_keys(t: ndarray, n: int) -> ndarray:
+    """``i n + j`` for the sides of triangles between the points ``i < j`` of n, shape (3, m)."""
+    t = t.astype(np.int64)
+    onward = t[[1, 2, 0]]
+    return np.minimum(t, onward) * n + np.maximum(t, onward)
+
+
+def _among(keys: ndarray, known: ndarray) -> tuple[ndarray, ndarray]:
+    """Which keys are among known ones, ascending, and the places of those."""
+    place = np.searchsorted(known, keys)
+    return np.append(known, -1)[place] == keys, place
