@@ -116,7 +116,7 @@ class EdgeWeights:
         # the nearest end of a rib is not farther than the hypotenuse of the distance to the
         # edge and half the length of a rib
         reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
-        ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
+        ends = cKDTree(partition.polygons.p[:, np.unique(partition.facets[:, ribs])].T)
         workers = -1 if mesh.p.shape[1] > MANY else 1
         nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=workers)
         near = nearest < reach

@@ -23,12 +23,16 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
-from .edge_weights import EdgeWeights
-from .graded_rule import graded
+from .edge_correction import factor_at
+from .edge_weights import EdgeWeights, Factors
+from .graded_rule import fill, gauss_points
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
+#: triangles that are looked at together
+TOGETHER = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +106,7 @@ def _around(weights: EdgeWeights) -> tuple[ndarray, ndarray]:
     cell, other = pairs.row, pairs.col
     # where the law of the edge is not known there, a weighted cell cannot compare itself
     keep = (cell != other) & ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
-    order = np.argsort(cell[keep], kind="stable")
-    return cell[keep][order], other[keep][order]
+    return cell[keep], other[keep]
 
 
 def _places(partition: Partition) -> ndarray:
@@ -112,6 +115,8 @@ def _places(partition: Partition) -> ndarray:
     ends = np.unique(partition.facets[:, partition.f2c[1] == -1])
     near = 1e-10 * np.sqrt(partition.areas.sum())
     a, b = ends[cKDTree(p[:, ends].T).query_pairs(near, output_type="ndarray")].T
+    if len(a) == 0:
+        return np.arange(p.shape[1])
     same = csr_matrix((np.ones(len(a)), (a, b)), shape=(p.shape[1], p.shape[1]))
     return connected_components(same, directed=False)[1]
 
@@ -140,15 +145,38 @@ def _second_moments(weights: EdgeWeights) -> ndarray:
     out = np.array([[xx, xy], [xy, yy]]) * ~weights.weighted
     own = np.nonzero(weights.weighted[fan.cell])[0]
     cell, t = fan.cell[own], fan.t[:, own]
-    arms, square = fan.p[:, t] - weights.centroids[:, None, cell], weights.root[t] ** 2
+    arms = fan.p[:, t] - weights.centroids[:, None, cell]
     scale = fan.areas[own] / weights.mean[cell]
-    for at, load in graded(np.repeat(np.eye(3)[..., None], len(own), axis=2), square, 2):
-        root = np.sqrt(np.einsum("ikq,ik->kq", at, square))
-        x, y = np.einsum("dik,ikq->dkq", arms, at)
-        load = load * weights.factor(cell, root)
-        xy = np.sum(load * x * y, axis=1)
-        parts = [[np.sum(load * x * x, axis=1), xy], [xy, np.sum(load * y * y, axis=1)]]
-        out += np.array(
-            [[np.bincount(cell, scale * m, len(partition)) for m in row] for row in parts]
-        )
+    given = inputs(arms, weights.root[t] ** 2, scale, cell)
+    _add_second_moments(*given, Factors(*inputs(*weights.factors)), gauss_points(2), out)
     return out
+
+
+@compiled
+def _add_second_moments(arms, square, scale, cells, factors, gauss, out):
+    """Of triangles with some arms of their vertices, loaded by w times their scale."""
+    whole = np.zeros((3, 3, TOGETHER))
+    for i in range(3):
+        whole[i, i] = 1.0
+    points = gauss.tau.shape[0] * gauss.u.shape[0]
+    at, load = np.empty((3, TOGETHER, points)), np.empty((TOGETHER, points))
+    for first in range(0, len(cells), TOGETHER):
+        count = min(TOGETHER, len(cells) - first)
+        for apex in (0, 2):
+            fill(apex, whole, square[:, first : first + count], gauss, at, load)
+            for k in range(count):
+                cell, xx, xy, yy = cells[first + k], 0.0, 0.0, 0.0
+                for q in range(points):
+                    x = y = phi = 0.0
+                    for i in range(3):
+                        x += at[i, k, q] * arms[0, i, first + k]
+                        y += at[i, k, q] * arms[1, i, first + k]
+                        phi += at[i, k, q] * square[i, first + k]
+                    weight = load[k, q] * factor_at(factors, cell, np.sqrt(phi))
+                    xx += weight * x * x
+                    xy += weight * x * y
+                    yy += weight * y * y
+                out[0, 0, cell] += scale[first + k] * xx
+                out[0, 1, cell] += scale[first + k] * xy
+                out[1, 0, cell] += scale[first + k] * xy
+                out[1, 1, cell] += scale[first + k] * yy
