@@ -124,24 +124,31 @@ class EdgeWeights:
             near = near[mesh.t].any(axis=0)
         fan = Fan.from_basis(basis, np.nonzero(near)[0])
         weights = cls(partition, fan, ribs, law=law, corners=corners)
+        known = 0
         for _ in range(HALVES):
-            sides = weights._bent()
+            sides = weights._bent(known)
             if sides.shape[1] == 0:
                 break
+            known = weights.fan.p.shape[1]
             weights = replace(weights, fan=weights.fan.halved(sides))
         return weights
 
-    def _bent(self) -> ndarray:
-        """Sides of triangles next to corners along which phi is far from linear, shape (2, k)."""
+    def _bent(self, known: int) -> ndarray:
+        """Sides of triangles next to corners along which phi is far from linear, shape (2, k).
+
+        Of triangles that have not only vertices that were ``known`` before.
+        """
         fan, corners = self.fan, self.corners
         if corners is None or len(corners.node) == 0:
             return np.empty((2, 0), dtype=int)
-        v, used = fan.p[:, fan.t], fan.used
+        t = fan.t[:, (fan.t >= known).any(axis=0)]
+        v, n = fan.p[:, t], fan.p.shape[1]
         longest = np.hypot(*(v[:, [1, 2, 0]] - v)).max(axis=0)
-        nearest = np.empty(fan.p.shape[1])
+        used = np.unique(t)
+        nearest = np.empty(n)
         nearest[used] = cKDTree(corners.x).query(fan.p[:, used].T)[0]
-        t = fan.t[:, nearest[fan.t].min(axis=0) < BESIDE * longest]
-        a, b = np.divmod(np.unique(side_keys(t, len(nearest))), len(nearest))
+        t = t[:, nearest[t].min(axis=0) < BESIDE * longest]
+        a, b = np.divmod(np.unique(side_keys(t, n)), n)
         begin, end, middle = self.phi_at(
             np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b]) / 2])
         ).reshape(3, -1)

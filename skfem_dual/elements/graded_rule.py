@@ -96,4 +96,3 @@ def fill(apex, vertices, square, gauss, at, load):
                     at[i, k, q] = a[i] * (1 - t) + side * t
                 load[k, q] = 4 * area * t / total * along_tau[m] * along_u[n]
                 q += 1
-
