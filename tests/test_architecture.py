@@ -75,6 +75,7 @@ LAYERS = [
     ],
     [
         "elements.graded_rule",
+        "elements.law_moments",
         "elements.wedge_law",
         "elements.edge_weights",
         "elements.line_weights",

@@ -40,8 +40,8 @@ def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[nda
     rise = phi[2] - phi[0]
     share = np.divide(phi[1] - phi[0], rise, out=np.zeros_like(rise), where=rise > 0)
     opposite = low + share * (high - low)
-    tau, along_tau = (a[:, None] for a in _gauss(order + 2))
-    u, along_u = (a[None] for a in _gauss(order // 2 + 1))
+    tau, along_tau = (a[:, None] for a in gauss(order + 2))
+    u, along_u = (a[None] for a in gauss(order // 2 + 1))
     root = np.sqrt(phi)
     for apex, at_apex in ((low, root[0]), (high, root[2])):
         # without area where both are zero
@@ -55,7 +55,7 @@ def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[nda
         yield at.reshape(3, len(r), -1), load.reshape(len(r), -1)
 
 
-def _gauss(n: int) -> tuple[ndarray, ndarray]:
+def gauss(n: int) -> tuple[ndarray, ndarray]:
     """Gauss points and weights on the unit interval."""
     x, w = np.polynomial.legendre.leggauss(n)
     return (1 + x) / 2, w / 2

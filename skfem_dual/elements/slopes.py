@@ -25,7 +25,6 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
-from .graded_rule import graded
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
@@ -135,20 +134,8 @@ def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
 
 
 def _second_moments(weights: EdgeWeights) -> ndarray:
-    partition, fan = weights.partition, weights.fan
-    xx, xy, yy = partition.polygons.second_moments
-    out = np.array([[xx, xy], [xy, yy]]) * ~weights.weighted
-    own = np.nonzero(weights.weighted[fan.cell])[0]
-    cell, t = fan.cell[own], fan.t[:, own]
-    arms, square = fan.p[:, t] - weights.centroids[:, None, cell], weights.root[t] ** 2
-    scale = fan.areas[own] / weights.mean[cell]
-    for at, load in graded(np.repeat(np.eye(3)[..., None], len(own), axis=2), square, 2):
-        root = np.sqrt(np.einsum("ikq,ik->kq", at, square))
-        x, y = np.einsum("dik,ikq->dkq", arms, at)
-        load = load * weights.factor(cell, root)
-        xy = np.sum(load * x * y, axis=1)
-        parts = [[np.sum(load * x * x, axis=1), xy], [xy, np.sum(load * y * y, axis=1)]]
-        out += np.array(
-            [[np.bincount(cell, scale * m, len(partition)) for m in row] for row in parts]
-        )
-    return out
+    areas, m = weights.partition.areas, weights.moments
+    own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+    xx, xy, yy = weights.partition.polygons.second_moments
+    off = weights.centroids - weights.partition.centroids
+    return np.array([[xx, xy], [xy, yy]]) + own - areas * off[:, None] * off
