@@ -75,6 +75,7 @@ LAYERS = [
     ],
     [
         "elements.graded_rule",
+        "elements.law_moments",
         "elements.ribs",
         "elements.segments",
         "elements.wedge_law",

@@ -291,7 +291,7 @@ class Work:
         _, cell, load = self.sectors
         system = self.problem.system
         apart = np.where(
-            touching[cell], self._settled(pressures, flat, touching.all()) - self.planes, 0.0
+            touching[cell], self._settled(pressures, flat, bool(touching.all())) - self.planes, 0.0
         )
         mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
         mean = (mean / system.areas).reshape(-1, 3, len(touching))

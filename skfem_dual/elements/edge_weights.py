@@ -14,7 +14,7 @@ Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
@@ -28,35 +28,21 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
+from ..kernels.compiled import inputs
 from ..kernels.once import computed_once
 from .graded_rule import graded
+from .law_moments import Factors, Triangles, law_moments
 from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
+#: moments up to this degree are kept
+DEGREE = 4
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
 #: sides of triangles nearer to a corner than so many lengths are halved where phi in the middle is
 #: off by more than so much of it; so often
 BESIDE, BENT, HALVES = 4.0, 0.04, 4
-
-
-class Factors(NamedTuple):
-    """Factors of laws over ``phi^(-1/2)``, as kernels take them.
-
-    Attributes
-    ----------
-    values : (k, m) array of float
-        The factor of each law at m equidistant roots of phi from zero on; constant beyond.
-    per_root : (k,) array of float
-        Steps between them, over the root.
-    own : (n,) array of int
-        The law of each cell.
-    """
-
-    values: ndarray
-    per_root: ndarray
-    own: ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,6 +254,19 @@ class EdgeWeights:
         arm = fan.p[:, fan.t].mean(axis=1) + off - self.partition.centroids[:, fan.cell]
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
         return readonly(np.where(self.weighted, first / self.mean, 0.0))
+
+    @computed_once
+    def triangles(self) -> Triangles:
+        """The fan and the law on it."""
+        fan, factors = self.fan, Factors(*inputs(*self.factors))
+        p, t, root, starts, mean = inputs(fan.p, fan.t, self.root, fan.starts, self.mean)
+        return Triangles(p, t, root, starts, mean, factors)
+
+    @computed_once
+    def moments(self) -> ndarray:
+        """Moments of ``w / mean(w) - 1`` about the centroid of each cell, see `law_moments`."""
+        centroids = self.partition.centroids
+        return readonly(law_moments(self.triangles, centroids, self.weighted, DEGREE))
 
     @computed_once
     def centroids(self) -> ndarray:

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
 
+from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 
 TINY = float(np.finfo(float).tiny)
@@ -37,35 +37,24 @@ def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[nda
     (3, k, q) and (k, q) array of float
         Barycentric coordinates and weights, for triangles of unit area.
     """
-    gauss = gauss_points(order)
-    k, q = square.shape[1], len(gauss.tau) * len(gauss.u)
-    given = *inputs(vertices, square), gauss
+    tau, u = gauss(order + 2), gauss(order // 2 + 1)
+    given, k, q = inputs(vertices, square, *tau, *u), square.shape[1], len(tau[0]) * len(u[0])
     for apex in (0, 2):
         at, load = np.empty((3, k, q)), np.empty((k, q))
-        fill(apex, *given, at, load)
+        _fill(apex, *given, at, load)
         yield at, load
 
 
-class Gauss(NamedTuple):
-    """Points and weights on the unit interval: between vertex and side, and along the side."""
-
-    tau: ndarray
-    along_tau: ndarray
-    u: ndarray
-    along_u: ndarray
-
-
 @cache
-def gauss_points(order: int) -> Gauss:
-    """Those of `graded`."""
-    rules = (np.polynomial.legendre.leggauss(n) for n in (order + 2, order // 2 + 1))
-    return Gauss(*inputs(*(a for x, w in rules for a in ((1 + x) / 2, w / 2))))
+def gauss(n: int) -> tuple[ndarray, ndarray]:
+    """Gauss points and weights on the unit interval."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return readonly((1 + x) / 2), readonly(w / 2)
 
 
 @compiled
-def fill(apex, vertices, square, gauss, at, load):
+def _fill(apex, vertices, square, tau, along_tau, u, along_u, at, load):
     """The rule between the vertex of least or most phi, 0 or 2, and the one in between."""
-    tau, along_tau, u, along_u = gauss
     phi, rank = np.empty(3), np.empty(3, np.int64)
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     for k in range(square.shape[1]):

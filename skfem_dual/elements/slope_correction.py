@@ -20,9 +20,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_correction import (
-    IN_STRIPS,
     STRIPS,
-    Triangles,
     strip_segments,
     strips_room,
 )
@@ -32,6 +30,8 @@ from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once
 ROWS = 16
+#: points nearer to a cell's centroid than so many of its radii take the exact correction
+EXACT_RADII = 2.5
 #: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
 #: the radius of its circle: what near corrections take off again would drown all else
 AT_REST = 1e-11
@@ -197,9 +197,9 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     weights = slopes.weights
     partition = weights.partition
     polygons, n = partition.polygons, len(partition)
-    pairs = Pairs.within(IN_STRIPS * radii(polygons), np.arange(n), partition.centroids, x)
+    pairs = Pairs.within(EXACT_RADII * radii(polygons), np.arange(n), partition.centroids, x)
     rows = pairs.points
-    triangles = Triangles.of(weights)
+    triangles = weights.triangles
     (weighted,) = inputs(weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
     sums = np.zeros((3, len(rows)))

@@ -23,16 +23,11 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
-from .edge_correction import factor_at
-from .edge_weights import EdgeWeights, Factors
-from .graded_rule import fill, gauss_points
+from .edge_weights import EdgeWeights
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
-#: triangles that are looked at together
-TOGETHER = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,43 +135,8 @@ def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
 
 
 def _second_moments(weights: EdgeWeights) -> ndarray:
-    partition, fan = weights.partition, weights.fan
-    xx, xy, yy = partition.polygons.second_moments
-    out = np.array([[xx, xy], [xy, yy]]) * ~weights.weighted
-    own = np.nonzero(weights.weighted[fan.cell])[0]
-    cell, t = fan.cell[own], fan.t[:, own]
-    arms = fan.p[:, t] - weights.centroids[:, None, cell]
-    scale = fan.areas[own] / weights.mean[cell]
-    given = inputs(arms, weights.root[t] ** 2, scale, cell)
-    _add_second_moments(*given, Factors(*inputs(*weights.factors)), gauss_points(2), out)
-    return out
-
-
-@compiled
-def _add_second_moments(arms, square, scale, cells, factors, gauss, out):
-    """Of triangles with some arms of their vertices, loaded by w times their scale."""
-    whole = np.zeros((3, 3, TOGETHER))
-    for i in range(3):
-        whole[i, i] = 1.0
-    points = gauss.tau.shape[0] * gauss.u.shape[0]
-    at, load = np.empty((3, TOGETHER, points)), np.empty((TOGETHER, points))
-    for first in range(0, len(cells), TOGETHER):
-        count = min(TOGETHER, len(cells) - first)
-        for apex in (0, 2):
-            fill(apex, whole, square[:, first : first + count], gauss, at, load)
-            for k in range(count):
-                cell, xx, xy, yy = cells[first + k], 0.0, 0.0, 0.0
-                for q in range(points):
-                    x = y = phi = 0.0
-                    for i in range(3):
-                        x += at[i, k, q] * arms[0, i, first + k]
-                        y += at[i, k, q] * arms[1, i, first + k]
-                        phi += at[i, k, q] * square[i, first + k]
-                    weight = load[k, q] * factor_at(factors, cell, np.sqrt(phi))
-                    xx += weight * x * x
-                    xy += weight * x * y
-                    yy += weight * y * y
-                out[0, 0, cell] += scale[first + k] * xx
-                out[0, 1, cell] += scale[first + k] * xy
-                out[1, 0, cell] += scale[first + k] * xy
-                out[1, 1, cell] += scale[first + k] * yy
+    areas, m = weights.partition.areas, weights.moments
+    own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+    xx, xy, yy = weights.partition.polygons.second_moments
+    off = weights.centroids - weights.partition.centroids
+    return np.array([[xx, xy], [xy, yy]]) + own - areas * off[:, None] * off
