@@ -121,7 +121,7 @@ def strips_room(triangles, most):
     room, pieces = max(most, FEWEST) + 2, 1
     for j in range(triangles.starts.shape[0] - 1):
         pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
-    return np.empty((room, 4)), np.empty(room), np.empty((6, 3 * room * pieces + WIDTH))
+    return np.empty((room, 4)), np.empty((3, room)), np.empty((6, 3 * room * pieces + WIDTH))
 
 
 @compiled
@@ -130,10 +130,11 @@ def strip_segments(triangles, j, most, base, room):
 
     Puts them into the ``room`` of `strips_room` and returns their number.
     """
-    levels, density, segments = room
+    levels, strip, segments = room
+    density = strip[0]
     count = 0
     for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-        strips, sign = cut_triangle(piece, triangles, j, most, levels, density)
+        strips, sign = cut_triangle(piece, triangles, j, most, levels, strip)
         before = 0.0
         for k in range(strips):
             ax, ay, bx, by = levels[k]
@@ -149,14 +150,15 @@ def strip_segments(triangles, j, most, base, room):
 
 
 @compiled
-def cut_triangle(piece, triangles, j, most, levels, density):
+def cut_triangle(piece, triangles, j, most, levels, strip):
     """Cut a triangle of cell ``j`` into strips between levels of phi, ``most`` from the edge on.
 
     A level is a segment from the side between the lowest and the highest vertex to one of the
     others, whose length in parts of the longest is ``width``.
 
     Returns their number, and -1 if the levels run clockwise around them, else 1. ``levels`` takes
-    begin and end of each level, ``density`` what ``w / mean(w) - 1`` is between it and the next.
+    begin and end of each level, ``strip`` what ``w / mean(w) - 1`` is between it and the next, and
+    phi and the width of the level before they are moved, see `_centre`.
     """
     v0, v1, v2, sign = by_distance(piece, triangles)
     p, root, mean, law = triangles.p, triangles.root, triangles.mean[j], triangles.factors
@@ -168,7 +170,9 @@ def cut_triangle(piece, triangles, j, most, levels, density):
     width, passed = 0.0, s1 * s1 == s0 * s0
     if passed:
         bx, by, width = p[0, v1], p[1, v1], 1.0
+    density, phi, widths = strip
     levels[0] = ax, ay, bx, by
+    phi[0], widths[0] = s0 * s0, width
     level = 1
     while level <= strips:
         upper = s0 + (s2 - s0) * level / strips if level < strips else s2
@@ -183,8 +187,34 @@ def cut_triangle(piece, triangles, j, most, levels, density):
         density[count] = uniform * _factor_in_strip(lower, upper, width, width1, law, j) - 1
         count += 1
         levels[count] = ax, ay, bx, by
+        phi[count], widths[count] = upper * upper, width1
         lower, width = upper, width1
+    _centre(levels, strip, count, p, v0, v1, v2, s0, s1, s2)
     return count, sign
+
+
+@compiled
+def _centre(levels, strip, count, p, v0, v1, v2, s0, s1, s2):
+    """Move levels between strips until uniform loads on these act where those of the law do.
+
+    Within a strip that is off the middle by a twelfth of the square of its width times the slope
+    of the law's logarithm; the load of each strip remains.
+    """
+    density, phi, widths = strip
+    lower, width = phi[0], widths[0]
+    for k in range(1, count + 1):
+        upper, width1 = phi[k], widths[k]
+        load = (1 + density[k - 1]) * (widths[k - 1] + widths[k]) * (phi[k] - phi[k - 1])
+        if k < count and phi[k] != s1 * s1:
+            near = min(phi[k + 1] - phi[k], phi[k] - phi[k - 1]) / 4
+            rise = (density[k] - density[k - 1]) / (density[k] + density[k - 1] + 2)
+            upper += max(-near, min(near, (phi[k + 1] - phi[k - 1]) / 12 * rise))
+            ax, ay, bx, by, width1 = _level(np.sqrt(upper), p, v0, v1, v2, s0, s1, s2)
+            levels[k] = ax, ay, bx, by
+        size = (width + width1) * (upper - lower)
+        if size > 0.0:
+            density[k - 1] = load / size - 1
+        lower, width = upper, width1
 
 
 @compiled
