@@ -10,6 +10,8 @@ from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.elements.law_moments import Factors, Triangles, law_moments
+from skfem_dual.elements.moments import radii
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
@@ -148,22 +150,36 @@ def test_apply_equals_the_dense_correction():
     assert correction.near.nnz < 40 * len(partition)
 
 
-def test_near_and_far_meet():
-    """Where the exact correction ends, the dipole takes over almost without a step."""
-    weights = weights_of_square(8)
-    partition = weights.partition
-    x = partition.centroids
-    correction = EdgeCorrection.from_weights(weights, 1.0, x)
-    near = correction.near.tocoo()
-    r = np.hypot(*(x[:, near.row] - x[:, near.col]))
-    size = np.sqrt(partition.areas[near.col])
-    rim = r > 1.5 * size
-    # the difference of both is small against the entry A / r itself
-    assert rim.any()
-    assert (
-        np.abs(near.data[rim]).max()
-        < 2e-2 * (partition.areas[near.col] / np.maximum(r, 1e-9))[rim].min()
-    )
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_far_settlements_equal_strips(grid, monkeypatch):
+    """Where the exact correction ends the series takes over almost without a step."""
+    dual = DualMesh.from_mesh(perturbed(rectangle(8), 0.02))
+    weights = weights_of(dual.basis() if grid == "dual" else dual.primal_basis())
+    x, areas = weights.partition.centroids, weights.partition.areas
+    found, exact = np.zeros((2, x.shape[1], len(areas)))
+    EdgeCorrection.from_weights(weights, 1.0, x).add_to(found)
+    monkeypatch.setattr("skfem_dual.elements.edge_correction.IN_STRIPS", 1e9)
+    EdgeCorrection.from_weights(weights, 1.0, x, strips=200).add_to(exact)
+    r = np.hypot(*(x[:, :, None] - x[:, None]))
+    off = np.abs(found - exact) * r / areas
+    distance = r / radii(weights.partition.polygons)
+    for nearer, farther, most in ((2, 3, 1e-3), (3, 6, 1e-4), (6, 99, 1e-5)):
+        some = (nearer < distance) & (distance < farther)
+        assert some.any()
+        assert off[some].max() < most
+
+
+def test_moments_are_those_of_triangles():
+    """First ones against divided differences; a law that is nearly constant has next to none."""
+    weights = weights_of(DualMesh.from_mesh(perturbed(rectangle(8), 0.02)).basis())
+    first = np.stack([weights.moments[1, 0], weights.moments[0, 1]])
+    assert first == pytest.approx(weights.moment, abs=1e-13 * np.abs(weights.moment).max())
+    p = np.array([[0.0, 3.0, 1.0], [0.0, 0.0, 2.0]])
+    root, one = np.sqrt([1.0, 1.0 + 1e-9, 1.0 - 1e-9]), np.array([1.0])
+    law = Factors(np.ones((1, 2)), np.zeros(1), np.zeros(1, dtype=np.int32))
+    triangles = Triangles(p, np.array([[0], [1], [2]]), root, np.array([0, 1]), one, law)
+    found = law_moments(triangles, np.zeros((2, 1)), one > 0, 4)
+    assert np.abs(found).max() < 1e-8
 
 
 def test_points_next_to_centroids():

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from skfem_dual.operators.factors import Factors
+from skfem_dual.operators.factors import SINGLE, Factors
 
 
 @pytest.mark.parametrize("trans", [0, 1])
@@ -19,3 +19,28 @@ def test_threads_share_factors(trans):
         found = list(pool.map(lambda b: factors.solve(b, trans), list(rhs.T) * 10))
     product = (matrix.T if trans else matrix) @ np.transpose(found)
     assert np.abs(product - np.tile(rhs, 10)).max() < 1e-9
+
+
+def nearly_singular(n, smallest):
+    """A matrix with singular values from 1 to that."""
+    rng = np.random.default_rng(1)
+    u, v = (rng.standard_normal((n, 6)) for _ in range(2))
+    u, v = (np.linalg.qr(a)[0] for a in (u, v))
+    matrix = np.eye(n) - (u * (1 - np.geomspace(1, smallest, 6))) @ u.T  # along u
+    return matrix + 1e-3 * smallest * u @ v.T  # not symmetric
+
+
+@pytest.mark.parametrize(("smallest", "refined"), [(1e-4, True), (1e-11, False)])
+def test_single_precision_is_refined_or_given_up(smallest, refined):
+    """Solutions as close as those in double precision; columns in any units, one of them zero."""
+    matrix = 1e-60 * nearly_singular(SINGLE, smallest)
+    factors = Factors.from_matrix(matrix)
+    assert factors.lu.dtype == np.float32
+    exact = np.random.default_rng(0).standard_normal((SINGLE, 3)) * [1.0, 1e50, 0.0]
+    found = factors.solve(matrix @ exact)
+    assert np.abs(found - exact)[:, 0].max() < 1e-14 / smallest
+    assert np.abs(found - exact)[:, 1].max() < 1e36 / smallest
+    assert not found[:, 2].any()
+    assert ("in_double" in vars(factors)) == (not refined)
+    transposed = factors.solve(matrix.T @ exact[:, 0], trans=1)
+    assert np.abs(transposed - exact[:, 0]).max() < 1e-14 / smallest

@@ -26,7 +26,7 @@ def test_circle(n):
     """Several times closer than by collocation."""
     found = punch(fine_disc(n=n)).solve(1.0)
     assert abs(2 * found.settlement - 1) < 0.2 * abs(2 * found.collocated_settlement - 1)
-    assert abs(2 * found.settlement - 1) < 0.014 / n
+    assert abs(2 * found.settlement - 1) < 0.018 / n
 
 
 def test_thin_ring():
@@ -114,7 +114,7 @@ def test_lifted_off():
     exact = np.array([fine.settlement, fine.tilt[0]])
     off = np.abs(found.positions[:, :2] / exact - 1)
     assert (off[0] < [1.5e-4, 2e-4]).all()
-    assert (off[0] < [0.6, 0.2] * off[2]).all()
+    assert (off[0] < [0.8, 0.1] * off[2]).all()
 
 
 @pytest.mark.filterwarnings("ignore:150 cells of a size")

@@ -11,7 +11,7 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.balance import balanced
 from ..elements.curvature import Curvature
-from ..elements.influence import flat_points, surface_displacement
+from ..elements.influence import flat_points
 from ..elements.line_weights import LineWeights
 from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
@@ -122,12 +122,8 @@ class CellPressures:
         for cells, p in self.all_pressures:
             if len(p) * x.shape[1] > FEW and cells.tolerance >= EXACT:
                 w += cells.fast_operator(x, cells.tolerance) @ p
-                continue
-            w += surface_displacement(cells.substrate, cells.partition, p, x, cells.weights)
-            if correction := cells.edge_correction(x):
-                w += correction.apply(p)
-            if sloping := cells.slope_correction(x):
-                w += sloping.apply(cells.slopes_of(p))
+            else:
+                w += cells.settlements(x, p)
         return w.reshape(shape)
 
     def pressure_at(self, x: ArrayLike) -> ndarray:

@@ -248,20 +248,25 @@ class Work:
             return np.zeros((pressures.shape[1], 2, len(pressures)))
         return (slopes.matrix @ pressures).T.reshape(-1, 2, len(pressures))
 
-    def _settled(self, pressures: ndarray, flat: ndarray | None) -> ndarray:
+    def _settled(self, pressures: ndarray, flat: ndarray | None, full: bool) -> ndarray:
         """Settlement of the sectors under some pressures, shape (m, nsectors)."""
-        settled = self._with_slopes(pressures)
+        settled = self._with_slopes(pressures, full)
         if flat is not None and self._sloping is not None:
             for row, slopes in zip(settled, self._slopes(pressures), strict=True):
                 row -= self._sloping.apply(np.where(flat, slopes, 0.0))
         return settled
 
-    def _with_slopes(self, pressures: ndarray) -> ndarray:
-        """The same with slopes in all cells."""
-        if len(pressures) <= DENSE:
+    def _with_slopes(self, pressures: ndarray, full: bool) -> ndarray:
+        """The same with slopes in all cells; those of full contact are asked for once, which is
+        not worth the rows."""
+        few, parts = len(pressures) <= DENSE, list(zip(self.parts, self._own, strict=True))
+        if few and not full:
             return (self.rows @ pressures).T
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
-        for (cells, *_), own in zip(self.parts, self._own):
+        for (cells, *_), own in parts:
+            if few:
+                settled += cells.settlements(self.sectors.x, pressures[own]).T
+                continue
             operator = cells.fast_operator(self.sectors.x, cells.tolerance)
             for row, part in zip(settled, pressures[own].T):
                 row += operator @ np.ascontiguousarray(part)
@@ -285,7 +290,9 @@ class Work:
         """Motions of unit size by forces on them; without the cells that are apart, and with."""
         _, cell, load = self.sectors
         system = self.problem.system
-        apart = np.where(touching[cell], self._settled(pressures, flat) - self.planes, 0.0)
+        apart = np.where(
+            touching[cell], self._settled(pressures, flat, bool(touching.all())) - self.planes, 0.0
+        )
         mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
         mean = (mean / system.areas).reshape(-1, 3, len(touching))
         near = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])) < APART

@@ -1,31 +1,29 @@
 """What edge-weighted cells add to the settlements under uniform ones.
 
 Near a cell its weighted triangles are cut into strips between levels of the distance to the edge;
-each strip carries its exact mean of the weight as a uniform load. Far from it the first moment of
-the weight acts as a dipole. The matrix of edge-weighted cells is the sum of uniform entries, a
-sparse near and a smooth far correction, each of which any operator can take.
+each strip carries its exact mean of the weight as a uniform load. Far from it the moments of the
+weight act by the series of 1 / r. The matrix of edge-weighted cells is the sum of uniform entries,
+a sparse near and a smooth far correction, each of which any operator can take.
 
 The strips are this project's own; each is integrated by its ribs, see `ribs`.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple, Self
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
-from scipy.spatial import cKDTree
 
-from ..kernels.compiled import compiled, inlined, inputs
+from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights, Factors
-from .moments import Dipoles, dipole_influence
+from .edge_weights import EdgeWeights
+from .law_moments import by_distance, factor_at
+from .moments import Series, far_influence
 from .segments import WIDTH, Pairs, add_segments, put_segment
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
-IN_STRIPS = 2.5
-#: points nearer to it, over the root of its area, are in its centroid
-IN_MIDDLE = 5e-6
+IN_STRIPS = 2.0
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
 #: less, and the fewest
 STRIPS, FEWEST = 16, 3
@@ -39,18 +37,18 @@ class EdgeCorrection:
     ----------
     x : (2, m) array of float
         Field points.
-    centroids : (2, n) array of float
-        Centroids of the cells.
+    cells : (k,) array of int
+        Weighted cells.
+    far : Series
+        What these do outside of their circles.
     near : (m, n) csr_matrix
-        Correction near the cells, less their dipoles.
-    dipoles : (2, n) array of float
-        Dipole of each cell; zero where the weight is constant.
+        Correction near the cells, less the series.
     """
 
     x: ndarray
-    centroids: ndarray
+    cells: ndarray
+    far: Series
     near: csr_matrix
-    dipoles: ndarray
 
     @classmethod
     def from_weights(
@@ -60,17 +58,30 @@ class EdgeCorrection:
 
         ``strips`` is their number in a triangle that reaches from the edge on.
         """
-        centroids = weights.partition.centroids
-        dipoles = coefficient * weights.moment
-        x = snapped(x, centroids, np.sqrt(weights.partition.areas))
-        return cls(x, centroids, _near(weights, coefficient, x, dipoles, strips), dipoles)
+        (cells,) = np.nonzero(weights.weighted)
+        unit = Series.from_weights(weights, 1.0, cells)
+        reach = IN_STRIPS * np.sqrt(unit.squares)
+        pairs = Pairs.within(reach, cells, unit.middles, x)
+        sums, triangles = np.zeros((3, len(pairs.points))), weights.triangles
+        with Threads() as run:
+            run(
+                lambda k: _strip_sums(k.start, k.stop, pairs, triangles, unit, strips, sums),
+                len(cells),
+            )
+        at = pairs.points, np.repeat(cells, np.diff(pairs.offsets))
+        near = csr_matrix((coefficient * sums[0], at), shape=(x.shape[1], len(weights.partition)))
+        (terms,) = inputs(coefficient * unit.terms)
+        return cls(x, cells, unit._replace(terms=terms), near)
+
+    def at(self, i: ndarray) -> Self:
+        """At the points with the numbers ``i`` only."""
+        return replace(self, x=np.ascontiguousarray(self.x[:, i]), near=self.near[i])
 
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
-        cells, dipoles = self._weighted()
 
         def work(rows: slice) -> None:
-            _add_dipoles(*inputs(self.x[:, rows], cells), dipoles, matrix[rows])
+            _add_series(*inputs(self.x[:, rows], self.cells), self.far, matrix[rows])
 
         with Threads() as run:
             run(work, self.x.shape[1])
@@ -80,103 +91,28 @@ class EdgeCorrection:
     def apply(self, q: ndarray) -> ndarray:
         """The correction times mean pressures ``q`` of shape (n,)."""
         out = np.zeros(self.x.shape[1])
-        cells, dipoles = self._weighted()
-        loaded = Dipoles(*inputs(dipoles.middles, dipoles.moments * q[cells]))
 
         def work(rows: slice) -> None:
-            _sum_dipoles(*inputs(self.x[:, rows]), loaded, out[rows])
+            _sum_series(*inputs(self.x[:, rows], q[self.cells]), self.far, out[rows])
 
         with Threads() as run:
             run(work, self.x.shape[1])
         return out + self.near @ q
 
-    def _weighted(self) -> tuple[ndarray, Dipoles]:
-        """Cells that have a dipole, and those."""
-        cells = np.nonzero(self.dipoles.any(axis=0))[0]
-        return cells, Dipoles(*inputs(self.centroids[:, cells], self.dipoles[:, cells]))
 
-
-class Triangles(NamedTuple):
-    """Triangles that fill cells, and the weight on them.
-
-    Attributes
-    ----------
-    p : (2, k) array of float
-        Vertices.
-    t : (3, ntriangles) array of int
-        Vertices of each triangle, those of a cell one after the other.
-    root : (k,) array of float
-        Square root of phi at the vertices.
-    starts : (n + 1,) array of int
-        The first triangle of each cell.
-    mean : (n,) array of float
-        Mean of w over each cell.
-    factors : Factors
-        The law of each cell over phi^(-1/2).
-    """
-
-    p: ndarray
-    t: ndarray
-    root: ndarray
-    starts: ndarray
-    mean: ndarray
-    factors: Factors
-
-    @classmethod
-    def of(cls, weights: EdgeWeights) -> Self:
-        """Of the fan of some weights."""
-        fan, factors = weights.fan, Factors(*inputs(*weights.factors))
-        p, t, root, starts, mean = inputs(fan.p, fan.t, weights.root, fan.starts, weights.mean)
-        return cls(p, t, root, starts, mean, factors)
-
-    @classmethod
-    def none(cls, n: int) -> Self:
-        """Of n cells that are not weighted."""
-        own, starts = np.zeros(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
-        p, t, root, starts, mean = inputs(
-            np.empty((2, 0)), np.empty((3, 0), dtype=np.int32), np.empty(0), starts, np.ones(n)
-        )
-        factors = Factors(*inputs(np.ones((1, 2)), np.zeros(1), own))
-        return cls(p, t, root, starts, mean, factors)
-
-
-def snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
-    """Points, but centroids of cells where these are as good as there: next to the middle of a
-    dipole what it adds and what is taken off again would drown all else."""
-    distance, nearest = cKDTree(centroids.T).query(x.T)
-    return np.where(distance < IN_MIDDLE * sizes[nearest], centroids[:, nearest], x)
-
-
-def _near(
-    weights: EdgeWeights, coefficient: float, x: ndarray, dipoles: ndarray, strips: int
-) -> csr_matrix:
-    partition, fan = weights.partition, weights.fan
-    cells = np.nonzero(weights.weighted)[0]
-    own = weights.weighted[fan.cell]
-    spokes = np.hypot(*(fan.p[:, fan.t[:, own]] - partition.centroids[:, None, fan.cell[own]]))
-    radii = np.maximum.reduceat(spokes.max(axis=0), np.searchsorted(fan.cell[own], cells))
-    pairs = Pairs.within(IN_STRIPS * radii, cells, partition.centroids[:, cells], x)
-    sums, triangles = np.zeros((3, len(pairs.points))), Triangles.of(weights)
-    with Threads() as run:
-        run(lambda k: _strip_sums(k.start, k.stop, pairs, triangles, strips, sums), len(cells))
-    values = coefficient * sums[0]
-    column = np.repeat(cells, np.diff(pairs.offsets))
-    d = pairs.x - partition.centroids[:, column]
-    r = np.hypot(*d)
-    apart = r > 0
-    values[apart] -= np.sum(dipoles[:, column] * d, axis=0)[apart] / r[apart] ** 3
-    return csr_matrix((values, (pairs.points, column)), shape=(x.shape[1], len(partition)))
-
-
-@compiled
-def _strip_sums(first, last, pairs, triangles, most, sums):
-    """Integrals with w / mean(w) - 1 over some cells, see `add_segments`."""
+@vectorised
+def _strip_sums(first, last, pairs, triangles, far, most, sums):
+    """Integrals with w / mean(w) - 1 over some cells, see `add_segments`, less their series."""
+    middles, squares, terms = far
     room = strips_room(triangles, most)
     for k in range(first, last):
         begin, end = pairs.offsets[k], pairs.offsets[k + 1]
         if begin < end:
             count = strip_segments(triangles, pairs.cells[k], most, 0.0, room)
             add_segments(pairs.x, begin, end, room[2], count, sums)
+            for i in range(begin, end):
+                dx, dy = pairs.x[0, i] - middles[0, k], pairs.x[1, i] - middles[1, k]
+                sums[0, i] -= far_influence(dx, dy, squares[k], terms, k)
 
 
 @compiled
@@ -185,7 +121,7 @@ def strips_room(triangles, most):
     room, pieces = max(most, FEWEST) + 2, 1
     for j in range(triangles.starts.shape[0] - 1):
         pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
-    return np.empty((room, 4)), np.empty(room), np.empty((6, 3 * room * pieces + WIDTH))
+    return np.empty((room, 4)), np.empty((3, room)), np.empty((6, 3 * room * pieces + WIDTH))
 
 
 @compiled
@@ -194,10 +130,11 @@ def strip_segments(triangles, j, most, base, room):
 
     Puts them into the ``room`` of `strips_room` and returns their number.
     """
-    levels, density, segments = room
+    levels, strip, segments = room
+    density = strip[0]
     count = 0
     for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-        strips, sign = cut_triangle(piece, triangles, j, most, levels, density)
+        strips, sign = cut_triangle(piece, triangles, j, most, levels, strip)
         before = 0.0
         for k in range(strips):
             ax, ay, bx, by = levels[k]
@@ -213,16 +150,17 @@ def strip_segments(triangles, j, most, base, room):
 
 
 @compiled
-def cut_triangle(piece, triangles, j, most, levels, density):
+def cut_triangle(piece, triangles, j, most, levels, strip):
     """Cut a triangle of cell ``j`` into strips between levels of phi, ``most`` from the edge on.
 
     A level is a segment from the side between the lowest and the highest vertex to one of the
     others, whose length in parts of the longest is ``width``.
 
     Returns their number, and -1 if the levels run clockwise around them, else 1. ``levels`` takes
-    begin and end of each level, ``density`` what ``w / mean(w) - 1`` is between it and the next.
+    begin and end of each level, ``strip`` what ``w / mean(w) - 1`` is between it and the next, and
+    phi and the width of the level before they are moved, see `_centre`.
     """
-    v0, v1, v2, sign = _by_distance(piece, triangles)
+    v0, v1, v2, sign = by_distance(piece, triangles)
     p, root, mean, law = triangles.p, triangles.root, triangles.mean[j], triangles.factors
     s0, s1, s2 = root[v0], root[v1], root[v2]
     strips = max(FEWEST, int(np.ceil(most * (s2 - s0) / s2)))
@@ -232,7 +170,9 @@ def cut_triangle(piece, triangles, j, most, levels, density):
     width, passed = 0.0, s1 * s1 == s0 * s0
     if passed:
         bx, by, width = p[0, v1], p[1, v1], 1.0
+    density, phi, widths = strip
     levels[0] = ax, ay, bx, by
+    phi[0], widths[0] = s0 * s0, width
     level = 1
     while level <= strips:
         upper = s0 + (s2 - s0) * level / strips if level < strips else s2
@@ -247,22 +187,34 @@ def cut_triangle(piece, triangles, j, most, levels, density):
         density[count] = uniform * _factor_in_strip(lower, upper, width, width1, law, j) - 1
         count += 1
         levels[count] = ax, ay, bx, by
+        phi[count], widths[count] = upper * upper, width1
         lower, width = upper, width1
+    _centre(levels, strip, count, p, v0, v1, v2, s0, s1, s2)
     return count, sign
 
 
 @compiled
-def _by_distance(piece, triangles):
-    """Vertices of a triangle by ascending distance, -1 if that reverses their rotation, else 1."""
-    root, t = triangles.root, triangles.t
-    v0, v1, v2, sign = t[0, piece], t[1, piece], t[2, piece], 1.0
-    if root[v0] > root[v1]:
-        v0, v1, sign = v1, v0, -sign
-    if root[v1] > root[v2]:
-        v1, v2, sign = v2, v1, -sign
-    if root[v0] > root[v1]:
-        v0, v1, sign = v1, v0, -sign
-    return v0, v1, v2, sign
+def _centre(levels, strip, count, p, v0, v1, v2, s0, s1, s2):
+    """Move levels between strips until uniform loads on these act where those of the law do.
+
+    Within a strip that is off the middle by a twelfth of the square of its width times the slope
+    of the law's logarithm; the load of each strip remains.
+    """
+    density, phi, widths = strip
+    lower, width = phi[0], widths[0]
+    for k in range(1, count + 1):
+        upper, width1 = phi[k], widths[k]
+        load = (1 + density[k - 1]) * (widths[k - 1] + widths[k]) * (phi[k] - phi[k - 1])
+        if k < count and phi[k] != s1 * s1:
+            near = min(phi[k + 1] - phi[k], phi[k] - phi[k - 1]) / 4
+            rise = (density[k] - density[k - 1]) / (density[k] + density[k - 1] + 2)
+            upper += max(-near, min(near, (phi[k + 1] - phi[k - 1]) / 12 * rise))
+            ax, ay, bx, by, width1 = _level(np.sqrt(upper), p, v0, v1, v2, s0, s1, s2)
+            levels[k] = ax, ay, bx, by
+        size = (width + width1) * (upper - lower)
+        if size > 0.0:
+            density[k - 1] = load / size - 1
+        lower, width = upper, width1
 
 
 @compiled
@@ -292,17 +244,6 @@ def _mean_in_strip(lower, upper, width, width1, mean):
     return mean
 
 
-@inlined
-def factor_at(factors, cell, root):
-    """The factor of the law of a cell where the square root of phi is ``root``."""
-    values, law = factors.values, factors.own[cell]
-    last = values.shape[1] - 1
-    place = min(root * factors.per_root[law], float(last))
-    step = min(int(place), last - 1)
-    value = values[law, step]
-    return value + (place - step) * (values[law, step + 1] - value)
-
-
 @compiled
 def _factor_in_strip(lower, upper, width, width1, law, cell):
     """Mean of the factor of the law there, by two points of Gauss; 1 on homogeneous ground."""
@@ -318,21 +259,24 @@ def _factor_in_strip(lower, upper, width, width1, law, cell):
     return total / weight if weight > 0.0 else 1.0
 
 
-@compiled
-def _add_dipoles(x, cells, dipoles, matrix):
-    middles, moments = dipoles
+@vectorised
+def _add_series(x, cells, far, matrix):
+    middles, squares, terms = far
+    added = np.empty(cells.shape[0])
     for i in range(x.shape[1]):
         for k in range(cells.shape[0]):
             dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
-            matrix[i, cells[k]] += dipole_influence(dx, dy, moments[0, k], moments[1, k])
+            added[k] = far_influence(dx, dy, squares[k], terms, k)
+        for k in range(cells.shape[0]):
+            matrix[i, cells[k]] += added[k]
 
 
-@compiled
-def _sum_dipoles(x, dipoles, out):
-    middles, moments = dipoles
+@vectorised
+def _sum_series(x, q, far, out):
+    middles, squares, terms = far
     for i in range(x.shape[1]):
         total = 0.0
-        for k in range(middles.shape[1]):
+        for k in range(q.shape[0]):
             dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
-            total += dipole_influence(dx, dy, moments[0, k], moments[1, k])
+            total += q[k] * far_influence(dx, dy, squares[k], terms, k)
         out[i] += total

@@ -14,7 +14,7 @@ Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
@@ -22,41 +22,27 @@ from scipy.spatial import cKDTree
 from skfem import CellBasis
 
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
-from ..grids.fan import Fan
+from ..grids.fan import Fan, side_keys
 from ..grids.outline import MANY, Wedges, distance_to_segments, wedges
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
+from ..kernels.compiled import inputs
 from ..kernels.once import computed_once
 from .graded_rule import graded
+from .law_moments import Factors, Triangles, law_moments
 from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
+#: moments up to this degree are kept
+DEGREE = 4
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
 #: sides of triangles nearer to a corner than so many lengths are halved where phi in the middle is
 #: off by more than so much of it; so often
 BESIDE, BENT, HALVES = 4.0, 0.04, 4
-
-
-class Factors(NamedTuple):
-    """Factors of laws over ``phi^(-1/2)``, as kernels take them.
-
-    Attributes
-    ----------
-    values : (k, m) array of float
-        The factor of each law at m equidistant roots of phi from zero on; constant beyond.
-    per_root : (k,) array of float
-        Steps between them, over the root.
-    own : (n,) array of int
-        The law of each cell.
-    """
-
-    values: ndarray
-    per_root: ndarray
-    own: ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +102,7 @@ class EdgeWeights:
         # the nearest end of a rib is not farther than the hypotenuse of the distance to the
         # edge and half the length of a rib
         reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
-        ends = cKDTree(np.unique(np.hstack([a, b]), axis=1).T)
+        ends = cKDTree(partition.polygons.p[:, np.unique(partition.facets[:, ribs])].T)
         workers = -1 if mesh.p.shape[1] > MANY else 1
         nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=workers)
         near = nearest < reach
@@ -124,21 +110,31 @@ class EdgeWeights:
             near = near[mesh.t].any(axis=0)
         fan = Fan.from_basis(basis, np.nonzero(near)[0])
         weights = cls(partition, fan, ribs, law=law, corners=corners)
+        known = 0
         for _ in range(HALVES):
-            sides = weights._bent()
+            sides = weights._bent(known)
+            if sides.shape[1] == 0:
+                break
+            known = weights.fan.p.shape[1]
             weights = replace(weights, fan=weights.fan.halved(sides))
         return weights
 
-    def _bent(self) -> ndarray:
-        """Sides of triangles next to corners along which phi is far from linear, shape (2, k)."""
+    def _bent(self, known: int) -> ndarray:
+        """Sides of triangles next to corners along which phi is far from linear, shape (2, k).
+
+        Of triangles that have not only vertices that were ``known`` before.
+        """
         fan, corners = self.fan, self.corners
         if corners is None or len(corners.node) == 0:
             return np.empty((2, 0), dtype=int)
-        v = fan.p[:, fan.t]
-        longest = np.hypot(*(np.roll(v, -1, axis=1) - v)).max(axis=0)
-        nearest = cKDTree(corners.x).query(fan.p[:, fan.t].reshape(2, -1).T)[0]
-        t = fan.t[:, nearest.reshape(3, -1).min(axis=0) < BESIDE * longest]
-        a, b = np.unique(np.sort([t, np.roll(t, -1, axis=0)], axis=0).reshape(2, -1), axis=1)
+        t = fan.t[:, (fan.t >= known).any(axis=0)]
+        v, n = fan.p[:, t], fan.p.shape[1]
+        longest = np.hypot(*(v[:, [1, 2, 0]] - v)).max(axis=0)
+        used = np.unique(t)
+        nearest = np.empty(n)
+        nearest[used] = cKDTree(corners.x).query(fan.p[:, used].T)[0]
+        t = t[:, nearest[t].min(axis=0) < BESIDE * longest]
+        a, b = np.divmod(np.unique(side_keys(t, n)), n)
         begin, end, middle = self.phi_at(
             np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b]) / 2])
         ).reshape(3, -1)
@@ -164,10 +160,9 @@ class EdgeWeights:
         At points of no triangle it has its greatest value.
         """
         fan = self.fan
-        used = np.unique(fan.t)
-        own = self.phi_at(fan.p[:, used])
+        own = self.phi_at(fan.p[:, fan.used])
         phi = np.full(fan.p.shape[1], own.max())
-        phi[used] = own
+        phi[fan.used] = own
         size = np.sqrt(self.partition.areas.sum())
         # never zero: the means below are sums of positive terms, and a tiny root is as good
         return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
@@ -187,6 +182,8 @@ class EdgeWeights:
         ``cells`` has the shape of ``root``, or its first dimensions.
         """
         values, per_root, own = self.factors
+        if not np.ptp(values):
+            return np.full(root.shape, values[0, 0])
         law = own[cells].reshape(cells.shape + (1,) * (root.ndim - cells.ndim))
         last = values.shape[1] - 1
         place = np.minimum(root * per_root[law], last)
@@ -257,6 +254,19 @@ class EdgeWeights:
         arm = fan.p[:, fan.t].mean(axis=1) + off - self.partition.centroids[:, fan.cell]
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
         return readonly(np.where(self.weighted, first / self.mean, 0.0))
+
+    @computed_once
+    def triangles(self) -> Triangles:
+        """The fan and the law on it."""
+        fan, factors = self.fan, Factors(*inputs(*self.factors))
+        p, t, root, starts, mean = inputs(fan.p, fan.t, self.root, fan.starts, self.mean)
+        return Triangles(p, t, root, starts, mean, factors)
+
+    @computed_once
+    def moments(self) -> ndarray:
+        """Moments of ``w / mean(w) - 1`` about the centroid of each cell, see `law_moments`."""
+        centroids = self.partition.centroids
+        return readonly(law_moments(self.triangles, centroids, self.weighted, DEGREE))
 
     @computed_once
     def centroids(self) -> ndarray:

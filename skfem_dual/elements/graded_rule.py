@@ -1,9 +1,13 @@
 """Quadrature over triangles of functions with an inverse square root at the edge of a plan."""
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 from numpy import ndarray
+
+from ..grids.polygons import readonly
+from ..kernels.compiled import compiled, inputs
 
 TINY = float(np.finfo(float).tiny)
 
@@ -33,29 +37,51 @@ def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[nda
     (3, k, q) and (k, q) array of float
         Barycentric coordinates and weights, for triangles of unit area.
     """
-    phi = np.einsum("ijk,ik->jk", vertices, square)
-    rank = np.argsort(phi, axis=0)
-    phi = np.take_along_axis(phi, rank, axis=0)
-    low, between, high = np.take_along_axis(vertices, rank[None], axis=1).swapaxes(0, 1)
-    rise = phi[2] - phi[0]
-    share = np.divide(phi[1] - phi[0], rise, out=np.zeros_like(rise), where=rise > 0)
-    opposite = low + share * (high - low)
-    tau, along_tau = (a[:, None] for a in _gauss(order + 2))
-    u, along_u = (a[None] for a in _gauss(order // 2 + 1))
-    root = np.sqrt(phi)
-    for apex, at_apex in ((low, root[0]), (high, root[2])):
-        # without area where both are zero
-        total = (at_apex + root[1]).clip(TINY)[:, None, None]
-        r = at_apex[:, None, None] * (1 - tau) + root[1][:, None, None] * tau
-        t = tau * (at_apex[:, None, None] + r) / total
-        side = between[..., None, None] * (1 - u) + opposite[..., None, None] * u
-        at = apex[..., None, None] * (1 - t) + side * t
-        area = area_of(np.stack([apex, between, opposite], axis=1))[:, None, None]
-        load = 4 * area * t / total * along_tau * along_u
-        yield at.reshape(3, len(r), -1), load.reshape(len(r), -1)
+    tau, u = gauss(order + 2), gauss(order // 2 + 1)
+    given, k, q = inputs(vertices, square, *tau, *u), square.shape[1], len(tau[0]) * len(u[0])
+    for apex in (0, 2):
+        at, load = np.empty((3, k, q)), np.empty((k, q))
+        _fill(apex, *given, at, load)
+        yield at, load
 
 
-def _gauss(n: int) -> tuple[ndarray, ndarray]:
+@cache
+def gauss(n: int) -> tuple[ndarray, ndarray]:
     """Gauss points and weights on the unit interval."""
     x, w = np.polynomial.legendre.leggauss(n)
-    return (1 + x) / 2, w / 2
+    return readonly((1 + x) / 2), readonly(w / 2)
+
+
+@compiled
+def _fill(apex, vertices, square, tau, along_tau, u, along_u, at, load):
+    """The rule between the vertex of least or most phi, 0 or 2, and the one in between."""
+    phi, rank = np.empty(3), np.empty(3, np.int64)
+    a, b, c = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(square.shape[1]):
+        for j in range(3):
+            phi[j], rank[j] = 0.0, j
+            for i in range(3):
+                phi[j] += vertices[i, j, k] * square[i, k]
+        for first in (0, 1, 0):  # by ascending phi
+            if phi[rank[first]] > phi[rank[first + 1]]:
+                rank[first], rank[first + 1] = rank[first + 1], rank[first]
+        low, middle, high, top = rank[0], rank[1], rank[2], rank[apex]
+        rise = phi[high] - phi[low]
+        share = (phi[middle] - phi[low]) / rise if rise > 0.0 else 0.0
+        for i in range(3):
+            a[i], b[i], c[i] = vertices[i, top, k], vertices[i, middle, k], vertices[i, low, k]
+            c[i] += share * (vertices[i, high, k] - c[i])
+        area = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
+        area = abs(area + a[2] * (b[0] * c[1] - b[1] * c[0]))
+        root, across = np.sqrt(phi[top]), np.sqrt(phi[middle])
+        total = max(root + across, TINY)  # without area where both are zero
+        q = 0
+        for m in range(tau.shape[0]):
+            r = root * (1 - tau[m]) + across * tau[m]
+            t = tau[m] * (root + r) / total
+            for n in range(u.shape[0]):
+                for i in range(3):
+                    side = b[i] * (1 - u[n]) + c[i] * u[n]
+                    at[i, k, q] = a[i] * (1 - t) + side * t
+                load[k, q] = 4 * area * t / total * along_tau[m] * along_u[n]
+                q += 1

@@ -76,15 +76,19 @@ def surface_displacement(
     x: ArrayLike,
     weights: EdgeWeights | None = None,
 ) -> ndarray:
-    """Settlements at points ``x`` of shape (2, m) under one pressure per cell; no matrix."""
+    """Settlements at points ``x`` of shape (2, m) under pressures of the cells; no matrix.
+
+    Pressures are of shape (n,) or (n, k), the settlements (m,) or (m, k).
+    """
     x = as_points(x)
     # each rib counts with the jump of the pressure across it
-    jump = np.append(pressure, 0.0)[partition.f2c]
+    jump = np.append(pressure, np.zeros((1, *pressure.shape[1:])), axis=0)[partition.f2c]
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
-    out = np.empty(x.shape[1])
-    ribs = Ribs.from_partition(partition)
+    out = np.empty((x.shape[1], *pressure.shape[1:]))
+    columns, ribs = out.reshape(len(out), -1), Ribs.from_partition(partition)
+    (jump,) = inputs(jump.reshape(len(jump), columns.shape[1]).T)
     with Threads() as run:
-        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, out[rows]), x.shape[1])
+        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1])
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(_add_product, add, pressure[cells], out), x.shape[1])
     return out
@@ -175,12 +179,12 @@ def _fill(x, ribs, c, matrix):
 
 @vectorised
 def _sum(x, ribs, jump, out):
-    """Integrals of 1/r with the weight ``jump`` of each rib."""
+    """Integrals of 1/r with weights of each rib, ``jump`` of shape (k, nribs), to (m, k)."""
     p, facets, _, along, length = ribs
     width = min(BLOCK, max(ROOM // p.shape[1], 1))
     x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
     r = np.empty((p.shape[1], width))
-    total = np.empty(width)
+    total = np.empty((jump.shape[0], width))
     for first in range(0, x.shape[1], width):
         count = _block(x, first, x0, y0)
         _distances(p, x0, y0, r)
@@ -189,6 +193,9 @@ def _sum(x, ribs, jump, out):
             a, b = facets[0, f], facets[1, f]
             ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
             rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
-            for i in range(width):
-                total[i] += jump[f] * values[i]
-        out[first : first + count] = total[:count]
+            for s in range(jump.shape[0]):
+                for i in range(width):
+                    total[s, i] += jump[s, f] * values[i]
+        for s in range(jump.shape[0]):
+            for i in range(count):
+                out[first + i, s] = total[s, i]

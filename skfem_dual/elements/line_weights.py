@@ -19,8 +19,9 @@ from ..grids.lines import signed_distance
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .edge_weights import EdgeWeights, Factors
+from .edge_weights import EdgeWeights
 from .graded_rule import graded
+from .law_moments import Factors
 
 #: cells over which the root varies by less than this factor are left constant
 VARIATION = 1.3

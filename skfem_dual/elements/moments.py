@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
-from ..kernels.compiled import compiled, inputs, vectorised
+from ..kernels.compiled import inlined, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .pieces import Pieces
@@ -37,13 +37,15 @@ class Multipoles:
     moments: ndarray
 
     @classmethod
-    def from_dipoles(
+    def about_centroids(
         cls, partition: Partition, weights: EdgeWeights | None, degree: int = DEGREE
     ) -> Self:
-        """For the part c / r: uniform cells, and dipoles where they are edge-weighted."""
+        """For the part c / r: of uniform cells, and what edge-weighted ones add."""
         moments = polygon_moments(partition.polygons, degree)
         if weights is not None:
-            moments[1, 0], moments[0, 1] = weights.moment
+            known = min(degree + 1, len(weights.moments))
+            own = np.add.outer(np.arange(known), np.arange(known)) <= degree
+            moments[:known, :known][own] += weights.moments[:known, :known][own]
         return cls(partition.centroids, moments)
 
     @classmethod
@@ -53,26 +55,57 @@ class Multipoles:
         return cls(centres, pressure_moments(partition, weights, DEGREE))
 
 
-class Dipoles(NamedTuple):
-    """Dipoles of cells, as kernels take them.
+class Series(NamedTuple):
+    """What edge-weighted cells add outside of circles around them, as kernels take it.
 
     Attributes
     ----------
-    middles : (2, n) array of float
+    middles : (2, k) array of float
         Centroids of the cells.
-    moments : (2, n) array of float
-        Times c, the coefficient of 1 / r.
+    squares : (k,) array of float
+        Of the radii of the circles; infinite around cells that are not weighted.
+    terms : (14, k) array of float
+        Factors in the series of 1 / r up to the fourth degree, see `far_influence`.
     """
 
     middles: ndarray
-    moments: ndarray
+    squares: ndarray
+    terms: ndarray
+
+    @classmethod
+    def from_weights(cls, weights: EdgeWeights, coefficient: float, cells: ndarray) -> Self:
+        """Of some cells, for the influence function ``coefficient / r``."""
+        partition, m = weights.partition, coefficient * weights.moments[..., cells]
+        squares = np.where(weights.weighted, radii(partition.polygons) ** 2, np.inf)[cells]
+        even, odd = m[4, 0] + m[0, 4] - m[2, 2], m[3, 1] - m[1, 3]
+        terms = [
+            *(m[1, 0], m[0, 1]),
+            *(2 * m[0, 2] - m[2, 0], 3 * (m[2, 0] - m[0, 2]), 3 * m[1, 1]),
+            *(12 * m[1, 2] - 9 * m[3, 0], 15 * (m[3, 0] - m[1, 2])),
+            *(6 * m[0, 3] - 3 * m[2, 1], 15 * (m[2, 1] - m[0, 3])),
+            *(9 * m[4, 0] + 24 * m[0, 4] - 12 * m[2, 2],),
+            *(105 * m[2, 2] - 90 * m[4, 0] - 120 * m[0, 4], 105 * even),
+            *(60 * m[1, 3] - 45 * m[3, 1], 105 * odd),
+        ]
+        return cls(*inputs(partition.centroids[:, cells], squares, np.stack(terms)))
 
 
-@compiled
-def dipole_influence(dx, dy, mx, my):
-    """Settlement at (dx, dy) from a dipole; zero in its middle."""
+@inlined
+def far_influence(dx, dy, square, terms, k):
+    """Settlement at (dx, dy) from the centroid of a cell by its `Series`; zero in the circle.
+
+    The derivatives of 1 / r along (x, y) / r, x^2 + y^2 = r^2, as polynomials of x^2 / r^2.
+    """
     r2 = dx * dx + dy * dy
-    return (mx * dx + my * dy) / (r2 * np.sqrt(r2)) if r2 > 0.0 else 0.0
+    f = 1 / np.sqrt(r2) if r2 >= square else 0.0
+    x, y = f * dx, f * dy
+    xx, xy = x * x, x * y
+    first = terms[0, k] * x + terms[1, k] * y
+    second = terms[2, k] + terms[3, k] * xx + terms[4, k] * xy
+    third = x * (terms[5, k] + terms[6, k] * xx) + y * (terms[7, k] + terms[8, k] * xx)
+    fourth = terms[9, k] + xx * (terms[10, k] + terms[11, k] * xx)
+    fourth += xy * (terms[12, k] + terms[13, k] * xx)
+    return f * f * (first + f * (second + f * (third + f * fourth)))
 
 
 def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:

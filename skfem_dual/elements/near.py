@@ -1,7 +1,7 @@
 """Exact settlements at some points under some cells, in dense blocks.
 
 As in `influence_matrix`: ribs in closed form, the remainder along the ribs nearby and by moments
-farther off; of edge-weighted cells the dipoles, to which `EdgeCorrection.near` adds what is
+farther off; of edge-weighted cells the series, to which `EdgeCorrection.near` adds what is
 missing near by. Sources: those of `ribs` and `remainder`.
 """
 
@@ -17,7 +17,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
 from .clouds import Clouds
 from .edge_weights import EdgeWeights
-from .moments import Dipoles, dipole_influence, load_moments, radii
+from .moments import Series, far_influence, load_moments, radii
 from .pieces import Pieces
 from .remainder import POINTS, Remainder, add_remainder
 from .ribs import rib_integrals
@@ -98,14 +98,15 @@ class NearField:
     ribs : CellRibs
     coefficient : float
         c of the part c / r.
-    dipoles : Dipoles
+    far : Series or None
+        What edge-weighted cells add, None if there are none.
     remainder : Remainder or None
         None without a remainder.
     """
 
     ribs: CellRibs
     coefficient: float
-    dipoles: Dipoles
+    far: Series | None
     remainder: Remainder | None
 
     @classmethod
@@ -122,14 +123,13 @@ class NearField:
         The remainder has the error ``rtol`` relative to c / r; without it there is none.
         """
         c = substrate.singular_coefficient
-        dipoles = np.zeros((2, len(partition))) if weights is None else weights.moment[:, cells]
         remainder = None
         if rtol is not None and (table := substrate.remainder) is not None:
             remainder = _remainder(substrate, table, partition, weights, cells, rtol)
         return cls(
             CellRibs.from_partition(partition, cells),
             c,
-            Dipoles(*inputs(partition.centroids[:, cells], c * dipoles)),
+            None if weights is None else Series.from_weights(weights, c, cells),
             remainder,
         )
 
@@ -151,7 +151,7 @@ class NearField:
         """
         starts, cells = columns
         blocks = Blocks(*inputs(x, rows, starts, np.asarray(cells, np.int32)))
-        _fill_singular(blocks, self.ribs, self.coefficient, self.dipoles, values)
+        _fill_singular(blocks, self.ribs, self.coefficient, self.far, values)
         if self.remainder is not None:
             _add_remainder(blocks, self.remainder, values)
 
@@ -198,8 +198,8 @@ def _reach(
 
 
 @compiled
-def _fill_singular(blocks, ribs, c, dipoles, values):
-    """Entries of c / r and of the dipoles."""
+def _fill_singular(blocks, ribs, c, far, values):
+    """Entries of c / r and of the series."""
     x, rows, starts, cells = blocks
     column = np.full(ribs.starts.shape[0], -1, np.int32)  # the last: outside of the plan
     widest, highest = 0, 0
@@ -217,7 +217,9 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
         entries[:, :height] = 0.0
         for k in range(width):
             column[some[k]] = k
-        _add_cells(x0, y0, some, column, ribs, c, dipoles, entries, part, r1, r2)
+        _add_cells(x0, y0, some, column, ribs, c, entries, part, r1, r2)
+        if far is not None:
+            _add_series(x0, y0, some, far, entries)
         for k in range(width):
             column[some[k]] = -1
         for i in range(height):
@@ -227,14 +229,13 @@ def _fill_singular(blocks, ribs, c, dipoles, values):
 
 
 @vectorised
-def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, r1, r2):
-    """Add c times the integrals of 1/r, and the dipoles, to the row of ``entries`` of each cell.
+def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
+    """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
 
     ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part``, ``r1``
     and ``r2`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
-    middles, moments = dipoles
     for k in range(cells.shape[0]):
         cell = cells[k]
         for a in range(starts[cell], starts[cell + 1]):
@@ -254,11 +255,18 @@ def _add_cells(x, y, cells, column, ribs, c, dipoles, entries, part, r1, r2):
             if minus >= 0:
                 for i in range(x.shape[0]):
                     entries[minus, i] -= c * part[i]
-        mx, my = moments[0, cell], moments[1, cell]
-        if mx != 0.0 or my != 0.0:
+
+
+@vectorised
+def _add_series(x, y, cells, far, entries):
+    """Add what edge-weighted cells add outside of their circles."""
+    middles, squares, terms = far
+    for k in range(cells.shape[0]):
+        j = cells[k]
+        if squares[j] < np.inf:
             for i in range(x.shape[0]):
-                dx, dy = x[i] - middles[0, cell], y[i] - middles[1, cell]
-                entries[k, i] += dipole_influence(dx, dy, mx, my)
+                dx, dy = x[i] - middles[0, j], y[i] - middles[1, j]
+                entries[k, i] += far_influence(dx, dy, squares[j], terms, j)
 
 
 @compiled

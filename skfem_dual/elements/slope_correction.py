@@ -20,18 +20,19 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_correction import (
-    IN_STRIPS,
     STRIPS,
-    Triangles,
     strip_segments,
     strips_room,
 )
+from .law_moments import Triangles
 from .moments import radii
 from .segments import Pairs, add_segments, put_segment
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once
 ROWS = 16
+#: points nearer to a cell's centroid than so many of its radii take the exact correction
+EXACT_RADII = 2.5
 #: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
 #: the radius of its circle: what near corrections take off again would drown all else
 AT_REST = 1e-11
@@ -196,9 +197,9 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
     partition, weights = slopes.partition, slopes.weights
     polygons, n = partition.polygons, len(partition)
-    pairs = Pairs.within(IN_STRIPS * radii(polygons), np.arange(n), partition.centroids, x)
+    pairs = Pairs.within(EXACT_RADII * radii(polygons), np.arange(n), partition.centroids, x)
     rows = pairs.points
-    triangles = Triangles.none(n) if weights is None else Triangles.of(weights)
+    triangles = Triangles.none(n) if weights is None else weights.triangles
     (weighted,) = inputs(np.zeros(n, dtype=bool) if weights is None else weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
     sums = np.zeros((3, len(rows)))

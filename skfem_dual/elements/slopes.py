@@ -25,7 +25,6 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
-from .graded_rule import graded
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
@@ -118,8 +117,7 @@ def _around(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray,
     if weights is not None:
         # where the law of the edge is not known there, a weighted cell cannot compare itself
         keep &= ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
-    order = np.argsort(cell[keep], kind="stable")
-    return cell[keep][order], other[keep][order]
+    return cell[keep], other[keep]
 
 
 def _places(partition: Partition) -> ndarray:
@@ -128,6 +126,8 @@ def _places(partition: Partition) -> ndarray:
     ends = np.unique(partition.facets[:, partition.f2c[1] == -1])
     near = 1e-10 * np.sqrt(partition.areas.sum())
     a, b = ends[cKDTree(p[:, ends].T).query_pairs(near, output_type="ndarray")].T
+    if len(a) == 0:
+        return np.arange(p.shape[1])
     same = csr_matrix((np.ones(len(a)), (a, b)), shape=(p.shape[1], p.shape[1]))
     return connected_components(same, directed=False)[1]
 
@@ -152,20 +152,8 @@ def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matr
 
 
 def _second_moments(weights: EdgeWeights) -> ndarray:
-    partition, fan = weights.partition, weights.fan
-    xx, xy, yy = partition.polygons.second_moments
-    out = np.array([[xx, xy], [xy, yy]]) * ~weights.weighted
-    own = np.nonzero(weights.weighted[fan.cell])[0]
-    cell, t = fan.cell[own], fan.t[:, own]
-    arms, square = fan.p[:, t] - weights.centroids[:, None, cell], weights.root[t] ** 2
-    scale = fan.areas[own] / weights.mean[cell]
-    for at, load in graded(np.repeat(np.eye(3)[..., None], len(own), axis=2), square, 2):
-        root = np.sqrt(np.einsum("ikq,ik->kq", at, square))
-        x, y = np.einsum("dik,ikq->dkq", arms, at)
-        load = load * weights.factor(cell, root)
-        xy = np.sum(load * x * y, axis=1)
-        parts = [[np.sum(load * x * x, axis=1), xy], [xy, np.sum(load * y * y, axis=1)]]
-        out += np.array(
-            [[np.bincount(cell, scale * m, len(partition)) for m in row] for row in parts]
-        )
-    return out
+    areas, m = weights.partition.areas, weights.moments
+    own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+    xx, xy, yy = weights.partition.polygons.second_moments
+    off = weights.centroids - weights.partition.centroids
+    return np.array([[xx, xy], [xy, yy]]) + own - areas * off[:, None] * off

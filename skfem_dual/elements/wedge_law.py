@@ -21,6 +21,8 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.outline import Wedges
+from ..grids.planar import cross
+from .segments import Pairs
 
 #: points so much beside a corner, in radians, are in it
 TOLERANCE = 0.3
@@ -59,7 +61,7 @@ def exponent(angle: ndarray) -> ndarray:
     return np.interp(np.degrees(angle), TABLE[:, 0], TABLE[:, 1])
 
 
-def across(angle: float, near: ndarray) -> ndarray:
+def across(angle: float | ndarray, near: ndarray) -> ndarray:
     """``f^(-2)`` at angles from the nearer edge, shape (m,)."""
     square = (4 * near / angle * (1 - near / angle)).clip(0.0)
     c = [np.interp(np.degrees(angle), TABLE[:, 0], column) for column in TABLE[:, 2:].T]
@@ -78,20 +80,21 @@ def wedge_factor(wedges: Wedges, x: ndarray, distance: ndarray) -> ndarray:
     distance : (m,) array of float
         Theirs to the edge.
     """
+    k = len(wedges.angle)
+    pairs = Pairs.within(REACH * wedges.reach, np.arange(k), wedges.x.T, x)
+    corner = np.repeat(np.arange(k), np.diff(pairs.offsets))[distance[pairs.points] > 0]
+    point = pairs.points[distance[pairs.points] > 0]
+    bisector, angle = wedges.bisector[corner].T, wedges.angle[corner]
+    arm = x[:, point] - wedges.x[corner].T
+    r = np.hypot(*arm)
+    ratio, s = distance[point] / r, r / (REACH * wedges.reach[corner])
+    turn = np.arctan2(cross(bisector, arm), np.sum(bisector * arm, axis=0))
+    near = angle / 2 - np.abs(turn)
+    inside = near > -TOLERANCE
+    # sides may be curved
+    near = np.where(near < np.pi / 2, np.arcsin(ratio.clip(max=1.0)), near)
+    near = np.minimum(near, angle / 2)
+    own = across(angle, near) / ratio * s ** (1 - 2 * exponent(angle))
     factor = np.ones(x.shape[1])
-    for corner, bisector, angle, facing in zip(*wedges[1:], strict=True):
-        reach = REACH * facing
-        arm = x - corner[:, None]
-        r = np.hypot(*arm)
-        some = np.nonzero((r < reach) & (distance > 0))[0]
-        r, arm, ratio = r[some], arm[:, some], distance[some] / r[some]
-        turn = np.arctan2(bisector[0] * arm[1] - bisector[1] * arm[0], bisector @ arm)
-        near = angle / 2 - np.abs(turn)
-        inside = near > -TOLERANCE
-        # sides may be curved
-        near = np.where(near < np.pi / 2, np.arcsin(ratio.clip(max=1.0)), near)
-        near = near.clip(max=angle / 2)
-        s = r / reach
-        own = across(angle, near) / ratio * s ** (1 - 2 * exponent(angle))
-        factor[some] *= np.where(inside, own, 1.0) ** (1 - s)
+    np.multiply.at(factor, point, np.where(inside, own, 1.0) ** (1 - s))
     return factor

@@ -76,7 +76,11 @@ class Fan:
         t = np.where(areas < 0, t[[0, 2, 1]], t)
         # quadrilaterals in the middle of a polar grid have sides without length
         full = np.abs(areas) > 1e-14 * np.bincount(cell, np.abs(areas))[cell]
-        order = np.nonzero(full)[0][np.argsort(cell[full], kind="stable")]
+        return cls._by_cell(p, t[:, full], cell[full], part[full])
+
+    @classmethod
+    def _by_cell(cls, p: ndarray, t: ndarray, cell: ndarray, part: ndarray) -> "Fan":
+        order = np.argsort(cell, kind="stable")
         return cls(
             readonly(p),
             readonly(t[:, order], np.int32),
@@ -85,27 +89,32 @@ class Fan:
         )
 
     def halved(self, sides: ndarray) -> "Fan":
-        """With some sides of triangles, points (2, k), cut in halves: their triangles in two, or
-        in four with those halved too that have a triangle with two others. Middles follow the
-        other points."""
+        """With some sides of triangles, k > 0 pairs of ascending points (2, k), cut in halves:
+        their triangles in two, or in four with those halved too that have a triangle with two
+        others. Middles follow the other points."""
         n = self.p.shape[1]
-        ends = np.sort([self.t, np.roll(self.t, -1, axis=0)], axis=0).astype(np.int64)
-        keys = ends[0] * n + ends[1]
-        cut = np.unique(np.sort(sides.astype(np.int64), axis=0).T @ [n, 1])
-        while len(more := np.setdiff1d(keys[:, np.isin(keys, cut).sum(axis=0) == 2], cut)):
-            cut = np.union1d(cut, more)
+        cut, more = np.empty(0, np.int64), sides.astype(np.int64).T @ [n, 1]
+        while len(more):
+            cut, ends = np.union1d(cut, more), np.zeros(n, dtype=bool)
+            ends[np.concatenate(np.divmod(cut, n))] = True
+            beside = np.nonzero(ends[self.t].sum(axis=0) >= 2)[0]
+            old = self.t[:, beside]
+            keys = side_keys(old, n)
+            place = np.searchsorted(cut, keys)
+            halved = np.append(cut, -1)[place] == keys
+            more = keys[~halved & (halved.sum(axis=0) == 2)]
         p = np.hstack([self.p, self.p[:, np.divmod(cut, n)].mean(axis=1)])
-        halved = np.isin(keys, cut)
-        middle = n + np.searchsorted(cut, keys)
-        whole, half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (0, 1, 3))
-        a, b, c = self.t[:, quarters]
+        middle = n + place
+        half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (1, 3))
+        whole = np.delete(np.arange(self.t.shape[1]), beside[halved.any(axis=0)])
+        a, b, c = old[:, quarters]
         ab, bc, ca = middle[:, quarters]
         turn = (halved[:, half].argmax(axis=0) + np.arange(3)[:, None]) % 3, half
-        (d, e, f), de = self.t[turn], middle[turn][0]
+        (d, e, f), de = old[turn], middle[turn][0]
         parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
         t = np.hstack([self.t[:, whole], *map(np.array, parts)])
-        of = np.concatenate([whole, *[quarters] * 4, half, half])
-        return Fan._sorted(p, t, self.cell[of], self.part[of])
+        of = np.concatenate([whole, *[beside[quarters]] * 4, beside[half], beside[half]])
+        return Fan._by_cell(p, t, self.cell[of], self.part[of])
 
     def cut_at_zero(self, values: ndarray) -> tuple["Fan", ndarray]:
         """With triangles cut where a function is zero that is given at the points and linear in
@@ -141,6 +150,11 @@ class Fan:
         return readonly(signed_areas(self.p, self.t))
 
     @computed_once
+    def used(self) -> ndarray:
+        """Points that are vertices of triangles, ascending."""
+        return readonly(np.nonzero(np.bincount(self.t.ravel(), minlength=self.p.shape[1]))[0])
+
+    @computed_once
     def starts(self) -> ndarray:
         """Triangles of cell ``i``, up to the last that has some, are those from ``starts[i]`` to
         ``starts[i + 1]``."""
@@ -167,3 +181,10 @@ class Fan:
         order = order[inside[order] > -1e-9]
         deepest[point[order]] = triangle[order]
         return deepest
+
+
+def side_keys(t: ndarray, n: int) -> ndarray:
+    """``i n + j`` for the sides of triangles between the points ``i < j`` of n, shape (3, m)."""
+    t = t.astype(np.int64)
+    onward = t[[1, 2, 0]]
+    return np.minimum(t, onward) * n + np.maximum(t, onward)

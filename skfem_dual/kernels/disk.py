@@ -36,13 +36,19 @@ class _CheckedFiles(IndexDataCacheFile):
         self._write(self._data_path(name), data)
 
     def _read(self, path: str) -> Any:
-        """What was written, or None if it is not there, damaged or of another numba."""
+        """What was written, or None if it is not there, damaged, of another numba, or of classes
+        that have another place by now."""
         try:
             content = Path(path).read_bytes()
         except OSError:
             return None
         body = content[DIGEST:]
-        return pickle.loads(body) if content[:DIGEST] == self._digest(body) else None
+        if content[:DIGEST] != self._digest(body):
+            return None
+        try:
+            return pickle.loads(body)
+        except (AttributeError, ImportError):
+            return None
 
     def _write(self, path: str, value: Any) -> None:
         body = self._dump(value)

@@ -5,6 +5,7 @@ to end would lift the limits of the others, and the last would restore what it h
 of another. Here the least limit asked for holds until nobody asks for one.
 """
 
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -16,8 +17,8 @@ import numba
 import threadpoolctl
 from threadpoolctl import ThreadpoolController
 
-#: rows of a matrix whose factors take some milliseconds
-SMALL = 640
+#: rows of a matrix that BLAS itself leaves to one thread, and whose factors take some milliseconds
+TINY, SMALL = 96, 640
 
 
 class SharedLimit:
@@ -51,24 +52,23 @@ class _Blas:
     modules = 0
     libraries: ThreadpoolController
     held: ExitStack | None = None
-    holder: ThreadPoolExecutor
+    holder: ThreadPoolExecutor | None = None
 
 
 def _limit_blas(threads: int | None) -> None:
     # threadpoolctl lets only the thread that has limited OpenBLAS change that, and with the
-    # others nothing happens: one of our own may end before the limit does
-    if _Blas.held is None:
+    # others nothing happens: one of our own may end before the limit does. One of its own, kept
+    # as starting it takes longer than all else
+    if _Blas.holder is None:
         _Blas.holder = ThreadPoolExecutor(1)
-    else:
-        _Blas.holder.submit(_Blas.held.close).result()
+    _Blas.held = _Blas.holder.submit(_hold_blas, threads).result()
+
+
+def _hold_blas(threads: int | None) -> ExitStack | None:
+    if _Blas.held is not None:
+        _Blas.held.close()
     if threads is None:
-        _Blas.held = None
-        _Blas.holder.shutdown()
-    else:
-        _Blas.held = _Blas.holder.submit(_hold_blas, threads).result()
-
-
-def _hold_blas(threads: int) -> ExitStack:
+        return None
     openblas = getattr(threadpoolctl, "OpenBLASController", None)
     if clear := getattr(openblas, "clear_controlling_thread", None):  # recent versions
         clear(force=True)  # whoever has limited it for good
@@ -81,6 +81,15 @@ def _libraries() -> ThreadpoolController:
     if _Blas.modules != len(sys.modules):  # an import may have brought a library
         _Blas.modules, _Blas.libraries = len(sys.modules), ThreadpoolController()
     return _Blas.libraries
+
+
+def _forget() -> None:
+    """A forked process has no thread that holds limits."""
+    _Blas.holder = None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
 
 
 def _limit_numba(threads: int | None, known: int = numba.config.NUMBA_NUM_THREADS) -> None:
@@ -113,4 +122,4 @@ def limited_threads(threads: int, what: Literal["blas", "all"] = "all") -> Itera
 def threads_for_matrix(n: int) -> AbstractContextManager[None]:
     """One thread of BLAS inside for a matrix with up to `SMALL` rows, whose factors take
     milliseconds: threads that wait for others beside other work take many times as long."""
-    return limited_threads(1, "blas") if n <= SMALL else nullcontext()
+    return limited_threads(1, "blas") if TINY < n <= SMALL else nullcontext()

@@ -47,7 +47,7 @@ def moment_matrix(
     (m, ncells) array of float
         Settlement per unit pressure, positive into the ground.
     """
-    loads = Multipoles.from_dipoles(partition, weights, 3)
+    loads = Multipoles.about_centroids(partition, weights, 3)
     centres, m = loads.centres, substrate.singular_coefficient * loads.moments
     third = np.stack([m[3, 0], m[2, 1], m[1, 2], m[0, 3]])
     near = EXACT_RADII * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)

@@ -79,8 +79,8 @@ class Entries:
         """Those of the points with the numbers ``i``, (len(i), n)."""
         x = np.ascontiguousarray(self.x[:, i])
         matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
-        if (c := self.correction) is not None:
-            EdgeCorrection(x, c.centroids, c.near[i], c.dipoles).add_to(matrix)
+        if self.correction is not None:
+            self.correction.at(i).add_to(matrix)
         if self.slopes is not None and self.sloping is not None:
             self.sloping.at(i).add_to(matrix, self.slopes)
         return matrix

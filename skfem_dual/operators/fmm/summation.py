@@ -219,7 +219,7 @@ def _laws(
     # it scales with the boxes
     laws = [
         (
-            Multipoles.from_dipoles(partition, weights),
+            Multipoles.about_centroids(partition, weights),
             singular,
             lambda h, _: (left, core / h, right),
         )

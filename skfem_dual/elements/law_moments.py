@@ -1,0 +1,174 @@
+"""Moments of the law of the edge over cells, for what they do far away.
+
+A line of constant phi through the vertex in between cuts a triangle in two, each with a side along
+which phi is constant; quadrature on them is that of `graded_rule`.
+"""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy import ndarray
+
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
+from .graded_rule import TINY, gauss
+
+
+class Factors(NamedTuple):
+    """Factors of laws over ``phi^(-1/2)``, as kernels take them.
+
+    Attributes
+    ----------
+    values : (k, m) array of float
+        The factor of each law at m equidistant roots of phi from zero on; constant beyond.
+    per_root : (k,) array of float
+        Steps between them, over the root.
+    own : (n,) array of int
+        The law of each cell.
+    """
+
+    values: ndarray
+    per_root: ndarray
+    own: ndarray
+
+
+class Triangles(NamedTuple):
+    """Triangles that fill cells, and the weight on them.
+
+    Attributes
+    ----------
+    p : (2, k) array of float
+        Vertices.
+    t : (3, ntriangles) array of int
+        Vertices of each triangle, those of a cell one after the other.
+    root : (k,) array of float
+        Square root of phi at the vertices.
+    starts : (n + 1,) array of int
+        The first triangle of each cell.
+    mean : (n,) array of float
+        Mean of w over each cell.
+    factors : Factors
+        The law of each cell over phi^(-1/2).
+    """
+
+    p: ndarray
+    t: ndarray
+    root: ndarray
+    starts: ndarray
+    mean: ndarray
+    factors: Factors
+
+    @classmethod
+    def none(cls, n: int) -> Self:
+        """Of n cells that are not weighted."""
+        own, starts = np.zeros(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
+        p, t, root, starts, mean = inputs(
+            np.empty((2, 0)), np.empty((3, 0), dtype=np.int32), np.empty(0), starts, np.ones(n)
+        )
+        factors = Factors(*inputs(np.ones((1, 2)), np.zeros(1), own))
+        return cls(p, t, root, starts, mean, factors)
+
+
+def law_moments(triangles: Triangles, centres: ndarray, weighted: ndarray, degree: int) -> ndarray:
+    """Integrals of ``x^i y^j / (i! j!)`` times ``w / mean(w) - 1`` about one point of each cell.
+
+    Parameters
+    ----------
+    triangles : Triangles
+        Those that fill the cells.
+    centres : (2, n) array of float
+        The points.
+    weighted : (n,) array of bool
+        Cells that are weighted.
+    degree : int
+        The greatest sum of i and j.
+
+    Returns
+    -------
+    (degree + 1, degree + 1, n) array of float
+        Zero where the sum is greater, for i = j = 0 and of other cells.
+    """
+    out = np.zeros((degree + 1, degree + 1, len(weighted)))
+    factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
+    (tau, along_tau), (u, along_u) = gauss(degree + 2), gauss(degree // 2 + 1)
+    weights = np.outer(along_tau, along_u).ravel()
+    rule = inputs(np.repeat(tau, len(u)), np.tile(u, len(tau)), weights)
+    _add_moments(triangles, *inputs(centres, weighted, factorials), rule, out)
+    return out
+
+
+@inlined
+def factor_at(factors, cell, root):
+    """The factor of the law of a cell where the square root of phi is ``root``."""
+    values, law = factors.values, factors.own[cell]
+    last = values.shape[1] - 1
+    place = min(root * factors.per_root[law], float(last))
+    step = min(int(place), last - 1)
+    value = values[law, step]
+    return value + (place - step) * (values[law, step + 1] - value)
+
+
+@compiled
+def by_distance(piece, triangles):
+    """Vertices of a triangle by ascending distance, -1 if that reverses their rotation, else 1."""
+    root, t = triangles.root, triangles.t
+    v0, v1, v2, sign = t[0, piece], t[1, piece], t[2, piece], 1.0
+    if root[v0] > root[v1]:
+        v0, v1, sign = v1, v0, -sign
+    if root[v1] > root[v2]:
+        v1, v2, sign = v2, v1, -sign
+    if root[v0] > root[v1]:
+        v0, v1, sign = v1, v0, -sign
+    return v0, v1, v2, sign
+
+
+@vectorised
+def _add_moments(triangles, centres, weighted, factorials, rule, out):
+    p, root, starts = triangles.p, triangles.root, triangles.starts
+    orders = factorials.shape[0]
+    room, own = np.empty((4, rule[0].shape[0])), np.empty((orders, orders))
+    for j in range(starts.shape[0] - 1):
+        if not weighted[j]:
+            continue
+        own[:] = 0.0
+        cx, cy = centres[0, j], centres[1, j]
+        for piece in range(starts[j], starts[j + 1]):
+            low, between, high, _ = by_distance(piece, triangles)
+            rise = root[high] ** 2 - root[low] ** 2
+            share = (root[between] ** 2 - root[low] ** 2) / rise if rise > 0.0 else 0.0
+            bx, by = p[0, between] - cx, p[1, between] - cy
+            ox = p[0, low] + share * (p[0, high] - p[0, low]) - cx
+            oy = p[1, low] + share * (p[1, high] - p[1, low]) - cy
+            for apex in (low, high):
+                corners = p[0, apex] - cx, p[1, apex] - cy, bx, by, ox, oy
+                _add_half(corners, root[apex], root[between], triangles, j, rule, room, own)
+        for a in range(orders):
+            for b in range(orders - a):
+                out[a, b, j] = own[a, b] / (factorials[a] * factorials[b])
+        out[0, 0, j] = 0.0
+
+
+@vectorised
+def _add_half(corners, at_apex, at_side, triangles, j, rule, room, own):
+    """Add integrals over a triangle with constant phi along the side opposite to its apex."""
+    ax, ay, bx, by, ox, oy = corners
+    tau, u, weight = rule
+    x, y, power, value = room
+    total = max(at_apex + at_side, TINY)
+    size = 2 * abs((bx - ax) * (oy - ay) - (by - ay) * (ox - ax)) / total
+    for k in range(tau.shape[0]):
+        root = at_apex + (at_side - at_apex) * tau[k]
+        t = tau[k] * (at_apex + root) / total
+        over = factor_at(triangles.factors, j, root) / triangles.mean[j] - root
+        power[k] = size * t * weight[k] * over
+        x[k] = ax + t * (bx + u[k] * (ox - bx) - ax)
+        y[k] = ay + t * (by + u[k] * (oy - by) - ay)
+    for a in range(own.shape[0]):
+        for k in range(tau.shape[0]):
+            value[k] = power[k]
+            power[k] *= x[k]
+        for b in range(own.shape[0] - a):
+            integral = 0.0
+            for k in range(tau.shape[0]):
+                integral += value[k]
+                value[k] *= y[k]
+            own[a, b] += integral
