@@ -80,6 +80,7 @@ LAYERS = [
         "elements.line_weights",
         "elements.pieces",
         "elements.ribs",
+        "elements.nearby",
         "elements.segments",
         "elements.moments",
         "elements.clouds",

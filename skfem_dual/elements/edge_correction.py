@@ -133,6 +133,8 @@ class Triangles(NamedTuple):
 def snapped(x: ndarray, centroids: ndarray, sizes: ndarray) -> ndarray:
     """Points, but centroids of cells where these are as good as there: next to the middle of a
     dipole what it adds and what is taken off again would drown all else."""
+    if np.array_equal(x, centroids):
+        return x
     distance, nearest = cKDTree(centroids.T).query(x.T)
     return np.where(distance < IN_MIDDLE * sizes[nearest], centroids[:, nearest], x)
 
