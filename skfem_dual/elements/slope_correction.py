@@ -320,7 +320,16 @@ def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles,
                     f = factor * square_value(table, first, u) * (2 - r2 / u)
                     fx[c] += f * dx
                     fy[c] += f * dy
-            for s in range(sets):
+            for s in range(0, sets - 2, 3):
+                one, two, three = 0.0, 0.0, 0.0
+                for c in range(width):
+                    one += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]
+                    two += load[s + 1, 0, c] * fx[c] + load[s + 1, 1, c] * fy[c]
+                    three += load[s + 2, 0, c] * fx[c] + load[s + 2, 1, c] * fy[c]
+                out[s, i] += one
+                out[s + 1, i] += two
+                out[s + 2, i] += three
+            for s in range(sets - sets % 3, sets):
                 total = 0.0
                 for c in range(width):
                     total += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]

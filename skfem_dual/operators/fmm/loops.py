@@ -123,6 +123,40 @@ def p2m(begin, end, clusters, loads, degrees, offsets, values):
                     values[at + c] = total[c]
 
 
+@vectorised
+def add_dipoles(begin, end, boxes, clusters, centres, dipoles, order, multipole):
+    """Add dipoles of cells to the multipole expansions of their boxes.
+
+    Box ``boxes[k]`` has the cells of `Clusters` number ``k``, with their ``centres`` (2, n) and
+    ``dipoles`` (s, 2, n); ``multipole`` is of shape (s, nboxes, terms).
+    """
+    cells, middle, half = clusters.cells, clusters.middle, clusters.half
+    x, y = np.empty((order, 2, CELLS)), np.empty((order, 2, CELLS))
+    sx, sy, px, py = np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS)
+    for k in range(begin, end):
+        f, box = 1 / half[k], boxes[k]
+        for first in range(cells[0, k], cells[1, k], CELLS):
+            count = min(CELLS, cells[1, k] - first)
+            for c in range(count):
+                sx[c] = (centres[0, first + c] - middle[0, k]) * f
+                sy[c] = (centres[1, first + c] - middle[1, k]) * f
+            px[:], py[:] = 0.0, 0.0
+            _chebyshev(sx, x)
+            _chebyshev(sy, y)
+            for s in range(dipoles.shape[0]):
+                term = 0
+                for i in range(order):
+                    for c in range(count):
+                        along = f * dipoles[s, 0, first + c] * x[i, 1, c]
+                        px[c], py[c] = along, f * dipoles[s, 1, first + c] * x[i, 0, c]
+                    for j in range(order - i):
+                        total = 0.0
+                        for c in range(CELLS):
+                            total += px[c] * y[j, 0, c] + py[c] * y[j, 1, c]
+                        multipole[s, box, term] += total
+                        term += 1
+
+
 @compiled
 def look_up(coefficients, start, width, r, out):
     """A radial table at many distances."""

@@ -145,7 +145,7 @@ class FastSummation:
                 )
                 for loads, kernel, factors in far
             ),
-            DipoleSummation.from_tree(tree, chebyshev, *shared, dtype),
+            DipoleSummation.from_tree(tree, chebyshev, *shared),
         )
 
     @property
@@ -195,7 +195,7 @@ class FastSummation:
         flat = multipole.reshape(len(q), -1)
         far.p2m.add_product(q, flat, run)
         if dipoles is not None:
-            self.dipoles.add_far(dipoles, flat, run)
+            self.dipoles.add_far(dipoles, multipole, run)
         for translation in self.m2m:
             translation.add(multipole, multipole, run)
         for compressed_translation in far.m2l:
