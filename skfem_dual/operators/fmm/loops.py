@@ -175,7 +175,8 @@ def translate(begin, end, first, sources, matrices, given, out):
     sets = given.shape[0]
     # larger products would start threads of their own
     together = max(min(MOST, ALONE // (width * height)) // sets, 1)
-    taken, product = np.empty((together * sets, width)), np.empty((together * sets, height))
+    taken = np.empty((together * sets, width), matrices.dtype)
+    product = np.empty((together * sets, height), matrices.dtype)
     boxes = np.empty(together, np.int64)
     for start in range(begin, end, together):
         for k in range(sources.shape[1]):
@@ -236,7 +237,7 @@ def block_products(begin, end, layout, values, vectors, out):
 def l2p(begin, end, leaves, boxes, x, order, local, out):
     """Add the local expansions of some leaves at their points."""
     targets, middle, half = boxes.targets, boxes.middle, boxes.half
-    tx, ty = np.empty(order), np.empty(order)
+    tx, ty, values = np.empty(order), np.empty(order), np.empty(local.shape[2])
     tx[0], ty[0] = 1.0, 1.0
     for k in range(begin, end):
         box = leaves[k]
@@ -247,12 +248,13 @@ def l2p(begin, end, leaves, boxes, x, order, local, out):
             for a in range(1, order - 1):
                 tx[a + 1] = 2 * sx * tx[a] - tx[a - 1]
                 ty[a + 1] = 2 * sy * ty[a] - ty[a - 1]
+            at = 0
+            for a in range(order):
+                for b in range(order - a):
+                    values[at] = tx[a] * ty[b]
+                    at += 1
             for s in range(local.shape[0]):
-                total, at = 0.0, 0
-                for a in range(order):
-                    row = 0.0
-                    for b in range(order - a):
-                        row += local[s, box, at + b] * ty[b]
-                    total += row * tx[a]
-                    at += order - a
+                total = 0.0
+                for j in range(at):
+                    total += local[s, box, j] * values[j]
                 out[s, i] += total
