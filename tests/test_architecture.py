@@ -76,6 +76,7 @@ LAYERS = [
     [
         "elements.graded_rule",
         "elements.law_moments",
+        "elements.nearby",
         "elements.ribs",
         "elements.segments",
         "elements.wedge_law",

@@ -178,7 +178,9 @@ def _about(
 @vectorised
 def _moments(begin, end, p, indices, offsets, centroids, factorials, gauss, weights, out):
     n = factorials.shape[0]
+    own = np.empty((n, n))
     for k in range(begin, end):
+        own[:] = 0.0
         cx, cy = centroids[0, k], centroids[1, k]
         last = indices[offsets[k + 1] - 1]
         vx, vy = p[0, last] - cx, p[1, last] - cy
@@ -192,13 +194,13 @@ def _moments(begin, end, p, indices, offsets, centroids, factorials, gauss, weig
                 for i in range(n):
                     value = power
                     for j in range(n - i):
-                        out[i, j, k] += value / (i + j + 2)
+                        own[i, j] += value
                         value *= y
                     power *= x
             vx, vy = wx, wy
         for i in range(n):
             for j in range(n - i):
-                out[i, j, k] /= factorials[i] * factorials[j]
+                out[i, j, k] = own[i, j] / ((i + j + 2) * factorials[i] * factorials[j])
 
 
 def radii(polygons: Polygons) -> ndarray:

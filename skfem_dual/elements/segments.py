@@ -12,15 +12,13 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
 
 from ..kernels.compiled import compiled, inputs, vectorised
+from .nearby import in_circles
 from .ribs import FAR, atanh_series
 
 #: segments that are looked at together
 WIDTH = 32
-#: pairs of a cell and a point that are looked at one by one, in some milliseconds
-ONE_BY_ONE = 2**22
 #: logarithm of 2, and the square root of 1/2 as an integer of the same bits
 LOG2, ROOT_HALF = float(np.log(2.0)), int(np.sqrt(0.5).view(np.int64))
 
@@ -47,32 +45,8 @@ class Pairs(NamedTuple):
     @classmethod
     def within(cls, radii: ndarray, cells: ndarray, centres: ndarray, x: ndarray) -> Self:
         """Points ``x`` in circles around the ``centres`` of some cells."""
-        if len(cells) * x.shape[1] <= ONE_BY_ONE:
-            points, offsets = _in_circles(*inputs(radii, centres, x))
-        else:
-            near = cKDTree(x.T).query_ball_point(centres.T, radii)
-            offsets = np.cumsum([0, *(len(some) for some in near)])
-            points = np.concatenate([*near, np.empty(0)]).astype(np.int32)
+        points, offsets = in_circles(radii, centres, x)
         return cls(*inputs(cells, x[:, points], offsets, points))
-
-
-@compiled
-def _in_circles(radii, centres, x):
-    """Points in each circle, one circle after the other, and where those of each begin."""
-    points, offsets = np.empty(64, np.int32), np.zeros(len(radii) + 1, np.int64)
-    count = 0
-    for k in range(len(radii)):
-        if count + x.shape[1] > len(points):
-            larger = np.empty(2 * count + x.shape[1], np.int32)
-            larger[:count] = points[:count]
-            points = larger
-        cx, cy, square = centres[0, k], centres[1, k], radii[k] * radii[k]
-        for i in range(x.shape[1]):
-            dx, dy = x[0, i] - cx, x[1, i] - cy
-            points[count] = i
-            count += dx * dx + dy * dy <= square
-        offsets[k + 1] = count
-    return points[:count].copy(), offsets
 
 
 @compiled

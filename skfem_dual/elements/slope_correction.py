@@ -198,26 +198,24 @@ def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
     partition, weights = slopes.partition, slopes.weights
     polygons, n = partition.polygons, len(partition)
     pairs = Pairs.within(EXACT_RADII * radii(polygons), np.arange(n), partition.centroids, x)
-    rows = pairs.points
     triangles = Triangles.none(n) if weights is None else weights.triangles
     (weighted,) = inputs(np.zeros(n, dtype=bool) if weights is None else weights.weighted)
     outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
-    sums = np.zeros((3, len(rows)))
+    sums = np.zeros((3, len(pairs.points)))
+    dipoles = inputs(
+        slopes.centroids, partition.centroids, slopes.second_moments, partition.areas / np.pi
+    )
 
     def work(k: slice) -> None:
-        _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, strips, sums)
+        own = k.start, k.stop, pairs
+        _near_sums(*own, triangles, weighted, outlines, strips, sums)
+        _less_dipoles(*own, *dipoles, sums)
 
     with Threads() as run:
         run(work, n)
-    column = np.repeat(np.arange(n), np.diff(pairs.offsets))
-    values = sums[1:] + sums[0] * (pairs.x - slopes.centroids[:, column])
-    d = pairs.x - partition.centroids[:, column]
-    r2 = np.sum(d * d, axis=0)
-    apart = r2 > AT_REST / np.pi * partition.areas[column]
-    cube = np.divide(1.0, r2 * np.sqrt(r2), out=np.zeros_like(r2), where=apart)
-    values -= np.einsum("ijk,ik->jk", slopes.second_moments[:, :, column], d) * cube
-    at = np.tile(rows, 2), np.concatenate([column, n + column])
-    return csr_matrix((values.ravel(), at), shape=(x.shape[1], 2 * n))
+    starts = np.append(pairs.offsets, pairs.offsets[-1] + pairs.offsets[1:])
+    columns = sums[1:].ravel(), np.tile(pairs.points, 2), starts
+    return csc_matrix(columns, shape=(x.shape[1], 2 * n)).tocsr()
 
 
 @compiled
@@ -238,6 +236,20 @@ def _near_sums(first, last, pairs, triangles, weighted, outlines, most, sums):
                 b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
                 count = put_segment(segments, count, p[0, a], p[1, a], p[0, b], p[1, b], 1.0)
         add_segments(pairs.x, begin, end, segments, count, sums)
+
+
+@compiled
+def _less_dipoles(first, last, pairs, centroids, middles, moments, squares, sums):
+    """Make of integrals those with arms from the centroids of w, and take off the dipoles."""
+    for j in range(first, last):
+        for k in range(pairs.offsets[j], pairs.offsets[j + 1]):
+            dx, dy = pairs.x[0, k] - middles[0, j], pairs.x[1, k] - middles[1, j]
+            r2 = dx * dx + dy * dy
+            f = 1.0 / (r2 * np.sqrt(r2)) if r2 > AT_REST * squares[j] else 0.0
+            for i in range(2):
+                arm = pairs.x[i, k] - centroids[i, j]
+                fall = f * (moments[0, i, j] * dx + moments[1, i, j] * dy)
+                sums[1 + i, k] += sums[0, k] * arm - fall
 
 
 @inlined
@@ -308,7 +320,16 @@ def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles,
                     f = factor * square_value(table, first, u) * (2 - r2 / u)
                     fx[c] += f * dx
                     fy[c] += f * dy
-            for s in range(sets):
+            for s in range(0, sets - 2, 3):
+                one, two, three = 0.0, 0.0, 0.0
+                for c in range(width):
+                    one += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]
+                    two += load[s + 1, 0, c] * fx[c] + load[s + 1, 1, c] * fy[c]
+                    three += load[s + 2, 0, c] * fx[c] + load[s + 2, 1, c] * fy[c]
+                out[s, i] += one
+                out[s + 1, i] += two
+                out[s + 2, i] += three
+            for s in range(sets - sets % 3, sets):
                 total = 0.0
                 for c in range(width):
                     total += load[s, 0, c] * fx[c] + load[s, 1, c] * fy[c]

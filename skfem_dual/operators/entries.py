@@ -97,18 +97,21 @@ class Entries:
             out += self.sloping.diagonal(self.slopes)
         return out
 
-    def summed(self, fast: FastSummation, q: ndarray, slopes: ndarray | None) -> ndarray:
+    def summed(
+        self, fast: FastSummation, q: ndarray, slopes: ndarray | None, rough: bool = False
+    ) -> ndarray:
         """Settlements under mean pressures (n,) or (n, k) by a fast summation.
 
-        Slopes are of shape (2 n,) or (2 n, k), along x of all cells, then along y.
+        Slopes are of shape (2 n,) or (2 n, k), along x of all cells, then along y; ``rough`` as of
+        `FastSummation.apply`.
         """
         n, columns = len(q), q.reshape(len(q), -1)
         if slopes is None or self.sloping is None:
-            settled = fast.apply(columns.T)
+            settled = fast.apply(columns.T, None, rough)
         else:
             each = slopes.reshape(2, n, -1)
             dipoles = np.einsum("ijn,jnk->kin", self.sloping.second_moments, each)
-            settled = fast.apply(columns.T, dipoles)
+            settled = fast.apply(columns.T, dipoles, rough)
             settled += (self.sloping.near @ slopes.reshape(2 * n, -1)).T
         if self.correction is not None:
             settled += (self.correction.near @ columns).T

@@ -215,17 +215,14 @@ class InfluenceOperator(LinearOperator):
     def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
         i = checked_indices("i", np.atleast_1d(i), self.shape[0])
-        kept = self._kept
-        return kept.rows(i) if isinstance(kept, BlockToeplitz) else self._entries.rows(i)
+        return (self.toeplitz or self._entries).rows(i)
 
     def diagonal(self) -> ndarray:
         """Settlement of each cell's own point under unit pressure on it, exact; shape (n,)."""
         m, n = self.shape
         if m != n:
             raise ValueError(f"expected a square operator, got shape {self.shape}")
-        if isinstance(self._kept, BlockToeplitz):
-            return self._kept.diagonal()
-        return self._entries.diagonal()
+        return (self.toeplitz or self._entries).diagonal()
 
     def to_dense(self) -> ndarray:
         """The matrix, read-only; made by a dense operator of the same tolerance if need be."""
@@ -242,11 +239,12 @@ class InfluenceOperator(LinearOperator):
         parts = [part.near for part in (self.correction, self.sloping) if part is not None]
         return self._kept.nbytes + sum(near.data.nbytes + near.indices.nbytes for near in parts)
 
-    def _matvec(self, q: ndarray) -> ndarray:
-        return _product(self._entries, self._kept, np.asarray(q, dtype=float).ravel())
-
     def _matmat(self, q: ndarray) -> ndarray:
         return _product(self._entries, self._kept, q)
+
+    def roughly(self, q: ndarray) -> ndarray:
+        """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
+        return _product(self._entries, self._kept, q, rough=True)
 
     def with_slopes(self, q: ndarray, slopes: ndarray) -> ndarray:
         """Settlements under mean pressures and other slopes than theirs, see `Entries.summed`.
@@ -394,8 +392,9 @@ _MAKERS: dict[str, Callable[[Entries, float, float], Kept]] = {
 }
 
 
-def _product(entries: Entries, kept: Kept, q: ndarray) -> ndarray:
+def _product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> ndarray:
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
-    return entries.summed(kept, q, None if entries.slopes is None else entries.slopes.matrix @ q)
+    slopes = None if entries.slopes is None else entries.slopes.matrix @ q
+    return entries.summed(kept, q, slopes, rough)

@@ -5,7 +5,7 @@ its residuals are those of the equations. Every right-hand side has its own sear
 for which they ask are made together.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, cast
 
@@ -22,6 +22,8 @@ from .preconditioner import approximate_inverse
 RESTART = 60
 #: iterations in all
 MOST = 300
+#: relative residuals that rounding to single precision hardly changes
+ROUGH = 1e-6
 
 
 Search: TypeAlias = Generator[ndarray, Any, tuple[ndarray, tuple[float, ...]]]
@@ -120,12 +122,15 @@ def solve_many(
         remedy = "give a preconditioner of it"
         checked_instance("operator", operator, InfluenceOperator, remedy)
         inverse = approximate_inverse(cast(InfluenceOperator, operator))
+    product = operator.__matmul__
+    if rtol >= ROUGH and isinstance(operator, InfluenceOperator):
+        product = operator.roughly
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
         searches = [_search(b, rtol, bar) for b in rhs.T]
-        for k, (y, history) in enumerate(_together(operator, inverse, searches, bar)):
+        for k, (y, history) in enumerate(_together(product, inverse, searches, bar)):
             solution[:, k] = inverse @ y
             residuals.append(history)
     solution.setflags(write=False)
@@ -141,7 +146,7 @@ def solve_many(
 
 
 def _together(
-    operator: Operator, inverse: Product, searches: "list[Search]", bar: tqdm
+    product: Callable[[ndarray], ndarray], inverse: Product, searches: "list[Search]", bar: tqdm
 ) -> list[tuple[ndarray, tuple[float, ...]]]:
     """What searches find, which get the products that they ask for all at a time."""
     found: dict[int, tuple[ndarray, tuple[float, ...]]] = {}
@@ -157,7 +162,7 @@ def _together(
         pressures = [inverse @ y for y in asked.values()]
         answers = {}
         if asked:
-            products = operator @ np.stack(pressures, axis=1)
+            products = product(np.stack(pressures, axis=1))
             answers = dict(zip(asked, np.array(products.T, order="C")))
     return [found[k] for k in range(len(searches))]
 

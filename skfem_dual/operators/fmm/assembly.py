@@ -61,18 +61,22 @@ def l2l_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Transla
     return Translation(int(boxes[0]), sources, np.array(matrices))
 
 
+def clusters_of(tree: Quadtree) -> tuple[ndarray, Clusters]:
+    """Boxes that hold cells themselves, in the order of these, and what they hold."""
+    boxes = np.nonzero(tree.own > tree.sources[0])[0]
+    boxes = boxes[np.argsort(tree.sources[0, boxes])]
+    own = np.stack([tree.sources[0, boxes], tree.own[boxes]])
+    return boxes, Clusters(*inputs(own, tree.middle[:, boxes], PADDING * tree.half[boxes]))
+
+
 def p2m_blocks(
     tree: Quadtree, chebyshev: Chebyshev, loads: Multipoles, dtype: type
 ) -> SparseBlocks:
     """From cells to the multipole expansions of their boxes."""
-    boxes = np.nonzero(tree.own > tree.sources[0])[0]
-    own = np.stack([tree.sources[0, boxes], tree.own[boxes]])
-    order = np.argsort(own[0])
-    boxes, own = boxes[order], own[:, order]
-    starts = np.append(own[0], own[1, -1])
+    boxes, clusters = clusters_of(tree)
+    starts = np.append(clusters.cells[0], clusters.cells[1, -1])
     rows = np.stack([boxes, boxes + 1]) * chebyshev.terms
     layout = Layout.from_lists(rows, starts, np.arange(starts[-1]))
-    clusters = Clusters(*inputs(own, tree.middle[:, boxes], PADDING * tree.half[boxes]))
     moments = Moments(*inputs(loads.centres[:, tree.cells], loads.moments[:, :, tree.cells]))
     (degrees,) = inputs(chebyshev.degrees)
 

@@ -1,7 +1,7 @@
 """Dipoles of cells in the fast summation.
 
-They act through the expansions of the pressures; near by they are summed in every product, which
-takes no memory.
+They act through the expansions of the pressures. What takes them there, and what they do near by,
+is computed in every product: that takes no memory.
 """
 
 from dataclasses import dataclass
@@ -10,16 +10,15 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from ...elements.moments import Multipoles
 from ...elements.slope_correction import Circles, Fall, add_near_dipoles
 from ...grids.partition import Partition
 from ...ground.substrates import Substrate
 from ...kernels.compiled import inputs
-from .assembly import p2m_blocks
+from .assembly import clusters_of
 from .chebyshev import Chebyshev
-from .linear_maps import Run, SparseBlocks
+from .linear_maps import Run
 from .lists import Lists
-from .loops import Layout
+from .loops import Clusters, Layout, add_dipoles
 from .quadtree import Quadtree
 
 
@@ -29,8 +28,12 @@ class DipoleSummation:
 
     Attributes
     ----------
-    p2m : pair of SparseBlocks
-        From unit dipoles along x and along y to multipole expansions.
+    boxes : (k,) array of int
+        Those that hold cells themselves.
+    clusters : Clusters
+        What they hold.
+    order : int
+        Of the expansions.
     near : Layout
         Which cells act on which points one by one.
     beside : Lists
@@ -45,7 +48,9 @@ class DipoleSummation:
         How dipoles act.
     """
 
-    p2m: tuple[SparseBlocks, SparseBlocks]
+    boxes: ndarray
+    clusters: Clusters
+    order: int
     near: Layout
     beside: Lists
     grid: ndarray
@@ -62,19 +67,14 @@ class DipoleSummation:
         partition: Partition,
         near: Layout,
         beside: Lists,
-        dtype: type,
     ) -> Self:
         """Of the cells of a partition; ``near`` is the layout of P2P, ``beside`` lists of P2L."""
-        cells, n = tree.cells, len(partition)
-        along_x, along_y = np.zeros((2, 2, 2, n))
-        along_x[1, 0] = along_y[0, 1] = 1.0
-        p2m = [
-            p2m_blocks(tree, chebyshev, Multipoles(partition.centroids, moments), dtype)
-            for moments in (along_x, along_y)
-        ]
+        cells, (boxes, clusters) = tree.cells, clusters_of(tree)
         middle, half = tree.middle[:, beside.boxes], tree.half[beside.boxes]
         return cls(
-            (p2m[0], p2m[1]),
+            boxes,
+            clusters,
+            chebyshev.order,
             near,
             beside,
             middle[:, :, None] + half[:, None] * chebyshev.grid[:, None],
@@ -86,12 +86,13 @@ class DipoleSummation:
     @property
     def nbytes(self) -> int:
         """Memory beside what is shared."""
-        return sum(blocks.nbytes for blocks in self.p2m) + self.grid.nbytes
+        return self.grid.nbytes + sum(a.nbytes for a in (*self.clusters, *self.circles))
 
     def add_far(self, dipoles: ndarray, multipole: ndarray, run: Run) -> None:
-        """Add dipoles (s, 2, n) to multipole expansions, a row for each load."""
-        for axis, blocks in enumerate(self.p2m):
-            blocks.add_product(dipoles[:, axis], multipole, run)
+        """Add dipoles (s, 2, n) to multipole expansions (s, nboxes, terms)."""
+        boxes, own, centres = self.boxes, self.clusters, self.circles.middles
+        args = *inputs(boxes), own, centres, *inputs(dipoles), self.order, multipole
+        run(lambda k: add_dipoles(k.start, k.stop, *args), len(boxes))
 
     def add_near(
         self, x: ndarray, dipoles: ndarray, local: ndarray, out: ndarray, run: Run

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...kernels.compiled import inputs
+from ...kernels.once import computed_once
 from .loops import Layout, block_products, translate
 
 Run = Callable[[Callable[[slice], None], int], None]
@@ -59,9 +60,16 @@ class Translation:
         object.__setattr__(self, "sources", np.ascontiguousarray(self.sources, np.int32))
         object.__setattr__(self, "matrices", np.ascontiguousarray(self.matrices))
 
+    @computed_once
+    def _single(self) -> ndarray:
+        """The matrices in single precision."""
+        return self.matrices.astype(np.float32)
+
     def add(self, given: ndarray, out: ndarray, run: Run) -> None:
         """Add what becomes of ``given`` to ``out``, of shapes (s, nboxes, terms)."""
-        args = self.first, self.sources, self.matrices, given, out
+        single = given.dtype == np.float32
+        matrices = self._single if single else self.matrices
+        args = self.first, self.sources, matrices, given, out
         run(lambda k: translate(k.start, k.stop, *args), len(self.sources))
 
     @property
@@ -87,9 +95,9 @@ class CompressedTranslation:
     def add(self, multipole: ndarray, local: ndarray, run: Run) -> None:
         """Add what becomes of multipole expansions to local ones."""
         shape = len(multipole), len(self.left.sources)
-        taken = np.zeros((*shape, self.left.matrices.shape[2]))
+        taken = np.zeros((*shape, self.left.matrices.shape[2]), multipole.dtype)
         self.left.add(multipole, taken, run)
-        given = np.zeros((*shape, self.right.matrices.shape[1]))
+        given = np.zeros((*shape, self.right.matrices.shape[1]), multipole.dtype)
         self.core.add(taken, given, run)
         self.right.add(given, local, run)
 

@@ -123,6 +123,40 @@ def p2m(begin, end, clusters, loads, degrees, offsets, values):
                     values[at + c] = total[c]
 
 
+@vectorised
+def add_dipoles(begin, end, boxes, clusters, centres, dipoles, order, multipole):
+    """Add dipoles of cells to the multipole expansions of their boxes.
+
+    Box ``boxes[k]`` has the cells of `Clusters` number ``k``, with their ``centres`` (2, n) and
+    ``dipoles`` (s, 2, n); ``multipole`` is of shape (s, nboxes, terms).
+    """
+    cells, middle, half = clusters.cells, clusters.middle, clusters.half
+    x, y = np.empty((order, 2, CELLS)), np.empty((order, 2, CELLS))
+    sx, sy, px, py = np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS)
+    for k in range(begin, end):
+        f, box = 1 / half[k], boxes[k]
+        for first in range(cells[0, k], cells[1, k], CELLS):
+            count = min(CELLS, cells[1, k] - first)
+            for c in range(count):
+                sx[c] = (centres[0, first + c] - middle[0, k]) * f
+                sy[c] = (centres[1, first + c] - middle[1, k]) * f
+            px[:], py[:] = 0.0, 0.0
+            _chebyshev(sx, x)
+            _chebyshev(sy, y)
+            for s in range(dipoles.shape[0]):
+                term = 0
+                for i in range(order):
+                    for c in range(count):
+                        along = f * dipoles[s, 0, first + c] * x[i, 1, c]
+                        px[c], py[c] = along, f * dipoles[s, 1, first + c] * x[i, 0, c]
+                    for j in range(order - i):
+                        total = 0.0
+                        for c in range(CELLS):
+                            total += px[c] * y[j, 0, c] + py[c] * y[j, 1, c]
+                        multipole[s, box, term] += total
+                        term += 1
+
+
 @compiled
 def look_up(coefficients, start, width, r, out):
     """A radial table at many distances."""
@@ -141,7 +175,8 @@ def translate(begin, end, first, sources, matrices, given, out):
     sets = given.shape[0]
     # larger products would start threads of their own
     together = max(min(MOST, ALONE // (width * height)) // sets, 1)
-    taken, product = np.empty((together * sets, width)), np.empty((together * sets, height))
+    taken = np.empty((together * sets, width), matrices.dtype)
+    product = np.empty((together * sets, height), matrices.dtype)
     boxes = np.empty(together, np.int64)
     for start in range(begin, end, together):
         for k in range(sources.shape[1]):
@@ -202,7 +237,7 @@ def block_products(begin, end, layout, values, vectors, out):
 def l2p(begin, end, leaves, boxes, x, order, local, out):
     """Add the local expansions of some leaves at their points."""
     targets, middle, half = boxes.targets, boxes.middle, boxes.half
-    tx, ty = np.empty(order), np.empty(order)
+    tx, ty, values = np.empty(order), np.empty(order), np.empty(local.shape[2])
     tx[0], ty[0] = 1.0, 1.0
     for k in range(begin, end):
         box = leaves[k]
@@ -213,12 +248,13 @@ def l2p(begin, end, leaves, boxes, x, order, local, out):
             for a in range(1, order - 1):
                 tx[a + 1] = 2 * sx * tx[a] - tx[a - 1]
                 ty[a + 1] = 2 * sy * ty[a] - ty[a - 1]
+            at = 0
+            for a in range(order):
+                for b in range(order - a):
+                    values[at] = tx[a] * ty[b]
+                    at += 1
             for s in range(local.shape[0]):
-                total, at = 0.0, 0
-                for a in range(order):
-                    row = 0.0
-                    for b in range(order - a):
-                        row += local[s, box, at + b] * ty[b]
-                    total += row * tx[a]
-                    at += order - a
+                total = 0.0
+                for j in range(at):
+                    total += local[s, box, j] * values[j]
                 out[s, i] += total

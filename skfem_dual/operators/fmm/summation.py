@@ -145,7 +145,7 @@ class FastSummation:
                 )
                 for loads, kernel, factors in far
             ),
-            DipoleSummation.from_tree(tree, chebyshev, *shared, dtype),
+            DipoleSummation.from_tree(tree, chebyshev, *shared),
         )
 
     @property
@@ -156,16 +156,17 @@ class FastSummation:
         near = self.p2p.nbytes + self.p2l.nbytes
         return near + translations + far + self.dipoles.nbytes
 
-    def apply(self, q: ndarray, dipoles: ndarray | None = None) -> ndarray:
+    def apply(self, q: ndarray, dipoles: ndarray | None = None, rough: bool = False) -> ndarray:
         """Settlements at the points under several loads, shape (s, m).
 
-        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells (s, 2, n).
+        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells (s, 2, n). Expansions
+        are in single precision if ``rough``.
         """
         tree, sets = self.tree, len(q)
-        q = q[:, tree.cells].astype(float)
+        q = q[:, tree.cells]
         dipoles = None if dipoles is None else dipoles[..., tree.cells]
         out = np.zeros((sets, self.x.shape[1]))
-        local = np.zeros((sets, len(tree), self.chebyshev.terms))
+        local = np.zeros((sets, len(tree), self.chebyshev.terms), np.float32 if rough else float)
         with Threads() as run:
             for far in self.far_fields:
                 self._add_far_field(far, q, dipoles, local, out, run)
@@ -195,7 +196,7 @@ class FastSummation:
         flat = multipole.reshape(len(q), -1)
         far.p2m.add_product(q, flat, run)
         if dipoles is not None:
-            self.dipoles.add_far(dipoles, flat, run)
+            self.dipoles.add_far(dipoles, multipole, run)
         for translation in self.m2m:
             translation.add(multipole, multipole, run)
         for compressed_translation in far.m2l:
