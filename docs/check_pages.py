@@ -5,7 +5,7 @@ told in the console, no page may be wider than the screen, links within the page
 somewhere, the search must find a class of the reference, and labels of drawings, SVG files of
 matplotlib, must not cover each other.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
-pictures of the pages are kept.
+pictures of the pages are kept, with ``--dark`` they are those of a reader who likes dark pages.
 """
 
 import argparse
@@ -149,7 +149,7 @@ def browser():
             opened.quit()
 
 
-def check(folder: Path, shots: Path | None = None) -> list[str]:
+def check(folder: Path, shots: Path | None = None, dark: bool = False) -> list[str]:
     """What is wrong with the pages in a folder, one line each."""
     folder = Path(folder).resolve()
     names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.html"))
@@ -160,6 +160,8 @@ def check(folder: Path, shots: Path | None = None) -> list[str]:
         if (size := picture.stat().st_size) > LARGEST:
             faults.append(f"{picture.name}: {size} bytes, more than {LARGEST}")
     with served(folder) as address, browser() as driver:
+        theme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [theme]})
         for screen, (width, height, phone) in SCREENS.items():
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
             driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
@@ -200,7 +202,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="where sphinx wrote the pages")
     parser.add_argument("--shots", type=Path, metavar="DIR", help="keep pictures of pages there")
+    parser.add_argument("--dark", action="store_true", help="the pages' dark theme")
     options = parser.parse_args()
-    faults = check(options.folder, options.shots)
+    faults = check(options.folder, options.shots, options.dark)
     print("\n".join(faults) or "nothing wrong")
     sys.exit(bool(faults))

@@ -1,24 +1,20 @@
 """How sphinx builds the documentation: ``python -m sphinx -W --keep-going docs docs/_build``."""
 
 import logging
+import os
 import sys
 from pathlib import Path
-
-import matplotlib
 
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
 sys.path[:0] = [str(DOCS), str(DOCS / "ext"), str(EXAMPLES)]
-matplotlib.use("agg")
-
-import pyvista
+# also for the processes that run the examples
+os.environ |= {"MPLBACKEND": "agg", "PYVISTA_OFF_SCREEN": "true"}
 
 from skfem_dual import __version__
 from skfem_dual.visuals.offscreen import require_opengl
 
 require_opengl()  # before VTK draws anything
-pyvista.BUILDING_GALLERY = True
-pyvista.OFF_SCREEN = True
 
 from drawings import draw_all
 from example_pages import SECTIONS, FileNames, copy_examples
@@ -72,6 +68,7 @@ sphinx_gallery_conf = {
     "image_scrapers": (scrape,),
     "reset_argv": FileNames(EXAMPLES),
     "within_subsection_order": "FileNameSortKey",
+    "parallel": min(4, os.cpu_count() or 1),
     "notebook_extensions": set(),
     "download_all_examples": False,
     "show_signature": False,
