@@ -59,7 +59,7 @@ napoleon_preprocess_types = False
 copy_examples(EXAMPLES, DOCS / "_examples", DOCS / "gallery")
 draw_all(DOCS / "_drawings")
 write_tables(DOCS / "_validation")
-draw_front(DOCS / "_front")
+draw_front(DOCS / "_front", DOCS / "_scenes" / "scenes")
 write_notebook(DOCS / "quickstart.md", DOCS / "_notebook" / "quickstart.ipynb")
 sphinx_gallery_conf = {
     "examples_dirs": [f"_examples/{folder}" for folder in SECTIONS],
@@ -84,6 +84,7 @@ sphinx_gallery_conf = {
 html_theme = "furo"
 html_title = f"skfem_dual {version}"
 html_static_path = ["_static"]
+html_extra_path = ["_scenes"]
 html_favicon = "_static/cell.svg"
 html_css_files = ["pages.css"]
 html_math_renderer = "mathml"
