@@ -2,18 +2,21 @@
 
 Every page is opened wide and as wide as a phone. Pictures must load and be small, nothing may be
 told in the console, no page may be wider than the screen, links within the pages must lead
-somewhere, the search must find a class of the reference, and labels of drawings, SVG files of
-matplotlib, must not cover each other.
+somewhere, the search must find a class of the reference and a word of the guide, labels of
+drawings, SVG files of matplotlib, must not cover each other, and scenes must be small and show
+something.
 Needs selenium and Debian's packages ``chromium`` and ``chromium-driver``. With ``--shots DIR``
-pictures of the pages are kept.
+pictures of the pages are kept, with ``--dark`` they are those of a reader who likes dark pages.
 """
 
 import argparse
 import functools
+import io
 import shutil
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html.parser import HTMLParser
@@ -21,14 +24,15 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import unquote, urldefrag, urljoin, urlparse
 
-#: bytes of a picture
-LARGEST = 300_000
+#: bytes of a picture and of a scene
+LARGEST, SCENE = 300_000, 2_000_000
 #: width and height of the screens in CSS pixels, and whether they are those of a phone
 SCREENS = {"wide": (1280, 900, False), "phone": (390, 844, True)}
 FLAGS = (
     "--headless",
     "--no-sandbox",
     "--disable-gpu",
+    "--enable-unsafe-swiftshader",  # WebGL without a graphics card
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
@@ -56,8 +60,8 @@ COVERED = """const boxes = Array.from(document.querySelectorAll('g[id^="text_"]'
   return found"""
 
 
-#: a word to search for, the page that has it, and the wait until results are there
-WORD, PLACE = "RigidPunch", "api/punch.html"
+#: words to search for and pages that have them, and the wait until results are there
+WORDS = {"RigidPunch": "api/punch.html", "tilt": "words.html"}
 RESULTS = """const done = arguments[0], end = Date.now() + 10000, look = () => {
     const links = Array.from(document.querySelectorAll('.search a')).map(a => a.href);
     links.length || Date.now() > end ? done(links) : setTimeout(look, 100)}; look()"""
@@ -149,17 +153,21 @@ def browser():
             opened.quit()
 
 
-def check(folder: Path, shots: Path | None = None) -> list[str]:
+def check(folder: Path, shots: Path | None = None, dark: bool = False) -> list[str]:
     """What is wrong with the pages in a folder, one line each."""
     folder = Path(folder).resolve()
-    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.html"))
+    pages = set(folder.rglob("*.html")) - set(folder.glob("scenes/*"))
+    names = sorted(path.relative_to(folder).as_posix() for path in pages)
     if "index.html" not in names:
         raise FileNotFoundError(f"expected built pages in {folder}, found no index.html")
     faults = broken_links(folder)
-    for picture in sorted(folder.glob("_images/*")):
-        if (size := picture.stat().st_size) > LARGEST:
-            faults.append(f"{picture.name}: {size} bytes, more than {LARGEST}")
+    for files, most in (("_images/*", LARGEST), ("scenes/*", SCENE)):
+        for file in sorted(folder.glob(files)):
+            if (size := file.stat().st_size) > most:
+                faults.append(f"{file.name}: {size} bytes, more than {most}")
     with served(folder) as address, browser() as driver:
+        theme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [theme]})
         for screen, (width, height, phone) in SCREENS.items():
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
             driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
@@ -176,14 +184,33 @@ def check(folder: Path, shots: Path | None = None) -> list[str]:
                 faults += [f"{where}: {line['level']} {line['message']}" for line in told]
                 if shots is not None:
                     keep(driver, shots / screen / Path(name).with_suffix(".png"), size)
-        driver.get(f"{address}/search.html?q={WORD}")
-        if not any(PLACE in link for link in driver.execute_async_script(RESULTS)):
-            faults.append(f"search.html: {WORD} is not found in {PLACE}")
+        for word, place in WORDS.items():
+            driver.get(f"{address}/search.html?q={word}")
+            if not any(place in link for link in driver.execute_async_script(RESULTS)):
+                faults.append(f"search.html: {word} is not found in {place}")
+        for scene in sorted(folder.glob("scenes/*.html")):
+            driver.get(f"{address}/scenes/{scene.name}")
+            if not is_drawn(driver):
+                faults.append(f"{scene.name}: nothing is seen")
+            told = [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+            faults += [f"{scene.name}: {line['message']}" for line in told]
         for drawing in sorted(folder.glob("_images/*.svg")):
             driver.get(f"{address}/_images/{drawing.name}")
             covered = driver.execute_script(COVERED)
             faults += [f"{drawing.name}: {pair} cover each other" for pair in covered]
     return faults
+
+
+def is_drawn(driver) -> bool:
+    """Whether a scene has more than one colour, after ten seconds at the latest."""
+    from PIL import Image
+
+    for _ in range(100):
+        image = Image.open(io.BytesIO(driver.get_screenshot_as_png())).convert("RGB")
+        if any(low < high for low, high in image.getextrema()):
+            return True
+        time.sleep(0.1)
+    return False
 
 
 def keep(driver, path: Path, size: dict) -> None:
@@ -200,7 +227,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="where sphinx wrote the pages")
     parser.add_argument("--shots", type=Path, metavar="DIR", help="keep pictures of pages there")
+    parser.add_argument("--dark", action="store_true", help="the pages' dark theme")
     options = parser.parse_args()
-    faults = check(options.folder, options.shots)
+    faults = check(options.folder, options.shots, options.dark)
     print("\n".join(faults) or "nothing wrong")
     sys.exit(bool(faults))

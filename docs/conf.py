@@ -1,24 +1,20 @@
 """How sphinx builds the documentation: ``python -m sphinx -W --keep-going docs docs/_build``."""
 
 import logging
+import os
 import sys
 from pathlib import Path
-
-import matplotlib
 
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
 sys.path[:0] = [str(DOCS), str(DOCS / "ext"), str(EXAMPLES)]
-matplotlib.use("agg")
-
-import pyvista
+# also for the processes that run the examples
+os.environ |= {"MPLBACKEND": "agg", "PYVISTA_OFF_SCREEN": "true"}
 
 from skfem_dual import __version__
 from skfem_dual.visuals.offscreen import require_opengl
 
 require_opengl()  # before VTK draws anything
-pyvista.BUILDING_GALLERY = True
-pyvista.OFF_SCREEN = True
 
 from drawings import draw_all
 from example_pages import SECTIONS, FileNames, copy_examples
@@ -63,7 +59,7 @@ napoleon_preprocess_types = False
 copy_examples(EXAMPLES, DOCS / "_examples", DOCS / "gallery")
 draw_all(DOCS / "_drawings")
 write_tables(DOCS / "_validation")
-draw_front(DOCS / "_front")
+draw_front(DOCS / "_front", DOCS / "_scenes" / "scenes")
 write_notebook(DOCS / "quickstart.md", DOCS / "_notebook" / "quickstart.ipynb")
 sphinx_gallery_conf = {
     "examples_dirs": [f"_examples/{folder}" for folder in SECTIONS],
@@ -72,6 +68,7 @@ sphinx_gallery_conf = {
     "image_scrapers": (scrape,),
     "reset_argv": FileNames(EXAMPLES),
     "within_subsection_order": "FileNameSortKey",
+    "parallel": min(4, os.cpu_count() or 1),
     "notebook_extensions": set(),
     "download_all_examples": False,
     "show_signature": False,
@@ -87,6 +84,7 @@ sphinx_gallery_conf = {
 html_theme = "furo"
 html_title = f"skfem_dual {version}"
 html_static_path = ["_static"]
+html_extra_path = ["_scenes"]
 html_favicon = "_static/cell.svg"
 html_css_files = ["pages.css"]
 html_math_renderer = "mathml"

@@ -34,9 +34,11 @@ def twin(path: Path) -> Path:
 def save_twins(figure: Figure, path: Path, **options) -> None:
     """Write a figure for light pages and for dark ones."""
     with plt.rc_context(STYLE):
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # all stands in its place
+        options["bbox_inches"] = figure.get_tightbbox().padded(plt.rcParams["savefig.pad_inches"])
         figure.savefig(path, **options)
         darken(figure)
-        figure.set_layout_engine("none")  # all stands in its place
         figure.savefig(twin(path), **options)
     for file in (path, twin(path)):
         if file.suffix == ".png" and file.stat().st_size > LARGE:

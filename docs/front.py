@@ -1,6 +1,6 @@
-"""Pictures of the front page: ``python docs/front.py FOLDER`` draws what its programs compute.
+"""Pictures of the front page, and scenes: ``python docs/front.py FOLDER`` draws what it computes.
 
-They have neither background nor letters, and so stand on light and dark pages.
+Pictures have neither background nor letters, and so stand on light and dark pages.
 """
 
 import re
@@ -21,6 +21,7 @@ from skfem_dual.visuals.style import COLORMAP, GROUND
 sys.path.append(str(Path(__file__).parents[1] / "examples"))
 
 from scenes import add, cropped
+from turning import write_scene
 
 PAGE = Path(__file__).parent / "index.md"
 #: pixels of a picture before it is cropped
@@ -89,9 +90,10 @@ PICTURES: dict[str, Callable[[pyvista.Plotter, Any], None]] = {
 }
 
 
-def draw_front(folder: Path) -> None:
-    """Run the programs of the page and write their pictures into a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
+def draw_front(folder: Path, scenes: Path) -> None:
+    """Run the programs of the page and write their pictures and scenes into folders."""
+    for place in (folder, scenes):
+        place.mkdir(parents=True, exist_ok=True)
     names: dict = {}
     for program in programs():
         exec(compile(program, PAGE.name, "exec"), names)
@@ -103,8 +105,10 @@ def draw_front(folder: Path) -> None:
         plotter.enable_anti_aliasing("ssaa")
         image = plotter.screenshot(transparent_background=True)
         imsave(folder / f"{name}.png", np.ascontiguousarray(cropped(image)))
+        plotter.camera.zoom(1 / 1.3)
+        write_scene(plotter, scenes / f"{name}.html", "skfem_dual: turn it with the mouse")
         plotter.close()
 
 
 if __name__ == "__main__":
-    draw_front(Path(sys.argv[1]))
+    draw_front(Path(sys.argv[1]), Path(sys.argv[1]))

@@ -73,8 +73,8 @@ class Result:
             f"{'cells':<9}{'mesh s':<8}{'set-up s':<10}{'product s':<11}{'iterations':<12}"
             f"{'solution s':<12}{'MiB':<8}{'operator':<12}{'settlement':<12}tilt"
         )
-        share = self.rough.contact_area
-        last = f"rough surface: {self.rough.message}, {share:.1%} of the area"
+        share = len(self.rough.contact) / len(self.rough.pressure)
+        last = f"rough surface: {self.rough.message}, {share:.1%} of the cells"
         return "\n".join([f"{'':<70}relative errors of", head, *map(str, self.rows), "", last])
 
 

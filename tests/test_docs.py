@@ -277,6 +277,19 @@ def test_front_page_has_a_picture_for_each_program(load):
         assert f"\n{name} = " in program
 
 
+def test_surfaces_of_scenes_are_light(load):
+    """Without points that no face has, and of the same shape with fewer of the others."""
+    import pyvista
+
+    turning = load("turning")
+    ball = pyvista.Sphere(radius=1.0, theta_resolution=130, phi_resolution=130)
+    found = turning.lighter(ball)
+    assert ball.n_points > 1.5 * turning.MOST > 1.2 * found.n_points
+    assert abs(found.volume / ball.volume - 1) < 1e-3
+    corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [5.0, 5.0, 0.0]]
+    assert turning.lighter(pyvista.PolyData(corners, faces=[3, 0, 1, 2])).n_points == 3
+
+
 def test_measured_tables_name_no_paths():
     for path in (DOCS / "performance").glob("*.txt"):
         assert not re.search(r"(?m)(?<![\w.:/])/(?:home|root|tmp|work|Users)/", path.read_text())

@@ -25,11 +25,14 @@ SECTIONS = {
 BEYOND = 20
 #: keyword arguments of ``main`` for examples that would take too long
 SMALLER: dict[str, dict] = {
-    "ex14_effectivity": {"reference": 700, "repeat": 2},
+    "ex05_dual_grids": {"n": 120},
+    "ex14_effectivity": {"n": 350, "reference": 600, "repeat": 1},
     "ex27_any_outline": {"sizes": (150, 300, 600, 1200)},
     "ex28_layered_ground": {"n": 300},
     "ex29_flexible_raft": {"n": 400},
     "ex32_raft_lifting_off": {"n": 400},
+    "ex35_frame_on_footings": {"girders": (0.0, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11)},
+    "ex36_wind_turbine": {"n": 300},
 }
 
 CALL = "run(main, visualize)"

@@ -13,7 +13,7 @@ from measure import milliseconds
 from sphinx.util.docutils import SphinxDirective
 
 PLANS = {"disc": "rigid disc", "square": "rigid square", "Hertz": "sphere"}
-PACKAGES = ("ours", "bempp-cl", "Tamaas", "ContactMechanics")
+PACKAGES = ("ours", "bempp-cl", "NGSolve, hp", "Tamaas", "ContactMechanics")
 
 
 class Measured(SphinxDirective):

@@ -77,7 +77,7 @@ class Paraboloid:
     Parameters
     ----------
     radius : float
-        R.
+        Radius R.
     centre : pair of float
         Where its axis meets the ground.
     """
