@@ -243,7 +243,7 @@ def test_relative_weight():
     ).all()
 
 
-@pytest.mark.parametrize("shift, scale", [((4e5, -5.4e6), 1.0), ((0.0, 0.0), 0.001)])
+@pytest.mark.parametrize(("shift", "scale"), [((4e5, -5.4e6), 1.0), ((0.0, 0.0), 0.001)])
 def test_site_coordinates_and_units_do_not_change_the_law(shift, scale):
     """Points of the edge are off it by rounding; triangles are as far as four sides of theirs."""
     square, hole = [(0, 0), (3, 0), (3, 3), (0, 3)], [(1, 1), (2, 1), (2, 2), (1, 2)]
