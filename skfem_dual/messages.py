@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+#: characters of an argument in a message
+LONGEST = 160
+
 
 class _Shown(reprlib.Repr):
     """Arguments in messages: short, and never an error of their own."""
@@ -32,4 +35,5 @@ def shown(value: Any) -> str:
     >>> shown("rim"), shown(float), shown(np.zeros(3)), shown(10**400)  # doctest: +ELLIPSIS
     ("'rim'", 'the class float', 'an array of float64 of shape (3,)', 'an integer of 400 digits')
     """
-    return _Shown().repr(value)
+    text = _Shown().repr(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

@@ -253,5 +253,14 @@ def test_messages_are_short_whatever_comes():
     deep: list = []
     for _ in range(1000):
         deep = [deep]
-    for value in ("a" * 10**6, list(range(10**5)), Unprintable(), [Unprintable()], deep, 10**9999):
+    table = [[0.1] * 9] * 9
+    for value in (
+        "a" * 10**6,
+        list(range(10**5)),
+        table,
+        Unprintable(),
+        [Unprintable()],
+        deep,
+        10**9999,
+    ):
         assert len(shown(value)) < 200

@@ -15,6 +15,7 @@ from skfem_dual.elements.edge_weights import EdgeWeights, _mean_share, mean_weig
 from skfem_dual.elements.moments import load_moments, pressure_moments
 from skfem_dual.elements.pieces import Pieces
 from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.outline import distance_to_segments, edge_ribs
 from skfem_dual.grids.partition import Partition
 from skfem_dual.ground.rigid_disc import edge_law
@@ -240,3 +241,17 @@ def test_relative_weight():
     assert np.isinf(
         weights.relative(cells[weights.weighted], np.zeros(weights.weighted.sum()))
     ).all()
+
+
+@pytest.mark.parametrize(("shift", "scale"), [((4e5, -5.4e6), 1.0), ((0.0, 0.0), 0.001)])
+def test_site_coordinates_and_units_do_not_change_the_law(shift, scale):
+    """Points of the edge are off it by rounding; triangles are as far as four sides of theirs."""
+    square, hole = [(0, 0), (3, 0), (3, 3), (0, 3)], [(1, 1), (2, 1), (2, 2), (1, 2)]
+    mesh = polygon(square, holes=[hole], n=110)
+    bases = (DualMesh.from_mesh(m).basis() for m in (mesh, mesh.scaled(scale).translated(shift)))
+    here, there = (
+        EdgeWeights.from_basis(basis, basis.partition, edge_ribs(basis.partition))
+        for basis in bases
+    )
+    assert there.fan.t.shape == here.fan.t.shape
+    assert there.moment / scale**3 == pytest.approx(here.moment, abs=1e-7)

@@ -281,12 +281,14 @@ def test_refused(punch, block):
     cells, plate, K = punch.basis, punch.structure, punch.stiffness
     n = plate.N
     f = uniform(punch)
-    holed = np.where(np.arange(n) == 7, np.nan, f)
+    holed, with_hole = np.where(np.arange(n) == 7, np.nan, f), K.tolil()
+    with_hole[5, 7] = np.nan
     for wrong, message in (
         (dict(structure=MeshTri()), "expected a CellBasis for structure, got MeshTri"),
         (dict(structure=CellBasis), "got the class CellBasis"),
         (dict(substrate=HalfSpace), "expected a substrate such as HalfSpace"),
         (dict(stiffness=None), "expected a sparse matrix for stiffness, got None"),
+        (dict(stiffness=(1 + 0.1j) * K), "stiffness of real numbers, got complex128"),
         (dict(D="left"), "D as an array of integers"),
         (dict(D=np.array([0.5])), "D as an array of integers"),
     ):
@@ -295,7 +297,8 @@ def test_refused(punch, block):
     small = CellBasis(disc(3).scaled(0.9), ElementTriMorley())
     for wrong, message in (
         (dict(stiffness=K[:-1, :-1]), rf"stiffness of shape \({n}, {n}\).*got \({n - 1}, "),
-        (dict(stiffness=K * np.nan), "finite stiffness"),
+        (dict(stiffness=with_hole), r"finite stiffness, got K\[5, 7\] = nan, 1"),
+        (dict(stiffness=K.astype(np.float32)), "assemble them in double precision"),
         (dict(boundary="base"), "boundary of a 3-D solid only"),
         (dict(D=[n]), f"D from 0 to {n - 1}, got {n} at"),
         (dict(gap=np.zeros(3)), "gap"),

@@ -25,6 +25,7 @@ from skfem_dual.io import (
     read_polygons,
     read_substrate,
     write_dual,
+    write_field,
     write_polygons,
     write_solution,
     write_whole,
@@ -243,6 +244,28 @@ def test_data_must_fit(tmp_path):
         write_polygons(tmp_path / "x.vtu", square, None, {"w": np.zeros(1)})
     with pytest.raises(ValueError, match=r"ending in \.vtu"):
         write_polygons(tmp_path / "x.vtk", square)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("write", "message"),
+    [
+        (
+            lambda path: write_dual(path, MESH),
+            "expected a DualMesh for dual, got MeshTri1. Remedy",
+        ),
+        (lambda path: write_solution(path), "expected a PunchSolution for solution, got None"),
+        (lambda path: write_solution(path, 1.0), "expected a PunchSolution for solution, got 1.0"),
+        (
+            lambda path: write_polygons(path, MESH),
+            "expected a Polygons for polygons, got MeshTri1",
+        ),
+        (lambda path: write_field(path, MESH, []), "expected a CellBasis for basis, got MeshTri1"),
+    ],
+)
+def test_only_what_has_such_a_file_is_written(tmp_path, write, message):
+    with pytest.raises(TypeError, match=message):
+        write(tmp_path / "x.vtu")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -234,6 +234,8 @@ def test_what_does_not_cover_the_plan_is_told():
     with pytest.raises(ValueError, match=r"2 of their area 4 lies outside \(50.00%\)"):
         s.load_vector(half)
     assert 0.4 < s.load_vector(half, partial=True).sum() < 0.8
+    beside = CellBasis(mesh.translated((9.0, 0.0)), ElementTriP1())
+    assert not s.load_vector(beside, partial=True).any()
     twice = MeshTri(np.hstack([mesh.p, mesh.p]), np.hstack([mesh.t, mesh.t + mesh.p.shape[1]]))
     with pytest.raises(ValueError, match="more than once"):
         s.load_vector(CellBasis(twice, ElementTriP1()))

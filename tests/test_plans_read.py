@@ -155,6 +155,12 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.wkt", "POLYGON((0 0, 1 0", "expected WKT in .*a.wkt: ParseException"),
         ("a.wkt", "LINESTRING(0 0, 1 0, 1 1)", "expected polygons in .*, got LineString"),
         ("a.wkt", "POLYGON EMPTY", "expected polygons in .*, got none"),
+        ("a.wkt", "CURVEPOLYGON(CIRCULARSTRING(0 0,1 1,2 0,1 -1,0 0))", "expected WKT in .*a.wkt"),
+        (
+            "a.wkt",
+            "POLYGON((0 0, 2 0, 2 2, 0 0), (3 3, 4 3, 4 4, 3 3))",
+            r"holes inside their outline in .*a.wkt, got one at \(3, 3\) outside",
+        ),
         ("a.geojson", "{}", "expected GeoJSON in"),
         ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),

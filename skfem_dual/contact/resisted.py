@@ -25,7 +25,8 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
     Raises
     ------
     TypeError, ValueError
-        If the stiffness is no matrix, does not fit the structure or is not finite.
+        If the stiffness is no matrix of real numbers, does not fit the structure or is not
+        finite.
     """
     K, n = stiffness, structure.N
     if not (issparse(K) or isinstance(K, np.ndarray)):
@@ -36,9 +37,19 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"got {K.shape}. Remedy: assemble it on the basis given, and name DOFs that are "
             "held by D= instead of condensing them"
         )
+    if K.dtype.kind not in "biuf":
+        raise TypeError(
+            f"expected a stiffness of real numbers, got {K.dtype}. Remedy: K.real, if all of it "
+            "is real"
+        )
     K = csc_matrix(K, dtype=float)
-    if not np.isfinite(K.data).all():
-        raise ValueError("expected a finite stiffness, got entries that are not")
+    bad = np.nonzero(~np.isfinite(K.data))[0]
+    if len(bad):
+        column = np.searchsorted(K.indptr, bad[0], side="right") - 1
+        raise ValueError(
+            f"expected a finite stiffness, got K[{K.indices[bad[0]]}, {column}] = "
+            f"{K.data[bad[0]]}, {len(bad)} in all"
+        )
     return Compliance(K, checked_dofs(D, n), structure.doflocs)
 
 

@@ -40,9 +40,11 @@ VARIATION = 1.1
 DEGREE = 4
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
-#: sides of triangles nearer to a corner than so many lengths are halved where phi in the middle is
-#: off by more than so much of it; so often
-BESIDE, BENT, HALVES = 4.0, 0.04, 4
+#: sides of triangles nearer to a corner than so many lengths, more than 4 as that is a distance in
+#: even grids, are halved where phi in the middle is off by more than so much of it; so often
+BESIDE, BENT, HALVES = 4.000001, 0.04, 4
+#: how far off a point may be in parts of its coordinates
+ROUNDING = 8 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +146,10 @@ class EdgeWeights:
     def phi_at(self, x: ndarray) -> ndarray:
         """phi in points of shape (2, m): their distance to the edge, but next to corners."""
         p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
-        size = np.sqrt(self.partition.areas.sum())
+        # points on the edge are so far from it by rounding, more at site coordinates
+        on_edge = 1e-12 * np.sqrt(self.partition.areas.sum()) + ROUNDING * np.abs(p).max()
         distance = distance_to_segments(x, p[:, 0], p[:, 1])
-        distance = np.where(distance > 1e-12 * size, distance, 0.0)
+        distance = np.where(distance > on_edge, distance, 0.0)
         if self.corners is None:
             return distance
         return distance * wedge_factor(self.corners, x, distance)

@@ -197,7 +197,8 @@ def _balanced(
     def total(values: ndarray) -> ndarray:
         return np.bincount(points.cell, points.weight * values, minlength=n)
 
-    matrix = np.array([[total(a * b) for a in planes] for b in planes])
+    # counts of nothing are integers
+    matrix = np.array([[total(a * b) for a in planes] for b in planes], dtype=float)
     missing = -matrix[0].T
     missing[:, 0] += partition.areas
     matrix, missing = matrix.transpose(2, 0, 1), missing.T.copy()

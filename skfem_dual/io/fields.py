@@ -14,6 +14,7 @@ from skfem import (
     ElementTriP2,
 )
 
+from ..arguments import checked_array, checked_instance
 from ..grids.cellwise import CellwiseBasis
 from .polygons import write_polygons
 from .writing import write_whole
@@ -39,17 +40,17 @@ def write_field(
     Raises
     ------
     TypeError
-        If the elements are others.
+        If the basis or the elements are others, or values are no numbers.
     ValueError
-        If the suffix or the number of values does not fit.
+        If the suffix or the number of values does not fit, or a value is not finite.
     """
     import meshio
 
+    checked_instance("basis", basis, CellBasis)
+
     if Path(path).suffix != ".vtu":
         raise ValueError(f"expected a file name ending in .vtu, got {path}")
-    values = np.asarray(values, dtype=float)
-    if values.shape != (basis.N,):
-        raise ValueError(f"expected a vector of shape ({basis.N},), got {values.shape}")
+    values = checked_array("values", values, (basis.N,), each="DOF")
     if isinstance(basis, CellwiseBasis):
         write_polygons(path, basis.partition.polygons, {name: values})
         return

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
+from ..arguments import checked_instance
 from ..contact.solution import PunchSolution
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
@@ -21,6 +22,7 @@ def write_dual(path: PathLike, dual: DualMesh) -> None:
     Cell data: ``cell``, the number of the cell, and ``node``, the node of the triangulation that
     belongs to it. Tags are not kept.
     """
+    checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
     write_polygons(path, dual.polygons, {"node": dual.mesh.p.T})
 
 
@@ -60,7 +62,16 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
     Cell data of the polygons: ``cell``, ``footing`` (its number), ``pressure``, ``displacement``
     (of the punch in the centroid); point data: ``displacement`` of the ground. `read_polygons`
     reads the file again.
+
+    Raises
+    ------
+    TypeError
+        If something is no `PunchSolution`, or there is none.
+    ValueError
+        If the suffix is not ``.vtu``.
     """
+    for solution in solutions or (None,):
+        checked_instance("solution", solution, PunchSolution, "write_structure for what bends")
     parts = [solution.punch.partition for solution in solutions]
     every = list(zip(solutions, parts, strict=True))
     write_polygons(
@@ -93,10 +104,14 @@ def write_polygons(
 
     Raises
     ------
+    TypeError
+        If the polygons are something else.
     ValueError
         If the suffix is not ``.vtu`` or the length of the data does not fit.
     """
     import meshio
+
+    checked_instance("polygons", polygons, Polygons)
 
     if Path(path).suffix != ".vtu":
         raise ValueError(f"expected a file name ending in .vtu, got {path}")

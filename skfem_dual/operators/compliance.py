@@ -195,7 +195,7 @@ class _Split:
             raise ValueError(
                 "expected a positive semidefinite stiffness, got one with negative energy: "
                 f"{values[0]:.2e} of the largest, near DOF {few[np.abs(vectors[:, 0]).argmax()]}. "
-                "Remedy: check the signs of its forms"
+                "Remedy: check the signs of its forms, and assemble them in double precision"
             )
         zero = values <= NULL * top
         null = np.empty((n, np.count_nonzero(zero)))

@@ -9,6 +9,7 @@ from ..errors import MeshError
 from ..io.guarded import require_file, shortened
 from ..io.writing import PathLike
 from .corners import ring_of
+from .crossings import place
 from .drawings import rings_of_drawing
 from .plan import Plan
 from .tables import Corner, rings_of_table
@@ -111,7 +112,7 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
         ) from error
     try:
         found = shapely.from_wkt(text) if kind == "wkt" else shapely.from_geojson(text)
-    except (shapely.errors.ShapelyError, ValueError) as error:
+    except (shapely.errors.ShapelyError, ValueError, NotImplementedError) as error:
         name, told = {"wkt": "WKT", "geojson": "GeoJSON"}[kind], shortened(str(error), 160)
         closed = ". Remedy: end each ring with its first point, in all digits"
         raise MeshError(
@@ -126,6 +127,14 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
             f"expected polygons in {path}, got {', '.join(others) or 'none'}. Remedy: closed "
             "areas, POLYGON or MULTIPOLYGON"
         )
+    for polygon in polygons:
+        outline = shapely.Polygon(polygon.exterior)
+        if outside := [ring for ring in polygon.interiors if not outline.intersects(ring)]:
+            raise MeshError(
+                f"expected holes inside their outline in {path}, got one at "
+                f"{place(outside[0].coords[0])} outside. Remedy: correct its corners, or make it "
+                "a polygon of its own"
+            )
     return [
         [(float(c[0]), float(c[1]), 0.0) for c in ring.coords]
         for polygon in polygons
