@@ -28,6 +28,9 @@ from .contact_line import moved_line
 
 #: neighbours over which planes are fitted and strengths averaged
 AROUND = 7
+#: planes through points nearly on one line, by the determinant of their equations, are fitted
+#: with more care; planes at a time
+FLAT, CHUNK = 1e-5, 4096
 #: points of a line over which its way is averaged
 NEAREST = 3
 #: sizes of a cell, farther than which the sign of the distance is all that counts
@@ -189,7 +192,8 @@ class PlanTriangles:
             cell = np.append(cell, np.arange(t.shape[1]))
             p = np.hstack([p, p[:, t].mean(axis=1)])
             t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
-        t = np.where(signed_areas(p, t) < 0, t[[0, 2, 1]], t)
+        if (clockwise := signed_areas(p, t) < 0).any():
+            t = np.where(clockwise, t[[0, 2, 1]], t)
         law = np.ones(len(partition)) if weights is None else weights.in_cells
         return cls(partition, readonly(p), readonly(t), law, readonly(cell))
 
@@ -304,17 +308,29 @@ class PlaneFit:
     def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
         """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
         near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
-        arm = x[:, near] - at[:, :, None]
-        reach = np.hypot(*arm).max(axis=1, keepdims=True)
-        columns = np.stack([np.ones(near.shape), *(arm / reach)], axis=-1)
-        # points on one line give no slope across it
-        inverse = np.linalg.pinv(columns, rcond=1e-6)
-        inverse[:, 1:] /= reach[:, :, None]
+        inverse = np.empty((len(near), 3, near.shape[1]))
+        for begin in range(0, len(near), CHUNK):
+            some = slice(begin, begin + CHUNK)
+            inverse[some] = _planes(x[:, near[some]] - at[:, some, None])
         return cls(near, inverse)
 
     def __call__(self, values: ndarray) -> ndarray:
         """Value and both slopes of each plane, shape (3, m)."""
         return (self.inverse @ values[self.near][..., None])[..., 0].T
+
+
+def _planes(arm: ndarray) -> ndarray:
+    """Values and slopes of m planes by unit values at k points, (m, 3, k), from (2, m, k)."""
+    reach = np.hypot(*arm).max(axis=1, keepdims=True)
+    rows = np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
+    matrix = rows @ rows.swapaxes(1, 2)
+    # points on one line give no slope across it
+    clear = np.linalg.det(matrix) > FLAT * np.prod(np.diagonal(matrix, axis1=1, axis2=2), axis=1)
+    inverse = np.empty(rows.shape)
+    inverse[clear] = np.linalg.solve(matrix[clear], rows[clear])
+    inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
+    inverse[:, 1:] /= reach[:, :, None]
+    return inverse
 
 
 def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:
