@@ -187,12 +187,15 @@ class PlanTriangles:
         if not np.array_equal(partition.nodes, p):  # one for each node
             cell = np.empty(p.shape[1], dtype=int)
             cell[t] = np.arange(t.shape[1])
+        halves = [signed_areas(p, t[[0, i, i + 1]]) for i in range(1, len(t) - 1)]
+        clockwise = np.sum(halves, axis=0) < 0
         if len(t) == 4:
             middle = p.shape[1] + np.arange(t.shape[1])
             cell = np.append(cell, np.arange(t.shape[1]))
             p = np.hstack([p, p[:, t].mean(axis=1)])
-            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
-        if (clockwise := signed_areas(p, t) < 0).any():
+            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)], dtype=np.int32)
+            clockwise = np.tile(clockwise, 4)
+        if clockwise.any():
             t = np.where(clockwise, t[[0, 2, 1]], t)
         law = np.ones(len(partition)) if weights is None else weights.in_cells
         return cls(partition, readonly(p), readonly(t), law, readonly(cell))
@@ -202,15 +205,14 @@ class PlanTriangles:
         """From the centroids of the cells to the points."""
         return PlaneFit.to_nearest(self.partition.centroids, self.p)
 
-    def _near(self, inside: ndarray) -> tuple[ndarray, ndarray]:
-        """Cells and points near where cells of both kinds meet, by their numbers."""
-        pairs = self.partition.f2c[:, self.partition.f2c[1] >= 0]
-        near = np.zeros(len(inside), dtype=bool)
-        near[pairs[:, inside[pairs[0]] != inside[pairs[1]]]] = True
+    def _near(self, sides: ndarray, some: ndarray) -> tuple[ndarray, ndarray]:
+        """Cells and points near some cells, by their numbers; neighbours are beside ``sides``."""
+        near = np.zeros(len(self.partition), dtype=bool)
+        near[some] = True
         points = near
         for ring in range(CELLS):
             points = near.copy() if ring == POINTS else points
-            near[pairs[:, near[pairs].any(axis=0)]] = True
+            near[sides[:, near[sides[0]] != near[sides[1]]]] = True
         return np.nonzero(near)[0], np.nonzero(points[self.cell])[0]
 
     @computed_once
@@ -232,14 +234,14 @@ class PlanTriangles:
         """``level`` of the region, from pressures and openings over the law of the plan's edge."""
         cells, inside = self.partition, pressure > 0
         x, sizes = cells.centroids, np.sqrt(cells.areas)
-        pairs = cells.f2c[:, cells.f2c[1] >= 0]
-        pairs = pairs[:, inside[pairs[0]] != inside[pairs[1]]]
+        sides = cells.f2c[:, cells.f2c[1] >= 0]
+        pairs = sides[:, inside[sides[0]] != inside[sides[1]]]
         level = np.where(inside[self.cell], FAR, -FAR) * sizes[self.cell]
         points = np.arange(len(level))
         if len(cells) <= MANY:
             planes = self._planes
         else:
-            near, points = self._near(inside)
+            near, points = self._near(sides, pairs)
             pairs = np.searchsorted(near, pairs)
             x, sizes, pressure, opening = x[:, near], sizes[near], pressure[near], opening[near]
             planes = PlaneFit.to_nearest(x, self.p[:, points])
