@@ -227,7 +227,7 @@ def test_groups():
 
 
 def test_little_of_a_cell_in_contact_does_not_carry_it():
-    """Where cells beyond the line press, their pressures would be a hundred times the others."""
+    """Where cells beyond the line press, their pressures would be many times the others."""
     hills = lambda x: 0.1 * np.sum(x**2, axis=0) + 0.02 * np.cos(23 * x[0]) * np.cos(19 * x[1])  # noqa: E731
     mesh = perturbed(disc(n=600), 0.012)
     found = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), gap=hills).solve(0.15)
