@@ -46,15 +46,17 @@ def moved_line(
     """
     a, b = segments(lines)
     points, tangents = (a + b) / 2, (b - a) / np.hypot(*(b - a))
-    distance, unit = signed_distance(x, lines), pressure.max()  # the region is to the left
+    near = cKDTree(x.T).query(points.T, min(AROUND, x.shape[1]))[1].reshape(points.shape[1], -1)
+    used, unit = np.unique(near), pressure.max()
+    distance = np.empty(x.shape[1])
+    distance[used] = signed_distance(x[:, used], lines)  # the region is to the left
     gaps = (opening.clip(0) / unit) ** (2 / 3)
-    cells, tree = (x, sizes, distance, (pressure / unit) ** 2, gaps), cKDTree(x.T)
-    moved = np.empty(points.shape[1])
+    cells = x, sizes, distance, (pressure / unit) ** 2, gaps
+    moved = np.empty(len(near))
     for begin in range(0, len(moved), CHUNK):
         some = slice(begin, begin + CHUNK)
-        near = tree.query(points[:, some].T, min(AROUND, x.shape[1]))[1]
-        near = near.reshape(points[:, some].shape[1], -1)
-        moved[some] = _beyond(points[:, some], tangents[:, some], *(v[..., near] for v in cells))
+        around = (values[..., near[some]] for values in cells)
+        moved[some] = _beyond(points[:, some], tangents[:, some], *around)
     return points, moved
 
 
