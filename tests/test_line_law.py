@@ -224,3 +224,14 @@ def test_groups():
     x = one.collocation_points[:, first.gap == 0]
     shape = first.punch_displacement(x) - np.sum(x**2, axis=0) / 2
     assert last.ground_displacement(x) == pytest.approx(shape, abs=1e-9)
+
+
+def test_little_of_a_cell_in_contact_does_not_carry_it():
+    """Where cells beyond the line press, their pressures would be many times the others."""
+    hills = lambda x: 0.1 * np.sum(x**2, axis=0) + 0.02 * np.cos(23 * x[0]) * np.cos(19 * x[1])  # noqa: E731
+    mesh = perturbed(disc(n=600), 0.012)
+    found = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), gap=hills).solve(0.15)
+    assert found.success
+    assert found.line.constant.any()
+    x = np.random.default_rng(1).uniform(-1, 1, (2, 9999))
+    assert found.pressure_at(x).max() < 10 * found.pressure.max()

@@ -6,6 +6,7 @@ from plans import disc, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import ContactRegion, DualMesh, HalfSpace, Paraboloid, RigidPunch
+from skfem_dual.contact import region
 from skfem_dual.contact.region import fitted_planes
 from skfem_dual.grids import generate
 from skfem_dual.grids.partition import Partition
@@ -133,3 +134,18 @@ def test_the_edge_of_contact_that_was_found():
     for e, area, error in ((0.5, 0.73355, 1e-3), (0.7, 0.35378, 4e-3), (0.8, 0.19170, 1e-2)):
         solution = found.solve(1.0, (e, 0.0))
         assert solution.contact_area / np.pi == pytest.approx(area, rel=error)
+
+
+def test_cells_far_from_the_edge_do_not_count(monkeypatch):
+    """Of many cells those near it are looked at: the same edge, on cells without symmetries."""
+    mesh = perturbed(rectangle(40), 0.008)
+    dual = DualMesh.from_mesh(mesh)
+    for basis in (dual.basis(), dual.primal_basis()):
+        whole = circle(mesh, basis, 0.57, (0.03, -0.02))
+        monkeypatch.setattr(region, "MANY", 0)
+        near = circle(mesh, basis, 0.57, (0.03, -0.02))
+        monkeypatch.undo()
+        assert near.area == pytest.approx(whole.area, rel=1e-12)
+        assert near.edge[0] == pytest.approx(whole.edge[0], abs=1e-12)
+        assert np.array_equal(near.level > 0, whole.level > 0)
+        assert np.ptp(near.level) < 0.5 * np.ptp(whole.level)

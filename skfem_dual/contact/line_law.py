@@ -18,6 +18,7 @@ from scipy.sparse import block_diag, csr_matrix, identity
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceError
+from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .footprint import ExactRows, Footprint
 from .one_sign import solved
@@ -28,6 +29,8 @@ from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
+#: solutions more where cells beyond the line press, as on rough shapes
+STRAYS = 3
 #: up to so many cells it is cheap to solve between those in contact again
 MOST = 3000
 
@@ -59,8 +62,14 @@ def with_line_law(
     if not (small and contact.success and problem.system.gap.any()):
         return found
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
-    for _ in range(TIMES):
-        lines = _lines(problem, pressure, gap)
+    lines: tuple[LineWeights | None, ...] = ()
+    for number in range(TIMES + STRAYS):
+        if number < TIMES:
+            lines = _lines(problem, pressure, gap)
+        elif (others := _without_strays(problem, lines, gap)) is not None:
+            lines = others
+        else:
+            break
         cells = CellsOnLines(problem, lines, np.zeros(len(pressure), dtype=bool))
         if all(line is None for line in lines):
             return found
@@ -73,6 +82,23 @@ def with_line_law(
         if again.refuted:
             return found
     return found
+
+
+def _without_strays(
+    problem: Any, lines: tuple[LineWeights | None, ...], gap: ndarray
+) -> tuple[LineWeights | None, ...] | None:
+    """Lines with constant pressures in cells that press although their points lie beyond them:
+    in the little of these that the line leaves, pressures would be huge. None if there are none.
+    """
+    found, some = [], False
+    for line, own in zip(lines, problem.slices, strict=True):
+        if line is not None:
+            stray = line.tiny & ~line.in_contact & (gap[own] == 0)
+            some |= bool(stray.any())
+            known = False if line.constant is None else line.constant
+            line = replace(line, constant=readonly(stray | known))
+        found.append(line)
+    return tuple(found) if some else None
 
 
 def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights | None, ...]:

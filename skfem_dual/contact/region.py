@@ -29,10 +29,15 @@ from .contact_line import moved_line
 #: neighbours over which planes are fitted and strengths averaged
 AROUND = 7
 #: planes through points nearly on one line, by the determinant of their equations, are fitted
-#: with more care
-FLAT = 1e-5
+#: with more care; planes at a time
+FLAT, CHUNK = 1e-5, 4096
 #: points of a line over which its way is averaged
 NEAREST = 3
+#: sizes of a cell, farther than which the sign of the distance is all that counts
+FAR = 3.0
+#: of more cells only those up to so many from the edge of contact are looked at, for points on
+#: triangles up to so many from it
+MANY, CELLS, POINTS = 20_000, 9, 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,7 +52,7 @@ class ContactRegion:
         Triangles on them, counter-clockwise.
     level : (N,) array of float
         About the distance to the edge of contact inside the plan, positive in contact and
-        linear in each triangle.
+        linear in each triangle; far from it the sign is all that counts.
     """
 
     p: ndarray
@@ -88,13 +93,18 @@ class ContactRegion:
         )
 
     @computed_once
+    def _inside(self) -> ndarray:
+        """Whether the vertices of the triangles are in contact, shape (3, m)."""
+        return (self.level > 0)[self.t]
+
+    @computed_once
     def _cut(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
         """Triangles the edge runs through, turned so that one vertex is alone on its side.
 
         Their vertices, whether that one is in contact, and where on the sides from it to the
         second and third vertex the edge passes, in parts of them.
         """
-        inside = self.level[self.t] > 0
+        inside = self._inside
         crossed = inside.any(axis=0) & ~inside.all(axis=0)
         t, inside = self.t[:, crossed], inside[:, crossed]
         alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
@@ -107,7 +117,7 @@ class ContactRegion:
         """Area of the region."""
         t, inside, onward, back = self._cut
         corner = signed_areas(self.p, t) * onward * back
-        whole = self.t[:, (self.level[self.t] > 0).all(axis=0)]
+        whole = self.t[:, self._inside.all(axis=0)]
         parts = np.where(inside, corner, signed_areas(self.p, t) - corner)
         return float(signed_areas(self.p, whole).sum() + parts.sum())
 
@@ -157,12 +167,15 @@ class PlanTriangles:
         As of `ContactRegion`.
     law : (n,) array of float
         The law of the plan's edge in the middles of the cells: pressures and gaps grow by it.
+    cell : (N,) array of int
+        A cell at each point.
     """
 
     partition: Partition
     p: ndarray
     t: ndarray
     law: ndarray
+    cell: ndarray
 
     @classmethod
     def of(
@@ -170,18 +183,37 @@ class PlanTriangles:
     ) -> "PlanTriangles":
         """Those of a mesh of triangles, or a quarter each of quadrilaterals."""
         p, t = mesh.p, mesh.t
+        cell = np.arange(len(partition))
+        if not np.array_equal(partition.nodes, p):  # one for each node
+            cell = np.empty(p.shape[1], dtype=int)
+            cell[t] = np.arange(t.shape[1])
+        halves = [signed_areas(p, t[[0, i, i + 1]]) for i in range(1, len(t) - 1)]
+        clockwise = np.sum(halves, axis=0) < 0
         if len(t) == 4:
             middle = p.shape[1] + np.arange(t.shape[1])
+            cell = np.append(cell, np.arange(t.shape[1]))
             p = np.hstack([p, p[:, t].mean(axis=1)])
-            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
-        t = np.where(signed_areas(p, t) < 0, t[[0, 2, 1]], t)
+            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)], dtype=np.int32)
+            clockwise = np.tile(clockwise, 4)
+        if clockwise.any():
+            t = np.where(clockwise, t[[0, 2, 1]], t)
         law = np.ones(len(partition)) if weights is None else weights.in_cells
-        return cls(partition, readonly(p), readonly(t), law)
+        return cls(partition, readonly(p), readonly(t), law, readonly(cell))
 
     @computed_once
     def _planes(self) -> "PlaneFit":
         """From the centroids of the cells to the points."""
         return PlaneFit.to_nearest(self.partition.centroids, self.p)
+
+    def _near(self, sides: ndarray, some: ndarray) -> tuple[ndarray, ndarray]:
+        """Cells and points near some cells, by their numbers; neighbours are beside ``sides``."""
+        near = np.zeros(len(self.partition), dtype=bool)
+        near[some] = True
+        points = near
+        for ring in range(CELLS):
+            points = near.copy() if ring == POINTS else points
+            near[sides[:, near[sides[0]] != near[sides[1]]]] = True
+        return np.nonzero(near)[0], np.nonzero(points[self.cell])[0]
 
     @computed_once
     def _whole(self) -> ContactRegion:
@@ -200,28 +232,40 @@ class PlanTriangles:
 
     def _level(self, pressure: ndarray, opening: ndarray) -> ndarray:
         """``level`` of the region, from pressures and openings over the law of the plan's edge."""
-        cells = self.partition
-        level = self._planes(_edge_distance(cells, pressure, opening))[0]
+        cells, inside = self.partition, pressure > 0
+        x, sizes = cells.centroids, np.sqrt(cells.areas)
+        sides = cells.f2c[:, cells.f2c[1] >= 0]
+        pairs = sides[:, inside[sides[0]] != inside[sides[1]]]
+        level = np.where(inside[self.cell], FAR, -FAR) * sizes[self.cell]
+        points = np.arange(len(level))
+        if len(cells) <= MANY:
+            planes = self._planes
+        else:
+            near, points = self._near(sides, pairs)
+            pairs = np.searchsorted(near, pairs)
+            x, sizes, pressure, opening = x[:, near], sizes[near], pressure[near], opening[near]
+            planes = PlaneFit.to_nearest(x, self.p[:, points])
+        level[points] = planes(_edge_distance(x, sizes, pairs, pressure, opening))[0]
         if not (lines := ContactRegion(self.p, self.t, level).edge):
             return level
-        sizes = np.sqrt(cells.areas)
-        points, moved = moved_line(lines, cells.centroids, sizes, pressure, opening)
-        distance = np.copysign(signed_distance(self.p, lines), level)
-        nearest = cKDTree(points.T).query(self.p.T, min(NEAREST, len(moved)))[1]
-        return distance + moved[nearest.reshape(len(level), -1)].mean(axis=1)
+        on_line, moved = moved_line(lines, x, sizes, pressure, opening)
+        distance = np.copysign(signed_distance(self.p[:, points], lines), level[points])
+        nearest = cKDTree(on_line.T).query(self.p[:, points].T, min(NEAREST, len(moved)))[1]
+        level[points] = distance + moved[nearest.reshape(len(points), -1)].mean(axis=1)
+        return level
 
 
-def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) -> ndarray:
+def _edge_distance(
+    x: ndarray, sizes: ndarray, pairs: ndarray, pressure: ndarray, opening: ndarray
+) -> ndarray:
     """About the distance of each cell to the edge of contact, positive in contact.
 
+    ``pairs`` are neighbours, one in contact and one not: their distances to the edge add up.
     ``opening`` is 3 E* / 4 times the gap.
     """
-    x, inside = partition.centroids, pressure > 0
+    inside = pressure > 0
     opening = (opening.clip(0) / pressure.max()) ** (2 / 3)
     pressure = pressure / pressure.max()
-    # pairs of neighbours, one in contact and one not: their distances to the edge add up
-    pairs = partition.f2c[:, partition.f2c[1] >= 0]
-    pairs = pairs[:, inside[pairs[0]] != inside[pairs[1]]]
     i = np.where(inside[pairs[0]], *pairs)
     j = pairs.sum(axis=0) - i
     step, middle = x[:, i] - x[:, j], (x[:, i] + x[:, j]) / 2
@@ -235,8 +279,7 @@ def _edge_distance(partition: Partition, pressure: ndarray, opening: ndarray) ->
         normal = slope / np.hypot(*slope)
         across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))
     # the law holds nearby only; far from the edge the sign is all that counts
-    far = 3 * np.sqrt(partition.areas)
-    return np.clip(distance, -far, far)
+    return np.clip(distance, -FAR * sizes, FAR * sizes)
 
 
 def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:
@@ -267,17 +310,29 @@ class PlaneFit:
     def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
         """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
         near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
-        arm = x[:, near] - at[:, :, None]
-        reach = np.hypot(*arm).max(axis=1, keepdims=True)
-        columns = np.stack([np.ones(near.shape), *(arm / reach)], axis=-1)
-        # points on one line give no slope across it
-        inverse = np.linalg.pinv(columns, rcond=1e-6)
-        inverse[:, 1:] /= reach[:, :, None]
+        inverse = np.empty((len(near), 3, near.shape[1]))
+        for begin in range(0, len(near), CHUNK):
+            some = slice(begin, begin + CHUNK)
+            inverse[some] = _planes(x[:, near[some]] - at[:, some, None])
         return cls(near, inverse)
 
     def __call__(self, values: ndarray) -> ndarray:
         """Value and both slopes of each plane, shape (3, m)."""
         return (self.inverse @ values[self.near][..., None])[..., 0].T
+
+
+def _planes(arm: ndarray) -> ndarray:
+    """Values and slopes of m planes by unit values at k points, (m, 3, k), from (2, m, k)."""
+    reach = np.hypot(*arm).max(axis=1, keepdims=True)
+    rows = np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
+    matrix = rows @ rows.swapaxes(1, 2)
+    # points on one line give no slope across it
+    clear = np.linalg.det(matrix) > FLAT * np.prod(np.diagonal(matrix, axis1=1, axis2=2), axis=1)
+    inverse = np.empty(rows.shape)
+    inverse[clear] = np.linalg.solve(matrix[clear], rows[clear])
+    inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
+    inverse[:, 1:] /= reach[:, :, None]
+    return inverse
 
 
 def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:

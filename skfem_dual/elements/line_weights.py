@@ -27,6 +27,8 @@ from .law_moments import Factors
 VARIATION = 1.3
 #: values of the law, linear in between; the first one beyond zero is all it is off
 VALUES = 2**14
+#: greatest value of the law over its mean in a cell of which a little is in contact
+TINY = 30.0
 #: cells farther from it than so many times their size are not looked at
 REACH = 4.0
 
@@ -41,10 +43,13 @@ class LineWeights(EdgeWeights):
         Distance s to the line at the points of the fan, negative out of contact.
     in_points : (n,) array of float
         The same in the collocation points of the cells; far from the line its sign is known.
+    constant : (n,) array of bool, optional
+        Cells that are not weighted wherever they lie.
     """
 
     depth: ndarray
     in_points: ndarray
+    constant: ndarray | None = None
 
     @classmethod
     def from_lines(
@@ -112,7 +117,14 @@ class LineWeights(EdgeWeights):
     def weighted(self) -> ndarray:
         """Whether each cell is weighted."""
         least, most = self.extremes(self.root[self.fan.t])
-        return readonly((most > 1e-6 * self.root.max()) & (most > VARIATION * least))
+        varied = (most > 1e-6 * self.root.max()) & (most > VARIATION * least)
+        return readonly(varied if self.constant is None else varied & ~self.constant)
+
+    @computed_once
+    def tiny(self) -> ndarray:
+        """Weighted cells of which only a little is in contact, (n,) array of bool."""
+        most = self.extremes(self.root[self.fan.t])[1]
+        return readonly(self.weighted & (most > TINY * np.where(self.weighted, self.mean, np.inf)))
 
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:
         """``w / mean(w)`` in some cells where the square root of the distance is ``root``."""

@@ -8,6 +8,8 @@ from .planar import cross
 
 #: segments whose distance is looked at
 NEAREST = 8
+#: points at a time, so that what they take stays in the cache
+CHUNK = 4096
 
 
 def segments(lines: list[ndarray]) -> tuple[ndarray, ndarray]:
@@ -24,10 +26,16 @@ def signed_distance(x: ndarray, lines: list[ndarray]) -> ndarray:
     Of segments those with the nearest middles are looked at: lines are finer than they are far.
     """
     a, b = segments(lines)
-    near = cKDTree((a + b).T / 2).query(x.T, min(NEAREST, a.shape[1]))[1].reshape(x.shape[1], -1)
-    along, arm = (b - a)[:, near], x[:, :, None] - a[:, near]
-    s = (np.sum(along * arm, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
-    distance = np.hypot(*(arm - s * along))
-    nearest = np.argmin(distance, axis=1)[:, None]
-    side = np.take_along_axis(cross(along, arm), nearest, axis=1)
-    return np.copysign(np.take_along_axis(distance, nearest, axis=1), side)[:, 0]
+    middles = cKDTree((a + b).T / 2)
+    out = np.empty(x.shape[1])
+    for begin in range(0, x.shape[1], CHUNK):
+        part = x[:, begin : begin + CHUNK]
+        near = middles.query(part.T, min(NEAREST, a.shape[1]))[1].reshape(part.shape[1], -1)
+        along, arm = (b - a)[:, near], part[:, :, None] - a[:, near]
+        s = (np.sum(along * arm, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
+        distance = np.sum((arm - s * along) ** 2, axis=0)
+        nearest = np.argmin(distance, axis=1)[:, None]
+        side = np.take_along_axis(cross(along, arm), nearest, axis=1)
+        distance = np.sqrt(np.take_along_axis(distance, nearest, axis=1))
+        out[begin : begin + CHUNK] = np.copysign(distance, side)[:, 0]
+    return out
