@@ -82,6 +82,7 @@ sphinx_gallery_conf = {
 }
 
 html_theme = "furo"
+pygments_dark_style = "github-dark"
 html_title = f"skfem_dual {version}"
 html_static_path = ["_static"]
 html_extra_path = ["_scenes"]

@@ -22,7 +22,7 @@ from PIL import Image
 
 #: lightness of ink up to which, and of fills from which on, colours change, and to what
 INK, PALE, LIGHT_INK, DULL = 0.35, 0.7, 0.9, 0.25
-#: bytes of a PNG from which on it has fewer pixels; with fewer colours it would show bands
+#: bytes of a PNG from which on it has fewer pixels; with fewer colours shades would show bands
 LARGE = 300_000
 
 
@@ -43,7 +43,10 @@ def save_twins(figure: Figure, path: Path, **options) -> None:
     for file in (path, twin(path)):
         if file.suffix == ".png" and file.stat().st_size > LARGE:
             image = Image.open(file)
-            image.resize([3 * n // 4 for n in image.size]).save(file)
+            image = image.resize([3 * n // 4 for n in image.size])
+            image.save(file)
+            if file.stat().st_size > LARGE:  # nothing but lines is still so large
+                image.quantize(256, method=Image.Quantize.FASTOCTREE).save(file)
 
 
 def darken(figure: Figure) -> None:
