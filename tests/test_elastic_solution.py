@@ -253,6 +253,14 @@ def test_pressures_leave_as_those_of_a_rigid_punch(punch):
     mpl.pyplot.close("all")
 
 
+def test_answer_of_a_pickled_plate(punch):
+    s = punch.solve(uniform(punch))
+    t = pickle.loads(pickle.dumps(s))
+    again = t.punch.solve(t.f)
+    np.testing.assert_array_equal(again.displacement, s.displacement)
+    np.testing.assert_array_equal(t.deflection([0.2, 0.1]), s.deflection([0.2, 0.1]))
+
+
 def test_answer_of_a_pickle(block):
     s = block.solve(point_load(block, (0.2, 0.1)))
     t = pickle.loads(pickle.dumps(s))

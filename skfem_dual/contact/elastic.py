@@ -25,6 +25,7 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..elements.point_values import value_matrix
+from ..elements.shape_functions import picklable
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
@@ -150,7 +151,8 @@ class ElasticPunch(Body):
 
     def __getstate__(self) -> dict:
         """What makes the punch; matrices and factors are computed again."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        return state | {"structure": picklable(self.structure)}
 
     @computed_once
     def footprint(self) -> Footprint:
