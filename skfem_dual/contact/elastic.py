@@ -39,7 +39,7 @@ from .load import Constraints, Pair
 from .one_sign import contact_of, solved
 from .pressures import CellPressures
 from .problem import Contact, Share
-from .resisted import NO_BALANCE, compliance_of, require_resisted
+from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 from .shapes import Gap
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
 from .verify import Verification
@@ -362,7 +362,7 @@ class ElasticPunch(Body):
             (self.trace @ self.motions).T,
             self.motions.T @ loads,
             self.initial_gap - self.trace @ self._lifted(f, held),
-            Constraints.forces(self.motions.T @ self._effective(f, held)),
+            Constraints.forces(work_on(self.motions, self._effective(f, held))),
         )
 
     def solution(
