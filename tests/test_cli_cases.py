@@ -145,6 +145,7 @@ def test_a_case_that_turns_over(capsys, tmp_path, footing):
     code, out, err = run(capsys, "solve", footing[0], *UNITS, *files)
     assert code == 3
     assert any("gale" in line and "no solution" in line for line in err)
+    assert not any("unilateral" in line for line in err)  # it is --bilateral here
     assert any(line.startswith("gale") and "NO SOLUTION" in line for line in out)
     with table.open(newline="") as file:
         assert [row["success"] for row in csv.DictReader(file)] == ["True", "False"]

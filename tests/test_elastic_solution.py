@@ -186,6 +186,17 @@ def test_operator_to_a_tolerance(punch):
     assert matrix @ p == pytest.approx(punch.operator @ p, rel=1e-9, abs=1e-12)
 
 
+def test_a_raft_on_one_pile(punch):
+    """Only tilts are left to the ground, which a load in the middle does not cause."""
+    to_pile = punch.structure.probes(np.zeros((2, 1)))
+    raft = replace(punch, stiffness=punch.stiffness + 3.0 * to_pile.T @ to_pile)
+    f = uniform(punch)
+    s = raft.solve(f)
+    assert s.success, s.message
+    load = f[punch.structure.nodal_dofs[0]].sum()
+    assert s.force + 3.0 * (to_pile @ s.displacement).item() == pytest.approx(load, rel=1e-9)
+
+
 @pytest.mark.parametrize("unilateral", [True, False])
 def test_supports_carry_the_rest(unilateral):
     """Reactions and pressures balance the load, its moments about any point too."""
@@ -251,6 +262,14 @@ def test_pressures_leave_as_those_of_a_rigid_punch(punch):
     assert "Deflection" in s._repr_html_()
     assert "3 motions" in repr(punch)
     mpl.pyplot.close("all")
+
+
+def test_answer_of_a_pickled_plate(punch):
+    s = punch.solve(uniform(punch))
+    t = pickle.loads(pickle.dumps(s))
+    again = t.punch.solve(t.f)
+    np.testing.assert_array_equal(again.displacement, s.displacement)
+    np.testing.assert_array_equal(t.deflection([0.2, 0.1]), s.deflection([0.2, 0.1]))
 
 
 def test_answer_of_a_pickle(block):

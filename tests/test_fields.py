@@ -5,7 +5,15 @@ import pytest
 from plans import annulus, disc, ellipse, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP2, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, evaluate, postprocess
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    MeshError,
+    Paraboloid,
+    RigidPunch,
+    evaluate,
+    postprocess,
+)
 from skfem_dual.elements.balance import field_resultant
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import polygon
@@ -160,3 +168,10 @@ def test_wrong_refinements():
         solution.pressure_field(9)
     with pytest.raises(TypeError, match="expected an integer for refine"):
         solution.pressure_field(1.5)
+
+
+def test_a_part_of_one_triangle_has_no_field():
+    mesh = MeshTri.init_refdom()
+    s = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(mesh).basis(), origin=(1 / 3, 1 / 3))
+    with pytest.raises(MeshError, match=r"got triangle 0 alone.* Remedy: a finer mesh"):
+        s.solve(1.0, unilateral=False).pressure_field()

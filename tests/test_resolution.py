@@ -19,6 +19,7 @@ from skfem_dual.elements.resolution import coarseness, too_coarse
 from skfem_dual.grids.generate import disc
 from skfem_dual.grids.partition import Partition
 
+COARSE = DualMesh.from_mesh(disc(n=60)).basis()
 BASES = {n: DualMesh.from_mesh(disc(n=n)).basis() for n in (150, 600)}
 
 
@@ -58,6 +59,22 @@ def test_warned_where_settlements_are_off(n, poisson, thickness):
     error = abs(settlement / exact_settlement(ground) - 1)
     assert warned if error > 0.05 else True
     assert not warned if error < 0.003 else True
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3])
+@pytest.mark.parametrize("thickness", [0.02, 0.005, 0.002, 0.001])
+def test_warned_of_soft_layers_far_thinner_than_cells(poisson, thickness):
+    """They are springs, but for 0.3 thicknesses at the edge."""
+    ground = LayeredHalfSpace([Layer(thickness, 1.0, poisson)], "bonded")
+    spring = thickness * (1 + poisson) * (1 - 2 * poisson) / (1 - poisson) / np.pi
+    warned = too_coarse(ground, Partition.from_basis(COARSE)) is not None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        settlement = RigidPunch(ground, COARSE).solve(1.0, unilateral=False).settlement
+    error = abs(settlement / spring - 1)
+    assert warned == (error > 0.02)
+    constant = RigidPunch(ground, COARSE, edge="constant").solve(1.0)
+    assert constant.settlement == pytest.approx(spring, rel=0.01)
 
 
 def test_the_remedy_helps():

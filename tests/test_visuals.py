@@ -29,6 +29,7 @@ from skfem import (
 from skfem_dual import (
     DualMesh,
     HalfSpace,
+    Plan,
     RigidPunch,
     RigidPunches,
     check_mesh,
@@ -613,6 +614,13 @@ def test_missing_libraries_are_named(visuals, missing, monkeypatch):
     ):
         with pytest.raises(ImportError, match=r"pip install 'skfem-dual\[visuals\]'"):
             picture()
+
+
+def test_plans_name_the_missing_library(monkeypatch):
+    for name in ("matplotlib", "matplotlib.pyplot", "matplotlib.patches", "matplotlib.path"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ImportError, match=r"pip install 'skfem-dual\[visuals\]'"):
+        Plan.circle((0.0, 0.0), 1.0).plot()
 
 
 @pytest.fixture

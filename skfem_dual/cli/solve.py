@@ -29,6 +29,7 @@ from .footings import (
     solve_cases,
     solve_one,
 )
+from .messages import in_options
 from .outlines import take_corners
 from .pictures import draw
 from .tables import case_table, solution_table
@@ -80,7 +81,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         if not ok
     ]
     if failed:
-        tell(f"no solution: {'; '.join(failed)}")
+        tell(f"no solution: {in_options('; '.join(dict.fromkeys(failed)))}")
     short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
     code = 3 if failed else 4 if short else 0
     if options.quiet:

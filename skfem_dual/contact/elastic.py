@@ -25,6 +25,7 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..elements.point_values import value_matrix
+from ..elements.shape_functions import picklable
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
@@ -39,7 +40,7 @@ from .one_sign import contact_of, solved
 from .pressed import Pressed
 from .pressures import CellPressures
 from .problem import Contact, Share
-from .resisted import NO_BALANCE, compliance_of, require_resisted
+from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 from .shapes import Gap
 from .system import DENSE, ContactSystem, Method, progress_bars, timed
 from .verify import Verification
@@ -151,7 +152,8 @@ class ElasticPunch(Body):
 
     def __getstate__(self) -> dict:
         """What makes the punch; matrices and factors are computed again."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        return state | {"structure": picklable(self.structure)}
 
     @computed_once
     def footprint(self) -> Footprint:
@@ -361,7 +363,7 @@ class ElasticPunch(Body):
             (self.trace @ self.motions).T,
             self.motions.T @ loads,
             self.initial_gap - self.trace @ self._lifted(f, held),
-            Constraints.forces(self.motions.T @ self._effective(f, held)),
+            Constraints.forces(work_on(self.motions, self._effective(f, held))),
         )
 
     def solution(

@@ -12,6 +12,8 @@ from ..operators.compliance import Compliance, checked_dofs
 
 #: work of the loads on a motion that nothing resists, over that of their parts
 BALANCED = 1e-9
+#: and below which it is rounding
+ROUNDING = 1e-10
 NO_BALANCE = (
     "expected loads that pressures under the plan can balance, got some that would take tension: "
     "they pull, or their resultant lies outside of the plan. Remedy: move them, hold the "
@@ -51,6 +53,13 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"{K.data[bad[0]]}, {len(bad)} in all"
         )
     return Compliance(K, checked_dofs(D, n), structure.doflocs)
+
+
+def work_on(motions: ndarray, loads: ndarray) -> ndarray:
+    """Work of loads on motions (N, m): none where it is rounding, as that of a load above the one
+    pile of a raft on its tilts, by which pressures could not be measured."""
+    work = motions.T @ loads
+    return np.where(np.abs(work) > ROUNDING * (np.abs(motions).T @ np.abs(loads)), work, 0.0)
 
 
 def require_resisted(

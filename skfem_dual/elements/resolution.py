@@ -6,6 +6,10 @@ nearly so, settlements under a rigid punch come out with any sign. The estimate 
 the errors of rigid discs of 150 and 600 dual cells on bonded layers of 0.01 to 0.3 radii, with
 Poisson's ratios of 0 to 0.5, against dual integral equations. It tells the order of the error, not
 more.
+
+Over soft layers a hundred times thinner than the cells the part c / r of the influence function
+and its remainder nearly cancel, and what weighted cells leave of the second shows. That was fitted
+to rectangles and discs of 60 and 240 cells on layers of 0.001 to 0.03 half widths.
 """
 
 import numpy as np
@@ -22,6 +26,9 @@ ALLOWED = 0.025
 FACTOR, POWERS, MOST = 4.5e-5, (1.25, 2.35), 16.0
 #: constant pressures follow waves less, and err so much less
 CONSTANT = 0.5
+#: how many times as soft as the ground under a cell a surface without end would be where the error
+#: is that of the whole
+CANCELLED = 150.0
 #: cells smaller than so many lengths of the ground need not be looked at
 FINE = 0.5
 
@@ -58,6 +65,10 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
         return None
     finer = h * 2.0 ** (-np.arange(41) / 4)
     error = (1.0 if sloped else CONSTANT) * coarseness(substrate, finer)
+    if sloped:
+        k = np.pi / finer
+        near = 2 * np.pi * substrate.singular_coefficient / (k * substrate.symbol(k))
+        error += (near / CANCELLED) ** 2
     if error[0] <= ALLOWED:
         return None
     cells = int(np.ceil(len(partition) * (h / finer[np.argmax(error <= ALLOWED)]) ** 2))

@@ -1,16 +1,20 @@
 """Values of the test functions of any scikit-fem basis at points in the plane of a plan."""
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, FacetBasis
+from skfem import CellBasis, Element, ElementGlobal, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
 from ..grids.polygons import some
 from ..kernels.once import computed_once
+
+_B = TypeVar("_B", bound=AbstractBasis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,3 +153,28 @@ def _inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
         f"expected elements whose mapping can be inverted, element {bad} cannot. Remedy: "
         "convex elements, not degenerate"
     )
+
+
+def picklable(basis: _B) -> _B:
+    """The basis without the functions that plate elements make of text, which do not pickle.
+
+    They make them again on first use.
+    """
+    basis = copy(basis)
+    basis.elem = _without_functions(basis.elem)
+    basis.dofs = copy(basis.dofs)
+    basis.dofs.element = basis.elem
+    return basis
+
+
+def _without_functions(element: Element) -> Element:
+    element = copy(element)
+    parts = vars(element)
+    if isinstance(element, ElementGlobal):
+        parts.pop("V", None)
+        parts.pop("_pbasis", None)
+    if "elem" in parts:
+        parts["elem"] = _without_functions(parts["elem"])
+    if "elems" in parts:
+        parts["elems"] = type(parts["elems"])(map(_without_functions, parts["elems"]))
+    return element

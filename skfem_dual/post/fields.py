@@ -22,6 +22,7 @@ from ..contact.pressures import CellPressures
 from ..elements.balance import balanced
 from ..elements.edge_weights import mean_weight
 from ..elements.graded_rule import graded
+from ..errors import MeshError
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
@@ -71,6 +72,8 @@ def pressure_field(
     ------
     TypeError, ValueError
         If ``refine`` is not a whole number from 0 to 6, or the solutions are no couple.
+    MeshError
+        If a part of the plan with a singular edge is one triangle.
 
     Examples
     --------
@@ -146,8 +149,15 @@ class EdgeLaws:
             x = np.hstack([base.p, base.p[:, base.facets].mean(axis=1)])
             level = np.append(region.level, region.level[base.facets].mean(axis=0))
             depth = _bernstein(base, np.copysign(distance_to_segments(x, a, b), level))
-        refined = Refinement.towards(base, singular, refine)
-        return cls(refined, kept, _torsion(base, singular), depth)
+        refined, phi = Refinement.towards(base, singular, refine), _torsion(base, singular)
+        inside = phi[np.vstack([base.t, base.p.shape[1] + base.t2f])].any(axis=0)
+        if not inside.all():
+            raise MeshError(
+                "expected parts of a plan of several triangles, got triangle "
+                f"{kept[np.argmin(inside)]} alone, where pressures have no value inside. Remedy: "
+                "a finer mesh, mesh.refined()"
+            )
+        return cls(refined, kept, phi, depth)
 
     def _closing(self, parent: ndarray, shares: ndarray) -> ndarray | float:
         """Square root of the distance to the line where contact ends, levelling off far from

@@ -23,11 +23,11 @@ NUMBERED = 40
 
 def draw_plan(plan: Plan, ax: Axes | None = None) -> Axes:
     """The plan to scale, its corners numbered, and its centroid; see `Plan.plot`."""
+    lines = [_line(ring) for ring in plan.rings]
+    ax = prepared(checked_axes(ax), np.hstack(lines))
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    lines = [_line(ring) for ring in plan.rings]
-    ax = prepared(checked_axes(ax), np.hstack(lines))
     signs = [s for _, holes in plan.parts for s in (1, *[-1] * len(holes))]
     path = Path.make_compound_path(
         *(Path(x.T[::sign], closed=True) for x, sign in zip(lines, signs))
