@@ -12,8 +12,9 @@ from numpy import ndarray
 
 from ..contact.footprint import Footprint
 from ..elements.edge_weights import EdgeWeights
+from ..grids.dual_mesh import DualMesh
 from ..grids.fan import Fan
-from .regular import RegularCouple
+from .regular import RegularCouple, TorsionWeights
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ class Law:
         if on_dual:
             weights = replace(weights, fan=self.cells.fan)
         else:
-            weights = weights.with_fan(Fan.from_refinement(self.cells.basis.dual))
+            weights = _cut(weights, self.cells.basis.dual)
         fan, (mean, off) = weights.fan, weights.of_triangles
         cell, weighted = fan.cell, weights.weighted[fan.cell]
         middle = fan.p[:, fan.t].mean(axis=1)
@@ -68,6 +69,23 @@ class Law:
         load = np.where(weighted, mean / weights.mean[cell], 1.0) * fan.areas * inside
         node, element = (cell, fan.part) if on_dual else (fan.part, cell)
         return node, element, middle, load
+
+
+def _cut(weights: EdgeWeights, dual: DualMesh) -> TorsionWeights:
+    """The law of triangles on those cut by the dual cells: phi remains linear along their sides,
+    but in triangles halved next to corners."""
+    weights = weights.with_fan(Fan.from_refinement(dual))
+    mesh, fan, phi = dual.mesh, weights.fan, weights.root**2
+    whole = np.ones(mesh.nfacets, dtype=bool)
+    whole[mesh.t2f[:, np.bincount(fan.cell, minlength=mesh.nelements) > 6]] = False
+    a, b = mesh.p[:, mesh.facets].swapaxes(0, 1)
+    crossing = len(dual) + np.arange(mesh.nfacets)
+    share = np.hypot(*(fan.p[:, crossing] - a)) / np.hypot(*(b - a))
+    linear = (1 - share) * phi[mesh.facets[0]] + share * phi[mesh.facets[1]]
+    phi[crossing] = np.where(whole, linear, phi[crossing])
+    return TorsionWeights(
+        weights.partition, fan, weights.ribs, phi, law=weights.law, corners=weights.corners
+    )
 
 
 def mixed(
