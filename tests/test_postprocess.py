@@ -105,7 +105,7 @@ def test_all_couples_of_solutions(benchmark, n):
         ratio = errors[2] / errors[:2].min(axis=0)
         # away from the edge one of two weighted solutions may be good by chance
         assert ratio[1] < 1.05
-        assert ratio[0] < {"node": 1.05, "centroid": 1.05, "weighted": 1.5}[name]
+        assert ratio[0] < {"node": 1.25, "centroid": 1.05, "weighted": 1.8}[name]
 
 
 @pytest.mark.slow
