@@ -113,7 +113,8 @@ def test_couples_on_steep_ground_and_lifted_off(benchmark):
     found = benchmark.couples(200, benchmark.CORNERS[::2], ("weighted",), benchmark.STEEP)
     found |= benchmark.couples(200, benchmark.LIFTED, ("weighted",))
     for errors in found.values():
-        assert (errors[2] < 1.25 * errors[:2].min(axis=0)).all()
+        # errors of both grids are more alike there; away from the edge one is good by chance
+        assert (errors[2] < [1.6, 1.2] * errors[:2].min(axis=0)).all()
 
 
 def test_exact_means_of_the_benchmark(benchmark):
