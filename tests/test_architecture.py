@@ -179,6 +179,7 @@ LAYERS = [
         "post.functional",
         "post.weights",
         "post.regular",
+        "post.laws",
         "post.mixture",
         "post.conserve",
         "post.postprocess",

@@ -79,29 +79,42 @@ def test_couples_of_solutions_with_exact_pressures(benchmark, capsys):
     cases = [
         ("disc", 0.3, "random"),
         ("ellipse", 0.0, "uniform"),
-        ("generated disc", 0.15, "graded"),
     ]
-    found = benchmark.couples(250, cases, ("node", "centroid", "weighted"))
-    for (_, name), (before, after) in found.items():
-        ratio = after[2] / before[:2].min(axis=0)
-        assert (ratio < {"node": 0.5, "centroid": 1.02, "weighted": 0.95}[name]).all()
+    found = benchmark.couples(200, cases, ("node", "centroid", "weighted"), soil=None)
+    for (_, name), errors in found.items():
+        ratio = errors[2] / errors[:2].min(axis=0)
+        assert ratio[0] < {"node": 0.5, "centroid": 0.7, "weighted": 0.95}[name]
+        # there the polygon is not the curve: cells on its sides carry too much, in corners less
+        assert ratio[1] < 0.5 if name != "weighted" else errors[2, 1] < 2.3e-3
     assert "away from the edge" in capsys.readouterr().out
 
 
+def test_couples_of_solutions_beside_corners(benchmark):
+    """Torsion functions do not follow the pressure there, laws of corners do."""
+    found = benchmark.couples(60, [("square", 0.0, "uniform")], ("node", "weighted"))
+    for errors in found.values():
+        assert (errors[2] < 0.6 * errors[:2].min(axis=0)).all()
+
+
 @pytest.mark.slow
-def test_all_couples_of_solutions(benchmark):
-    found = benchmark.couples(600, benchmark.CASES, ("node", "centroid", "weighted"))
-    for (_, name), (before, after) in found.items():
-        ratio = after[2] / before[:2].min(axis=0)
-        # on meshes graded to the edge solutions have little bias inside, what smoothing adds shows
-        assert ratio[0] <= {"node": 1.02, "centroid": 2.0, "weighted": 1.15}[name]
-        # flat triangles at the edge of graded meshes remain worse than dual cells, but improve
-        improved = ratio[1] <= 1.02 or (name == "weighted" and after[2, 1] <= before[2, 1])
-        assert improved
-        if name == "node":
-            # meshes graded to the edge have little bias inside, where the triangles are good
-            assert ratio[1] < 0.3
-            assert (after[2] < 0.5 * before[0]).all()
+@pytest.mark.parametrize("n", [150, 200, 600])
+def test_all_couples_of_solutions(benchmark, n):
+    found = benchmark.couples(n, benchmark.CASES, ("node", "centroid", "weighted"))
+    found |= benchmark.couples(n, benchmark.CORNERS, ("node", "centroid", "weighted"))
+    for (_, name), errors in found.items():
+        ratio = errors[2] / errors[:2].min(axis=0)
+        # away from the edge one of two weighted solutions may be good by chance
+        assert ratio[1] < 1.05
+        assert ratio[0] < {"node": 1.25, "centroid": 1.05, "weighted": 1.8}[name]
+
+
+@pytest.mark.slow
+def test_couples_on_steep_ground_and_lifted_off(benchmark):
+    found = benchmark.couples(200, benchmark.CORNERS[::2], ("weighted",), benchmark.STEEP)
+    found |= benchmark.couples(200, benchmark.LIFTED, ("weighted",))
+    for errors in found.values():
+        # errors of both grids are more alike there; away from the edge one is good by chance
+        assert (errors[2] < [1.6, 1.2] * errors[:2].min(axis=0)).all()
 
 
 def test_exact_means_of_the_benchmark(benchmark):
@@ -197,13 +210,10 @@ def test_force_and_moments_are_conserved(dual, request, conserve_of):
     assert moments(kept.basis, kept.values) == pytest.approx(wanted, abs=1e-12)
     assert moments(plain.basis, plain.values) != pytest.approx(wanted, abs=1e-4)
     grids = whole_edge(dual)
-    parts = (kept.on_cells, slice(0, 145)), (kept.on_triangles, slice(145, None))
-    for (pressure, part), solution in zip(parts, pair, strict=True):
-        if solution.footprint.slopes is not None:  # cells with slopes have moments of their own
-            assert solution.footprint.resultant(pressure) == pytest.approx(wanted, abs=1e-12)
-            continue
-        load = pressure * grids.areas[part]
-        assert [load.sum(), *(grids.acting[:, part] @ load)] == pytest.approx(wanted, abs=1e-12)
+    for pressure, solution in zip((kept.on_cells, kept.on_triangles), pair, strict=True):
+        # as edge-weighted cells they act
+        cells = RigidPunch(SOIL, solution.punch.basis).footprint
+        assert cells.resultant(pressure) == pytest.approx(wanted, abs=1e-12)
     inner = ~grids.edge_nodes
     assert np.array_equal(kept.values[inner], plain.values[inner])
 
@@ -261,8 +271,9 @@ def test_invariance(solutions):
         for basis, options in ((dual.basis(), NODE), (dual.primal_basis(), {"edge": "constant"}))
     ]
     result = postprocess(*pair)
-    assert result.on_cells * scale**2 / 7 == pytest.approx(reference.on_cells, rel=1e-6)
-    assert result.on_triangles * scale**2 / 7 == pytest.approx(reference.on_triangles, rel=1e-6)
+    # coordinates have fewer digits there, and with them the distance to the edge
+    assert result.on_cells * scale**2 / 7 == pytest.approx(reference.on_cells, rel=1e-5)
+    assert result.on_triangles * scale**2 / 7 == pytest.approx(reference.on_triangles, rel=1e-5)
     assert len(result.values) == len(reference.values)
     assert result.share == pytest.approx(reference.share)
 
@@ -284,9 +295,9 @@ def test_shares(dual, solutions, weighted):
     assert postprocess(*solutions).share == 0.3
     assert postprocess(solutions[0], weighted[1]).share == 0.0
     assert postprocess(weighted[0], solutions[1]).share == 1.0
-    assert postprocess(*weighted).share == 0.4
+    assert postprocess(*weighted).share == 0.5
     centroids = couple(dual, {"edge": "constant"})
-    assert 0.5 < postprocess(*centroids).share <= 1.25
+    assert postprocess(*centroids).share == 1.0
 
 
 def test_curved_fields_without_an_edge_are_left_alone():

@@ -111,7 +111,11 @@ class EdgeWeights:
         if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):
             near = near[mesh.t].any(axis=0)
         fan = Fan.from_basis(basis, np.nonzero(near)[0])
-        weights = cls(partition, fan, ribs, law=law, corners=corners)
+        return cls(partition, fan, ribs, law=law, corners=corners).with_fan(fan)
+
+    def with_fan(self, fan: Fan) -> Self:
+        """On other triangles that fill the cells, halved next to corners."""
+        weights = replace(self, fan=fan)
         known = 0
         for _ in range(HALVES):
             sides = weights._bent(known)

@@ -59,6 +59,13 @@ class Fan:
         return cls._sorted(dual.refinement_nodes, t, t[0], element)
 
     @classmethod
+    def from_refinement(cls, dual: DualMesh) -> "Fan":
+        """The triangles of the mesh of a dual grid, cut by it: ``part`` is their dual cell."""
+        refinement = dual.refinement
+        element = np.arange(refinement.nelements) // 6
+        return cls._sorted(refinement.p, refinement.t, element, dual.refinement_cells)
+
+    @classmethod
     def from_mesh(cls, mesh: Mesh, cells: ndarray | None = None) -> "Fan":
         """Triangles or quadrilaterals, all or some, cut around the mean of their vertices."""
         k, m = mesh.t.shape

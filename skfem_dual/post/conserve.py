@@ -57,9 +57,9 @@ class Balance:
     def completed(self, which: int, values: ndarray) -> ndarray:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
 
-        That is the least change, in the sum of squares over the values; zero stays zero. On a
-        singular edge the field is finite where the pressure is not, and its values there alone
-        are multiplied, so that those inside remain the pressure in the points.
+        That is the least change, in the sum of squares over the values; zero stays zero. Those
+        on a singular edge alone are multiplied, so that those inside remain the pressure in the
+        points: the field is finite there where the pressure is not.
 
         Raises
         ------
@@ -67,10 +67,10 @@ class Balance:
             If hardly any pressures are left to be multiplied.
         """
         couple, n = self.couple, len(self.couple.dual)
-        points = [couple.acting[:, :n], couple.acting[:, n:], couple.general.p][which]
-        part = np.ones(len(values), dtype=bool)
-        if which == 2 and can_balance(points, couple.edge_nodes & (values != 0)):
-            part = couple.edge_nodes
+        points = [couple.x[:, :n], couple.x[:, n:], couple.general.p][which]
+        part = [*couple.outer(2), couple.edge_nodes][which]
+        if not can_balance(points, part & (values != 0)):
+            part = np.ones(len(values), dtype=bool)
         integrals = self._integrals[which]
         shares = self._planes(points[:, part]) * values[part]
         missing = self.wanted[which] - integrals @ values

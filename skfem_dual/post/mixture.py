@@ -1,120 +1,152 @@
 """How much of each of two BEM solutions goes into the new field, and how much it is smoothed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
 from .functional import Weights
+from .laws import Law
 from .regular import RegularCouple
 
-#: rings of nodes at the edge whose values constant pressures get wrong
-RINGS = 2
 #: points of which a field is continued
 NEAREST = 24
 #: share of node-collocated dual cells beside triangles. Their opposite errors inside cancel with
 #: shares of 0.29 to 0.37 on uniform, random and graded meshes of discs, ellipses, squares, Ls and
 #: annuli; the smaller share errs on the side of the better solution
 OPPOSED = 0.3
-#: share of edge-weighted dual cells beside such triangles, which are twice as many. With 0.3 to
-#: 0.5 both grids are better than the better one was, on the same plans; with 0.8 they are not
-WEIGHTED = 0.4
+#: part of the load that their mixture, continued to the edge, may miss
+CARRIED = 0.03
+#: what dual cells have too much inside, over what triangles have more: 1.4 on uniform meshes, less
+#: on graded ones; half of the former is safe on all
+BEYOND = 0.7
 #: strongest smoothing D : A
 MOST = 2.0
-#: largest share of dual cells where the errors are of one sign: little is extrapolated
-LARGEST = 1.25
+#: fewest cells a field is continued from
+FEWEST = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """What the smoothing of a couple of BEM solutions starts from.
+    """What is known of a couple of BEM solutions with a singular edge.
 
     Attributes
     ----------
-    values : (n + m,) array of float
-        Regular parts at the nodes of both grids, see `RegularCouple`.
+    cells : pair of Footprint
+        Dual cells and triangles, edge-weighted.
+    laws : sequence of Law
+        Pressures, of one or of both solutions, with the law of the edge inside the cells.
+    shares : sequence of float
+        Of them.
     share : float
-        Share of the solution on dual cells in them, the rest is that of the triangles; NaN where
-        both kept their own values.
-    weights : Weights
-        Of the smoothing.
+        That of the solution on dual cells.
     reason : str
         The criterion that applied.
     """
 
-    values: ndarray
+    cells: tuple[Footprint, Footprint]
+    laws: Sequence[Law]
+    shares: Sequence[float]
     share: float
-    weights: Weights
     reason: str
 
 
 def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution]) -> Mixture:
     """What a couple of BEM solutions deserves, by what is known of their errors.
 
-    Cells of constant pressure cannot follow the singular edge. Their two outer rings are wrong,
-    and the load missing or in excess there biases all the rest: dual cells that collocate at
-    their nodes give too little inside, cells that collocate at their centroids too much,
-    triangles more so than dual cells. Edge-weighted cells have no such bias. So
+    Edge-weighted cells have no bias, and the errors of two such solutions have little to do with
+    each other: they are mixed in equal shares. Beside one of them, a solution with constant
+    pressures has no share.
 
-    - two edge-weighted solutions, whose errors have little to do with each other, are mixed, and
-      smoothing takes out what alternates from cell to cell;
-    - solutions without a singular edge keep their values, and are smoothed;
-    - with one of them, the other solution has no share;
+    Cells of constant pressure cannot follow the singular edge. Their outer rings are wrong, and
+    the load missing or in excess there biases all the rest: dual cells that collocate at their
+    nodes give too little inside, cells that collocate at their centroids too much, triangles more
+    so than dual cells. Outer rings are continued from inside, the pressure over the law of the
+    edge being linear there. Then
+
     - opposite errors, of node-collocated dual cells and triangles, cancel in a fixed mixture,
-      since both come from the edge; and
-    - errors of one sign, of centroids on both grids, are extrapolated a little: to the mixture
-      with which the field carries the load when its outer rings are continued from inside, as
-      far as the roughness of the solutions lets that decide, and within bounds.
-
-    A solution's outer rings are left out if its pressures are constant in the cells, and
-    continued linearly from inside. Values are carried from one grid to the other by the
-    functional's coefficients, corrected to be exact for quadratic fields on regular grids.
-
-    The smoothing D : A is `MOST` if the differences between nodes and means around them alternate
-    more than they do not, and none if they alternate less than half as much, by the medians: a
-    field that is smooth but curved is left alone.
-    A1 : A2 is inverse to the squares of these differences, from 1 : 4 to 4 : 1: the rougher
-    solution is trusted less.
+      since both come from the edge. Two rings are continued. If the mixture does not carry the
+      load, there are too few cells to continue from: the triangles alone are taken, with one
+      ring, times the linear function with which they do;
+    - of errors of one sign, of centroids on both grids, that of dual cells is the smaller one.
+      It is reduced by a part of the difference, and what is left of the load is that of the ring.
     """
-    n = len(couple.dual)
-    constant = [s.punch.weights is None and len(couple.singular) > 0 for s in solutions]
-    pressures = np.concatenate([s.pressure for s in solutions])
-    field = np.repeat([0, 1], [n, couple.dual.mesh.nelements])
-    known = ~(_outer(couple, RINGS) & np.take(constant, field))
-    if all(constant) and any(s.punch.substrate.remainder is not None for s in solutions):
-        # on other ground the regular part is not smooth at the edge, it cannot be continued
-        known[:] = True
-    inside = [int(known[field == i].sum()) for i in (0, 1)]
-    if min(inside) < 6:
-        values = couple.from_pressures(pressures)
-        reason = "too few cells away from the edge to tell the solutions' errors"
-        return Mixture(values, np.nan, Weights(1.0, 1.0), reason)
+    weighted = [s.footprint.weights is not None for s in solutions]
+    raw = [Law(_edge_weighted(s), s.pressure) for s in solutions]
+    cells = raw[0].cells, raw[1].cells
+    if any(weighted):
+        laws = [law for law, w in zip(raw, weighted, strict=True) if w]
+        reason = "mean of both" if all(weighted) else "only one solution is edge-weighted"
+        shares = [1 / len(laws)] * len(laws)
+        return Mixture(cells, laws, shares, weighted[0] / len(laws), reason)
+    opposed = solutions[0].punch.collocation == "node"
+    rings = [couple.outer(k) for k in (1, 2)]
+    if any(_known(law, outer).sum() < FEWEST for law, outer in zip(raw, rings[1], strict=True)):
+        reason = "too few cells away from the edge, those of the closer solution are kept"
+        return Mixture(cells, [raw[int(opposed)]], [1.0], float(not opposed), reason)
+    wanted = [s.footprint.resultants @ s.pressure for s in solutions]
+    if opposed:
+        laws = [_continued(*pair) for pair in zip(raw, rings[1], strict=True)]
+        shares = [OPPOSED, 1 - OPPOSED]
+        forces = [law.resultant[0] / w[0] for law, w in zip(laws, wanted, strict=True)]
+        if abs(np.dot(shares, forces) - 1) < CARRIED:
+            return Mixture(cells, laws, shares, OPPOSED, "errors of opposite signs cancel")
+        law = _continued(raw[1], rings[0][1])
+        law = _balanced(law, wanted[1], np.ones(len(law.pressure), dtype=bool))
+        return Mixture(cells, [law], [1.0], 0.0, "too coarse to mix, triangles are closer")
+    first, second = (_continued(*pair) for pair in zip(raw, rings[0], strict=True))
+    excess = _apart(first, second, rings[1][1])
+    law = replace(first, pressure=first.pressure * (1 - BEYOND * excess))
+    law = _balanced(law, wanted[0], rings[0][0])
+    return Mixture(cells, [law], [1.0], 1.0, "errors of one sign, that of dual cells reduced")
 
-    at_loads = pressures / couple.means
-    for i in (0, 1):
-        mine = field == i
-        at_loads[mine] = continued(couple.acting[:, mine], at_loads[mine], known[mine])
-    values = couple.from_pressures(at_loads * couple.means)
-    if not any(constant):
-        share, reason = np.nan, "errors alternate from cell to cell"
-        if all(s.footprint.slopes is not None for s in solutions):
-            share = WEIGHTED
-            values = _mixed(couple, values, known, share)
-        return Mixture(values, share, _smoothing(couple, values, known), reason)
 
-    if constant[0] != constant[1]:
-        share, reason = float(constant[1]), "only one solution is edge-weighted"
-    elif solutions[0].punch.collocation == "node":
-        share, reason = OPPOSED, "errors of opposite signs cancel"
-    else:
-        share = _balanced(couple, solutions, at_loads, values, known)
-        share, reason = float(np.clip(share, 0.0, LARGEST)), "errors of one sign, balanced by load"
-    values = _mixed(couple, values, known, share)
-    everywhere = np.ones_like(known)
-    return Mixture(values, share, _smoothing(couple, values, everywhere), reason)
+def _edge_weighted(solution: PunchSolution) -> Footprint:
+    """The cells of a solution, as if their pressure followed the law of the edge."""
+    if solution.footprint.weights is not None:
+        return solution.footprint
+    punch = solution.punch
+    return Footprint.from_basis(punch.substrate, punch.basis, origin=punch.origin)
+
+
+def _known(law: Law, outer: ndarray) -> ndarray:
+    """Cells in contact that are not in the outer rings."""
+    return ~outer & (law.pressure != 0)
+
+
+def _continued(law: Law, outer: ndarray) -> Law:
+    """With pressures in the outer rings that follow from those inside; zero stays zero."""
+    cells, loaded, known = law.cells, law.pressure != 0, _known(law, outer)
+    w = law.weights.in_cells
+    s = law.pressure / w
+    s[loaded] = continued(cells.acting[:, loaded], s[loaded], known[loaded])
+    return replace(law, pressure=s * w)
+
+
+def _balanced(law: Law, wanted: ndarray, part: ndarray) -> Law:
+    """With pressures in a part of the cells times the linear function that gives them force and
+    moments about the centroid, in the mean square where they lie in a line."""
+    cells, pressure = law.cells, law.pressure.copy()
+    size = np.array([[1.0], *[[np.sqrt(cells.partition.areas.sum())]] * 2])
+    planes, loads = cells.planes(cells.acting) / size, cells.resultants / size
+    missing = wanted / size[:, 0] - loads[:, ~part] @ pressure[~part]
+    shares = planes[:, part] * pressure[part]
+    pressure[part] = np.linalg.lstsq(loads[:, part] @ shares.T, missing)[0] @ shares
+    return replace(law, pressure=pressure)
+
+
+def _apart(first: Law, second: Law, outer: ndarray) -> float:
+    """How much more load inside the triangles have than the dual cells, relative."""
+    inside = ~outer
+    loads = [
+        np.bincount(element, load, len(outer))[inside].sum()
+        for _, element, _, load in (law.pieces() for law in (first, second))
+    ]
+    return float(loads[1] / loads[0] - 1)
 
 
 def continued(x: ndarray, values: ndarray, known: ndarray) -> ndarray:
@@ -140,14 +172,27 @@ def continued(x: ndarray, values: ndarray, known: ndarray) -> ndarray:
     return out
 
 
-def _outer(couple: RegularCouple, rings: int) -> ndarray:
-    """Nodes in the outer rings and triangles that touch them."""
-    mesh = couple.dual.mesh
-    outer = np.zeros(mesh.p.shape[1], dtype=bool)
-    outer[mesh.facets[:, couple.singular]] = True
-    for _ in range(rings - 1):
-        outer[mesh.t[:, outer[mesh.t].any(axis=0)]] = True
-    return np.concatenate([outer, outer[mesh.t].any(axis=0)])
+def smoothing(couple: RegularCouple, values: ndarray) -> Weights:
+    """The weights with which solutions without a singular edge are smoothed.
+
+    D : A is `MOST` if the differences between nodes and means around them alternate more than
+    they do not, and none if they alternate less than half as much, by the medians: a field that
+    is smooth but curved is left alone. A1 : A2 is inverse to the squares of these differences,
+    from 1 : 4 to 4 : 1: the rougher solution is trusted less.
+    """
+    residual = _residual(couple, values)
+    n, (alpha, beta) = len(couple.dual), (couple.neighbours.alpha, couple.neighbours.beta)
+    smooth = np.concatenate([alpha @ (beta @ residual[:n]), beta @ (alpha @ residual[n:])])
+    tiny = np.finfo(float).tiny
+    loaded = values != 0
+    if not loaded.any():
+        return Weights(1.0, 1.0)
+    # medians: a kink where contact ends is neither
+    noise, bias = (np.median(np.abs(x[loaded])) for x in (residual - smooth, smooth))
+    D = MOST * float(np.clip(2 * noise / max(bias, tiny) - 1, 0.0, 1.0))
+    first, second = (np.mean(residual[part] ** 2) + tiny for part in (slice(n), slice(n, None)))
+    trust = float(np.sqrt(np.clip(second / first, 1 / 4, 4)))
+    return Weights(trust, 1 / trust, D1=D, D2=D)
 
 
 def _means(couple: RegularCouple, values: ndarray) -> ndarray:
@@ -170,62 +215,3 @@ def _residual(couple: RegularCouple, values: ndarray) -> ndarray:
     residual = values - np.concatenate([alpha @ means[n:], beta @ means[:n]])
     residual[:n][~couple.neighbours.inner[0]] = 0.0
     return residual
-
-
-def _smoothing(couple: RegularCouple, values: ndarray, known: ndarray) -> Weights:
-    """The weights of the smoothing."""
-    residual = np.where(known, _residual(couple, values), 0.0)
-    n, (alpha, beta) = len(couple.dual), (couple.neighbours.alpha, couple.neighbours.beta)
-    smooth = np.concatenate([alpha @ (beta @ residual[:n]), beta @ (alpha @ residual[n:])])
-    tiny = np.finfo(float).tiny
-    loaded = known & (values != 0)
-    if not loaded.any():
-        return Weights(1.0, 1.0)
-    # medians: a kink where contact ends is neither
-    noise, bias = (np.median(np.abs(x[loaded])) for x in (residual - smooth, smooth))
-    D = MOST * float(np.clip(2 * noise / max(bias, tiny) - 1, 0.0, 1.0))
-    first, second = (np.mean(residual[part] ** 2) + tiny for part in (slice(n), slice(n, None)))
-    trust = float(np.sqrt(np.clip(second / first, 1 / 4, 4)))
-    return Weights(trust, 1 / trust, D1=D, D2=D)
-
-
-def _balanced(
-    couple: RegularCouple,
-    solutions: Sequence[PunchSolution],
-    at_loads: ndarray,
-    values: ndarray,
-    known: ndarray,
-) -> float:
-    """Share of the first solution for which continued fields carry the load."""
-    n = len(couple.dual)
-    area = couple.areas
-    size = np.sqrt(area.sum())
-    # from the plan's centroid and in units of the force
-    centre = couple.acting @ area / area.sum()
-    planes = np.vstack([np.ones_like(area), (couple.acting - centre[:, None]) / size])
-    pressures = np.concatenate([s.pressure for s in solutions])
-    excess = planes * area * (at_loads * couple.means - pressures)
-    load = np.abs(pressures * area)
-    parts, tiny = (slice(0, n), slice(n, None)), np.finfo(float).tiny
-    first, second = (excess[:, part].sum(axis=1) / max(load[part].sum(), tiny) for part in parts)
-    residual, rough = _residual(couple, values), []
-    for part in parts:
-        inside = known[part]
-        size_of_values = max(np.mean(values[part][inside] ** 2), tiny)
-        rough.append(np.mean(residual[part][inside] ** 2) / size_of_values)
-    apart = first - second
-    return float((rough[1] - second @ apart) / max(apart @ apart + sum(rough), tiny))
-
-
-def _mixed(couple: RegularCouple, values: ndarray, known: ndarray, share: float) -> ndarray:
-    """Both solutions mixed at the nodes of both grids, continued where one is not known."""
-    n = len(couple.dual)
-    # half of what two passes take off comes from one; exact for quadratic fields
-    carried = _means(couple, values + _residual(couple, values) / 2)
-    inner = couple.neighbours.inner[0]
-    alpha, beta, trusted = couple.neighbours.alpha, couple.neighbours.beta, known.astype(float)
-    around = np.concatenate([alpha @ trusted[n:], beta @ trusted[:n]]) > 0.999
-    around[:n][~inner] = known[n:].all()
-    own = np.repeat([share, 1 - share], [n, len(values) - n])
-    there = (known | (own == 0)) & (around | (own == 1))
-    return continued(couple.x, own * values + (1 - own) * carried, there)

@@ -9,6 +9,7 @@ from numpy import ndarray
 from skfem import CellBasis, ElementTriP1
 
 from ..arguments import checked_choice, checked_flag
+from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
@@ -17,7 +18,8 @@ from ..grids.polygons import readonly
 from ..messages import shown
 from .conserve import Balance
 from .functional import CoupleFunctional, Weights
-from .mixture import mixture
+from .laws import mixed
+from .mixture import mixture, smoothing
 from .regular import RegularCouple
 from .weights import Choice
 from .weights import chosen as chosen_weights
@@ -41,10 +43,10 @@ class PostprocessedPressure:
     on_triangles : (m,) array of float
         Mean pressures on the triangles, a vector of ``dual.primal_basis()``.
     weights : Weights
-        Of the functional.
+        Of the functional, without smoothing on a singular edge with ``weights="auto"``.
     share : float
-        With ``weights="auto"``, the share of the solution on dual cells where both were mixed;
-        NaN where each kept its values.
+        With ``weights="auto"`` and a singular edge, that of the solution on dual cells; otherwise
+        NaN, each kept its values.
     reason : str
         How the weights came about.
     """
@@ -68,15 +70,16 @@ class PostprocessedPressure:
         return nodal, self.values[: len(self.dual)]
 
     def __repr__(self) -> str:
-        w = self.weights
-        mixed = "" if np.isnan(self.share) else f", {self.share:.0%} from the dual cells"
+        w, how = self.weights, f"  {self.reason}, {self.share:.0%} from the dual cells"
+        if np.isnan(self.share):
+            how = (
+                f"  Weights A {w.A1:.3g}, {w.A2:.3g}; B {w.B1:.3g}, {w.B2:.3g}; "
+                f"C {w.C1:.3g}, {w.C2:.3g}; D {w.D1:.3g}, {w.D2:.3g}\n  {self.reason}"
+            )
         return (
             "<skfem_dual PostprocessedPressure object>\n"
             f"  Nodes: {len(self.values)}, pressure {self.values.min():.6g} to "
-            f"{self.values.max():.6g}\n"
-            f"  Weights A {w.A1:.3g}, {w.A2:.3g}; B {w.B1:.3g}, {w.B2:.3g}; "
-            f"C {w.C1:.3g}, {w.C2:.3g}; D {w.D1:.3g}, {w.D2:.3g}\n"
-            f"  {self.reason}{mixed}"
+            f"{self.values.max():.6g}\n{how}"
         )
 
 
@@ -90,16 +93,17 @@ def postprocess(
 ) -> PostprocessedPressure:
     """One field of pressure from two solutions of one problem on dual grids.
 
-    Smoothed are the regular parts of the pressures, the factor of the inverse square root of a
-    distance to the edge, see `RegularCouple`.
+    On a singular edge the default follows the law of the edge inside the cells, corners too.
+    With other weights the regular parts of the pressures are smoothed, the factor of the inverse
+    square root of a distance to the edge that knows of no corners, see `RegularCouple`.
 
     Parameters
     ----------
     on_cells, on_triangles : PunchSolution
         Solutions on ``dual.basis()`` and ``dual.primal_basis()`` of one `DualMesh`.
     weights : {"auto", "gcv"}, pair of float or Weights
-        ``"auto"``: what the couple deserves by what is known of the errors of its solutions,
-        from nothing up to the removal of their opposite biases, see `mixture`. ``"gcv"``:
+        ``"auto"``: what the couple deserves by what is known of the errors of its solutions, from
+        their mean up to the removal of opposite biases, see `mixture`. ``"gcv"``:
         generalised cross-validation, for random errors. A pair: the paper's W1 and W2 as
         `Weights.init_paper` reads them. `Weights`: all eight.
     edge : {"singular", "constant"}, optional
@@ -151,32 +155,20 @@ def postprocess(
     conserve = checked_flag("conserve", conserve)
     dual = on_cells.punch.basis.dual
     couple = RegularCouple(dual, _singular_facets(solutions) if edge == "singular" else _NONE)
-    n = len(dual)
-    old = np.concatenate([s.pressure for s in solutions])
-    share = np.nan
-    if isinstance(weights, str) and weights == "auto":
+    share, cells = np.nan, (on_cells.footprint, on_triangles.footprint)
+    if isinstance(weights, str) and weights == "auto" and len(couple.singular):
         start = mixture(couple, solutions)
-        values, chosen, share, reason = start.values, start.weights, start.share, start.reason
+        chosen, share, reason, cells = Weights(1.0, 1.0), start.share, start.reason, start.cells
+        grids = mixed(couple, start.laws, start.shares)
     else:
-        values = couple.from_pressures(old)
-        chosen, reason = chosen_weights(weights, couple.neighbours, values[:n], values[n:])
-    functional = CoupleFunctional(couple.neighbours, chosen)
-    new = np.concatenate(functional.minimise(values[:n], values[n:]))
-
-    lifted, not_pulled = _lifted(dual, old == 0), bool((old >= 0).all())
-
-    def kept(x: ndarray) -> ndarray:
-        """Nothing where both have lifted off, nothing negative if nothing was."""
-        return np.where(lifted, 0.0, x.clip(min=0.0) if not_pulled else x)
-
-    new = kept(new)
-    field, pressures = couple.to_field @ new, kept(couple.to_pressures @ new)
-    grids = [pressures[:n], pressures[n:], field]
+        chosen, reason, grids = _smoothed(couple, solutions, weights)
+    grids = _kept(couple, solutions, grids)
     if conserve:
-        loads = _loads(couple, on_cells, slice(n)), _loads(couple, on_triangles, slice(n, None))
-        resultants = np.array([_resultant(s) for s in solutions])
+        loads = _loads(couple, cells[0]), _loads(couple, cells[1])
+        resultants = np.array([s.footprint.resultant(s.pressure) for s in solutions])
         balance = Balance(couple, loads, resultants, on_cells.punch.origin)
-        grids = [balance.completed(which, values) for which, values in enumerate(grids)]
+        first, second, field = (balance.completed(i, values) for i, values in enumerate(grids))
+        grids = first, second, field
     return PostprocessedPressure(
         dual=dual,
         basis=couple.field_basis(),
@@ -190,20 +182,55 @@ def postprocess(
 
 
 _NONE = np.empty(0, np.int32)
+#: pressures of dual cells, of triangles, and of the field
+Grids = tuple[ndarray, ndarray, ndarray]
 
 
-def _resultant(solution: PunchSolution) -> ndarray:
-    """Force and first moments of the pressures on the cells."""
-    return solution.footprint.resultant(solution.pressure)
+def _smoothed(
+    couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution], weights: Choice
+) -> tuple[Weights, str, Grids]:
+    """Weights, how they came about, and the pressures of both grids and the field with them."""
+    n = len(couple.dual)
+    values = couple.from_pressures(np.concatenate([s.pressure for s in solutions]))
+    if isinstance(weights, str) and weights == "auto":
+        chosen, reason = smoothing(couple, values), "errors alternate from cell to cell"
+    else:
+        chosen, reason = chosen_weights(weights, couple.neighbours, values[:n], values[n:])
+    functional = CoupleFunctional(couple.neighbours, chosen)
+    new = _signed(np.concatenate(functional.minimise(values[:n], values[n:])), solutions)
+    new = np.where(_lifted(couple, solutions), 0.0, new)
+    pressures = couple.to_pressures @ new
+    return chosen, reason, (pressures[:n], pressures[n:], couple.to_field @ new)
 
 
-def _loads(couple: RegularCouple, solution: PunchSolution, part: slice) -> ndarray:
+def _kept(
+    couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution], grids: Grids
+) -> Grids:
+    """Nothing where both have lifted off, nothing negative if nothing was."""
+    lifted, n = _lifted(couple, solutions), len(couple.dual)
+    # a middle of a facet on the boundary lies between two nodes
+    mesh = couple.dual.mesh
+    middles = lifted[mesh.facets[:, mesh.f2t[1] == -1]].all(axis=0)
+    parts = lifted[:n], lifted[n:], np.append(lifted, middles)
+    first, second, field = (
+        np.where(zero, 0.0, _signed(values, solutions))
+        for zero, values in zip(parts, grids, strict=True)
+    )
+    return first, second, field
+
+
+def _signed(values: ndarray, solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
+    return values.clip(min=0.0) if all((s.pressure >= 0).all() for s in solutions) else values
+
+
+def _loads(couple: RegularCouple, cells: Footprint) -> ndarray:
     """Force and first moments of unit pressures on the cells of one grid.
 
     Pressures with slopes inside the cells do not act where the law of the edge alone does.
     """
-    cells = solution.footprint
     if cells.slopes is None:
+        n = len(couple.dual)
+        part = slice(n) if cells.on_dual_cells else slice(n, None)
         arm = couple.acting[:, part] - np.array(cells.origin)[:, None]
         return np.vstack([np.ones(len(cells)), arm]) * couple.areas[part]
     shift = np.concatenate([[0.0], cells.centre - cells.origin])
@@ -240,9 +267,10 @@ def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
     return np.nonzero(mesh.f2t[1] == -1)[0]
 
 
-def _lifted(dual: DualMesh, zero: ndarray) -> ndarray:
+def _lifted(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
     """Nodes and triangles without pressure and with none around them."""
-    n, t = len(dual), dual.mesh.t
-    around = np.ones(n, dtype=bool)
-    around[t[:, ~zero[n:]]] = False
-    return zero & np.concatenate([around, zero[:n][t].all(axis=0)])
+    zero, of_triangles = (s.pressure == 0 for s in solutions)
+    t = couple.dual.mesh.t
+    around = np.ones(len(zero), dtype=bool)
+    around[t[:, ~of_triangles]] = False
+    return np.concatenate([zero & around, of_triangles & zero[t].all(axis=0)])

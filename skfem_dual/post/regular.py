@@ -18,6 +18,7 @@ from skfem import CellBasis, ElementTriP1, MeshTri
 from skfem.models.poisson import laplace, unit_load
 
 from ..elements.edge_weights import EdgeWeights
+from ..grids.corners import signed_areas
 from ..grids.dual_mesh import DualMesh
 from ..grids.fan import Fan
 from ..grids.general import general_triangulation
@@ -84,6 +85,11 @@ class RegularCouple:
         return general_triangulation(self.dual)
 
     @computed_once
+    def general_areas(self) -> ndarray:
+        """Areas of its triangles."""
+        return np.abs(signed_areas(self.general.p, self.general.t))
+
+    @computed_once
     def edge_nodes(self) -> ndarray:
         """Whether each node of the general triangulation lies on the singular edge."""
         on_edge = np.zeros(self.general.p.shape[1], dtype=bool)
@@ -91,6 +97,15 @@ class RegularCouple:
         boundary = np.nonzero(self.dual.mesh.f2t[1] == -1)[0]
         on_edge[self.x.shape[1] :] = np.isin(boundary, self.singular)
         return on_edge
+
+    def outer(self, rings: int) -> tuple[ndarray, ndarray]:
+        """Dual cells in the outer rings along the singular edge, and triangles that touch them."""
+        mesh = self.dual.mesh
+        outer = np.zeros(mesh.p.shape[1], dtype=bool)
+        outer[mesh.facets[:, self.singular]] = True
+        for _ in range(rings - 1):
+            outer[mesh.t[:, outer[mesh.t].any(axis=0)]] = True
+        return outer, outer[mesh.t].any(axis=0)
 
     @computed_once
     def phi(self) -> ndarray:
@@ -203,15 +218,22 @@ class RegularCouple:
         mean = TorsionWeights(grid, fan, np.empty(0), phi).mean
         w = np.zeros(len(edge))
         w[~edge] = self.phi[~edge] ** -0.5
-        # what the other nodes leave of a triangle's load is shared by its nodes on the edge
-        t, at_edge = mesh.t, edge[mesh.t]
-        left = (mean - w[t].sum(axis=0) / 3) * grid.areas / at_edge.sum(axis=0).clip(1)
+        return self.completed(w, mean)
+
+    def completed(self, values: ndarray, mean: ndarray) -> ndarray:
+        """A field with finite values on the singular edge, by its means over the triangles of the
+        general triangulation: what the other nodes leave of a triangle's load is shared by its
+        nodes on the edge."""
+        t, edge, areas = self.general.t, self.edge_nodes, self.general_areas
+        at_edge = edge[t]
+        values = np.where(edge, 0.0, values)
+        left = (mean - values[t].sum(axis=0) / 3) * areas / at_edge.sum(axis=0).clip(1)
         load, area = (
             np.bincount(t[at_edge], np.tile(x, (3, 1))[at_edge], len(edge))[edge]
-            for x in (left, grid.areas / 3)
+            for x in (left, areas / 3)
         )
-        w[edge] = load / area
-        return w
+        values[edge] = load / area
+        return values
 
     def field_basis(self) -> CellBasis:
         """First-order elements on the general triangulation."""
