@@ -1,9 +1,9 @@
 """Settlement and tilt on every kind of mesh: eight plans, dual cells and triangles.
 
-    python benchmarks/positions.py [--cells 600]
+    python benchmarks/positions.py [--cells 600 2400]
 
-Worst relative errors of the plans in full contact: of the position of solutions, and of that by
-collocation. Triangles are as many as dual cells.
+Relative errors of the position in full contact, median and worst of the plans, and those of the
+position by collocation. Triangles are as many as dual cells.
 """
 
 import argparse
@@ -36,21 +36,28 @@ def errors(name: str, kind: str, n: int, grid: str) -> np.ndarray:
     return np.column_stack([settlement, np.max(tilts, axis=0)])
 
 
-def main(n: int = 600) -> dict:
-    """Print the table; return {(kind, grid): (worst errors of the plans, (2, 2))}."""
-    print(f"{'about ' + str(n) + ' cells':<24}{'settlement':<24}{'tilt':<24}")
-    print(f"{'':<24}" + f"{'position':<12}{'collocated':<12}" * 2)
-    worst = {}
+def table(n: int) -> dict:
+    """Print the table; return {(kind, grid): errors of the plans, (8, 2, 2)}."""
+    print(f"{'about ' + str(n) + ' cells':<24}{'settlement':<44}{'tilt':<44}")
+    print(f"{'':<24}" + f"{'position':<22}{'collocated':<22}" * 2)
+    print(f"{'':<24}" + f"{'median':<10}{'worst':<12}" * 4)
+    every = {}
     for kind in KINDS:
         for grid in ("dual", "triangles"):
             found = np.array([errors(name, kind, n, grid) for name in PLANS])
-            worst[kind, grid] = found.max(axis=0)
-            row = "".join(f"{e:<12.1e}" for e in worst[kind, grid].T.ravel())
+            every[kind, grid] = found
+            cells = np.stack([np.median(found, axis=0), found.max(axis=0)], axis=-1)
+            row = "".join(f"{m:<10.1e}{w:<12.1e}" for m, w in cells.swapaxes(0, 1).reshape(4, 2))
             print(f"{kind:<11}{grid:<13}{row}", flush=True)
-    return worst
+    whole = np.concatenate(list(every.values()))[:, 0]
+    for name, of in zip(("settlement", "tilt"), whole.T, strict=True):
+        print(f"all {name}s: median {np.median(of):.1e}, worst {of.max():.1e}")
+    print()
+    return every
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--cells", type=int, default=600)
-    main(parser.parse_args().cells)
+    parser.add_argument("--cells", type=int, nargs="+", default=[600, 2400])
+    for cells in parser.parse_args().cells:
+        table(cells)

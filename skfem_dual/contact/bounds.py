@@ -17,14 +17,14 @@ from ..operators.symmetry import Symmetry
 from .work import Member
 
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
-#: from those on triangles, of flat punches with edge-weighted cells; from those with a line of
-#: contact, of shaped ones with one; from those that are known to be worse, of both
-TRIANGLES, LINE, WORSE = (2.0, 1.5), (2.0, 2.0), 0.4
+#: of flat punches with edge-weighted cells from those by work on triangles, and from those by
+#: collocation; of shaped ones from those with a line of contact, and from those without
+TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.0, 2.5), 0.3, (2.0, 2.0), 0.4
 #: the same with constant pressures: in full contact, lifted off and of shaped punches
 FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 #: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
-#: contact, and where contact ends with the cells
-FLOOR, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.02, 0.01), (0.2, 0.5)
+#: contact, with edge-weighted ones, with others, and where contact ends with the cells
+FLOOR, BY_WEIGHTED, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.01, 0.01), (0.02, 0.01), (0.2, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -51,8 +51,8 @@ class Bounds:
     Notes
     -----
     The same problem is solved on the other grid of the mesh. The middle is the position on dual
-    cells, the width follows from the farthest of those on triangles, by collocation and by the
-    work of the pressures, and less from the others on dual cells. With constant pressures the
+    cells, the width follows from the farthest of those on triangles by the work of the pressures,
+    and less from those by collocation. With constant pressures the
     middle is the solution's position, the others are those of dual cells collocated in their
     nodes, which settle too little, of their centroids, and of triangles, which settle too much;
     of shaped punches those with a line of contact count more, and without one errors are known
@@ -131,21 +131,23 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
     """Half of the widths of settlement, Lx and Ly about the best of all positions."""
     found, shaped = [solution, *on_others], solution.punch.gap is not None
     full = len(solution.contact) == len(solution.pressure)
-    factors, worse = TRIANGLES, WORSE
+    factors, worse, weighted = TRIANGLES, COLLOCATED, _weighted(solution)
     closer = [not _on_dual(s) for s in found]
     if solution.line is not None:
-        factors, closer = LINE, [s.line is not None for s in found]
-    elif not _weighted(solution):
+        factors, worse, closer = LINE, NO_LINE, [s.line is not None for s in found]
+    elif not weighted:
         worse = SHAPED if shaped else FULL if full else LIFTED
         closer = [False] * len(found)
     ends = shaped and not full and not any(closer[1:])
-    least = ENDS_WITH_CELLS if ends else BY_CELLS
+    least = BY_WEIGHTED if weighted else ENDS_WITH_CELLS if ends else BY_CELLS
     half = np.zeros(3)
     for some, close in zip(positions, closer, strict=True):
+        by = np.full((len(some), 2), worse)
+        if close:
+            by[: -1 if weighted else None] = factors
         off = np.abs(some - best)
-        farthest = np.array([off[:, 0].max(), np.hypot(*off[:, 1:].T).max()])
-        by = np.array(factors) if close else worse
-        half = np.maximum(half, (by * farthest)[[0, 1, 1]])
+        farthest = by * np.column_stack([off[:, 0], np.hypot(*off[:, 1:].T)])
+        half = np.maximum(half, farthest.max(axis=0)[[0, 1, 1]])
     length = np.sqrt(solution.footprint.partition.areas.sum())
     size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
     floor = np.array(least)[[0, 1, 1]] / max(len(solution.contact), 1)

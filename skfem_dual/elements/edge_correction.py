@@ -19,11 +19,12 @@ from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .law_moments import by_distance, factor_at
-from .moments import Series, far_influence
+from .moments import INSIDE, Series, far_influence
 from .segments import WIDTH, Pairs, add_segments, put_segment
 
-#: points nearer to a cell's centroid than so many of its radii take the exact correction
-IN_STRIPS = 2.0
+#: points nearer to a cell's centroid than so many of its radii take the exact correction; none of
+#: a regular mesh lies just there
+IN_STRIPS = 2.03
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
 #: less, and the fewest
 STRIPS, FEWEST = 16, 3
@@ -60,7 +61,7 @@ class EdgeCorrection:
         """
         (cells,) = np.nonzero(weights.weighted)
         unit = Series.from_weights(weights, 1.0, cells)
-        reach = IN_STRIPS * np.sqrt(unit.squares)
+        reach = IN_STRIPS / INSIDE * np.sqrt(unit.squares)
         pairs = Pairs.within(reach, cells, unit.middles, x)
         sums, triangles = np.zeros((3, len(pairs.points))), weights.triangles
         with Threads() as run:

@@ -54,7 +54,7 @@ class Slopes:
     @classmethod
     def from_weights(cls, weights: EdgeWeights) -> Self:
         """Of all cells, from those around them."""
-        own, moments = weights.partition, _second_moments(weights)
+        own, moments = weights.partition, second_moments(weights)
         return cls(own, weights, _slope_matrix(own, weights), readonly(moments))
 
     @classmethod
@@ -151,7 +151,8 @@ def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matr
     return csr_matrix((values, (rows, columns)), shape=(2 * n, n))
 
 
-def _second_moments(weights: EdgeWeights) -> ndarray:
+def second_moments(weights: EdgeWeights) -> ndarray:
+    """Those of `Slopes`, of all cells."""
     areas, m = weights.partition.areas, weights.moments
     own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
     xx, xy, yy = weights.partition.polygons.second_moments
