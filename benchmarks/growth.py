@@ -17,12 +17,17 @@ import subprocess
 import sys
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter, process_time
+from typing import TYPE_CHECKING
 
+import numpy as np
 from fast_operator import SOIL, rings
 from quiet import warn_beside_other_work
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, RigidPunch
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SIZES = (10_000, 100_000, 1_000_000)
 #: settlement of the disc times E* a / P, in full contact and lifting off at half its radius
@@ -115,7 +120,7 @@ def main(sizes=SIZES, lift: bool = False) -> list[Growth]:
     """Print the table; return its rows."""
     warn_beside_other_work()
     print(
-        f"{'cells':>10}{'set-up s':>10}{'answer s':>10}{'threads':>9}{'us/cell':>9}{'GB':>7}"
+        f"{'cells':>10}{'set-up s':>10}{'answer s':>10}{'CPU s':>9}{'us/cell':>9}{'GB':>7}"
         f"{'kB/cell':>9}{'error':>10}" + f"{'lift-off s':>12}{'steps':>7}{'error':>10}" * lift
     )
     rows = []
@@ -124,7 +129,7 @@ def main(sizes=SIZES, lift: bool = False) -> list[Growth]:
         rows.append(row)
         text = (
             f"{row.cells:>10}{row.ready:>10.2f}{row.seconds:>10.2f}"
-            f"{row.processor / row.seconds:>9.1f}{1e6 * row.seconds / row.cells:>9.1f}"
+            f"{row.processor:>9.2f}{1e6 * row.processor / row.cells:>9.1f}"
             f"{row.memory / 1e9:>7.2f}{row.memory / 1e3 / row.cells:>9.2f}{row.error:>+10.1e}"
         )
         if lift:
@@ -133,22 +138,45 @@ def main(sizes=SIZES, lift: bool = False) -> list[Growth]:
     return rows
 
 
-def plot(rows: list[Growth], path: str) -> None:
-    """Draw seconds and memory over the number of cells."""
+def read(text: str) -> list[Growth]:
+    """The rows of what `main` prints, to its digits."""
+    rows = []
+    for line in text.splitlines():
+        first, *others = line.split() or [""]
+        if first.isdigit() and len(others) in (7, 10):
+            ready, seconds, processor, _, memory, _, error, *lifted = map(float, others)
+            lifting, steps, off = lifted or (float("nan"), 0, float("nan"))
+            found = int(first), ready, seconds, processor, 1e9 * memory, error
+            rows.append(Growth(*found, lifting, off, int(steps)))
+    return rows
+
+
+def draw(rows: list[Growth]) -> "Axes":
+    """Processor time and memory over the number of cells; the axes of the latter."""
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    cells = [row.cells for row in rows]
-    left.loglog(cells, [row.seconds for row in rows], "o-", label="mesh to answers")
-    left.loglog(cells, [row.ready for row in rows], "s-", label="set-up in it")
-    if any(row.steps for row in rows):
-        left.loglog(cells, [row.lifting for row in rows], "^-", label="lift-off")
-    left.set(xlabel="dual cells", ylabel="seconds")
+    _, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")
+    cells = np.array([row.cells for row in rows])
+    times = np.array([row.processor for row in rows])
+    left.loglog(cells, times, "o-")
+    left.loglog(cells, times[0] / cells[0] * cells, color="0.6", lw=1, ls="--", label="linear")
+    left.set_title("processor time [s]")
     left.legend(frameon=False)
-    right.loglog(cells, [row.memory / 1e9 for row in rows], "o-")
-    right.set(xlabel="dual cells", ylabel="greatest memory, GB")
-    for axes in (left, right):
+    right.loglog(cells, memory := np.array([row.memory / 1e9 for row in rows]), "o-")
+    right.set_title("greatest memory [GB]")
+    for axes, values in ((left, times), (right, memory)):  # whole powers of ten have numbers
+        low, high = np.floor(np.log10(values.min())), np.ceil(np.log10(values.max()))
+        axes.set(xlabel="dual cells", ylim=(10**low, 10 ** max(high, low + 1)))
+        axes.yaxis.set_minor_formatter("")
         axes.grid(alpha=0.3)
+    return right
+
+
+def plot(rows: list[Growth], path: str) -> None:
+    """Draw processor time and memory over the number of cells into a file."""
+    import matplotlib.pyplot as plt
+
+    figure = draw(rows).figure
     figure.savefig(path, dpi=150)
     plt.close(figure)
 

@@ -32,10 +32,13 @@ from skfem_dual.visuals.matplotlib import draw, isobars, plot
 from skfem_dual.visuals.style import CONTACT, DUAL, FAULT, LIGHT, OUTLINE, PRIMAL
 
 sys.path.append(str(Path(__file__).parents[1] / "examples"))
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
 from dark import save_twins
 from gallery import STYLE, legend_below, sheet
 from grid_drawings import DRAWINGS, NOTE, drawing
+from growth import draw as draw_growth
+from growth import read
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 ARROW = {"arrowstyle": "-|>", "color": OUTLINE, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
@@ -295,6 +298,13 @@ def signs() -> Axes:
     ax.set_ylim(3.1, -0.9)
     ax.set_axis_off()
     return ax
+
+
+@drawing
+def growth() -> Axes:
+    """Time and memory against the number of cells, as measured."""
+    measured = Path(__file__).parent / "performance" / "growth.txt"
+    return draw_growth(read(measured.read_text(encoding="utf-8")))
 
 
 @drawing

@@ -184,7 +184,13 @@ def test_growth(load, capsys, tmp_path):
     assert abs(large.lifted) < 2e-3
     assert 0 < large.steps < 40
     assert 0 < small.ready < small.seconds
-    assert "lift-off" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert "lift-off" in text
+    (again,) = growth.read(text)
+    assert (again.cells, again.steps) == (small.cells, small.steps)
+    assert again.processor == pytest.approx(small.processor, abs=0.006)
+    assert again.memory == pytest.approx(small.memory, abs=6e6)
+    assert [again.error, again.lifted] == pytest.approx([small.error, small.lifted], rel=0.06)
     growth.plot([small, large], str(tmp_path / "growth.png"))
     assert (tmp_path / "growth.png").stat().st_size > 1e4
 

@@ -34,6 +34,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
 from skfem_dual.elements.load_matrix import load_matrix
+from skfem_dual.errors import ConvergenceWarning
 from skfem_dual.grids import generate
 from skfem_dual.grids.fan import Fan
 
@@ -60,6 +61,8 @@ def test_too_soft_to_spread_its_load():
     inside = punch.partition.centroids[0] > 0.4
     assert np.mean(found.pressure[inside]) == pytest.approx(1.0, rel=0.05)
     assert np.all(found.pressure[punch.partition.centroids[0] < -0.4] < 0.05)
+    with pytest.warns(ConvergenceWarning, match=r'softer than the ground.*Remedy: method="auto"'):
+        assert not punch.solve(f, method="cg").success
 
 
 @pytest.mark.parametrize("name", STRUCTURES)

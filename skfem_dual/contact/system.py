@@ -25,7 +25,7 @@ from ..operators.iterative import solve_many
 from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
-from ..operators.yielding import YieldingOperator
+from ..operators.yielding import TOO_SOFT, YieldingOperator
 from .load import Constraints
 from .positions import apart, by_force, noise, unanswered
 from .problem import Contact, ContactProblem
@@ -282,8 +282,7 @@ class ContactSystem:
         problem = self._problem(constraints)
         contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
         if contact is None or not contact.success or noise(constraints, problem, contact):
-            other = apart(problem, still=True)
-            other = other or self._elsewhere(constraints, problem, method, gap_rtol)
+            other = apart(problem, True) or self._elsewhere(constraints, problem, method, gap_rtol)
             other = other or apart(problem)
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
@@ -307,12 +306,10 @@ class ContactSystem:
         every = np.ones(len(self.areas))
         start = np.abs(problem.gap.min()) / np.abs(self.matrix @ every).max() * every
         contact = self._gradients(problem, start, gap_rtol)
-        if not contact.success:
-            return None
-        if self._given:
+        if contact.success and self._given:
             polished = active_set(problem, contact.pressure > 0)
-            return polished if polished.success else contact
-        return contact
+            contact = polished if polished.success else contact
+        return contact if contact.success else None
 
     def _elsewhere(
         self, constraints: Constraints, problem: ContactProblem, method: Method, gap_rtol: float
@@ -373,7 +370,10 @@ class ContactSystem:
     ) -> Contact:
         # threads of BLAS go on waiting for work, in the way of those of the products
         with nullcontext() if self._dense else limited_threads(1, "blas"):
-            return conjugate_gradients(problem, start, gap_rtol, most, _bars.get())
+            found = conjugate_gradients(problem, start, gap_rtol, most, _bars.get())
+        if not found.success and isinstance(self.matrix, YieldingOperator):
+            found = replace(found, message=f"{found.message}; {TOO_SOFT}")
+        return found
 
     def _scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""

@@ -25,8 +25,8 @@ from .ribs import rib_integrals
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least and
 #: at most
 LEAST_REACH, ALONG_RIBS = 1.5, 5.0
-#: degree of the clouds of cells farther off
-FAR_DEGREE = 4
+#: degrees of the clouds of cells farther off, the nearer ones first
+DEGREES = 6, 4
 #: Gauss points for an error of the remainder of 1e-6
 FEWER = 4
 
@@ -166,13 +166,12 @@ def _remainder(
 ) -> Remainder:
     """With the error ``rtol`` relative to c / r."""
     pieces = Pieces.from_partition(partition, weights)
-    centres = partition.centroids if weights is None else weights.centroids
-    moments = load_moments(pieces, centres, 4)
-    young, radius = substrate.surface.young, radii(partition.polygons)
-    reach = _reach(substrate.singular_coefficient * young, table, radius, moments, rtol)
-    clouds = Clouds.from_moments(
-        centres[:, cells], radius[cells], moments[..., cells], {FAR_DEGREE: reach[cells]}
-    )
+    around = partition.centroids if weights is None else weights.centroids
+    radius = radii(partition.polygons)[cells]
+    moments = load_moments(pieces, around, max(DEGREES))[..., cells]
+    young = substrate.surface.young
+    reach = _reach(substrate.singular_coefficient * young, table, radius, rtol)
+    clouds = Clouds.from_moments(around[:, cells], radius, moments, reach)
     first, last = inputs(pieces.first[cells], pieces.last[cells])
     own = pieces._replace(first=first, last=last)
     points = FEWER if rtol >= 1e-6 else POINTS
@@ -180,21 +179,19 @@ def _remainder(
 
 
 def _reach(
-    coefficient: float, table: RadialTable, radius: ndarray, moments: ndarray, rtol: float
-) -> ndarray:
-    """Distances from which on the moments of cells will do for the remainder, shape (n,).
+    coefficient: float, table: RadialTable, radius: ndarray, rtol: float
+) -> dict[int, ndarray]:
+    """Distances from which on clouds of some `DEGREES` will do for the remainder, (n,) each.
 
-    Derivatives of a logarithm, the steepest part of it, times the next moments, against the
-    ``coefficient`` of 1 / r.
+    The next term of a logarithm, the steepest part of it, against the ``coefficient`` of 1 / r.
     """
     step = 1.01
     nearer, farther = (table.evaluate(table.omega, r) for r in (radius, step * radius))
     slope = np.abs(farther - nearer) / (np.log(step) * coefficient * rtol)
-    m = np.abs(moments) / moments[0, 0]
-    third = sum(m[i, 3 - i] for i in range(4))
-    fourth = sum(m[i, 4 - i] for i in range(5))
-    reach = np.maximum(np.sqrt(2 * slope * third), np.cbrt(6 * slope * fourth))
-    return reach.clip(LEAST_REACH * radius, ALONG_RIBS * radius)
+    return {
+        d: radius * ((slope * radius / (d + 1)) ** (1 / d)).clip(LEAST_REACH, ALONG_RIBS)
+        for d in DEGREES
+    }
 
 
 @compiled

@@ -159,11 +159,10 @@ def _together(
             except StopIteration as end:
                 found[k] = end.value
                 bar.update()
-        pressures = [inverse @ y for y in asked.values()]
         answers = {}
         if asked:
-            products = product(np.stack(pressures, axis=1))
-            answers = dict(zip(asked, np.array(products.T, order="C")))
+            pressures = np.stack([inverse @ y for y in asked.values()])
+            answers = dict(zip(asked, np.array(product(pressures.T).T, order="C")))
     return [found[k] for k in range(len(searches))]
 
 

@@ -18,6 +18,11 @@ from .preconditioner import approximate_inverse
 TOGETHER = 64
 #: iterations need not be more accurate than this
 ROUNDING = 1e-12
+#: why they may not end, and what to do
+TOO_SOFT = (
+    "likely cause: a structure far softer than the ground, whose inverse alone guides them. "
+    'Remedy: method="auto", which up to 4000 cells ends with an active set'
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,11 +77,15 @@ def p2m_blocks(
     starts = np.append(clusters.cells[0], clusters.cells[1, -1])
     rows = np.stack([boxes, boxes + 1]) * chebyshev.terms
     layout = Layout.from_lists(rows, starts, np.arange(starts[-1]))
-    moments = Moments(*inputs(loads.centres[:, tree.cells], loads.moments[:, :, tree.cells]))
     (degrees,) = inputs(chebyshev.degrees)
 
     def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
-        p2m(k.start, k.stop, clusters, moments, degrees, offsets, part)
+        own = Clusters(*inputs(*(a[..., k] for a in clusters)))
+        first, last = own.cells[0, 0], own.cells[1, -1]
+        some = tree.cells[first:last]
+        moments = Moments(*inputs(loads.centres[:, some], loads.moments[..., some]))
+        own = own._replace(cells=inputs(own.cells - first)[0])
+        p2m(0, k.stop - k.start, own, moments, degrees, offsets[k.start :], part)
 
     return SparseBlocks(layout, _filled(layout, dtype, fill))
 
