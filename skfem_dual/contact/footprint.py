@@ -17,7 +17,7 @@ from skfem.assembly.basis import AbstractBasis
 from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import as_points, surface_displacement
+from ..elements.influence import as_points
 from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
 from ..elements.slope_correction import SlopeCorrection
@@ -88,24 +88,16 @@ class LoadedCells:
         """Whether their matrix is a small one."""
         return len(self) <= DENSE
 
+    def _entries(self, x: ndarray) -> Entries:
+        return Entries(self.substrate, self.partition, as_points(x), self.weights, self.slopes)
+
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        cells = self.substrate, self.partition, as_points(x), self.weights
-        return Entries(*cells, self.slopes).matrix()
+        return self._entries(x).matrix()
 
     def settlements(self, x: ndarray, pressure: ndarray) -> ndarray:
-        """Settlement of points of shape (2, m) under mean pressures of the cells, (n,) or (n, k);
-        shape (m,) or (m, k). As by `influence`, with no matrix."""
-        known = self.substrate, self.partition, pressure, x, self.weights
-        settled = surface_displacement(*known)
-        columns = settled.reshape(len(settled), -1)
-        edge, sloping = self.edge_correction(x), self.slope_correction(x)
-        for column, q in zip(columns.T, pressure.reshape(len(pressure), -1).T, strict=True):
-            if edge is not None:
-                column += edge.apply(q)
-            if sloping is not None:
-                column += sloping.apply(self.slopes_of(q))
-        return settled
+        """The same times mean pressures of the cells, (n,) or (n, k), with no matrix."""
+        return self._entries(x).settlements(pressure)
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""

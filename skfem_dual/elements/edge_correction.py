@@ -9,7 +9,7 @@ The strips are this project's own; each is integrated by its ribs, see `ribs`.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -19,7 +19,7 @@ from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .law_moments import by_distance, factor_at
-from .moments import Series, far_influence
+from .moments import Series, far_influence, radii
 from .segments import WIDTH, Pairs, add_segments, put_segment
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
@@ -59,19 +59,28 @@ class EdgeCorrection:
         ``strips`` is their number in a triangle that reaches from the edge on.
         """
         (cells,) = np.nonzero(weights.weighted)
-        unit = Series.from_weights(weights, 1.0, cells)
-        reach = IN_STRIPS * np.sqrt(unit.squares)
-        pairs = Pairs.within(reach, cells, unit.middles, x)
-        sums, triangles = np.zeros((3, len(pairs.points))), weights.triangles
-        with Threads() as run:
-            run(
-                lambda k: _strip_sums(k.start, k.stop, pairs, triangles, unit, strips, sums),
-                len(cells),
-            )
-        at = pairs.points, np.repeat(cells, np.diff(pairs.offsets))
-        near = csr_matrix((coefficient * sums[0], at), shape=(x.shape[1], len(weights.partition)))
+        near = NearSums.from_weights(weights, cells, IN_STRIPS, x, strips)
+        return cls.from_sums(weights, coefficient, x, near)
+
+    @classmethod
+    def from_sums(
+        cls, weights: EdgeWeights, coefficient: float, x: ndarray, sums: "NearSums"
+    ) -> Self:
+        """The same by what is known near the cells, at least near all weighted ones."""
+        (cells,) = np.nonzero(weights.weighted)
+        unit, number = Series.from_weights(weights, 1.0, cells), np.cumsum(weights.weighted) - 1
+        near = np.nonzero(weights.weighted[sums.column])[0]
+        k = number[sums.column[near]]
+        arm = sums.pairs.x[:, near] - unit.middles[:, k]
+        inside = np.sum(arm * arm, axis=0) <= IN_STRIPS**2 * unit.squares[k]
+        near, k, arm = near[inside], k[inside], arm[:, inside]
+        values = sums.law[near]
+        _less_series(*inputs(arm, k), unit, values)
+        at = sums.pairs.points[near], cells[k]
+        shape = x.shape[1], len(weights.partition)
         (terms,) = inputs(coefficient * unit.terms)
-        return cls(x, cells, unit._replace(terms=terms), near)
+        matrix = csr_matrix((coefficient * values, at), shape=shape)
+        return cls(x, cells, unit._replace(terms=terms), matrix)
 
     def at(self, i: ndarray) -> Self:
         """At the points with the numbers ``i`` only."""
@@ -100,33 +109,93 @@ class EdgeCorrection:
         return out + self.near @ q
 
 
+class NearSums(NamedTuple):
+    """Integrals over cells at points near them, see `add_segments`.
+
+    Attributes
+    ----------
+    pairs : Pairs
+        Cells and the points near them.
+    column : (npairs,) array of int
+        The cell of each pair.
+    law : (npairs,) array of float
+        Of ``(w / mean(w) - 1) / r``.
+    sums : (3, npairs) array of float
+        With ``w / mean(w)``.
+    """
+
+    pairs: Pairs
+    column: ndarray
+    law: ndarray
+    sums: ndarray
+
+    @classmethod
+    def from_weights(
+        cls, weights: EdgeWeights, cells: ndarray, reach: float, x: ndarray, strips: int = STRIPS
+    ) -> Self:
+        """Of some cells and points nearer to their centroids than ``reach`` of their radii."""
+        polygons = weights.partition.polygons
+        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids[:, cells]
+        pairs, triangles = Pairs.within(reaches, cells, centroids, x), weights.triangles
+        (weighted,) = inputs(weights.weighted)
+        outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
+        law, sums = np.zeros(len(pairs.points)), np.zeros((3, len(pairs.points)))
+
+        def work(k: slice) -> None:
+            _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, strips, law, sums)
+
+        with Threads() as run:
+            run(work, len(cells))
+        return cls(pairs, np.repeat(cells, np.diff(pairs.offsets)), law, sums)
+
+
 @vectorised
-def _strip_sums(first, last, pairs, triangles, far, most, sums):
-    """Integrals with w / mean(w) - 1 over some cells, see `add_segments`, less their series."""
-    middles, squares, terms = far
-    room = strips_room(triangles, most)
+def _near_sums(first, last, pairs, triangles, weighted, outlines, most, law, sums):
+    p, indices, offsets = outlines
+    room = strips_room(triangles, most, np.diff(offsets).max())
+    segments = room[2]
     for k in range(first, last):
-        begin, end = pairs.offsets[k], pairs.offsets[k + 1]
-        if begin < end:
-            count = strip_segments(triangles, pairs.cells[k], most, 0.0, room)
-            add_segments(pairs.x, begin, end, room[2], count, sums)
-            for i in range(begin, end):
-                dx, dy = pairs.x[0, i] - middles[0, k], pairs.x[1, i] - middles[1, k]
-                sums[0, i] -= far_influence(dx, dy, squares[k], terms, k)
+        begin, end, j, count = pairs.offsets[k], pairs.offsets[k + 1], pairs.cells[k], 0
+        if begin == end:
+            continue
+        if weighted[j]:
+            count = strip_segments(triangles, j, most, room)
+            add_segments(pairs.x, begin, end, segments, count, sums)
+            law[begin:end] = sums[0, begin:end]
+            count = 0
+        for at in range(offsets[j], offsets[j + 1]):
+            a = indices[at]
+            b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
+            count = put_segment(segments, count, p[0, a], p[1, a], p[0, b], p[1, b], 1.0)
+        add_segments(pairs.x, begin, end, segments, count, sums)
+
+
+@vectorised
+def _less_series(arm, number, far, values):
+    """Take the series off again."""
+    _, squares, terms = far
+    for i in range(number.shape[0]):
+        k = number[i]
+        values[i] -= far_influence(arm[0, i], arm[1, i], squares[k], terms, k)
 
 
 @compiled
-def strips_room(triangles, most):
-    """Room for levels and densities of a triangle, and segments of a cell cut into strips."""
+def strips_room(triangles, most, sides):
+    """Room for levels and densities of a triangle, and segments of a cell cut into strips or of
+    so many sides."""
     room, pieces = max(most, FEWEST) + 2, 1
     for j in range(triangles.starts.shape[0] - 1):
         pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
-    return np.empty((room, 4)), np.empty((3, room)), np.empty((6, 3 * room * pieces + WIDTH))
+    return (
+        np.empty((room, 4)),
+        np.empty((3, room)),
+        np.empty((6, max(3 * room * pieces, sides) + WIDTH)),
+    )
 
 
 @compiled
-def strip_segments(triangles, j, most, base, room):
-    """Sides of the strips of a cell, with ``base + w / mean(w) - 1`` on their left.
+def strip_segments(triangles, j, most, room):
+    """Sides of the strips of a cell, with ``w / mean(w) - 1`` on their left.
 
     Puts them into the ``room`` of `strips_room` and returns their number.
     """
@@ -139,7 +208,7 @@ def strip_segments(triangles, j, most, base, room):
         for k in range(strips):
             ax, ay, bx, by = levels[k]
             ax1, ay1, bx1, by1 = levels[k + 1]
-            here = sign * (base + density[k])
+            here = sign * density[k]
             count = put_segment(segments, count, ax, ay, bx, by, here - before)
             count = put_segment(segments, count, bx, by, bx1, by1, here)
             count = put_segment(segments, count, ax, ay, ax1, ay1, -here)

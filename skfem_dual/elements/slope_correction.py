@@ -19,13 +19,7 @@ from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
-from .edge_correction import (
-    STRIPS,
-    strip_segments,
-    strips_room,
-)
-from .moments import radii
-from .segments import Pairs, add_segments, put_segment
+from .edge_correction import STRIPS, NearSums
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once
@@ -117,8 +111,15 @@ class SlopeCorrection:
         cls, slopes: Slopes, substrate: Substrate, x: ndarray, strips: int = STRIPS
     ) -> Self:
         """At points ``x``; ``strips`` is their number in a triangle from the edge on."""
+        every = np.arange(len(slopes.weights.partition))
+        near = NearSums.from_weights(slopes.weights, every, EXACT_RADII, x, strips)
+        return cls.from_sums(slopes, substrate, x, near)
+
+    @classmethod
+    def from_sums(cls, slopes: Slopes, substrate: Substrate, x: ndarray, sums: NearSums) -> Self:
+        """The same by what is known near all cells."""
         partition = slopes.weights.partition
-        near = substrate.singular_coefficient * _near(slopes, x, strips)
+        near = _near(slopes, x.shape[1], substrate.singular_coefficient, sums)
         fall, moments = Fall.from_substrate(substrate), slopes.second_moments
         return cls(x, partition.centroids, partition.areas, near, moments, fall)
 
@@ -126,7 +127,7 @@ class SlopeCorrection:
         """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
         out = np.asarray(self.near.multiply(slopes.matrix.T).sum(axis=1)).ravel()
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        _add_diagonal(x, circles, self.fall, moments, *_columns(slopes.matrix), out)
+        _add_diagonal(x, circles, self.fall, moments, _arrays(csc_matrix(slopes.matrix)), out)
         return out
 
     def at(self, i: ndarray) -> Self:
@@ -169,75 +170,38 @@ class SlopeCorrection:
 
     def _add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """What slopes of shape (2 n, k) make of k mean pressures, to an (m, k) matrix."""
-        sloped = np.diff(slopes.indptr).reshape(2, -1).any(axis=0)
-        gx, gy = _columns(slopes[np.tile(sloped, 2)])
-        (moments,) = inputs(self.second_moments[..., sloped])
-        circles = Circles.of(self.centroids[:, sloped], self.areas[sloped])
+        (x, moments), circles = inputs(self.x, self.second_moments), self._circles
+        rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
+        (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
+        near = _arrays(self.near)
 
-        def work(rows: slice) -> None:
-            x = inputs(self.x[:, rows])
-            _add_rows(*x, circles, self.fall, moments, gx, gy, matrix[rows])
+        def work(k: slice) -> None:
+            known = x, k.start, k.stop, circles, self.fall, moments
+            _add_rows(*known, sloped, columns, matrix)
+            _add_near(k.start, k.stop, near, rows, matrix)
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        near = (self.near @ slopes).tocoo()
-        matrix[near.row, near.col] += near.data
 
 
-def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
-    """Starts, cells and values of the columns of the slopes along x, and of those along y."""
-    n = matrix.shape[0] // 2
-    along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
-    gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
-    return gx, gy
+def _arrays(matrix: csr_matrix | csc_matrix) -> tuple[ndarray, ...]:
+    """Starts, numbers and values of its rows or columns."""
+    return inputs(matrix.indptr, matrix.indices, matrix.data)
 
 
-def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
+def _near(slopes: Slopes, m: int, coefficient: float, near: NearSums) -> csr_matrix:
     """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
-    weights = slopes.weights
-    partition = weights.partition
-    polygons, n = partition.polygons, len(partition)
-    pairs = Pairs.within(EXACT_RADII * radii(polygons), np.arange(n), partition.centroids, x)
-    rows = pairs.points
-    triangles = weights.triangles
-    (weighted,) = inputs(weights.weighted)
-    outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
-    sums = np.zeros((3, len(rows)))
-
-    def work(k: slice) -> None:
-        _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, strips, sums)
-
-    with Threads() as run:
-        run(work, n)
-    column = np.repeat(np.arange(n), np.diff(pairs.offsets))
+    weights, (pairs, column, _, sums) = slopes.weights, near
+    partition, n = weights.partition, len(weights.partition)
     values = sums[1:] + sums[0] * (pairs.x - weights.centroids[:, column])
     d = pairs.x - partition.centroids[:, column]
     r2 = np.sum(d * d, axis=0)
     apart = r2 > AT_REST / np.pi * partition.areas[column]
     cube = np.divide(1.0, r2 * np.sqrt(r2), out=np.zeros_like(r2), where=apart)
     values -= np.einsum("ijk,ik->jk", slopes.second_moments[:, :, column], d) * cube
-    at = np.tile(rows, 2), np.concatenate([column, n + column])
-    return csr_matrix((values.ravel(), at), shape=(x.shape[1], 2 * n))
-
-
-@compiled
-def _near_sums(first, last, pairs, triangles, weighted, outlines, most, sums):
-    """Integrals with w / mean(w) over some cells, see `add_segments`."""
-    p, indices, offsets = outlines
-    room = strips_room(triangles, most)
-    segments = room[2]
-    for j in range(first, last):
-        begin, end, count = pairs.offsets[j], pairs.offsets[j + 1], 0
-        if begin == end:
-            continue
-        if weighted[j]:
-            count = strip_segments(triangles, j, most, 1.0, room)
-        else:
-            for at in range(offsets[j], offsets[j + 1]):
-                a = indices[at]
-                b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
-                count = put_segment(segments, count, p[0, a], p[1, a], p[0, b], p[1, b], 1.0)
-        add_segments(pairs.x, begin, end, segments, count, sums)
+    starts = np.concatenate([pairs.offsets, pairs.offsets[-1] + pairs.offsets[1:]])
+    columns = coefficient * values.ravel(), np.tile(pairs.points, 2), starts
+    return csc_matrix(columns, shape=(m, 2 * n)).tocsr()
 
 
 @inlined
@@ -316,45 +280,54 @@ def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles,
 
 
 @vectorised
-def _add_rows(x, circles, fall, moments, gx, gy, matrix):
+def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
     """Some rows at a time: sums over the cells around are the same for all of them."""
     middles, squares = circles
-    (startx, cellx, slopex), (starty, celly, slopey) = gx, gy
+    starts, numbers, values = slopes
     n = squares.shape[0]
-    lx, ly = np.empty((n, ROWS)), np.empty((n, ROWS))
+    local = np.empty((2 * n, ROWS))
     total, x0, y0 = np.empty(ROWS), np.zeros(ROWS), np.zeros(ROWS)
-    for first in range(0, x.shape[1], ROWS):
-        count = min(ROWS, x.shape[1] - first)
+    for first in range(begin, end, ROWS):
+        count = min(ROWS, end - first)
         x0[:count], y0[:count] = x[0, first : first + count], x[1, first : first + count]
         for j in range(n):
+            if not sloped[j]:
+                continue
             cx, cy, square = middles[0, j], middles[1, j], squares[j]
             xx, xy, yy = moments[0, 0, j], moments[0, 1, j], moments[1, 1, j]
             for i in range(ROWS):
                 dx, dy = x0[i] - cx, y0[i] - cy
                 f = _fall(dx * dx + dy * dy, square, fall)
-                lx[j, i] = f * (xx * dx + xy * dy)
-                ly[j, i] = f * (xy * dx + yy * dy)
+                local[j, i] = f * (xx * dx + xy * dy)
+                local[n + j, i] = f * (xy * dx + yy * dy)
         for k in range(matrix.shape[1]):
             total[:] = 0.0
-            for at in range(startx[k], startx[k + 1]):
-                j, slope = cellx[at], slopex[at]
+            for at in range(starts[k], starts[k + 1]):
+                j, slope = numbers[at], values[at]
                 for i in range(ROWS):
-                    total[i] += lx[j, i] * slope
-            for at in range(starty[k], starty[k + 1]):
-                j, slope = celly[at], slopey[at]
-                for i in range(ROWS):
-                    total[i] += ly[j, i] * slope
+                    total[i] += local[j, i] * slope
             for i in range(count):
                 matrix[first + i, k] += total[i]
 
 
 @compiled
-def _add_diagonal(x, circles, fall, moments, gx, gy, out):
+def _add_near(begin, end, near, slopes, matrix):
+    starts, cells, values = slopes
+    firsts, numbers, integrals = near
+    for i in range(begin, end):
+        for k in range(firsts[i], firsts[i + 1]):
+            for at in range(starts[numbers[k]], starts[numbers[k] + 1]):
+                matrix[i, cells[at]] += integrals[k] * values[at]
+
+
+@compiled
+def _add_diagonal(x, circles, fall, moments, slopes, out):
     middles, squares = circles
-    for axis, (starts, cells, slopes) in enumerate((gx, gy)):
-        for i in range(out.shape[0]):
-            for at in range(starts[i], starts[i + 1]):
-                j = cells[at]
-                dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-                f = _fall(dx * dx + dy * dy, squares[j], fall)
-                out[i] += f * slopes[at] * (moments[0, axis, j] * dx + moments[1, axis, j] * dy)
+    starts, numbers, values = slopes
+    n = out.shape[0]
+    for i in range(n):
+        for at in range(starts[i], starts[i + 1]):
+            axis, j = divmod(numbers[at], n)
+            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
+            f = _fall(dx * dx + dy * dy, squares[j], fall)
+            out[i] += f * values[at] * (moments[0, axis, j] * dx + moments[1, axis, j] * dy)
