@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
@@ -76,10 +76,11 @@ class EdgeCorrection:
         near, k, arm = near[inside], k[inside], arm[:, inside]
         values = sums.law[near]
         _less_series(*inputs(arm, k), unit, values)
-        at = sums.pairs.points[near], cells[k]
-        shape = x.shape[1], len(weights.partition)
+        n = len(weights.partition)
+        starts = np.searchsorted(cells[k], np.arange(n + 1))
+        columns = coefficient * values, sums.pairs.points[near], starts
         (terms,) = inputs(coefficient * unit.terms)
-        matrix = csr_matrix((coefficient * values, at), shape=shape)
+        matrix = csc_matrix(columns, shape=(x.shape[1], n)).tocsr()
         return cls(x, cells, unit._replace(terms=terms), matrix)
 
     def at(self, i: ndarray) -> Self:
@@ -133,7 +134,7 @@ class NearSums(NamedTuple):
     def from_weights(
         cls, weights: EdgeWeights, cells: ndarray, reach: float, x: ndarray, strips: int = STRIPS
     ) -> Self:
-        """Of some cells and points nearer to their centroids than ``reach`` of their radii."""
+        """Of some cells, ascending, and points nearer to them than ``reach`` of their radii."""
         polygons = weights.partition.polygons
         reaches, centroids = reach * radii(polygons)[cells], polygons.centroids[:, cells]
         pairs, triangles = Pairs.within(reaches, cells, centroids, x), weights.triangles
