@@ -99,15 +99,17 @@ class EdgeCorrection:
         matrix[near.row, near.col] += near.data
 
     def apply(self, q: ndarray) -> ndarray:
-        """The correction times mean pressures ``q`` of shape (n,)."""
-        out = np.zeros(self.x.shape[1])
+        """The correction times mean pressures ``q`` of shape (n,) or (n, k)."""
+        out = np.ascontiguousarray(self.near @ q)
+        columns = out.reshape(len(out), -1)
+        x, own = inputs(self.x, q[self.cells].reshape(len(self.cells), -1).T)
 
         def work(rows: slice) -> None:
-            _sum_series(*inputs(self.x[:, rows], q[self.cells]), self.far, out[rows])
+            _sum_series(*inputs(x[:, rows]), own, self.far, columns[rows])
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        return out + self.near @ q
+        return out
 
 
 class NearSums(NamedTuple):
@@ -343,10 +345,15 @@ def _add_series(x, cells, far, matrix):
 
 @vectorised
 def _sum_series(x, q, far, out):
+    """Add sums with the weights q, (k, ncells), to (m, k)."""
     middles, squares, terms = far
+    one = np.empty(squares.shape[0])
     for i in range(x.shape[1]):
-        total = 0.0
-        for k in range(q.shape[0]):
+        for k in range(one.shape[0]):
             dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
-            total += q[k] * far_influence(dx, dy, squares[k], terms, k)
-        out[i] += total
+            one[k] = far_influence(dx, dy, squares[k], terms, k)
+        for s in range(q.shape[0]):
+            total = 0.0
+            for k in range(one.shape[0]):
+                total += q[s, k] * one[k]
+            out[i, s] += total

@@ -138,23 +138,23 @@ class SlopeCorrection:
     def _circles(self) -> Circles:
         return Circles.of(self.centroids, self.areas)
 
-    def dipoles(self, slopes: ndarray) -> ndarray:
-        """First moments of the pressure of each cell about its centre, shape (2, n)."""
-        return np.einsum("ijn,jn->in", self.second_moments, slopes)
-
     def apply(self, slopes: ndarray) -> ndarray:
-        """Settlements under slopes of shape (2, n)."""
-        dipoles = self.dipoles(slopes)
-        some = np.nonzero(dipoles.any(axis=0))[0]
-        circles, (x, dipoles, some) = self._circles, inputs(self.x, dipoles, some)
-        out = self.near @ slopes.ravel()
+        """Settlements under slopes of shape (2, n) or (2, n, k), of shape (m,) or (m, k)."""
+        columns = slopes.reshape(2 * len(self.areas), -1)
+        dipoles = np.einsum(
+            "ijn,jnk->kin", self.second_moments, columns.reshape(2, -1, columns.shape[1])
+        )
+        some = np.nonzero(dipoles.any(axis=(0, 1)))[0]
+        x, dipoles, some, ends = inputs(self.x, dipoles, some, np.array([0, len(some)]))
+        out, circles = np.ascontiguousarray((self.near @ columns).T), self._circles
 
-        def work(rows: slice) -> None:
-            add_dipoles(x, rows.start, rows.stop, circles, some, self.fall, dipoles, out)
+        def work(k: slice) -> None:
+            (rows,) = inputs(np.array([[k.start], [k.stop]]))
+            add_near_dipoles(0, 1, x, rows, ends, some, circles, self.fall, dipoles, out)
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        return out
+        return out.T.reshape(-1, *slopes.shape[2:])
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
@@ -220,23 +220,8 @@ def _fall(r2, square, fall):
 
 
 @vectorised
-def add_dipoles(x, begin, end, circles, numbers, fall, dipoles, out):
-    """Add to ``out[begin:end]`` what the dipoles of some circles make of those points."""
-    middles, squares = circles
-    for i in range(begin, end):
-        total = 0.0
-        for k in range(numbers.shape[0]):
-            j = numbers[k]
-            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-            total += (dipoles[0, j] * dx + dipoles[1, j] * dy) * _fall(
-                dx * dx + dy * dy, squares[j], fall
-            )
-        out[i] += total
-
-
-@vectorised
 def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles, out):
-    """The same for lists of cells near points, under several loads at a time.
+    """Add what dipoles of lists of cells make of points, under several loads at a time.
 
     The points ``rows[0, k]`` to ``rows[1, k]`` take from ``cells[starts[k]:starts[k + 1]]`` with
     their ``dipoles`` of shape (s, 2, n); ``out`` is of shape (s, m).

@@ -88,12 +88,10 @@ class Entries:
         """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k)."""
         known = self.substrate, self.partition, pressure, self.x, self.weights
         settled = surface_displacement(*known)
-        columns = pressure.reshape(len(pressure), -1).T
-        for column, q in zip(settled.reshape(len(settled), -1).T, columns, strict=True):
-            if self.correction is not None:
-                column += self.correction.apply(q)
-            if self.slopes is not None and self.sloping is not None:
-                column += self.sloping.apply(self.slopes.of(q))
+        if self.correction is not None:
+            settled += self.correction.apply(pressure)
+        if self.slopes is not None and self.sloping is not None:
+            settled += self.sloping.apply(self.slopes.of(pressure))
         return settled
 
     def rows(self, i: ndarray) -> ndarray:
