@@ -5,7 +5,7 @@ cells is not quite right. With pressures ``p`` of the load and ``r`` of a unit f
 ``<r, A p>`` is the position conjugate to that force, which errors of ``p`` and ``r`` enter as a
 product only (Thomson's principle, Betti's reciprocity). It is ``s + <r, e>``: the position ``s``
 by collocation and how far the ground lies below the punch, ``e``, at one point or two in each
-sector of the cells near the edge.
+sector of the cells near the edge, and at three in dual cells farther off.
 
 Sources: C. E. Pearson, Theoretical Elasticity (1959), principles of work; R. Becker and
 R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
@@ -21,6 +21,7 @@ from numpy import ndarray
 from ..elements.edge_weights import EdgeWeights
 from ..elements.load_matrix import points_in_pieces
 from ..elements.slope_correction import SlopeCorrection
+from ..elements.slopes import second_moments
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
@@ -29,8 +30,7 @@ from .load import Constraints, Load
 from .problem import DOZEN, Contact
 from .system import DENSE
 
-#: cells over which the weight varies by less than this factor hardly part from the punch: 1.25 is
-#: better on meshes graded to the edge, 1.5 on uniform ones
+#: cells over which the weight varies by less than this factor have no sectors
 VARIATION = 1.5
 #: where ground and punch are apart by more than so much of a unit motion, on average over a cell,
 #: the pressure in the cell is of another kind, as on thin layers that keep their volume: it is
@@ -40,7 +40,7 @@ APART = 0.025
 
 class Sectors(NamedTuple):
     """Parts of cells near the edge: a dual cell has one in each triangle of the mesh, other cells
-    have two along each side.
+    have two along each side; dual cells over which the weight varies little have three.
 
     Attributes
     ----------
@@ -59,7 +59,8 @@ class Sectors(NamedTuple):
 
 def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     """Parts of the cells in elements of the mesh, or around the middles of elements; ``twofold``
-    with half of the load each on both sides of where it acts, along its longer axis."""
+    with half of the load each on both sides of where it acts, along its longer axis, and none in
+    cells over which the weight varies little."""
     fan, (mean, off) = weights.fan, weights.of_triangles
     least, most = weights.extremes(weights.root[fan.t])
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
@@ -74,7 +75,26 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
         spread = _spread(weights, own, sector, x) / np.sqrt(total)
         x = np.hstack([x - spread, x + spread])
         cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
+    else:
+        (inner,) = np.nonzero(weights.weighted & (most <= VARIATION * least))
+        x = np.hstack([x, _thirds(weights, inner)])
+        cell = np.concatenate([cell, np.tile(inner, 3)])
+        total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
     return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
+    """Three points in each of some cells where thirds of its load have its second moments, one
+    from the load's centroid towards the edge; shape (2, 3 k), the first of all cells first."""
+    centroid, areas = weights.centroids[:, cells], weights.partition.areas[cells]
+    xx, xy, yy = (second_moments(weights)[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
+    # the root of a matrix of two rows, by Cayley and Hamilton
+    det = np.sqrt(xx * yy - xy * xy)
+    root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
+    towards = centroid - weights.partition.centroids[:, cells]
+    angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]
+    arm = np.sqrt(2) * np.stack([np.cos(angle), np.sin(angle)])
+    return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)
 
 
 def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> ndarray:

@@ -19,11 +19,12 @@ from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .law_moments import by_distance, factor_at
-from .moments import Series, far_influence, radii
+from .moments import INSIDE, Series, far_influence, radii
 from .segments import WIDTH, Pairs, add_segments, put_segment
 
-#: points nearer to a cell's centroid than so many of its radii take the exact correction
-IN_STRIPS = 2.0
+#: points nearer to a cell's centroid than so many of its radii take the exact correction; none of
+#: a regular mesh lies just there
+IN_STRIPS = 2.03
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
 #: less, and the fewest
 STRIPS, FEWEST = 16, 3
@@ -72,7 +73,7 @@ class EdgeCorrection:
         near = np.nonzero(weights.weighted[sums.column])[0]
         k = number[sums.column[near]]
         arm = sums.pairs.x[:, near] - unit.middles[:, k]
-        inside = np.sum(arm * arm, axis=0) <= IN_STRIPS**2 * unit.squares[k]
+        inside = np.sum(arm * arm, axis=0) <= (IN_STRIPS / INSIDE) ** 2 * unit.squares[k]
         near, k, arm = near[inside], k[inside], arm[:, inside]
         values = sums.law[near]
         _less_series(*inputs(arm, k), unit, values)

@@ -19,6 +19,9 @@ from .pieces import Pieces
 
 #: moments up to this degree are kept
 DEGREE = 5
+#: series act outside of circles of so many radii of the cells; no point of a regular mesh lies on
+#: one, where rounding would tell
+INSIDE = 0.97
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +79,8 @@ class Series(NamedTuple):
     def from_weights(cls, weights: EdgeWeights, coefficient: float, cells: ndarray) -> Self:
         """Of some cells, for the influence function ``coefficient / r``."""
         partition, m = weights.partition, coefficient * weights.moments[..., cells]
-        squares = np.where(weights.weighted, radii(partition.polygons) ** 2, np.inf)[cells]
+        squares = np.where(weights.weighted, (INSIDE * radii(partition.polygons)) ** 2, np.inf)
+        squares = squares[cells]
         even, odd = m[4, 0] + m[0, 4] - m[2, 2], m[3, 1] - m[1, 3]
         terms = [
             *(m[1, 0], m[0, 1]),

@@ -51,7 +51,7 @@ class Slopes:
     @classmethod
     def from_weights(cls, weights: EdgeWeights) -> Self:
         """Of all cells, from those around them."""
-        return cls(weights, _slope_matrix(weights), readonly(_second_moments(weights)))
+        return cls(weights, _slope_matrix(weights), readonly(second_moments(weights)))
 
     @property
     def along(self) -> tuple[csr_matrix, csr_matrix]:
@@ -134,7 +134,8 @@ def _slope_matrix(weights: EdgeWeights) -> csr_matrix:
     return csr_matrix((values, (rows, columns)), shape=(2 * n, n))
 
 
-def _second_moments(weights: EdgeWeights) -> ndarray:
+def second_moments(weights: EdgeWeights) -> ndarray:
+    """Those of `Slopes`, of all cells."""
     areas, m = weights.partition.areas, weights.moments
     own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
     xx, xy, yy = weights.partition.polygons.second_moments
