@@ -320,6 +320,8 @@ def _mean_in_strip(lower, upper, width, width1, mean):
 @compiled
 def _factor_in_strip(lower, upper, width, width1, law, cell):
     """Mean of the factor of the law there, by two points of Gauss; 1 on homogeneous ground."""
+    if law.per_root[law.own[cell]] == 0.0:  # no table
+        return law.values[law.own[cell], 0]
     total = weight = 0.0
     for side in (-1, 1):
         share = (1 + side / np.sqrt(3.0)) / 2
