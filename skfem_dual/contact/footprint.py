@@ -101,11 +101,8 @@ class LoadedCells:
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
-        if self.weights is None:
-            return None
-        return EdgeCorrection.from_weights(
-            self.weights, self.substrate.singular_coefficient, as_points(x)
-        )
+        weights, c = self.weights, self.substrate.singular_coefficient
+        return None if weights is None else EdgeCorrection.from_weights(weights, c, as_points(x))
 
     @property
     def regular(self) -> bool:
@@ -114,9 +111,8 @@ class LoadedCells:
 
     def slope_correction(self, x: ndarray) -> SlopeCorrection | None:
         """What its slopes inside the cells add."""
-        if self.slopes is None:
-            return None
-        return SlopeCorrection.from_slopes(self.slopes, self.substrate, as_points(x))
+        slopes, known = self.slopes, (self.substrate, as_points(x))
+        return None if slopes is None else SlopeCorrection.from_slopes(slopes, *known)
 
     def flattened(self, flat: ndarray) -> Self:
         """With no slopes in some cells, given as (n,) array of bool."""
