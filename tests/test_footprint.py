@@ -128,3 +128,14 @@ def test_points_in_any_byte_order_and_lists_of_them():
         )
     with pytest.raises(ValueError, match=r"shape \(2, m\), got \(3, 1\)"):
         punch.influence([[0.0], [0.0], [0.0]])
+
+
+@pytest.mark.parametrize("x", [None, np.array([[0.0, 0.3, -2.0], [0.1, 0.95, 3.0]])])
+def test_settlements_are_the_matrix_times_the_pressures(x):
+    """Sums over ribs and dipoles under several pressures, and a matrix with slopes within."""
+    footprint = Footprint.from_basis(SOIL, DualMesh.from_mesh(disc(4)).basis())
+    x = footprint.collocation_points if x is None else x
+    pressures = np.random.default_rng(0).standard_normal((len(footprint), 3))
+    matrix, found = footprint.influence(x), footprint.settlements(x, pressures)
+    assert found == pytest.approx(matrix @ pressures, abs=1e-13 * np.abs(matrix).sum(axis=1).max())
+    assert footprint.settlements(x, pressures[:, 0]) == pytest.approx(found[:, 0], abs=1e-14)

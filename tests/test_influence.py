@@ -94,10 +94,12 @@ def test_far_cells_act_as_forces():
 def test_surface_displacement_is_the_matrix_times_the_pressure(soil):
     partition = DualMesh.from_mesh(perturbed(rectangle(6), 0.04)).partition
     rng = np.random.default_rng(0)
-    pressure, x = rng.standard_normal(len(partition)), rng.uniform(-2, 2, (2, 300))
+    pressures, x = rng.standard_normal((len(partition), 3)), rng.uniform(-2, 2, (2, 300))
     D = influence_matrix(soil, partition, x)
-    w = surface_displacement(soil, partition, pressure, x)
-    assert w == pytest.approx(D @ pressure, abs=1e-13)
+    w = surface_displacement(soil, partition, pressures, x)
+    assert w == pytest.approx(D @ pressures, abs=1e-13)
+    one = surface_displacement(soil, partition, pressures[:, 1], x)
+    assert one == pytest.approx(w[:, 1], abs=1e-15)
 
 
 MESH = perturbed(rectangle(4), 0.05)

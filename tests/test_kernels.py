@@ -1,6 +1,8 @@
 """Compilation and threads."""
 
+import importlib
 import runpy
+import sys
 import threading
 from time import sleep
 from typing import NamedTuple
@@ -125,3 +127,20 @@ def test_damaged_caches_are_compiled_anew(tmp_path, monkeypatch):
         assert is_loaded()
     code.unlink()
     assert not is_loaded()
+
+
+def test_caches_of_classes_that_have_moved_are_compiled_anew(tmp_path, monkeypatch):
+    """As after an update, the file of the kernel being the same."""
+    other, script = tmp_path / "moved_classes.py", tmp_path / "script.py"
+    told = "from typing import NamedTuple\nclass {}(NamedTuple):\n    x: float\n"
+    script.write_text(f"import moved_classes\n{SCRIPT.replace('x * x * x', 'x.x ** 3')}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    for name in ("Before", "After"):
+        other.write_text(told.format(name))
+        monkeypatch.delitem(sys.modules, "moved_classes", raising=False)
+        importlib.invalidate_caches()
+        found = runpy.run_path(str(script))
+        cubed = found["cubed"](getattr(found["moved_classes"], name)(3.0))
+        assert cubed == 27.0
+    monkeypatch.delitem(sys.modules, "moved_classes")

@@ -17,7 +17,7 @@ from skfem.assembly.basis import AbstractBasis
 from ..arguments import Pair, checked_choice, checked_number, checked_pair
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import as_points, surface_displacement
+from ..elements.influence import as_points
 from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
 from ..elements.slope_correction import SlopeCorrection
@@ -88,32 +88,21 @@ class LoadedCells:
         """Whether their matrix is a small one."""
         return len(self) <= DENSE
 
+    def _entries(self, x: ndarray) -> Entries:
+        return Entries(self.substrate, self.partition, as_points(x), self.weights, self.slopes)
+
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        cells = self.substrate, self.partition, as_points(x), self.weights
-        return Entries(*cells, self.slopes).matrix()
+        return self._entries(x).matrix()
 
     def settlements(self, x: ndarray, pressure: ndarray) -> ndarray:
-        """Settlement of points of shape (2, m) under mean pressures of the cells, (n,) or (n, k);
-        shape (m,) or (m, k). As by `influence`, with no matrix."""
-        known = self.substrate, self.partition, pressure, x, self.weights
-        settled = surface_displacement(*known)
-        columns = settled.reshape(len(settled), -1)
-        edge, sloping = self.edge_correction(x), self.slope_correction(x)
-        for column, q in zip(columns.T, pressure.reshape(len(pressure), -1).T, strict=True):
-            if edge is not None:
-                column += edge.apply(q)
-            if sloping is not None:
-                column += sloping.apply(self.slopes_of(q))
-        return settled
+        """The same times mean pressures of the cells, (n,) or (n, k), with no matrix."""
+        return self._entries(x).settlements(pressure)
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
-        if self.weights is None:
-            return None
-        return EdgeCorrection.from_weights(
-            self.weights, self.substrate.singular_coefficient, as_points(x)
-        )
+        weights, c = self.weights, self.substrate.singular_coefficient
+        return None if weights is None else EdgeCorrection.from_weights(weights, c, as_points(x))
 
     @property
     def regular(self) -> bool:
@@ -122,9 +111,8 @@ class LoadedCells:
 
     def slope_correction(self, x: ndarray) -> SlopeCorrection | None:
         """What its slopes inside the cells add."""
-        if self.slopes is None:
-            return None
-        return SlopeCorrection.from_slopes(self.slopes, self.substrate, as_points(x))
+        slopes, known = self.slopes, (self.substrate, as_points(x))
+        return None if slopes is None else SlopeCorrection.from_slopes(slopes, *known)
 
     def flattened(self, flat: ndarray) -> Self:
         """With no slopes in some cells, given as (n,) array of bool."""

@@ -140,8 +140,9 @@ class RigidBodies(ABC):
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             return self._find(constraints, flat, start, how, shared)
 
+        rows = 0 if self.cells.regular else len(self.cells)
         # infinite loads are refused there
-        with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(len(self.cells)):
+        with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(rows):
             answer = solved(self.cells, find, how.unilateral, start, found)
             if not how.unilateral:
                 return answer

@@ -66,9 +66,11 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
     load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
-    key = np.stack([fan.cell[own], fan.part[own]])
-    (cell, _), sector = np.unique(key, axis=1, return_inverse=True)
-    sector, m = sector.ravel(), len(cell)
+    parts = int(fan.part.max()) + 1
+    key, sector = np.unique(
+        fan.cell[own].astype(np.int64) * parts + fan.part[own], return_inverse=True
+    )
+    cell, m = key // parts, len(key)
     total = np.bincount(sector, load, m)
     x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
     if twofold:

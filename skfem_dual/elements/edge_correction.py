@@ -9,17 +9,18 @@ The strips are this project's own; each is integrated by its ribs, see `ribs`.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
+from ..grids.partition import Partition
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .law_moments import by_distance, factor_at
-from .moments import INSIDE, Series, far_influence
+from .law_moments import Triangles, by_distance, factor_at
+from .moments import INSIDE, Series, far_influence, radii
 from .segments import WIDTH, Pairs, add_segments, put_segment
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction; none of
@@ -60,19 +61,29 @@ class EdgeCorrection:
         ``strips`` is their number in a triangle that reaches from the edge on.
         """
         (cells,) = np.nonzero(weights.weighted)
-        unit = Series.from_weights(weights, 1.0, cells)
-        reach = IN_STRIPS / INSIDE * np.sqrt(unit.squares)
-        pairs = Pairs.within(reach, cells, unit.middles, x)
-        sums, triangles = np.zeros((3, len(pairs.points))), weights.triangles
-        with Threads() as run:
-            run(
-                lambda k: _strip_sums(k.start, k.stop, pairs, triangles, unit, strips, sums),
-                len(cells),
-            )
-        at = pairs.points, np.repeat(cells, np.diff(pairs.offsets))
-        near = csr_matrix((coefficient * sums[0], at), shape=(x.shape[1], len(weights.partition)))
+        near = NearSums.from_cells(weights.partition, weights, cells, IN_STRIPS, x, strips)
+        return cls.from_sums(weights, coefficient, x, near)
+
+    @classmethod
+    def from_sums(
+        cls, weights: EdgeWeights, coefficient: float, x: ndarray, sums: "NearSums"
+    ) -> Self:
+        """The same by what is known near the cells, at least near all weighted ones."""
+        (cells,) = np.nonzero(weights.weighted)
+        unit, number = Series.from_weights(weights, 1.0, cells), np.cumsum(weights.weighted) - 1
+        near = np.nonzero(weights.weighted[sums.column])[0]
+        k = number[sums.column[near]]
+        arm = sums.pairs.x[:, near] - unit.middles[:, k]
+        inside = np.sum(arm * arm, axis=0) <= (IN_STRIPS / INSIDE) ** 2 * unit.squares[k]
+        near, k, arm = near[inside], k[inside], arm[:, inside]
+        values = sums.law[near]
+        _less_series(*inputs(arm, k), unit, values)
+        n = len(weights.partition)
+        starts = np.searchsorted(cells[k], np.arange(n + 1))
+        columns = coefficient * values, sums.pairs.points[near], starts
         (terms,) = inputs(coefficient * unit.terms)
-        return cls(x, cells, unit._replace(terms=terms), near)
+        matrix = csc_matrix(columns, shape=(x.shape[1], n)).tocsr()
+        return cls(x, cells, unit._replace(terms=terms), matrix)
 
     def at(self, i: ndarray) -> Self:
         """At the points with the numbers ``i`` only."""
@@ -90,44 +101,114 @@ class EdgeCorrection:
         matrix[near.row, near.col] += near.data
 
     def apply(self, q: ndarray) -> ndarray:
-        """The correction times mean pressures ``q`` of shape (n,)."""
-        out = np.zeros(self.x.shape[1])
+        """The correction times mean pressures ``q`` of shape (n,) or (n, k)."""
+        out = np.ascontiguousarray(self.near @ q)
+        columns = out.reshape(len(out), -1)
+        x, own = inputs(self.x, q[self.cells].reshape(len(self.cells), -1).T)
 
         def work(rows: slice) -> None:
-            _sum_series(*inputs(self.x[:, rows], q[self.cells]), self.far, out[rows])
+            _sum_series(*inputs(x[:, rows]), own, self.far, columns[rows])
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        return out + self.near @ q
+        return out
+
+
+class NearSums(NamedTuple):
+    """Integrals over cells at points near them, see `add_segments`.
+
+    Attributes
+    ----------
+    pairs : Pairs
+        Cells and the points near them.
+    column : (npairs,) array of int
+        The cell of each pair.
+    law : (npairs,) array of float
+        Of ``(w / mean(w) - 1) / r``.
+    sums : (3, npairs) array of float
+        With ``w / mean(w)``.
+    """
+
+    pairs: Pairs
+    column: ndarray
+    law: ndarray
+    sums: ndarray
+
+    @classmethod
+    def from_cells(
+        cls,
+        partition: Partition,
+        weights: EdgeWeights | None,
+        cells: ndarray,
+        reach: float,
+        x: ndarray,
+        strips: int = STRIPS,
+    ) -> Self:
+        """Of some cells, ascending, and points nearer to them than ``reach`` of their radii;
+        without weights w is constant."""
+        polygons, n = partition.polygons, len(partition)
+        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids[:, cells]
+        pairs = Pairs.within(reaches, cells, centroids, x)
+        triangles = Triangles.none(n) if weights is None else weights.triangles
+        (weighted,) = inputs(np.zeros(n, dtype=bool) if weights is None else weights.weighted)
+        outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
+        law, sums = np.zeros(len(pairs.points)), np.zeros((3, len(pairs.points)))
+
+        def work(k: slice) -> None:
+            _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, strips, law, sums)
+
+        with Threads() as run:
+            run(work, len(cells))
+        return cls(pairs, np.repeat(cells, np.diff(pairs.offsets)), law, sums)
 
 
 @vectorised
-def _strip_sums(first, last, pairs, triangles, far, most, sums):
-    """Integrals with w / mean(w) - 1 over some cells, see `add_segments`, less their series."""
-    middles, squares, terms = far
-    room = strips_room(triangles, most)
+def _near_sums(first, last, pairs, triangles, weighted, outlines, most, law, sums):
+    p, indices, offsets = outlines
+    room = strips_room(triangles, most, np.diff(offsets).max())
+    segments = room[2]
     for k in range(first, last):
-        begin, end = pairs.offsets[k], pairs.offsets[k + 1]
-        if begin < end:
-            count = strip_segments(triangles, pairs.cells[k], most, 0.0, room)
-            add_segments(pairs.x, begin, end, room[2], count, sums)
-            for i in range(begin, end):
-                dx, dy = pairs.x[0, i] - middles[0, k], pairs.x[1, i] - middles[1, k]
-                sums[0, i] -= far_influence(dx, dy, squares[k], terms, k)
+        begin, end, j, count = pairs.offsets[k], pairs.offsets[k + 1], pairs.cells[k], 0
+        if begin == end:
+            continue
+        if weighted[j]:
+            count = strip_segments(triangles, j, most, room)
+            add_segments(pairs.x, begin, end, segments, count, sums)
+            law[begin:end] = sums[0, begin:end]
+            count = 0
+        for at in range(offsets[j], offsets[j + 1]):
+            a = indices[at]
+            b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
+            count = put_segment(segments, count, p[0, a], p[1, a], p[0, b], p[1, b], 1.0)
+        add_segments(pairs.x, begin, end, segments, count, sums)
+
+
+@vectorised
+def _less_series(arm, number, far, values):
+    """Take the series off again."""
+    _, squares, terms = far
+    for i in range(number.shape[0]):
+        k = number[i]
+        values[i] -= far_influence(arm[0, i], arm[1, i], squares[k], terms, k)
 
 
 @compiled
-def strips_room(triangles, most):
-    """Room for levels and densities of a triangle, and segments of a cell cut into strips."""
+def strips_room(triangles, most, sides):
+    """Room for levels and densities of a triangle, and segments of a cell cut into strips or of
+    so many sides."""
     room, pieces = max(most, FEWEST) + 2, 1
     for j in range(triangles.starts.shape[0] - 1):
         pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
-    return np.empty((room, 4)), np.empty((3, room)), np.empty((6, 3 * room * pieces + WIDTH))
+    return (
+        np.empty((room, 4)),
+        np.empty((3, room)),
+        np.empty((6, max(3 * room * pieces, sides) + WIDTH)),
+    )
 
 
 @compiled
-def strip_segments(triangles, j, most, base, room):
-    """Sides of the strips of a cell, with ``base + w / mean(w) - 1`` on their left.
+def strip_segments(triangles, j, most, room):
+    """Sides of the strips of a cell, with ``w / mean(w) - 1`` on their left.
 
     Puts them into the ``room`` of `strips_room` and returns their number.
     """
@@ -140,7 +221,7 @@ def strip_segments(triangles, j, most, base, room):
         for k in range(strips):
             ax, ay, bx, by = levels[k]
             ax1, ay1, bx1, by1 = levels[k + 1]
-            here = sign * (base + density[k])
+            here = sign * density[k]
             count = put_segment(segments, count, ax, ay, bx, by, here - before)
             count = put_segment(segments, count, bx, by, bx1, by1, here)
             count = put_segment(segments, count, ax, ay, ax1, ay1, -here)
@@ -248,6 +329,8 @@ def _mean_in_strip(lower, upper, width, width1, mean):
 @compiled
 def _factor_in_strip(lower, upper, width, width1, law, cell):
     """Mean of the factor of the law there, by two points of Gauss; 1 on homogeneous ground."""
+    if law.per_root[law.own[cell]] == 0.0:  # no table
+        return law.values[law.own[cell], 0]
     total = weight = 0.0
     for side in (-1, 1):
         share = (1 + side / np.sqrt(3.0)) / 2
@@ -274,10 +357,15 @@ def _add_series(x, cells, far, matrix):
 
 @vectorised
 def _sum_series(x, q, far, out):
+    """Add sums with the weights q, (k, ncells), to (m, k)."""
     middles, squares, terms = far
+    one = np.empty(squares.shape[0])
     for i in range(x.shape[1]):
-        total = 0.0
-        for k in range(q.shape[0]):
+        for k in range(one.shape[0]):
             dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
-            total += q[k] * far_influence(dx, dy, squares[k], terms, k)
-        out[i] += total
+            one[k] = far_influence(dx, dy, squares[k], terms, k)
+        for s in range(q.shape[0]):
+            total = 0.0
+            for k in range(one.shape[0]):
+                total += q[s, k] * one[k]
+            out[i, s] += total

@@ -19,14 +19,7 @@ from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
-from .edge_correction import (
-    STRIPS,
-    strip_segments,
-    strips_room,
-)
-from .law_moments import Triangles
-from .moments import radii
-from .segments import Pairs, add_segments, put_segment
+from .edge_correction import STRIPS, NearSums
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once
@@ -118,8 +111,15 @@ class SlopeCorrection:
         cls, slopes: Slopes, substrate: Substrate, x: ndarray, strips: int = STRIPS
     ) -> Self:
         """At points ``x``; ``strips`` is their number in a triangle from the edge on."""
+        every = np.arange(len(slopes.partition))
+        near = NearSums.from_cells(slopes.partition, slopes.weights, every, EXACT_RADII, x, strips)
+        return cls.from_sums(slopes, substrate, x, near)
+
+    @classmethod
+    def from_sums(cls, slopes: Slopes, substrate: Substrate, x: ndarray, sums: NearSums) -> Self:
+        """The same by what is known near all cells."""
         partition = slopes.partition
-        near = substrate.singular_coefficient * _near(slopes, x, strips)
+        near = _near(slopes, x.shape[1], substrate.singular_coefficient, sums)
         fall, moments = Fall.from_substrate(substrate), slopes.second_moments
         return cls(x, partition.centroids, partition.areas, near, moments, fall)
 
@@ -127,7 +127,7 @@ class SlopeCorrection:
         """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
         out = np.asarray(self.near.multiply(slopes.matrix.T).sum(axis=1)).ravel()
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        _add_diagonal(x, circles, self.fall, moments, *_columns(slopes.matrix), out)
+        _add_diagonal(x, circles, self.fall, moments, _arrays(csc_matrix(slopes.matrix)), out)
         return out
 
     def at(self, i: ndarray) -> Self:
@@ -138,23 +138,23 @@ class SlopeCorrection:
     def _circles(self) -> Circles:
         return Circles.of(self.centroids, self.areas)
 
-    def dipoles(self, slopes: ndarray) -> ndarray:
-        """First moments of the pressure of each cell about its centre, shape (2, n)."""
-        return np.einsum("ijn,jn->in", self.second_moments, slopes)
-
     def apply(self, slopes: ndarray) -> ndarray:
-        """Settlements under slopes of shape (2, n)."""
-        dipoles = self.dipoles(slopes)
-        some = np.nonzero(dipoles.any(axis=0))[0]
-        circles, (x, dipoles, some) = self._circles, inputs(self.x, dipoles, some)
-        out = self.near @ slopes.ravel()
+        """Settlements under slopes of shape (2, n) or (2, n, k), of shape (m,) or (m, k)."""
+        columns = slopes.reshape(2 * len(self.areas), -1)
+        dipoles = np.einsum(
+            "ijn,jnk->kin", self.second_moments, columns.reshape(2, -1, columns.shape[1])
+        )
+        some = np.nonzero(dipoles.any(axis=(0, 1)))[0]
+        x, dipoles, some, ends = inputs(self.x, dipoles, some, np.array([0, len(some)]))
+        out, circles = np.ascontiguousarray((self.near @ columns).T), self._circles
 
-        def work(rows: slice) -> None:
-            add_dipoles(x, rows.start, rows.stop, circles, some, self.fall, dipoles, out)
+        def work(k: slice) -> None:
+            (rows,) = inputs(np.array([[k.start], [k.stop]]))
+            add_near_dipoles(0, 1, x, rows, ends, some, circles, self.fall, dipoles, out)
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        return out
+        return out.T.reshape(-1, *slopes.shape[2:])
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
@@ -170,77 +170,42 @@ class SlopeCorrection:
 
     def _add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """What slopes of shape (2 n, k) make of k mean pressures, to an (m, k) matrix."""
-        sloped = np.diff(slopes.indptr).reshape(2, -1).any(axis=0)
-        gx, gy = _columns(slopes[np.tile(sloped, 2)])
-        (moments,) = inputs(self.second_moments[..., sloped])
-        circles = Circles.of(self.centroids[:, sloped], self.areas[sloped])
+        (x, moments), circles = inputs(self.x, self.second_moments), self._circles
+        rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
+        (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
+        near = _arrays(self.near)
 
-        def work(rows: slice) -> None:
-            x = inputs(self.x[:, rows])
-            _add_rows(*x, circles, self.fall, moments, gx, gy, matrix[rows])
+        def work(k: slice) -> None:
+            known = x, k.start, k.stop, circles, self.fall, moments
+            _add_rows(*known, sloped, columns, matrix)
+            _add_near(k.start, k.stop, near, rows, matrix)
 
         with Threads() as run:
             run(work, self.x.shape[1])
-        near = (self.near @ slopes).tocoo()
-        matrix[near.row, near.col] += near.data
 
 
-def _columns(matrix: csr_matrix) -> tuple[tuple[ndarray, ...], tuple[ndarray, ...]]:
-    """Starts, cells and values of the columns of the slopes along x, and of those along y."""
-    n = matrix.shape[0] // 2
-    along = csc_matrix(matrix[:n]), csc_matrix(matrix[n:])
-    gx, gy = (inputs(g.indptr, g.indices, g.data) for g in along)
-    return gx, gy
+def _arrays(matrix: csr_matrix | csc_matrix) -> tuple[ndarray, ...]:
+    """Starts, numbers and values of its rows or columns."""
+    return inputs(matrix.indptr, matrix.indices, matrix.data)
 
 
-def _near(slopes: Slopes, x: ndarray, strips: int) -> csr_matrix:
+def _near(slopes: Slopes, m: int, coefficient: float, near: NearSums) -> csr_matrix:
     """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
-    partition, weights = slopes.partition, slopes.weights
-    polygons, n = partition.polygons, len(partition)
-    pairs = Pairs.within(EXACT_RADII * radii(polygons), np.arange(n), partition.centroids, x)
-    triangles = Triangles.none(n) if weights is None else weights.triangles
-    (weighted,) = inputs(np.zeros(n, dtype=bool) if weights is None else weights.weighted)
-    outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
-    sums = np.zeros((3, len(pairs.points)))
-    dipoles = inputs(
+    partition, n = slopes.partition, len(slopes.partition)
+    pairs, values = near.pairs, np.empty((2, len(near.pairs.points)))
+    known = inputs(
         slopes.centroids, partition.centroids, slopes.second_moments, partition.areas / np.pi
     )
-
-    def work(k: slice) -> None:
-        own = k.start, k.stop, pairs
-        _near_sums(*own, triangles, weighted, outlines, strips, sums)
-        _less_dipoles(*own, *dipoles, sums)
-
     with Threads() as run:
-        run(work, n)
+        run(lambda k: _less_dipoles(k.start, k.stop, pairs, *known, near.sums, values), n)
     starts = np.append(pairs.offsets, pairs.offsets[-1] + pairs.offsets[1:])
-    columns = sums[1:].ravel(), np.tile(pairs.points, 2), starts
-    return csc_matrix(columns, shape=(x.shape[1], 2 * n)).tocsr()
+    columns = coefficient * values.ravel(), np.tile(pairs.points, 2), starts
+    return csc_matrix(columns, shape=(m, 2 * n)).tocsr()
 
 
 @compiled
-def _near_sums(first, last, pairs, triangles, weighted, outlines, most, sums):
-    """Integrals with w / mean(w) over some cells, see `add_segments`."""
-    p, indices, offsets = outlines
-    room = strips_room(triangles, most)
-    segments = room[2]
-    for j in range(first, last):
-        begin, end, count = pairs.offsets[j], pairs.offsets[j + 1], 0
-        if begin == end:
-            continue
-        if weighted[j]:
-            count = strip_segments(triangles, j, most, 1.0, room)
-        else:
-            for at in range(offsets[j], offsets[j + 1]):
-                a = indices[at]
-                b = indices[at + 1 if at + 1 < offsets[j + 1] else offsets[j]]
-                count = put_segment(segments, count, p[0, a], p[1, a], p[0, b], p[1, b], 1.0)
-        add_segments(pairs.x, begin, end, segments, count, sums)
-
-
-@compiled
-def _less_dipoles(first, last, pairs, centroids, middles, moments, squares, sums):
-    """Make of integrals those with arms from the centroids of w, and take off the dipoles."""
+def _less_dipoles(first, last, pairs, centroids, middles, moments, squares, sums, values):
+    """Integrals with arms from the centroids of w, less the dipoles, of some cells."""
     for j in range(first, last):
         for k in range(pairs.offsets[j], pairs.offsets[j + 1]):
             dx, dy = pairs.x[0, k] - middles[0, j], pairs.x[1, k] - middles[1, j]
@@ -249,7 +214,7 @@ def _less_dipoles(first, last, pairs, centroids, middles, moments, squares, sums
             for i in range(2):
                 arm = pairs.x[i, k] - centroids[i, j]
                 fall = f * (moments[0, i, j] * dx + moments[1, i, j] * dy)
-                sums[1 + i, k] += sums[0, k] * arm - fall
+                values[i, k] = sums[1 + i, k] + sums[0, k] * arm - fall
 
 
 @inlined
@@ -268,23 +233,8 @@ def _fall(r2, square, fall):
 
 
 @vectorised
-def add_dipoles(x, begin, end, circles, numbers, fall, dipoles, out):
-    """Add to ``out[begin:end]`` what the dipoles of some circles make of those points."""
-    middles, squares = circles
-    for i in range(begin, end):
-        total = 0.0
-        for k in range(numbers.shape[0]):
-            j = numbers[k]
-            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-            total += (dipoles[0, j] * dx + dipoles[1, j] * dy) * _fall(
-                dx * dx + dy * dy, squares[j], fall
-            )
-        out[i] += total
-
-
-@vectorised
 def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles, out):
-    """The same for lists of cells near points, under several loads at a time.
+    """Add what dipoles of lists of cells make of points, under several loads at a time.
 
     The points ``rows[0, k]`` to ``rows[1, k]`` take from ``cells[starts[k]:starts[k + 1]]`` with
     their ``dipoles`` of shape (s, 2, n); ``out`` is of shape (s, m).
@@ -337,45 +287,54 @@ def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles,
 
 
 @vectorised
-def _add_rows(x, circles, fall, moments, gx, gy, matrix):
+def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
     """Some rows at a time: sums over the cells around are the same for all of them."""
     middles, squares = circles
-    (startx, cellx, slopex), (starty, celly, slopey) = gx, gy
+    starts, numbers, values = slopes
     n = squares.shape[0]
-    lx, ly = np.empty((n, ROWS)), np.empty((n, ROWS))
+    local = np.empty((2 * n, ROWS))
     total, x0, y0 = np.empty(ROWS), np.zeros(ROWS), np.zeros(ROWS)
-    for first in range(0, x.shape[1], ROWS):
-        count = min(ROWS, x.shape[1] - first)
+    for first in range(begin, end, ROWS):
+        count = min(ROWS, end - first)
         x0[:count], y0[:count] = x[0, first : first + count], x[1, first : first + count]
         for j in range(n):
+            if not sloped[j]:
+                continue
             cx, cy, square = middles[0, j], middles[1, j], squares[j]
             xx, xy, yy = moments[0, 0, j], moments[0, 1, j], moments[1, 1, j]
             for i in range(ROWS):
                 dx, dy = x0[i] - cx, y0[i] - cy
                 f = _fall(dx * dx + dy * dy, square, fall)
-                lx[j, i] = f * (xx * dx + xy * dy)
-                ly[j, i] = f * (xy * dx + yy * dy)
+                local[j, i] = f * (xx * dx + xy * dy)
+                local[n + j, i] = f * (xy * dx + yy * dy)
         for k in range(matrix.shape[1]):
             total[:] = 0.0
-            for at in range(startx[k], startx[k + 1]):
-                j, slope = cellx[at], slopex[at]
+            for at in range(starts[k], starts[k + 1]):
+                j, slope = numbers[at], values[at]
                 for i in range(ROWS):
-                    total[i] += lx[j, i] * slope
-            for at in range(starty[k], starty[k + 1]):
-                j, slope = celly[at], slopey[at]
-                for i in range(ROWS):
-                    total[i] += ly[j, i] * slope
+                    total[i] += local[j, i] * slope
             for i in range(count):
                 matrix[first + i, k] += total[i]
 
 
 @compiled
-def _add_diagonal(x, circles, fall, moments, gx, gy, out):
+def _add_near(begin, end, near, slopes, matrix):
+    starts, cells, values = slopes
+    firsts, numbers, integrals = near
+    for i in range(begin, end):
+        for k in range(firsts[i], firsts[i + 1]):
+            for at in range(starts[numbers[k]], starts[numbers[k] + 1]):
+                matrix[i, cells[at]] += integrals[k] * values[at]
+
+
+@compiled
+def _add_diagonal(x, circles, fall, moments, slopes, out):
     middles, squares = circles
-    for axis, (starts, cells, slopes) in enumerate((gx, gy)):
-        for i in range(out.shape[0]):
-            for at in range(starts[i], starts[i + 1]):
-                j = cells[at]
-                dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-                f = _fall(dx * dx + dy * dy, squares[j], fall)
-                out[i] += f * slopes[at] * (moments[0, axis, j] * dx + moments[1, axis, j] * dy)
+    starts, numbers, values = slopes
+    n = out.shape[0]
+    for i in range(n):
+        for at in range(starts[i], starts[i + 1]):
+            axis, j = divmod(numbers[at], n)
+            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
+            f = _fall(dx * dx + dy * dy, squares[j], fall)
+            out[i] += f * values[at] * (moments[0, axis, j] * dx + moments[1, axis, j] * dy)

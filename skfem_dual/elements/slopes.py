@@ -76,8 +76,8 @@ class Slopes:
         return self.matrix[:n], self.matrix[n:]
 
     def of(self, pressure: ndarray) -> ndarray:
-        """Slopes under mean pressures of shape (n,), shape (2, n)."""
-        return (self.matrix @ pressure).reshape(2, -1)
+        """Slopes under mean pressures of shape (n,) or (n, k), shape (2, n) or (2, n, k)."""
+        return (self.matrix @ pressure).reshape(2, *pressure.shape)
 
     def without(self, cells: ndarray) -> "Slopes":
         """With no slope in some cells, given as (n,) array of bool."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from ..elements.edge_correction import EdgeCorrection
+from ..elements.edge_correction import IN_STRIPS, EdgeCorrection, NearSums
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import influence_matrix
+from ..elements.influence import influence_matrix, surface_displacement
 from ..elements.near import NearField
-from ..elements.slope_correction import SlopeCorrection
+from ..elements.slope_correction import EXACT_RADII, SlopeCorrection
 from ..elements.slopes import Slopes
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
@@ -51,20 +51,29 @@ class Entries:
     slopes: Slopes | None = None
 
     @computed_once
-    def sloping(self) -> SlopeCorrection | None:
-        """What slopes inside the cells add."""
+    def _corrections(self) -> tuple[EdgeCorrection | None, SlopeCorrection | None]:
+        """Both take the same sums near the cells."""
+        if self.weights is None:
+            return None, None
+        c = self.substrate.singular_coefficient
         if self.slopes is None:
-            return None
-        return SlopeCorrection.from_slopes(self.slopes, self.substrate, self.x)
+            return EdgeCorrection.from_weights(self.weights, c, self.x), None
+        every, reach = np.arange(len(self.partition)), max(IN_STRIPS, EXACT_RADII)
+        near = NearSums.from_cells(self.partition, self.weights, every, reach, self.x)
+        return (
+            EdgeCorrection.from_sums(self.weights, c, self.x, near),
+            SlopeCorrection.from_sums(self.slopes, self.substrate, self.x, near),
+        )
 
-    @computed_once
+    @property
     def correction(self) -> EdgeCorrection | None:
         """What edge-weighted cells add."""
-        if self.weights is None:
-            return None
-        return EdgeCorrection.from_weights(
-            self.weights, self.substrate.singular_coefficient, self.x
-        )
+        return self._corrections[0]
+
+    @property
+    def sloping(self) -> SlopeCorrection | None:
+        """What slopes inside the cells add."""
+        return self._corrections[1]
 
     def matrix(self) -> ndarray:
         """All entries, (m, n)."""
@@ -74,6 +83,16 @@ class Entries:
         if self.slopes is not None and self.sloping is not None:
             self.sloping.add_to(matrix, self.slopes)
         return matrix
+
+    def settlements(self, pressure: ndarray) -> ndarray:
+        """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k)."""
+        known = self.substrate, self.partition, pressure, self.x, self.weights
+        settled = surface_displacement(*known)
+        if self.correction is not None:
+            settled += self.correction.apply(pressure)
+        if self.slopes is not None and self.sloping is not None:
+            settled += self.sloping.apply(self.slopes.of(pressure))
+        return settled
 
     def rows(self, i: ndarray) -> ndarray:
         """Those of the points with the numbers ``i``, (len(i), n)."""
