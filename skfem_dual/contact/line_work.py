@@ -244,9 +244,10 @@ def region_of(cells: Footprint, pressure: ndarray, gap: ndarray) -> ContactRegio
 def _beside_corner(cells: Footprint, lines: list[ndarray]) -> bool:
     """Whether a line ends next to a corner of the plan."""
     corners = None if cells.weights is None else cells.weights.corners
-    if corners is None or len(corners.node) == 0:
+    open_ends = [line[:, [0, -1]] for line in lines if (line[:, 0] != line[:, -1]).any()]
+    if corners is None or len(corners.node) == 0 or not open_ends:
         return False
-    ends = np.hstack([line[:, [0, -1]] for line in lines])
+    ends = np.hstack(open_ends)
     away = np.hypot(*(ends[:, None] - corners.x.T[:, :, None])).min(axis=0)
     size = np.sqrt(cells.partition.areas)
     nearest = cKDTree(cells.partition.centroids.T).query(ends.T)[1]
