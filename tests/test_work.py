@@ -6,7 +6,7 @@ from plans import disc, perturbed, rectangle
 from skfem import CellBasis, ElementTriP0
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
-from skfem_dual.contact.work import sectors
+from skfem_dual.contact.sectors import sectors
 from skfem_dual.grids.generate import annulus
 from skfem_dual.grids.generate import disc as fine_disc
 

@@ -136,8 +136,9 @@ class PunchSolution(CellPressures):
 
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
-        do not take part. Of others, and beside structures that bend, that of collocation. What is
-        imposed is kept.
+        do not take part, and where the punch lifts off pressures end along the line of contact,
+        not with the cells as those of the solution, see `LineWork`. Of others, and beside
+        structures that bend, that of collocation. What is imposed is kept.
         """
         return float(self.positions[0, 0])
 

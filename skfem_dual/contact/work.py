@@ -12,103 +12,28 @@ R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
 
-from ..elements.edge_weights import EdgeWeights
-from ..elements.load_matrix import points_in_pieces
 from ..elements.slope_correction import SlopeCorrection
-from ..elements.slopes import second_moments
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
+from .line_work import Points, on_lines
 from .load import Constraints, Load
 from .problem import DOZEN, Contact
+from .sectors import Sectors, sectors
 from .system import DENSE
 
-#: cells over which the weight varies by less than this factor have no sectors
-VARIATION = 1.5
 #: where ground and punch are apart by more than so much of a unit motion, on average over a cell,
 #: the pressure in the cell is of another kind, as on thin layers that keep their volume: it is
 #: left out
 APART = 0.025
-
-
-class Sectors(NamedTuple):
-    """Parts of cells near the edge: a dual cell has one in each triangle of the mesh, other cells
-    have two along each side; dual cells over which the weight varies little have three.
-
-    Attributes
-    ----------
-    x : (2, m) array of float
-        Where the load of the sector acts.
-    cell : (m,) array of int
-        Its cell.
-    load : (m,) array of float
-        Its load by unit mean pressure on the cell.
-    """
-
-    x: ndarray
-    cell: ndarray
-    load: ndarray
-
-
-def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
-    """Parts of the cells in elements of the mesh, or around the middles of elements; ``twofold``
-    with half of the load each on both sides of where it acts, along its longer axis, and none in
-    cells over which the weight varies little."""
-    fan, (mean, off) = weights.fan, weights.of_triangles
-    least, most = weights.extremes(weights.root[fan.t])
-    own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
-    load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
-    x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
-    parts = int(fan.part.max()) + 1
-    key, sector = np.unique(
-        fan.cell[own].astype(np.int64) * parts + fan.part[own], return_inverse=True
-    )
-    cell, m = key // parts, len(key)
-    total = np.bincount(sector, load, m)
-    x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
-    if twofold:
-        spread = _spread(weights, own, sector, x) / np.sqrt(total)
-        x = np.hstack([x - spread, x + spread])
-        cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
-    else:
-        (inner,) = np.nonzero(weights.weighted & (most <= VARIATION * least))
-        x = np.hstack([x, _thirds(weights, inner)])
-        cell = np.concatenate([cell, np.tile(inner, 3)])
-        total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
-    return Sectors(np.ascontiguousarray(x), cell, total)
-
-
-def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
-    """Three points in each of some cells where thirds of its load have its second moments, one
-    from the load's centroid towards the edge; shape (2, 3 k), the first of all cells first."""
-    centroid, areas = weights.centroids[:, cells], weights.partition.areas[cells]
-    xx, xy, yy = (second_moments(weights)[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
-    # the root of a matrix of two rows, by Cayley and Hamilton
-    det = np.sqrt(xx * yy - xy * xy)
-    root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
-    towards = centroid - weights.partition.centroids[:, cells]
-    angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]
-    arm = np.sqrt(2) * np.stack([np.cos(angle), np.sin(angle)])
-    return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)
-
-
-def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> ndarray:
-    """Root of the greater principal second moment of the load of sectors about ``x``, along its
-    axis, shape (2, m); ``own`` are the triangles of the fan in them."""
-    whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
-    points = points_in_pieces(weights, weights.fan, (own, whole), 2)
-    at = sector[points.piece]
-    arm = points.x - x[:, at]
-    moments = [[np.bincount(at, points.weight * a * b) for a in arm] for b in arm]
-    value, axis = np.linalg.eigh(np.moveaxis(np.array(moments), -1, 0))
-    return np.sqrt(value[:, 1].clip(0.0)) * axis[:, :, 1].T
 
 
 class Part(NamedTuple):
@@ -149,7 +74,7 @@ class Work:
     def sectors(self) -> Sectors:
         """Where the ground is looked at; of punches with constant pressures nowhere."""
         found = [Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))]
-        for (cells, *_), own in zip(self.parts, self._own):
+        for (cells, *_), own in zip(self.parts, self.own):
             if cells.weights is not None:
                 x, cell, load = sectors(cells.weights, not cells.on_dual_cells)
                 found.append(Sectors(x, cell + own.start, load))
@@ -157,7 +82,7 @@ class Work:
         return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
 
     @computed_once
-    def _own(self) -> list[slice]:
+    def own(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         ends = np.cumsum([0, *(len(part.footprint) for part in self.parts)])
         return [slice(a, b) for a, b in pairwise(ends.tolist())]
@@ -165,18 +90,37 @@ class Work:
     @computed_once
     def planes(self) -> ndarray:
         """Settlement of the sectors by motions of unit size, shape (m, nsectors)."""
-        x, cell, _ = self.sectors
-        planes = np.zeros((len(self._unit), len(cell)))
-        for (_, body, centre), part in zip(self.parts, self._own):
+        return self.planes_at(self.sectors)
+
+    def planes_at(self, some: Sectors) -> ndarray:
+        """The same of some sectors."""
+        x, cell, _ = some
+        planes = np.zeros((len(self.unit), len(cell)))
+        for (_, body, centre), part in zip(self.parts, self.own):
             own = (part.start <= cell) & (cell < part.stop)
             planes[3 * body, own] = 1.0
             planes[3 * body + 1 : 3 * body + 3, own] = x[:, own] - centre[:, None]
-        return planes / self._unit[:, None]
+        return planes / self.unit[:, None]
 
     @computed_once
     def rows(self) -> ndarray:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
-        return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
+        return self.rows_at(self.sectors.x)
+
+    def rows_at(self, x: ndarray) -> ndarray:
+        """The same of points of shape (2, k)."""
+        return np.hstack([cells.influence(x) for cells, *_ in self.parts])
+
+    @computed_once
+    def at_sectors(self) -> Points:
+        """The sectors as points."""
+        return Points.of(self.problem.cells, self.sectors.x, self.rows)
+
+    @computed_once
+    def at_cells(self) -> Points:
+        """The collocation points, if a matrix is known."""
+        cells = self.problem.cells
+        return Points.of(cells, cells.collocation_points, np.asarray(self.problem.operator))
 
     @computed_once
     def _sloping(self) -> SlopeCorrection | None:
@@ -207,27 +151,32 @@ class Work:
         touching = contact.touching
         if touching.sum() < min(DOZEN, len(touching)):
             return None
+        position = partial(self._position, constraints, frame)
         if touching.all() and contact.flat is None:
             compliances = self._in_full_contact
+        elif (on_line := on_lines(self, contact, position)) is not None:
+            compliances = on_line
         elif (pressures := self._pressures(contact)) is not None:
             compliances = self._compliances(pressures, touching, contact.flat)
         else:
             return None
-        unit = self._unit
+        return np.array([position(compliance) / self.unit for compliance in compliances])
+
+    def _position(
+        self, constraints: Constraints, frame: ndarray | None, compliance: ndarray
+    ) -> ndarray:
+        """Motions of unit size under the load, (m,), by what forces on them do."""
+        unit, stiffness = self.unit, np.linalg.inv(compliance)
         motions, fixed = unit[:, None] * constraints.motions, unit * constraints.fixed
         balance = constraints.balance * unit
-        found = []
-        for compliance in compliances:
-            stiffness = np.linalg.inv(compliance)
-            if frame is not None:
-                stiffness = stiffness + frame / np.outer(unit, unit)
-            given = constraints.given - balance @ stiffness @ fixed
-            y = np.linalg.solve(balance @ stiffness @ motions, given)
-            found.append((fixed + motions @ y) / unit)
-        return np.array(found)
+        if frame is not None:
+            stiffness = stiffness + frame / np.outer(unit, unit)
+        given = constraints.given - balance @ stiffness @ fixed
+        y = np.linalg.solve(balance @ stiffness @ motions, given)
+        return fixed + motions @ y
 
     @computed_once
-    def _unit(self) -> ndarray:
+    def unit(self) -> ndarray:
         """Largest settlements by the components of the position, the same for both tilts."""
         planes = self.problem.system.planes
         planes = planes.reshape(-1, 3, planes.shape[1])
@@ -236,32 +185,32 @@ class Work:
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:
-        pressures = self.problem.system.unit_pressures / self._unit
+        pressures = self.problem.system.unit_pressures / self.unit
         return self._compliances(pressures, np.ones(len(pressures), dtype=bool), None)
 
     @property
     def stiffness(self) -> ndarray:
         """Forces by motions, shape (m, m), with contact on all cells."""
-        unit = self._unit
+        unit = self.unit
         return np.linalg.inv(self._in_full_contact[0]) * np.outer(unit, unit)
 
     def _pressures(self, contact: Contact) -> ndarray | None:
         """Pressures by motions of unit size with that contact, (n, m), if a matrix is known."""
         if contact.unit_pressures is not None:
-            return contact.unit_pressures / self._unit
+            return contact.unit_pressures / self.unit
         system, touching = self.problem.system, contact.touching
         known = isinstance(system.matrix, (np.ndarray, SymmetricMatrix))
         if contact.flat is not None:
             system = self.problem.flattened_system(contact.flat)
         if touching.all():
-            return system.unit_pressures / self._unit
+            return system.unit_pressures / self.unit
         if not known:
             return None
         cells = np.nonzero(touching)[0]
         matrix = np.asarray(system.matrix)[np.ix_(cells, cells)]
-        pressures = np.zeros((len(touching), len(self._unit)))
+        pressures = np.zeros((len(touching), len(self.unit)))
         pressures[cells] = Factors.from_matrix(matrix).solve(system.planes[:, cells].T)
-        return pressures / self._unit
+        return pressures / self.unit
 
     def _slopes(self, pressures: ndarray) -> ndarray:
         """Slopes in all cells, flat ones too, under some pressures (n, m); shape (m, 2, n)."""
@@ -281,7 +230,7 @@ class Work:
     def _with_slopes(self, pressures: ndarray, full: bool) -> ndarray:
         """The same with slopes in all cells; those of full contact are asked for once, which is
         not worth the rows."""
-        few, parts = len(pressures) <= DENSE, list(zip(self.parts, self._own, strict=True))
+        few, parts = len(pressures) <= DENSE, list(zip(self.parts, self.own, strict=True))
         if few and not full:
             return (self.rows @ pressures).T
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
@@ -294,7 +243,7 @@ class Work:
                 row += operator @ np.ascontiguousarray(part)
         return settled
 
-    def _loads(self, pressures: ndarray, flat: ndarray | None) -> ndarray:
+    def loads_of(self, pressures: ndarray, flat: ndarray | None) -> ndarray:
         """Loads of the sectors under some pressures of shape (n, m), slopes too; (m, nsectors)."""
         x, cell, load = self.sectors
         inside, cells = pressures[cell].T, self.problem.cells
@@ -306,24 +255,28 @@ class Work:
             inside = inside + np.einsum("ik,mik->mk", arm, slopes[..., cell])
         return inside * load
 
+    def close(self, apart: ndarray) -> ndarray:
+        """Cells over which ground and punch are not far apart, (n,) array of bool, by how far
+        they are in the sectors under motions of unit size, (m, nsectors)."""
+        (_, cell, load), areas = self.sectors, self.problem.system.areas
+        mean = np.array([np.bincount(cell, load * e, len(areas)) for e in apart]) / areas
+        mean = mean.reshape(-1, 3, len(areas))
+        far = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2]))
+        return (far < APART).all(axis=0)
+
     def _compliances(
         self, pressures: ndarray, touching: ndarray, flat: ndarray | None
     ) -> tuple[ndarray, ndarray]:
         """Motions of unit size by forces on them; without the cells that are apart, and with."""
-        _, cell, load = self.sectors
-        system = self.problem.system
-        apart = np.where(
-            touching[cell], self._settled(pressures, flat, bool(touching.all())) - self.planes, 0.0
-        )
-        mean = np.array([np.bincount(cell, load * e, len(touching)) for e in apart])
-        mean = (mean / system.areas).reshape(-1, 3, len(touching))
-        near = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2])) < APART
+        cell, system = self.sectors.cell, self.problem.system
+        settled = self._settled(pressures, flat, bool(touching.all()))
+        apart = np.where(touching[cell], settled - self.planes, 0.0)
+        close = self.close(apart)
         acting = system.resultants if flat is None else self.problem.flattened_resultants(flat)
-        by_points = np.linalg.inv((acting / self._unit[:, None]) @ pressures)
-        unit_forces = self._loads(pressures @ by_points, flat)
+        by_points = np.linalg.inv((acting / self.unit[:, None]) @ pressures)
+        unit_forces = self.loads_of(pressures @ by_points, flat)
         kept, every = (
-            by_points + (unit_forces * some) @ apart.T @ by_points
-            for some in (near.all(axis=0)[cell], 1.0)
+            by_points + (unit_forces * some) @ apart.T @ by_points for some in (close[cell], 1.0)
         )
         return kept, every
 

@@ -1,0 +1,86 @@
+"""Parts of cells in each of which the ground is looked at once, by the load that they carry."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+
+from ..elements.edge_weights import EdgeWeights
+from ..elements.load_matrix import points_in_pieces
+from ..elements.slopes import second_moments
+
+#: cells over which the weight varies by less than this factor have no sectors
+VARIATION = 1.5
+
+
+class Sectors(NamedTuple):
+    """Parts of cells near the edge: a dual cell has one in each triangle of the mesh, other cells
+    have two along each side; dual cells over which the weight varies little have three.
+
+    Attributes
+    ----------
+    x : (2, m) array of float
+        Where the load of the sector acts.
+    cell : (m,) array of int
+        Its cell.
+    load : (m,) array of float
+        Its load by unit mean pressure on the cell.
+    """
+
+    x: ndarray
+    cell: ndarray
+    load: ndarray
+
+
+def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
+    """Parts of the cells in elements of the mesh, or around the middles of elements; ``twofold``
+    with half of the load each on both sides of where it acts, along its longer axis, and none in
+    cells over which the weight varies little."""
+    fan, (mean, off) = weights.fan, weights.of_triangles
+    least, most = weights.extremes(weights.root[fan.t])
+    own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
+    load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
+    x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
+    parts = int(fan.part.max()) + 1
+    key, sector = np.unique(
+        fan.cell[own].astype(np.int64) * parts + fan.part[own], return_inverse=True
+    )
+    cell, m = key // parts, len(key)
+    total = np.bincount(sector, load, m)
+    x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
+    if twofold:
+        spread = _spread(weights, own, sector, x) / np.sqrt(total)
+        x = np.hstack([x - spread, x + spread])
+        cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
+    else:
+        (inner,) = np.nonzero(weights.weighted & (most <= VARIATION * least))
+        x = np.hstack([x, _thirds(weights, inner)])
+        cell = np.concatenate([cell, np.tile(inner, 3)])
+        total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
+    return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
+    """Three points in each of some cells where thirds of its load have its second moments, one
+    from the load's centroid towards the edge; shape (2, 3 k), the first of all cells first."""
+    centroid, areas = weights.centroids[:, cells], weights.partition.areas[cells]
+    xx, xy, yy = (second_moments(weights)[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
+    # the root of a matrix of two rows, by Cayley and Hamilton
+    det = np.sqrt(xx * yy - xy * xy)
+    root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
+    towards = centroid - weights.partition.centroids[:, cells]
+    angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]
+    arm = np.sqrt(2) * np.stack([np.cos(angle), np.sin(angle)])
+    return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)
+
+
+def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> ndarray:
+    """Root of the greater principal second moment of the load of sectors about ``x``, along its
+    axis, shape (2, m); ``own`` are the triangles of the fan in them."""
+    whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
+    points = points_in_pieces(weights, weights.fan, (own, whole), 2)
+    at = sector[points.piece]
+    arm = points.x - x[:, at]
+    moments = [[np.bincount(at, points.weight * a * b) for a in arm] for b in arm]
+    value, axis = np.linalg.eigh(np.moveaxis(np.array(moments), -1, 0))
+    return np.sqrt(value[:, 1].clip(0.0)) * axis[:, :, 1].T

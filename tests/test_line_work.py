@@ -1,0 +1,81 @@
+"""Positions of flat punches that lift off, by pressures that end along the line of contact."""
+
+import numpy as np
+import pytest
+from plans import sin_graded, to_area
+from skfem import MeshTri
+
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
+from skfem_dual.elements.crossed import _roots
+from skfem_dual.grids.generate import disc, rectangle
+from skfem_dual.ground.layered import Layer, LayeredHalfSpace
+
+SOIL = HalfSpace(1.0, 0.0)
+#: circle: settlement of the middle and tilt by eccentricity, on 3000 cells that grow from both the
+#: edge and the line of contact, to the digits that 2000 and 3000 have in common
+CIRCLE = {0.5: (0.482107, 0.41917), 0.7: (0.258676, 0.984494), 0.8: (-0.30667, 1.90979)}
+
+
+def flat(mesh, grid="dual", soil=SOIL):
+    dual = DualMesh.from_mesh(mesh)
+    return RigidPunch(soil, dual.basis() if grid == "dual" else dual.primal_basis())
+
+
+def graded(n):
+    mesh = disc(n=n)
+    mesh = MeshTri(mesh.p / np.hypot(*mesh.p).max(), mesh.t)
+    return to_area(sin_graded(mesh), np.pi)
+
+
+@pytest.fixture(scope="module", params=["uniform", "graded", "triangles"])
+def punch(request):
+    n = 320 if request.param == "triangles" else 600
+    mesh = graded(n) if request.param == "graded" else disc(n=n)
+    return flat(mesh, "primal" if request.param == "triangles" else "dual")
+
+
+@pytest.mark.parametrize("e", CIRCLE)
+def test_circle(punch, e):
+    """Where pressures that end with the cells leave 1.2e-3 at 0.7 and 3.4e-3 at 0.8."""
+    settlement, tilt = CIRCLE[e]
+    found = punch.solve(1.0, at=(0.6 * e, 0.8 * e))
+    assert found.settlement == pytest.approx(
+        settlement, rel={0.5: 1e-4, 0.7: 3e-4, 0.8: 1.5e-3}[e]
+    )
+    assert found.tilt == pytest.approx([0.6 * tilt, 0.8 * tilt], abs=4e-4 * tilt)
+
+
+def test_square():
+    """Over a side, and over two of them; 2500 and 3500 cells that grow from edge and line."""
+    punch = flat(rectangle(n=600))
+    over_a_side = punch.solve(1.0, at=(0.7, 0.0))
+    assert over_a_side.settlement == pytest.approx(0.372865, rel=5e-5)
+    assert over_a_side.tilt == pytest.approx([0.445814, 0.0], abs=5e-5)
+    over_two = punch.solve(1.0, at=(0.4, 0.4))
+    assert over_two.settlement == pytest.approx(0.417618, rel=5e-5)
+    assert over_two.tilt == pytest.approx([0.218114] * 2, rel=2e-4)
+    # the line ends in two corners, where pressures have other exponents
+    through_corners = punch.solve(1.0, at=(0.6, 0.6))
+    assert through_corners.settlement == pytest.approx(0.21877, rel=1e-3)
+
+
+def test_layers_and_groups():
+    """A layer like what is below it, and a group of one, are nothing new."""
+    mesh = disc(n=120)
+    alone = flat(mesh).solve(1.0, at=(0.65, 0.1))
+    layered = LayeredHalfSpace([Layer(1.0, 1.0, 0.0)], SOIL)
+    others = [
+        flat(mesh, soil=layered).solve(1.0, at=(0.65, 0.1)),
+        RigidPunches([flat(mesh)]).solve([{"force": 1.0, "at": (0.65, 0.1)}])[0],
+    ]
+    for found in others:
+        assert found.settlement == pytest.approx(alone.settlement, rel=1e-7)
+        assert found.tilt == pytest.approx(alone.tilt, rel=1e-7)
+
+
+def test_means_of_roots():
+    """Of x over triangles, by hand."""
+    square = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [2.0, 2.0, 2.0]]).T
+    root, inverse = _roots(square)
+    assert root == pytest.approx([8 / 15, 4 / 5, np.sqrt(2)], rel=1e-12)
+    assert inverse == pytest.approx([8 / 3, 4 / 3, np.sqrt(0.5)], rel=1e-12)
