@@ -19,12 +19,12 @@ from .work import Member
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
 #: of flat punches with edge-weighted cells from those by work on triangles, and from those by
 #: collocation; of shaped ones from those with a line of contact, and from those without
-TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.0, 2.5), 0.3, (2.0, 2.0), 0.4
+TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.5, 2.5), (0.3, 0.5), (2.0, 2.0), 0.4
 #: the same with constant pressures: in full contact, lifted off and of shaped punches
 FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 #: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
 #: contact, with edge-weighted ones, with others, and where contact ends with the cells
-FLOOR, BY_WEIGHTED, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.01, 0.01), (0.02, 0.01), (0.2, 0.5)
+FLOOR, BY_WEIGHTED, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.01, 0.02), (0.02, 0.01), (0.2, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -131,7 +131,8 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
     """Half of the widths of settlement, Lx and Ly about the best of all positions."""
     found, shaped = [solution, *on_others], solution.punch.gap is not None
     full = len(solution.contact) == len(solution.pressure)
-    factors, worse, weighted = TRIANGLES, COLLOCATED, _weighted(solution)
+    factors, weighted = TRIANGLES, _weighted(solution)
+    worse: Pair | float = COLLOCATED
     closer = [not _on_dual(s) for s in found]
     if solution.line is not None:
         factors, worse, closer = LINE, NO_LINE, [s.line is not None for s in found]
