@@ -132,14 +132,15 @@ class LoadedCells:
         return np.zeros((2, len(self))) if self.slopes is None else self.slopes.of(pressure)
 
     @computed_once
-    def _sloping(self) -> SlopeCorrection | None:
+    def sloping(self) -> SlopeCorrection | None:
+        """That of the collocation points."""
         return self.slope_correction(self.collocation_points)
 
     def unit_slopes(self) -> ndarray:
         """Settlement of the collocation points by unit slopes along x, then along y, (n, 2 n)."""
-        if self._sloping is None:
+        if self.sloping is None:
             return np.zeros((len(self), 2 * len(self)))
-        return self._sloping.to_dense()
+        return self.sloping.to_dense()
 
     def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
@@ -148,10 +149,10 @@ class LoadedCells:
         left_out = self.slopes.without(~flat)
         if isinstance(operator, InfluenceOperator) and operator.sloping is not None:
             return FlattenedOperator(operator, operator.sloping, left_out)
-        if self._sloping is None:
+        if self.sloping is None:
             raise ValueError("expected cells that all have slopes, got flat ones")
         matrix = np.array(operator)
-        self._sloping.add_to(matrix, left_out, -1.0)
+        self.sloping.add_to(matrix, left_out, -1.0)
         matrix.setflags(write=False)
         return matrix
 
@@ -160,7 +161,7 @@ class LoadedCells:
         if exact is None or self.slopes is None or not flat.any():
             return exact
         rows, x = exact.rows.copy(), self.collocation_points[:, exact.numbers]
-        sloping = self._sloping if self.few else self.slope_correction(x)
+        sloping = self.sloping if self.few else self.slope_correction(x)
         if sloping is not None:
             sloping = sloping.at(exact.numbers) if self.few else sloping
             sloping.add_to(rows, self.slopes.without(~flat), -1.0)

@@ -16,11 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import block_diag, csr_matrix, eye_array
+from scipy.sparse import csr_matrix, diags_array
 from scipy.spatial import cKDTree
 
 from ..elements.crossed import CrossedCells
-from ..elements.influence import influence_matrix
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
@@ -46,31 +45,37 @@ class Points(NamedTuple):
     ----------
     x : (2, k) array of float
         The points.
-    rows, without : (k, n) array of float
-        With the slopes of all cells, and without.
+    rows : (k, n) array of float
+        With the slopes of all cells.
     slopes : SlopeCorrection
         What these add.
     """
 
     x: ndarray
     rows: ndarray
-    without: ndarray
     slopes: Any
-
-    @classmethod
-    def of(cls, cells: Any, x: ndarray, rows: ndarray) -> "Points":
-        """Points and their rows."""
-        slopes, without = cells.slope_correction(x), rows.copy()
-        slopes.add_to(without, cells.slopes, -1.0)
-        return cls(x, rows, without, slopes)
 
 
 class Influence(NamedTuple):
-    """Settlement of points by unit pressures on cells, (k, n), those of crossed cells left to
-    triangles under each punch that has some, (k, m)."""
+    """Settlement of points by unit pressures on cells.
+
+    Attributes
+    ----------
+    rows : (k, n) array of float
+        Where all cells have slopes.
+    columns : (c,) array of int
+        Cells whose pressure settles them otherwise.
+    change : (2, k, c) array of float
+        By how much, under both laws.
+    """
 
     rows: ndarray
-    triangles: list[ndarray]
+    columns: ndarray
+    change: ndarray
+
+    def settled(self, law: int, pressures: ndarray) -> ndarray:
+        """Settlements by mean pressures of one law, (n, m)."""
+        return self.rows @ pressures + self.change[law] @ pressures[self.columns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,49 +123,67 @@ class LineWork:
             if found is not None:
                 yield part, own, found
 
-    def influence(self, points: Points) -> Influence:
-        """Settlements of points."""
-        rows = points.rows.copy()
-        points.slopes.add_to(rows, self.work.problem.cells.slopes.without(~self.flat), -1.0)
-        rows[:, self.crossed] -= points.without[:, self.crossed]
-        by = [
-            influence_matrix(cells.substrate, found.triangles, points.x)
-            for (cells, *_), _, found in self._parts
-        ]
-        return Influence(rows, by)
+    @computed_once
+    def _slopes(self) -> tuple[ndarray, csr_matrix]:
+        """Cells whose pressure acts otherwise, (c,), and how slopes follow from it beside those
+        of `Influence.rows`, (2 n, c): crossed cells have the slopes around them only."""
+        slopes = self.work.problem.cells.slopes
+        left_out, kept = slopes.without(~self.flat).matrix, slopes.without(self.flat).matrix
+        touched = self.crossed.copy()
+        touched[left_out.indices] = True
+        columns = np.nonzero(touched)[0]
+        own = diags_array(self.crossed[columns].astype(float))
+        return columns, csr_matrix((left_out + kept)[:, columns] @ own - left_out[:, columns])
+
+    def influence(self, points: Points, some: ndarray) -> Influence:
+        """Settlements of some of the points, by their numbers."""
+        columns, slopes = self._slopes
+        x = np.ascontiguousarray(points.x[:, some])
+        change = np.zeros((len(some), len(columns)))
+        points.slopes.at(some).add(change, slopes)
+        change[:, self.crossed[columns]] -= points.rows[np.ix_(some, np.nonzero(self.crossed)[0])]
+        both = np.stack([change, change])
+        for (cells, *_), own, found in self._parts:
+            at = np.searchsorted(columns, found.cells + own.start)
+            both[:, :, at] += found.influence(cells.substrate, x)
+        return Influence(points.rows[some], columns, both)
 
     @computed_once
     def _at_cells(self) -> Influence:
-        return self.influence(self.work.at_cells)
+        return self.influence(self.work.at_cells, np.arange(len(self.crossed)))
 
-    def settled(self, influence: Influence, law: int, pressures: Any) -> ndarray:
-        """Settlements by mean pressures of one law, (n, k) array or sparse matrix."""
-        rows, triangles = influence
-        settled = rows @ pressures
-        for by, (_, own, found) in zip(triangles, self._parts, strict=True):
-            settled += by @ (found.laws[law].density @ pressures[own])
-        return settled
+    def _carried(self, law: int) -> tuple[ndarray, ndarray, ndarray]:
+        """Crossed cells out of contact, their neighbours and shares, see `LineLaw`."""
+        of = [(found.laws[law], own.start) for _, own, found in self._parts]
+        pairs = np.hstack([law.pairs + start for law, start in of])
+        return pairs[0], pairs[1], np.concatenate([law.share for law, _ in of])
 
     def pressures(self, law: int) -> ndarray:
         """By motions of unit size, (n, m)."""
-        touching = np.nonzero(self.in_contact)[0]
-        blocks = [
-            eye_array(len(part.footprint)) if found is None else found.laws[law].carried
-            for part, found in zip(self.work.parts, self.under, strict=True)
-        ]
-        carried = csr_matrix(block_diag(blocks))[:, touching]
+        touching, (rows, columns, change) = np.nonzero(self.in_contact)[0], self._at_cells
+        place = np.full(len(rows), -1)
+        place[touching] = np.arange(len(touching))
+        matrix, change = rows[np.ix_(touching, touching)], change[law, touching]
+        inside = self.in_contact[columns]
+        matrix[:, place[columns[inside]]] += change[:, inside]
+        outer, inner, share = self._carried(law)
+        by = rows[np.ix_(touching, outer)] + change[:, np.searchsorted(columns, outer)]
+        np.add.at(matrix.T, place[inner], (by * share).T)
         planes = self.work.problem.system.planes[:, touching] / self.work.unit[:, None]
-        matrix = self.settled(self._at_cells, law, carried)[touching]
-        return carried @ Factors.from_matrix(matrix).solve(planes.T)
+        pressures = np.zeros((len(rows), len(planes)))
+        pressures[touching] = Factors.from_matrix(matrix).solve(planes.T)
+        np.add.at(pressures, outer, share[:, None] * pressures[inner])
+        return pressures
 
     def by_forces(self, law: int, pressures: ndarray) -> ndarray:
         """Motions of unit size by forces on them, as the collocation points have them."""
         resultants = np.array(self.work.problem.flattened_resultants(self.flat))
         for (cells, body, _), own, found in self._parts:
-            triangles, density = found.triangles, found.laws[law].density
-            moments = (triangles.centroids * triangles.areas) @ density
-            moments -= np.where(found.crossed, cells.acting * cells.partition.areas, 0.0)
-            resultants[3 * body + 1 : 3 * body + 3, own] += moments
+            crossed, n = found.cells, len(cells)
+            arms = found.triangles.centroids * found.triangles.areas * found.laws[law].density
+            moments = np.stack([np.bincount(found.cell, arm, n)[crossed] for arm in arms])
+            moments -= (cells.acting * cells.partition.areas)[:, crossed]
+            resultants[3 * body + 1 : 3 * body + 3, crossed + own.start] += moments
         return np.linalg.inv(resultants / self.work.unit[:, None] @ pressures)
 
     def drawn_again(self, regions: Regions, position: Position) -> Regions:
@@ -169,7 +192,7 @@ class LineWork:
         motion = position(self.by_forces(0, unit))
         pressure = unit @ motion
         moved = motion / self.work.unit @ self.work.problem.system.planes
-        gap = (self.settled(self._at_cells, 0, pressure) - moved).clip(0)
+        gap = (self._at_cells.settled(0, pressure) - moved).clip(0)
         gap[self.in_contact] = 0.0
         for i, ((cells, *_), own, found) in enumerate(
             zip(self.work.parts, self.work.own, self.under, strict=True)
@@ -186,17 +209,22 @@ class LineWork:
         work, pressures, others = self.work, self.pressures(0), self.pressures(1)
         by_points, unit = self.by_forces(0, pressures), others @ self.by_forces(1, others)
         own = self._sectors()
-        points = Points.of(work.problem.cells, own.x, work.rows_at(own.x))
-        apart = self.settled(self.influence(points), 0, pressures).T - work.planes_at(own)
+        slopes = work.problem.cells.slope_correction(own.x)
+        points = Points(own.x, work.rows_at(own.x), slopes)
+        every = np.arange(len(own.cell))
+        apart = self.influence(points, every).settled(0, pressures).T - work.planes_at(own)
         done = (unit[own.cell].T * own.load) @ apart.T
-        influence, cell = self.influence(work.at_sectors), work.sectors.cell
-        away = ~self.crossed[cell] & self.in_contact[cell]
-        loads = np.where(away, work.loads_of(unit, self.flat), 0.0)
-        close = work.close(np.where(away, self.settled(influence, 1, others).T - work.planes, 0.0))
-        apart = self.settled(influence, 0, pressures).T - work.planes
+        cell = work.sectors.cell
+        away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
+        influence = self.influence(work.at_sectors, away)
+        loads = work.loads_of(unit, self.flat)[:, away]
+        far = np.zeros(work.planes.shape)
+        far[:, away] = influence.settled(1, others).T - work.planes[:, away]
+        close = work.close(far)
+        apart = influence.settled(0, pressures).T - work.planes[:, away]
         kept, every = (
             by_points + (done + (loads * some) @ apart.T) @ by_points
-            for some in (close[cell], 1.0)
+            for some in (close[cell[away]], 1.0)
         )
         return kept, every
 
@@ -206,7 +234,7 @@ class LineWork:
         for _, own, found in self._parts:
             key = np.stack([found.cell, found.part])
             (cell, _), at = np.unique(key, axis=1, return_inverse=True)
-            load = found.triangles.areas * np.asarray(found.laws[1].density.sum(axis=1)).ravel()
+            load = found.triangles.areas * found.laws[1].density
             total = np.bincount(at.ravel(), load)
             x = [np.bincount(at.ravel(), load * a) / total for a in found.triangles.centroids]
             out.append(Sectors(np.stack(x), cell + own.start, total))

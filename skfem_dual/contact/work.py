@@ -114,13 +114,13 @@ class Work:
     @computed_once
     def at_sectors(self) -> Points:
         """The sectors as points."""
-        return Points.of(self.problem.cells, self.sectors.x, self.rows)
+        return Points(self.sectors.x, self.rows, self._sloping)
 
     @computed_once
     def at_cells(self) -> Points:
         """The collocation points, if a matrix is known."""
         cells = self.problem.cells
-        return Points.of(cells, cells.collocation_points, np.asarray(self.problem.operator))
+        return Points(cells.collocation_points, np.asarray(self.problem.operator), cells.sloping)
 
     @computed_once
     def _sloping(self) -> SlopeCorrection | None:
