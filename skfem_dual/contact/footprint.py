@@ -88,16 +88,17 @@ class LoadedCells:
         """Whether their matrix is a small one."""
         return len(self) <= DENSE
 
-    def _entries(self, x: ndarray) -> Entries:
+    def entries(self, x: ndarray) -> Entries:
+        """What unit pressures on the cells make of points of shape (2, m)."""
         return Entries(self.substrate, self.partition, as_points(x), self.weights, self.slopes)
 
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        return self._entries(x).matrix()
+        return self.entries(x).matrix()
 
     def settlements(self, x: ndarray, pressure: ndarray) -> ndarray:
         """The same times mean pressures of the cells, (n,) or (n, k), with no matrix."""
-        return self._entries(x).settlements(pressure)
+        return self.entries(x).settlements(pressure)
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""

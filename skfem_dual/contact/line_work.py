@@ -16,10 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix, diags_array
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..elements.crossed import CrossedCells
+from ..elements.slope_correction import SlopeCorrection
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
@@ -31,6 +32,7 @@ from .sectors import Sectors
 
 Regions = Sequence[ContactRegion]
 Position = Callable[[ndarray], ndarray]
+Settled = Callable[[ndarray], ndarray]
 
 #: cells in contact from which on it has such a line, and up to how many it is cheap to draw it
 FEWEST, MOST = 30, 3000
@@ -53,29 +55,7 @@ class Points(NamedTuple):
 
     x: ndarray
     rows: ndarray
-    slopes: Any
-
-
-class Influence(NamedTuple):
-    """Settlement of points by unit pressures on cells.
-
-    Attributes
-    ----------
-    rows : (k, n) array of float
-        Where all cells have slopes.
-    columns : (c,) array of int
-        Cells whose pressure settles them otherwise.
-    change : (2, k, c) array of float
-        By how much, under both laws.
-    """
-
-    rows: ndarray
-    columns: ndarray
-    change: ndarray
-
-    def settled(self, law: int, pressures: ndarray) -> ndarray:
-        """Settlements by mean pressures of one law, (n, m)."""
-        return self.rows @ pressures + self.change[law] @ pressures[self.columns]
+    slopes: SlopeCorrection
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,33 +104,46 @@ class LineWork:
                 yield part, own, found
 
     @computed_once
-    def _slopes(self) -> tuple[ndarray, csr_matrix]:
-        """Cells whose pressure acts otherwise, (c,), and how slopes follow from it beside those
-        of `Influence.rows`, (2 n, c): crossed cells have the slopes around them only."""
-        slopes = self.work.problem.cells.slopes
-        left_out, kept = slopes.without(~self.flat).matrix, slopes.without(self.flat).matrix
+    def _change(self) -> tuple[ndarray, ndarray]:
+        """Cells whose pressure settles the collocation points otherwise than `Work.at_cells` has
+        it, (c,), and by how much under both laws, (2, n, c)."""
+        (rows, cells, values), n, points = self.work.slopes, len(self.flat), self.work.at_cells
+        own = self.crossed[cells]
+        used = self.flat[rows % n] != own
         touched = self.crossed.copy()
-        touched[left_out.indices] = True
-        columns = np.nonzero(touched)[0]
-        own = diags_array(self.crossed[columns].astype(float))
-        return columns, csr_matrix((left_out + kept)[:, columns] @ own - left_out[:, columns])
-
-    def influence(self, points: Points, some: ndarray) -> Influence:
-        """Settlements of some of the points, by their numbers."""
-        columns, slopes = self._slopes
-        x = np.ascontiguousarray(points.x[:, some])
-        change = np.zeros((len(some), len(columns)))
-        points.slopes.at(some).add(change, slopes)
-        change[:, self.crossed[columns]] -= points.rows[np.ix_(some, np.nonzero(self.crossed)[0])]
+        touched[cells[used]] = True
+        columns, place = np.nonzero(touched)[0], np.cumsum(touched) - 1
+        # crossed cells leave the slopes around them only, flat ones have none
+        starts = np.append(0, np.cumsum(np.bincount(rows[used], minlength=2 * n)))
+        entries = np.where(own, values, -values)[used], place[cells[used]], starts
+        change = np.zeros((n, len(columns)))
+        points.slopes.add(change, csr_matrix(entries, shape=(2 * n, len(columns))))
+        change[:, self.crossed[columns]] -= points.rows[:, self.crossed]
         both = np.stack([change, change])
-        for (cells, *_), own, found in self._parts:
-            at = np.searchsorted(columns, found.cells + own.start)
-            both[:, :, at] += found.influence(cells.substrate, x)
-        return Influence(points.rows[some], columns, both)
+        for at, by in self._by_crossed(points.x):
+            both[:, :, place[at]] += by
+        return columns, both
 
-    @computed_once
-    def _at_cells(self) -> Influence:
-        return self.influence(self.work.at_cells, np.arange(len(self.crossed)))
+    def _by_crossed(self, x: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
+        """Crossed cells under each punch, and what they settle points, see `CrossedCells`."""
+        for (cells, *_), own, found in self._parts:
+            yield found.cells + own.start, found.influence(cells.substrate, x)
+
+    def settled(
+        self, x: ndarray, whole: Settled, slopes: SlopeCorrection, laws: Sequence[ndarray]
+    ) -> list[ndarray]:
+        """Settlements of points under mean pressures of both laws, or of the first, (n, m) each.
+
+        ``whole`` has those of cells with all slopes, ``slopes`` what these add.
+        """
+        pressures, of = np.hstack(laws), self.work.problem.cells.slopes.of
+        others = np.where(self.crossed[:, None], 0.0, pressures)
+        turned = np.where(self.flat[:, None], 0.0, of(pressures)) - of(others)
+        settled = np.hsplit(whole(others) + slopes.apply(turned), len(laws))
+        for cells, by in self._by_crossed(x):
+            for out, matrix, pressure in zip(settled, by, laws, strict=False):
+                out += matrix @ pressure[cells]
+        return settled
 
     def _carried(self, law: int) -> tuple[ndarray, ndarray, ndarray]:
         """Crossed cells out of contact, their neighbours and shares, see `LineLaw`."""
@@ -160,7 +153,8 @@ class LineWork:
 
     def pressures(self, law: int) -> ndarray:
         """By motions of unit size, (n, m)."""
-        touching, (rows, columns, change) = np.nonzero(self.in_contact)[0], self._at_cells
+        touching, (columns, change) = np.nonzero(self.in_contact)[0], self._change
+        rows = self.work.at_cells.rows
         place = np.full(len(rows), -1)
         place[touching] = np.arange(len(touching))
         matrix, change = rows[np.ix_(touching, touching)], change[law, touching]
@@ -175,9 +169,14 @@ class LineWork:
         np.add.at(pressures, outer, share[:, None] * pressures[inner])
         return pressures
 
+    @computed_once
+    def _flattened(self) -> ndarray:
+        """Forces and moments of unit pressures on cells."""
+        return self.work.problem.flattened_resultants(self.flat)
+
     def by_forces(self, law: int, pressures: ndarray) -> ndarray:
         """Motions of unit size by forces on them, as the collocation points have them."""
-        resultants = np.array(self.work.problem.flattened_resultants(self.flat))
+        resultants = self._flattened.copy()
         for (cells, body, _), own, found in self._parts:
             crossed, n = found.cells, len(cells)
             arms = found.triangles.centroids * found.triangles.areas * found.laws[law].density
@@ -192,7 +191,9 @@ class LineWork:
         motion = position(self.by_forces(0, unit))
         pressure = unit @ motion
         moved = motion / self.work.unit @ self.work.problem.system.planes
-        gap = (self._at_cells.settled(0, pressure) - moved).clip(0)
+        columns, change = self._change
+        settled = self.work.at_cells.rows @ pressure + change[0] @ pressure[columns]
+        gap = (settled - moved).clip(0)
         gap[self.in_contact] = 0.0
         for i, ((cells, *_), own, found) in enumerate(
             zip(self.work.parts, self.work.own, self.under, strict=True)
@@ -209,19 +210,23 @@ class LineWork:
         work, pressures, others = self.work, self.pressures(0), self.pressures(1)
         by_points, unit = self.by_forces(0, pressures), others @ self.by_forces(1, others)
         own = self._sectors()
-        slopes = work.problem.cells.slope_correction(own.x)
-        points = Points(own.x, work.rows_at(own.x), slopes)
-        every = np.arange(len(own.cell))
-        apart = self.influence(points, every).settled(0, pressures).T - work.planes_at(own)
+        entries = work.problem.cells.entries(own.x)
+        (settled,) = self.settled(own.x, entries.settlements, entries.sloping, [pressures])
+        apart = settled.T - work.planes_at(own)
         done = (unit[own.cell].T * own.load) @ apart.T
         cell = work.sectors.cell
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
-        influence = self.influence(work.at_sectors, away)
         loads = work.loads_of(unit, self.flat)[:, away]
-        far = np.zeros(work.planes.shape)
-        far[:, away] = influence.settled(1, others).T - work.planes[:, away]
+        points, far = work.at_sectors, np.zeros(work.planes.shape)
+        settled, grown = self.settled(
+            np.ascontiguousarray(points.x[:, away]),
+            lambda whole: (points.rows @ whole)[away],
+            points.slopes.at(away),
+            [pressures, others],
+        )
+        far[:, away] = grown.T - work.planes[:, away]
         close = work.close(far)
-        apart = influence.settled(0, pressures).T - work.planes[:, away]
+        apart = settled.T - work.planes[:, away]
         kept, every = (
             by_points + (done + (loads * some) @ apart.T) @ by_points
             for some in (close[cell[away]], 1.0)

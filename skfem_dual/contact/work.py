@@ -105,11 +105,7 @@ class Work:
     @computed_once
     def rows(self) -> ndarray:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
-        return self.rows_at(self.sectors.x)
-
-    def rows_at(self, x: ndarray) -> ndarray:
-        """The same of points of shape (2, k)."""
-        return np.hstack([cells.influence(x) for cells, *_ in self.parts])
+        return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
 
     @computed_once
     def at_sectors(self) -> Points:
@@ -121,6 +117,16 @@ class Work:
         """The collocation points, if a matrix is known."""
         cells = self.problem.cells
         return Points(cells.collocation_points, np.asarray(self.problem.operator), cells.sloping)
+
+    @computed_once
+    def slopes(self) -> tuple[ndarray, ndarray, ndarray]:
+        """Rows, columns and values of the matrix of `Slopes`, ascending in the first."""
+        matrix = self.problem.cells.slopes.matrix
+        return (
+            np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)),
+            matrix.indices,
+            matrix.data,
+        )
 
     @computed_once
     def _sloping(self) -> SlopeCorrection | None:

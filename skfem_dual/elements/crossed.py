@@ -24,7 +24,7 @@ from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights, mean_weight
 from .graded_rule import graded
-from .moments import far_influence, load_moments, reach_of, series_terms
+from .moments import far_influence, load_moments, series_terms
 from .pieces import Pieces
 from .remainder import add_rows, remainder_blocks
 from .ribs import rib_integral
@@ -167,23 +167,28 @@ class CrossedCells:
 
     @computed_once
     def _loads(self) -> "Loads":
-        triangles, starts = self.triangles, np.searchsorted(self.cell, np.append(self.cells, np.inf))
+        triangles, starts = (
+            self.triangles,
+            np.searchsorted(self.cell, np.append(self.cells, np.inf)),
+        )
         corners = triangles.p[:, triangles.indices.reshape(-1, 3)]
         centroids, areas = triangles.centroids, triangles.areas
         radii = np.hypot(*(corners - centroids[..., None])).max(axis=1)
         total = np.add.reduceat(areas, starts[:-1])
         middles = np.add.reduceat(areas * centroids, starts[:-1], axis=1) / total
-        pieces = [
-            Pieces(*inputs(corners.reshape(2, -1), triangles.offsets, law.density, starts[:-1], starts[1:]))
-            for law in self.laws
-        ]
-        moments = [load_moments(piece, middles, 4) for piece in pieces]
-        return Loads(
-            *inputs(corners, np.vstack([centroids, areas, triangles.second_moments]), (EXACT * radii) ** 2),
-            *inputs(np.stack([law.density for law in self.laws]), starts),
-            *inputs(middles, (FAR * reach_of(pieces[0], middles)) ** 2),
-            *inputs(np.stack([m[0, 0] for m in moments]), np.stack([*map(series_terms, moments)])),
+        of = np.repeat(np.arange(len(self.cells)), np.diff(starts))
+        each, density = np.arange(len(of)), np.stack([law.density for law in self.laws])
+        pieces = Pieces(
+            corners.reshape(2, -1), triangles.offsets, np.ones(len(of)), each, each + 1
         )
+        reach = np.hypot(*(corners - middles[:, of, None])).max(axis=1)
+        far = (FAR * np.maximum.reduceat(reach, starts[:-1])) ** 2
+        moments = load_moments(pieces, middles[:, of], 4)[:, :, None] * density
+        moments = np.add.reduceat(moments, starts[:-1], axis=3)
+        inertia = np.vstack([centroids, areas, triangles.second_moments])
+        terms = series_terms(moments).swapaxes(0, 1)
+        known = corners, inertia, (EXACT * radii) ** 2, density, starts, middles, far
+        return Loads(*inputs(*known, moments[0, 0], terms))
 
 
 class Loads(NamedTuple):
