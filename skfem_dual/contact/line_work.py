@@ -171,8 +171,15 @@ class LineWork:
 
     @computed_once
     def _flattened(self) -> ndarray:
-        """Forces and moments of unit pressures on cells."""
-        return self.work.problem.flattened_resultants(self.flat)
+        """Forces and moments of unit pressures where flat cells have no slopes."""
+        (rows, cells, values), problem = self.work.slopes, self.work.problem
+        resultants, n = problem.system.resultants.copy(), len(self.flat)
+        moments = problem.cells.slopes.second_moments.reshape(2, 2 * n)[:, rows]
+        lost = np.where(self.flat[rows % n], values, 0.0) * moments
+        lost = np.stack([np.bincount(cells, each, n) for each in lost])
+        for (_, body, _), own in zip(self.work.parts, self.work.own, strict=True):
+            resultants[3 * body + 1 : 3 * body + 3, own] -= lost[:, own]
+        return resultants
 
     def by_forces(self, law: int, pressures: ndarray) -> ndarray:
         """Motions of unit size by forces on them, as the collocation points have them."""
@@ -237,8 +244,11 @@ class LineWork:
         """Parts of the crossed cells that are in contact, under the pressures that grow."""
         out = []
         for _, own, found in self._parts:
-            key = np.stack([found.cell, found.part])
-            (cell, _), at = np.unique(key, axis=1, return_inverse=True)
+            parts = int(found.part.max()) + 1
+            key, at = np.unique(
+                found.cell.astype(np.int64) * parts + found.part, return_inverse=True
+            )
+            cell = key // parts
             load = found.triangles.areas * found.laws[1].density
             total = np.bincount(at.ravel(), load)
             x = [np.bincount(at.ravel(), load * a) / total for a in found.triangles.centroids]
@@ -246,27 +256,35 @@ class LineWork:
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
 
 
-def on_lines(work: Any, contact: Contact, position: Position) -> tuple[ndarray, ndarray] | None:
+def on_lines(
+    work: Any, contact: Contact, position: Position, drawn: Callable[[], Regions] | None = None
+) -> tuple[ndarray, ndarray] | None:
     """Motions of unit size by forces on them, see `LineWork.compliances`, both of shape (m, m).
 
     None where contact covers the plans or fewer than 30 cells, where no matrix of up to 3000 cells
     is known, and where no line ends away from the corners of a plan. ``position`` takes such a
-    compliance to the position under the load, in unit motions.
+    compliance to the position under the load, in unit motions; ``drawn`` gives the regions of
+    contact, if they serve others too.
     """
     known = isinstance(work.problem.operator, (ndarray, SymmetricMatrix))
     weighted = all(part.footprint.weights is not None for part in work.parts)
     touching, n = contact.touching, len(contact.touching)
     if not (known and weighted and n <= MOST and FEWEST <= touching.sum() < n):
         return None
-    gap = np.where(touching, 0.0, contact.gap.clip(0))
-    regions = [
-        region_of(part.footprint, contact.pressure[own], gap[own])
-        for part, own in zip(work.parts, work.own, strict=True)
-    ]
+    regions = regions_of(work, contact) if drawn is None else drawn()
     found = LineWork.of(work, regions, contact)
     if found is not None:
         found = LineWork.of(work, found.drawn_again(regions, position), contact)
     return None if found is None else found.compliances()
+
+
+def regions_of(work: Any, contact: Contact) -> list[ContactRegion]:
+    """Where each punch touches the ground."""
+    gap = np.where(contact.touching, 0.0, contact.gap.clip(0))
+    return [
+        region_of(part.footprint, contact.pressure[own], gap[own])
+        for part, own in zip(work.parts, work.own, strict=True)
+    ]
 
 
 def region_of(cells: Footprint, pressure: ndarray, gap: ndarray) -> ContactRegion:

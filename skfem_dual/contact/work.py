@@ -11,6 +11,7 @@ Sources: C. E. Pearson, Theoretical Elasticity (1959), principles of work; R. Be
 R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -24,9 +25,10 @@ from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
-from .line_work import Points, on_lines
+from .line_work import Points, Regions, on_lines, region_of
 from .load import Constraints, Load
 from .problem import DOZEN, Contact
+from .region import ContactRegion
 from .sectors import Sectors, sectors
 from .system import DENSE
 
@@ -134,7 +136,11 @@ class Work:
         return self.problem.cells.slope_correction(self.sectors.x)
 
     def positions(
-        self, constraints: Constraints, contact: Contact, frame: ndarray | None = None
+        self,
+        constraints: Constraints,
+        contact: Contact,
+        frame: ndarray | None = None,
+        drawn: Callable[[], Regions] | None = None,
     ) -> ndarray | None:
         """Positions under a load with contact on some cells.
 
@@ -146,6 +152,8 @@ class Work:
             What was found.
         frame : (m, m) array of float, optional
             Forces that a frame takes from the loads by the position.
+        drawn : callable, optional
+            Gives the regions of contact, if they serve others too.
 
         Returns
         -------
@@ -160,7 +168,7 @@ class Work:
         position = partial(self._position, constraints, frame)
         if touching.all() and contact.flat is None:
             compliances = self._in_full_contact
-        elif (on_line := on_lines(self, contact, position)) is not None:
+        elif (on_line := on_lines(self, contact, position, drawn)) is not None:
             compliances = on_line
         elif (pressures := self._pressures(contact)) is not None:
             compliances = self._compliances(pressures, touching, contact.flat)
@@ -310,6 +318,12 @@ class Alone:
     load: Load
     contact: Contact
 
+    @computed_once
+    def region(self) -> ContactRegion:
+        """Where it touches the ground."""
+        gap = np.where(self.contact.touching, 0.0, self.contact.gap.clip(0))
+        return region_of(self.punch.footprint, self.contact.pressure, gap)
+
     @property
     def positions(self) -> ndarray | None:
         """(W0, Lx, Ly), see `Work.positions`; shape (2, 3)."""
@@ -317,7 +331,9 @@ class Alone:
         if punch.gap is not None or punch.weights is None:
             return None
         shift = punch.centre - punch.origin
-        found = punch.work.positions(self.load.constraints(-shift), self.contact)
+        found = punch.work.positions(
+            self.load.constraints(-shift), self.contact, drawn=lambda: [self.region]
+        )
         return None if found is None else moved(found, -shift)
 
 

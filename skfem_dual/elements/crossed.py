@@ -136,12 +136,14 @@ class CrossedCells:
         rising, growing = _roots(square)
         triangles = Polygons(p, t.T.ravel(), np.arange(0, t.size + 1, 3))
         at_middle = np.where(in_contact, np.abs(middle), np.nan)
+        pairs = _carrying(partition, crossed & ~in_contact, in_contact)
         laws = []
         for values, power in ((rising, 0.5), (growing, -0.5)):
             load = np.bincount(cell, values * law * triangles.areas, len(near))
             mean = np.where(crossed, load / partition.areas, np.nan)
             there = at_middle**power * weights.in_cells
-            laws.append(_law(partition, cell, values * law, mean, there, in_contact))
+            density = values * law / mean[cell]
+            laws.append(_law(partition, pairs, density, mean, there))
         known = np.nonzero(crossed)[0], cell, part, crossed, in_contact
         return cls(triangles, *known, (laws[0], laws[1]))
 
@@ -308,21 +310,22 @@ def _roots(square: ndarray) -> tuple[ndarray, ndarray]:
     return root, inverse
 
 
+def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
+    """Some cells and their neighbours among others, both (n,) array of bool; shape (2, k)."""
+    n, f2c = len(partition), partition.f2c
+    pairs = np.hstack([f2c, f2c[::-1]])
+    pairs = pairs[:, (pairs.min(axis=0) >= 0) & outer[pairs[0]] & inner[pairs[1]]]
+    return np.stack(np.divmod(np.unique(pairs[0].astype(np.int64) * n + pairs[1]), n))
+
+
 def _law(
-    partition: Partition,
-    cell: ndarray,
-    values: ndarray,
-    mean: ndarray,
-    there: ndarray,
-    in_contact: ndarray,
+    partition: Partition, pairs: ndarray, density: ndarray, mean: ndarray, there: ndarray
 ) -> LineLaw:
-    """From values on triangles, means over crossed cells, and values at centroids in contact."""
-    n, f2c, crossed = len(partition), partition.f2c, ~np.isnan(mean)
-    pairs = np.hstack([f2c, f2c[::-1]])[:, np.tile(f2c[1] >= 0, 2)]
-    pairs = pairs[:, (crossed & ~in_contact)[pairs[0]] & in_contact[pairs[1]]]
-    own, other = np.unique(pairs, axis=1)
-    x = partition.centroids
+    """From means over crossed cells, and values at centroids in contact, else NaN each."""
+    (own, other), x, crossed = pairs, partition.centroids, ~np.isnan(mean)
     share = 1 / np.sum((x[:, own] - x[:, other]) ** 2, axis=0)
-    share *= mean[own] / np.where(crossed, mean, there)[other] / np.bincount(own, share, n)[own]
-    relative = np.where(crossed & in_contact, there / mean, 1.0)
-    return LineLaw(values / mean[cell], np.stack([own, other]), share, relative)
+    of_all = np.bincount(own, share, len(mean))[own]
+    share *= mean[own] / np.where(crossed, mean, there)[other] / of_all
+    inside = crossed & ~np.isnan(there)
+    relative = np.divide(there, mean, out=np.ones_like(mean), where=inside)
+    return LineLaw(density, pairs, share, relative)
