@@ -20,7 +20,6 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..elements.crossed import CrossedCells
-from ..elements.slope_correction import SlopeCorrection
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
@@ -55,7 +54,7 @@ class Points(NamedTuple):
 
     x: ndarray
     rows: ndarray
-    slopes: SlopeCorrection
+    slopes: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +129,7 @@ class LineWork:
             yield found.cells + own.start, found.influence(cells.substrate, x)
 
     def settled(
-        self, x: ndarray, whole: Settled, slopes: SlopeCorrection, laws: Sequence[ndarray]
+        self, x: ndarray, whole: Settled, slopes: Any, laws: Sequence[ndarray]
     ) -> list[ndarray]:
         """Settlements of points under mean pressures of both laws, or of the first, (n, m) each.
 
