@@ -244,13 +244,12 @@ class LineWork:
         out = []
         for _, own, found in self._parts:
             parts = int(found.part.max()) + 1
-            key, at = np.unique(
-                found.cell.astype(np.int64) * parts + found.part, return_inverse=True
-            )
+            key = found.cell.astype(np.int64) * parts + found.part
+            key, at = np.unique(key, return_inverse=True)
             cell = key // parts
             load = found.triangles.areas * found.laws[1].density
-            total = np.bincount(at.ravel(), load)
-            x = [np.bincount(at.ravel(), load * a) / total for a in found.triangles.centroids]
+            total = np.bincount(at, load)
+            x = [np.bincount(at, load * a) / total for a in found.triangles.centroids]
             out.append(Sectors(np.stack(x), cell + own.start, total))
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
 

@@ -150,10 +150,8 @@ class CrossedCells:
     def influence(self, substrate: Substrate, x: ndarray) -> ndarray:
         """Settlements of points of shape (2, m) under unit mean pressures of each law on the k
         cells, shape (2, m, k)."""
-        out = np.empty((2, len(self.cells), x.shape[1]))
-        loads = self._loads
-        (points,) = inputs(x)
-        c = substrate.singular_coefficient
+        out, loads = np.empty((2, len(self.cells), x.shape[1])), self._loads
+        (points,), c = inputs(x), substrate.singular_coefficient
         with Threads() as run:
             run(lambda k: _fill(k.start, k.stop, points, c, loads, out), len(self.cells))
         out = out.swapaxes(1, 2)
@@ -169,10 +167,8 @@ class CrossedCells:
 
     @computed_once
     def _loads(self) -> "Loads":
-        triangles, starts = (
-            self.triangles,
-            np.searchsorted(self.cell, np.append(self.cells, np.inf)),
-        )
+        triangles, ends = self.triangles, np.searchsorted(self.cell, self.cells, "right")
+        starts = np.append(0, ends)
         corners = triangles.p[:, triangles.indices.reshape(-1, 3)]
         centroids, areas = triangles.centroids, triangles.areas
         radii = np.hypot(*(corners - centroids[..., None])).max(axis=1)
