@@ -35,6 +35,9 @@ Settled = Callable[[ndarray], ndarray]
 
 #: cells in contact from which on it has such a line, and up to how many it is cheap to draw it
 FEWEST, MOST = 30, 3000
+#: contact with more of a punch's plan tilts it right to 1e-4 as its cells have it, and settles it
+#: to 4e-5: circles up to e = a / 2
+WIDE = 0.75
 #: lines that end nearer to a corner of the plan than so many cells have no such law
 BESIDE = 3.0
 
@@ -84,7 +87,8 @@ class LineWork:
         in_contact, crossed = contact.touching.copy(), np.zeros(len(contact.touching), dtype=bool)
         for (cells, *_), own, region in zip(work.parts, work.own, regions, strict=True):
             found = None
-            if region.edge and not _beside_corner(cells, region.edge):
+            wide = _wide(cells, in_contact[own])
+            if region.edge and not wide and not _beside_corner(cells, region.edge):
                 law = cells.partition, cells.fan, cells.weights
                 found = CrossedCells.from_lines(*law, region.edge, in_contact[own])
             if found is not None:
@@ -259,15 +263,20 @@ def on_lines(
 ) -> tuple[ndarray, ndarray] | None:
     """Motions of unit size by forces on them, see `LineWork.compliances`, both of shape (m, m).
 
-    None where contact covers the plans or fewer than 30 cells, where no matrix of up to 3000 cells
-    is known, and where no line ends away from the corners of a plan. ``position`` takes such a
-    compliance to the position under the load, in unit motions; ``drawn`` gives the regions of
-    contact, if they serve others too.
+    None where contact covers three quarters of each plan or fewer than 30 cells, where no matrix
+    of up to 3000 cells is known, and where no line ends away from the corners of a plan.
+    ``position`` takes such a compliance to the position under the load, in unit motions; ``drawn``
+    gives the regions of contact, if they serve others too.
     """
     known = isinstance(work.problem.operator, (ndarray, SymmetricMatrix))
     weighted = all(part.footprint.weights is not None for part in work.parts)
-    touching, n = contact.touching, len(contact.touching)
-    if not (known and weighted and n <= MOST and FEWEST <= touching.sum() < n):
+    touching = contact.touching
+    if not (known and weighted and len(touching) <= MOST and touching.sum() >= FEWEST):
+        return None
+    if all(
+        _wide(part.footprint, touching[own])
+        for part, own in zip(work.parts, work.own, strict=True)
+    ):
         return None
     regions = regions_of(work, contact) if drawn is None else drawn()
     found = LineWork.of(work, regions, contact)
@@ -288,6 +297,12 @@ def regions_of(work: Any, contact: Contact) -> list[ContactRegion]:
 def region_of(cells: Footprint, pressure: ndarray, gap: ndarray) -> ContactRegion:
     """Where one punch touches the ground."""
     return cells.triangles.region(pressure, gap, cells.substrate.surface.contact_modulus)
+
+
+def _wide(cells: Footprint, touching: ndarray) -> bool:
+    """Whether cells in contact are most of the plan of a punch."""
+    areas = cells.partition.areas
+    return bool(areas[touching].sum() > WIDE * areas.sum())
 
 
 def _beside_corner(cells: Footprint, lines: list[ndarray]) -> bool:
