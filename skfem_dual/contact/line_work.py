@@ -238,7 +238,7 @@ def on_lines(work: Any, contact: Contact, position: Position) -> tuple[ndarray, 
 
 def region_of(cells: Footprint, pressure: ndarray, gap: ndarray) -> ContactRegion:
     """Where one punch touches the ground."""
-    return cells.triangles.region(pressure, gap, cells.substrate.surface.contact_modulus)
+    return cells.triangles.fitted(pressure, gap, cells.substrate.surface.contact_modulus)
 
 
 def _beside_corner(cells: Footprint, lines: list[ndarray]) -> bool:
