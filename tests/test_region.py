@@ -189,8 +189,8 @@ def test_white_noise(grid, monkeypatch):
         monkeypatch.setattr(region, "MANY", 0)
         near = punch.solve(force).contact_area
         monkeypatch.undo()
-        # the same but for which of cells as near as others are looked at
-        assert near == pytest.approx(found.contact_area, rel=0.01)
+        # the same but for corners of triangles, which are looked at with one of theirs
+        assert near == pytest.approx(found.contact_area, rel=0.03)
 
 
 def test_rough_surfaces():
