@@ -55,9 +55,10 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
 
     ``sloped`` tells whether the pressure varies linearly over them.
     """
-    # of graded meshes the largest cells follow waves worst, most cells cancel least
-    h = float(np.sqrt(np.average(partition.areas, weights=partition.areas**2)))
-    usual = float(np.sqrt(np.median(partition.areas)))
+    # of graded meshes the largest cells follow waves worst; parts cancel over all of the plan
+    h, usual = (
+        float(np.sqrt(np.average(partition.areas, weights=partition.areas**i))) for i in (2, 1)
+    )
     if not isinstance(substrate, Stratified) or h < FINE * substrate.lengths[0]:
         return None
     finer = h * 2.0 ** (-np.arange(41) / 4)
