@@ -67,7 +67,7 @@ def test_warned_where_settlements_are_off(n, poisson, thickness):
 
 
 def test_warned_on_graded_meshes():
-    """Whose largest cells are four times as wide as the median; none of these was fitted."""
+    """Whose largest cells are three times as wide as the median."""
     mesh = DualMesh.from_mesh(disc(n=200, graded=0.3))
     for basis in (mesh.basis(), mesh.primal_basis()):
         for poisson, thickness in ((0.5, 0.07), (0.5, 0.13), (0.49, 0.04), (0.3, 0.1)):
