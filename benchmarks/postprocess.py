@@ -1,6 +1,7 @@
 """The Postprocessor: couples of solutions before and after, error estimates, a million nodes.
 
-    python benchmarks/postprocess.py            all tables, about three minutes
+    python benchmarks/postprocess.py            a minute
+    python benchmarks/postprocess.py --all      all plans and grids, more than half an hour
     python benchmarks/postprocess.py --small    small grids only
 
 Pressures are compared by their means over the cells of both grids: those of a solution, by the
@@ -54,6 +55,8 @@ CORNERS = tuple(
     for kind in ("uniform", "sine", "quadratic")
     for e in (0.0, 0.15)
 )
+#: of the first by default
+SOME = tuple((plan, e, kind) for plan, e, kind in CASES if e < 0.3 and kind in ("uniform", "sine"))
 #: beyond the kern
 LIFTED = tuple(("disc", e, kind) for e in (0.5, 0.7) for kind in ("uniform", "sine"))
 
@@ -237,16 +240,24 @@ if __name__ == "__main__":
     warn_beside_other_work()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--small", action="store_true")
-    if parser.parse_args().small:
+    parser.add_argument("--all", action="store_true")
+    options, three = parser.parse_args(), ("node", "centroid", "weighted")
+    if options.small:
         couples(150, CASES[:3])
         estimates((150,))
         large((10_000,))
-    else:
+    elif options.all:
         couples()
-        three = "node", "centroid", "weighted"
         for size in (200, 600):
             couples(size, CORNERS, three)
         couples(200, CORNERS[::2], three, STEEP)
         couples(600, LIFTED, three)
         estimates()
         large()
+    else:
+        couples(600, SOME, three)
+        couples(150, CORNERS[::4], three)
+        couples(150, CORNERS[::12], three, STEEP)
+        couples(150, LIFTED[::2], three)
+        estimates((150, 600), ("disc", "square", "L-shape"))
+        large((10_000, 100_000))

@@ -143,6 +143,7 @@ LAYERS = [
         "contact.positions",
         "contact.system",
         "contact.contact_line",
+        "contact.planes",
         "contact.region",
         "contact.footprint",
         "contact.many",

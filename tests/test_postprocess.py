@@ -101,11 +101,14 @@ def test_couples_of_solutions_beside_corners(benchmark):
 def test_all_couples_of_solutions(benchmark, n):
     found = benchmark.couples(n, benchmark.CASES, ("node", "centroid", "weighted"))
     found |= benchmark.couples(n, benchmark.CORNERS, ("node", "centroid", "weighted"))
+    middle = {}
     for (_, name), errors in found.items():
         ratio = errors[2] / errors[:2].min(axis=0)
-        # away from the edge one of two weighted solutions may be good by chance
+        middle.setdefault(name, []).append(ratio[0])
+        # away from the edges of an annulus are few cells, and one solution is good by chance
         assert ratio[1] < 1.05
-        assert ratio[0] < {"node": 1.25, "centroid": 1.05, "weighted": 1.8}[name]
+        assert ratio[0] < {"node": 1.8, "centroid": 1.2, "weighted": 1.8}[name]
+    assert all(np.median(ratios) < 0.7 for ratios in middle.values())
 
 
 @pytest.mark.slow

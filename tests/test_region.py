@@ -3,12 +3,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plans import disc, perturbed, polar, rectangle
-from skfem import CellBasis, ElementQuad0, MeshQuad
+from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
 from skfem_dual import ContactRegion, DualMesh, HalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact import region
-from skfem_dual.contact.region import fitted_planes
+from skfem_dual.contact.planes import fitted_planes
 from skfem_dual.grids import generate
+from skfem_dual.grids.cellwise import nodal_mesh
 from skfem_dual.grids.partition import Partition
 
 UNIT = HalfSpace(1.0, 0.0)
@@ -149,3 +150,91 @@ def test_cells_far_from_the_edge_do_not_count(monkeypatch):
         assert near.edge[0] == pytest.approx(whole.edge[0], abs=1e-12)
         assert np.array_equal(near.level > 0, whole.level > 0)
         assert np.ptp(near.level) < 0.5 * np.ptp(whole.level)
+
+
+def grids():
+    """Bases of cells of three kinds, 16 times 16 nodes or quadrilaterals."""
+    lines = np.linspace(0, 1, 17)
+    dual = DualMesh.from_mesh(MeshTri.init_tensor(lines, lines))
+    regular = CellBasis(MeshQuad.init_tensor(lines, lines), ElementQuad0())
+    return {"dual": dual.basis(), "primal": dual.primal_basis(), "regular": regular}
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal", "regular"])
+def test_cells_that_touch_alone_count_whole(grid):
+    basis = grids()[grid]
+    cells = Partition.from_basis(basis)
+    some = np.zeros(len(cells), dtype=bool)
+    for at in ((0.3, 0.4), (0.71, 0.32), (0.6, 0.8), (0.01, 0.6)):
+        some[np.argmin(np.hypot(*(cells.centroids.T - at).T))] = True
+    mesh = nodal_mesh(basis)
+    found = ContactRegion.from_cells(cells, mesh, np.where(some, 2.0, 0.0), 1.0 * ~some, 1.0)
+    assert found.area == pytest.approx(cells.areas[some].sum(), rel=1e-4)
+    assert len(found.edge) == 4
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("grid", ["dual", "primal", "regular"])
+def test_white_noise(grid, monkeypatch):
+    """Nearly all that touches touches alone or in thin clusters, whose cells are counted."""
+    basis = grids()[grid]
+    n = len(Partition.from_basis(basis))
+    heights = 0.03 * np.random.default_rng(0).standard_normal(n)
+    punch = RigidPunch(UNIT, basis, gap=heights - heights.min(), origin=(0.5, 0.5))
+    for force, rel in ((1e-3, 0.05), (1e-2, 0.05), (0.1, 0.08)):
+        found = punch.solve(force)
+        areas = punch.footprint.partition.areas[found.gap == 0]
+        assert found.contact_area == pytest.approx(areas.sum(), rel=rel)
+        assert found.mean_pressure * found.contact_area == pytest.approx(force)
+        monkeypatch.setattr(region, "MANY", 0)
+        near = punch.solve(force).contact_area
+        monkeypatch.undo()
+        # the same but for corners of triangles, which are looked at with one of theirs
+        assert near == pytest.approx(found.contact_area, rel=0.03)
+
+
+def test_rough_surfaces():
+    """Wave lengths down to four cells.
+
+    Cells counted are too many by ``(pi - 1 + log(2)) / 24`` of a cell for each side between one in
+    contact and one out of it: V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribology
+    International 114 (2017) 161-171.
+    """
+    n = 64
+    k = np.hypot(*np.meshgrid(np.fft.fftfreq(n, 1 / n), np.fft.fftfreq(n, 1 / n)))
+    amplitude = np.where((k >= 2) & (k <= 16), k.clip(1) ** -1.8, 0)
+    noise = np.random.default_rng(0).standard_normal((n, n))
+    heights = np.fft.ifft2(np.fft.fft2(noise) * amplitude).real
+    lines = np.linspace(0, 1, n + 1)
+    basis = CellBasis(MeshQuad.init_tensor(lines, lines), ElementQuad0())
+    x, y = (n * Partition.from_basis(basis).centroids).astype(int)
+    gap = 0.02 / heights.std() * (heights - heights.min())[x, y]
+    punch = RigidPunch(UNIT, basis, gap=gap, origin=(0.5, 0.5))
+    for force in (0.01, 0.1):
+        found = punch.solve(force)
+        inside, (i, j) = found.gap == 0, punch.footprint.partition.f2c
+        sides = np.sum((j >= 0) & (inside[i] != inside[j]))
+        expected = (inside.sum() - (np.pi - 1 + np.log(2)) / 24 * sides) / n**2
+        assert found.contact_area == pytest.approx(expected, rel=0.06)
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("grid", ["dual", "primal", "regular"])
+def test_spheres_on_few_cells(grid):
+    """Areas beside those of Hertz: as good as cells counted at first, then ever better."""
+    basis = grids()[grid]
+    size = np.sqrt(np.median(Partition.from_basis(basis).areas))
+    errors = []
+    for a in (0.6, 1.2, 1.7, 2.9, 4.4):
+        radius, pairs = a * size, []
+        for centre in ((0.5, 0.5), (0.506, 0.514), (0.5 + size / 2, 0.5), (0.48, 0.528)):
+            punch = RigidPunch(UNIT, basis, gap=Paraboloid(1.0, centre), origin=centre)
+            found = punch.solve(4 / 3 * radius**3)
+            count = punch.footprint.partition.areas[found.gap == 0].sum()
+            pairs.append([found.contact_area, count])
+        errors.append(np.sqrt(np.mean((np.array(pairs) / (np.pi * radius**2) - 1) ** 2, axis=0)))
+    fitted, counted = np.transpose(errors)
+    assert (fitted < 1.2 * counted + 0.1).all()
+    assert (fitted[2:] < counted[2:] / 1.3).all()
+    assert (fitted[1:] < 1.1 * fitted[:-1]).all()
+    assert fitted[-1] < 0.02

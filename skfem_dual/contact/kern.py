@@ -13,7 +13,7 @@ from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from .region import fitted_planes
+from .planes import fitted_planes
 from .system import ContactSystem
 
 

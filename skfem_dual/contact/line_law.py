@@ -110,7 +110,7 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
         edge = []
         if fit and shaped:
             modulus = cells.substrate.surface.contact_modulus
-            edge = cells.triangles.region(pressure[own], gap[own], modulus).edge
+            edge = cells.triangles.fitted(pressure[own], gap[own], modulus).edge
         law = cells.partition, cells.fan, edge, cells.collocation_points, gap[own] == 0
         lines.append(LineWeights.from_lines(*law) if edge else None)
     return tuple(lines)

@@ -296,7 +296,7 @@ def regions_of(work: Any, contact: Contact) -> list[ContactRegion]:
 
 def region_of(cells: Footprint, pressure: ndarray, gap: ndarray) -> ContactRegion:
     """Where one punch touches the ground."""
-    return cells.triangles.region(pressure, gap, cells.substrate.surface.contact_modulus)
+    return cells.triangles.fitted(pressure, gap, cells.substrate.surface.contact_modulus)
 
 
 def _wide(cells: Footprint, touching: ndarray) -> bool:

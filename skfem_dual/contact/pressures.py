@@ -95,7 +95,7 @@ class CellPressures:
 
     @property
     def contact_area(self) -> float:
-        """Area of the contact region."""
+        """Area of the contact region; cells that touch alone or in thin clusters count whole."""
         return self.contact_region.area
 
     @property

@@ -5,7 +5,8 @@ and the gap opens like the power 3/2, with one strength K for both (K. L. Johnso
 Mechanics, 1985, section 5.1): ``p = K s^(1/2)``, ``gap = 4 K s^(3/2) / (3 E*)``. So pressures and
 gaps on both sides of the edge become distances to it, whose zero is the edge; `contact_line` finds
 it once more by second degree. Where the edge meets that of the plan both grow by its law, too, and
-are taken over it.
+are taken over it. No law is seen in cells that touch alone, or in rows and clusters as thin: there
+the edge runs around them, and their areas count.
 """
 
 from collections.abc import Sequence
@@ -25,12 +26,8 @@ from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .contact_line import moved_line
+from .planes import AROUND, PlaneFit
 
-#: neighbours over which planes are fitted and strengths averaged
-AROUND = 7
-#: planes through points nearly on one line, by the determinant of their equations, are fitted
-#: with more care; planes at a time
-FLAT, CHUNK = 1e-5, 4096
 #: points of a line over which its way is averaged
 NEAREST = 3
 #: sizes of a cell, farther than which the sign of the distance is all that counts
@@ -38,6 +35,13 @@ FAR = 3.0
 #: of more cells only those up to so many from the edge of contact are looked at, for points on
 #: triangles up to so many from it
 MANY, CELLS, POINTS = 20_000, 9, 3
+#: cells in contact within so many of one that has none but such beside it show where contact ends
+SHOWN = 2
+#: how far a line around a single cell is from its node, on the way to those beside it, to enclose
+#: its area: a third of that of the triangles at the node
+WHOLE = 3**-0.5
+#: and how far outside the corners of cells that do not lie around nodes
+SLIGHT = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,11 +57,14 @@ class ContactRegion:
     level : (N,) array of float
         About the distance to the edge of contact inside the plan, positive in contact and
         linear in each triangle; far from it the sign is all that counts.
+    holes : (m,) array of bool, or False
+        Triangles out of contact between corners of cells in thin contact; False without any.
     """
 
     p: ndarray
     t: ndarray
     level: ndarray
+    holes: ndarray | bool = False
 
     @classmethod
     def from_cells(
@@ -84,7 +91,8 @@ class ContactRegion:
         firsts = np.cumsum([0, *(region.p.shape[1] for region in regions)])
         t = np.hstack([region.t + first for region, first in zip(regions, firsts)])
         p, level = (np.hstack([getattr(r, name) for r in regions]) for name in ("p", "level"))
-        return cls(readonly(p), readonly(t), readonly(level))
+        holes = np.hstack([np.broadcast_to(r.holes, r.t.shape[1]) for r in regions])
+        return cls(readonly(p), readonly(t), readonly(level), readonly(holes))
 
     def __repr__(self) -> str:
         return (
@@ -117,7 +125,7 @@ class ContactRegion:
         """Area of the region."""
         t, inside, onward, back = self._cut
         corner = signed_areas(self.p, t) * onward * back
-        whole = self.t[:, self._inside.all(axis=0)]
+        whole = self.t[:, self._inside.all(axis=0) & np.logical_not(self.holes)]
         parts = np.where(inside, corner, signed_areas(self.p, t) - corner)
         return float(signed_areas(self.p, whole).sum() + parts.sum())
 
@@ -169,6 +177,8 @@ class PlanTriangles:
         The law of the plan's edge in the middles of the cells: pressures and gaps grow by it.
     cell : (N,) array of int
         A cell at each point.
+    own : (N,) array of bool
+        Points inside their cell; others are corners of several.
     """
 
     partition: Partition
@@ -176,6 +186,7 @@ class PlanTriangles:
     t: ndarray
     law: ndarray
     cell: ndarray
+    own: ndarray
 
     @classmethod
     def of(
@@ -183,8 +194,9 @@ class PlanTriangles:
     ) -> "PlanTriangles":
         """Those of a mesh of triangles, or a quarter each of quadrilaterals."""
         p, t = mesh.p, mesh.t
-        cell = np.arange(len(partition))
+        cell, own = np.arange(len(partition)), np.ones(p.shape[1], dtype=bool)
         if not np.array_equal(partition.nodes, p):  # one for each node
+            own[:] = False
             cell = np.empty(p.shape[1], dtype=int)
             cell[t] = np.arange(t.shape[1])
         halves = [signed_areas(p, t[[0, i, i + 1]]) for i in range(1, len(t) - 1)]
@@ -192,16 +204,17 @@ class PlanTriangles:
         if len(t) == 4:
             middle = p.shape[1] + np.arange(t.shape[1])
             cell = np.append(cell, np.arange(t.shape[1]))
+            own = np.append(own, np.ones(t.shape[1], dtype=bool))
             p = np.hstack([p, p[:, t].mean(axis=1)])
             t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)], dtype=np.int32)
             clockwise = np.tile(clockwise, 4)
         if clockwise.any():
             t = np.where(clockwise, t[[0, 2, 1]], t)
         law = np.ones(len(partition)) if weights is None else weights.in_cells
-        return cls(partition, readonly(p), readonly(t), law, readonly(cell))
+        return cls(partition, readonly(p), readonly(t), law, readonly(cell), readonly(own))
 
     @computed_once
-    def _planes(self) -> "PlaneFit":
+    def _planes(self) -> PlaneFit:
         """From the centroids of the cells to the points."""
         return PlaneFit.to_nearest(self.partition.centroids, self.p)
 
@@ -222,6 +235,10 @@ class PlanTriangles:
 
     def region(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
         """`ContactRegion.from_cells`."""
+        return self._with_thin(self.fitted(pressure, gap, modulus), pressure > 0)
+
+    def fitted(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
+        """The part of the region with cells enough for the law of its edge to be seen."""
         if (gap <= 0).all():
             return self._whole
         level = np.full(self.p.shape[1], -1.0)
@@ -229,6 +246,36 @@ class PlanTriangles:
             opening = gap * 0.75 * modulus / self.law
             level = self._level(pressure / self.law, opening)
         return ContactRegion(self.p, self.t, readonly(level))
+
+    def _with_thin(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
+        """With the edge drawn around cells of thin contact, where no law is seen."""
+        sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
+        # triangles between corners are cells, or quarters of them in the same order
+        cell = np.arange(self.t.shape[1]) % len(inside)
+        held = fitted.level > 0
+        if not self.own.all():
+            held = np.bincount(cell, held[self.t].any(axis=0), len(inside)) > 0
+        thin = _thin(sides, inside, held)
+        if not thin.any():
+            return fitted
+        beside = np.zeros(len(inside), dtype=bool)
+        beside[sides[:, thin[sides[0]] != thin[sides[1]]]] = True
+        beside &= ~inside
+        level, size = fitted.level.copy(), np.sqrt(np.median(self.partition.areas[thin]))
+        for cells, distance in ((thin, WHOLE), (beside, WHOLE - 1)):
+            level[self.own & cells[self.cell]] = distance * size
+        some = self._corners(beside[cell]) & ~self._corners(inside[cell])
+        level[some] = np.minimum(level[some], (WHOLE - 1) * size)
+        some = self._corners(thin[cell])
+        level[some] = np.maximum(level[some], SLIGHT * size)
+        holes = ~inside[cell] & some[self.t].all(axis=0)
+        return ContactRegion(self.p, self.t, readonly(level), readonly(holes))
+
+    def _corners(self, triangles: ndarray) -> ndarray:
+        """Points that are corners of some triangles, by masks."""
+        corners = np.zeros(len(self.own), dtype=bool)
+        corners[self.t[:, triangles]] = True
+        return corners & ~self.own
 
     def _level(self, pressure: ndarray, opening: ndarray) -> ndarray:
         """``level`` of the region, from pressures and openings over the law of the plan's edge."""
@@ -253,6 +300,19 @@ class PlanTriangles:
         nearest = cKDTree(on_line.T).query(self.p[:, points].T, min(NEAREST, len(moved)))[1]
         level[points] = distance + moved[nearest.reshape(len(points), -1)].mean(axis=1)
         return level
+
+
+def _thin(sides: ndarray, inside: ndarray, held: ndarray) -> ndarray:
+    """Cells in contact far from any that has none but such beside it, by neighbours ``sides``.
+
+    ``held`` are cells in a part of which there is contact by the law of its edge.
+    """
+    near = inside & held
+    near[sides[:, inside[sides[0]] != inside[sides[1]]]] = False
+    for _ in range(SHOWN):
+        near[sides[:, near[sides[0]] != near[sides[1]]]] = True
+        near &= inside
+    return inside & ~near
 
 
 def _edge_distance(
@@ -289,55 +349,3 @@ def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:
     for _ in range(30):
         z = z - (f * z**3 + g * z - across) / (3 * f * z**2 + g)
     return z
-
-
-@dataclass(frozen=True, eq=False)
-class PlaneFit:
-    """Planes fitted to the nearest values of points, for any number of values.
-
-    Attributes
-    ----------
-    near : (m, around) array of int
-        The points each plane follows.
-    inverse : (m, 3, around) array of float
-        Value and both slopes of each plane by unit values there.
-    """
-
-    near: ndarray
-    inverse: ndarray
-
-    @classmethod
-    def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
-        """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
-        near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
-        inverse = np.empty((len(near), 3, near.shape[1]))
-        for begin in range(0, len(near), CHUNK):
-            some = slice(begin, begin + CHUNK)
-            inverse[some] = _planes(x[:, near[some]] - at[:, some, None])
-        return cls(near, inverse)
-
-    def __call__(self, values: ndarray) -> ndarray:
-        """Value and both slopes of each plane, shape (3, m)."""
-        return (self.inverse @ values[self.near][..., None])[..., 0].T
-
-
-def _planes(arm: ndarray) -> ndarray:
-    """Values and slopes of m planes by unit values at k points, (m, 3, k), from (2, m, k)."""
-    reach = np.hypot(*arm).max(axis=1, keepdims=True)
-    rows = np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
-    matrix = rows @ rows.swapaxes(1, 2)
-    # points on one line give no slope across it
-    clear = np.linalg.det(matrix) > FLAT * np.prod(np.diagonal(matrix, axis1=1, axis2=2), axis=1)
-    inverse = np.empty(rows.shape)
-    inverse[clear] = np.linalg.solve(matrix[clear], rows[clear])
-    inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
-    inverse[:, 1:] /= reach[:, :, None]
-    return inverse
-
-
-def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:
-    """Values and slopes at points ``at`` of planes fitted to the nearest values of ``x``, (3, m).
-
-    `PlaneFit` serves several values at the same points.
-    """
-    return PlaneFit.to_nearest(x, at)(values)

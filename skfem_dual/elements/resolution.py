@@ -3,9 +3,9 @@
 Over a layer thinner than the cells the ground's compliance grows with the wave number where the
 cells no longer tell waves from each other: on very thin bonded layers that keep their volume, or
 nearly so, settlements under a rigid punch come out with any sign. The estimate below was fitted to
-the errors of rigid discs of 150 and 600 dual cells on bonded layers of 0.01 to 0.3 radii, with
-Poisson's ratios of 0 to 0.5, against dual integral equations. It tells the order of the error, not
-more.
+the errors of rigid discs of 150 to 600 dual cells and triangles, even and graded ones, on bonded
+layers of 0.01 to 0.2 radii, with Poisson's ratios of 0 to 0.5, against dual integral equations. It
+tells the order of the error, not more.
 
 Over soft layers a hundred times thinner than the cells the part c / r of the influence function
 and its remainder nearly cancel, and what weighted cells leave of the second shows. That was fitted
@@ -20,12 +20,9 @@ from ..ground.stratified import Stratified
 from ..ground.substrates import Substrate
 
 #: estimated error of the settlement from which on cells are called too coarse
-ALLOWED = 0.025
-#: the fitted factor and powers, of the cells over the ground's length and of how the compliance
-#: grows; the ratio of cells to that length from which on it grows no more
-FACTOR, POWERS, MOST = 4.5e-5, (1.25, 2.35), 16.0
-#: constant pressures follow waves less, and err so much less
-CONSTANT = 0.5
+ALLOWED = 0.027
+#: the fitted factor and power of how the compliance grows
+FACTOR, POWER = 3.5e-5, 2.5
 #: how many times as soft as the ground under a cell a surface without end would be where the error
 #: is that of the whole
 CANCELLED = 150.0
@@ -34,7 +31,7 @@ FINE = 0.5
 
 
 def coarseness(substrate: Stratified, h: ndarray) -> ndarray:
-    """Estimated relative error of the settlement by cells of sizes ``h``, sloped pressures.
+    """Estimated relative error of the settlement by cells of sizes ``h``.
 
     Parameters
     ----------
@@ -50,9 +47,7 @@ def coarseness(substrate: Stratified, h: ndarray) -> ndarray:
     """
     k = np.pi / np.concatenate([h, 4 * h])
     short, long = (k * substrate.symbol(k)).reshape(2, -1)
-    thin = np.minimum(h / substrate.lengths[0], MOST)
-    grows = np.maximum(short / long - 1, 0)
-    return FACTOR * thin ** POWERS[0] * grows ** POWERS[1]
+    return FACTOR * np.maximum(short / long - 1, 0) ** POWER
 
 
 def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) -> str | None:
@@ -60,18 +55,22 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
 
     ``sloped`` tells whether the pressure varies linearly over them.
     """
-    h = float(np.sqrt(np.median(partition.areas)))
+    # of graded meshes the largest cells follow waves worst; parts cancel over all of the plan
+    h, usual = (
+        float(np.sqrt(np.average(partition.areas, weights=partition.areas**i))) for i in (2, 1)
+    )
     if not isinstance(substrate, Stratified) or h < FINE * substrate.lengths[0]:
         return None
     finer = h * 2.0 ** (-np.arange(41) / 4)
-    error = (1.0 if sloped else CONSTANT) * coarseness(substrate, finer)
+    error = coarseness(substrate, finer)
     if sloped:
-        k = np.pi / finer
+        k = np.pi / (finer * usual / h)
         near = 2 * np.pi * substrate.singular_coefficient / (k * substrate.symbol(k))
         error += (near / CANCELLED) ** 2
     if error[0] <= ALLOWED:
         return None
-    cells = int(np.ceil(len(partition) * (h / finer[np.argmax(error <= ALLOWED)]) ** 2))
+    fine = np.nonzero(error > ALLOWED)[0][-1] + 1
+    cells = int(np.ceil(len(partition) * (h / finer[fine]) ** 2))
     return (
         f"{len(partition)} cells of a size of about {h:.3g} are too coarse for ground that varies "
         f"over {substrate.lengths[0]:.3g}: settlements may be off by some {100 * error[0]:.0f} %. "

@@ -1,0 +1,65 @@
+"""Planes fitted to values at scattered points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.spatial import cKDTree
+
+#: neighbours over which planes are fitted
+AROUND = 7
+#: planes through points nearly on one line, by the determinant of their equations, are fitted
+#: with more care; planes at a time
+FLAT, CHUNK = 1e-5, 4096
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneFit:
+    """Planes fitted to the nearest values of points, for any number of values.
+
+    Attributes
+    ----------
+    near : (m, around) array of int
+        The points each plane follows.
+    inverse : (m, 3, around) array of float
+        Value and both slopes of each plane by unit values there.
+    """
+
+    near: ndarray
+    inverse: ndarray
+
+    @classmethod
+    def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
+        """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
+        near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
+        inverse = np.empty((len(near), 3, near.shape[1]))
+        for begin in range(0, len(near), CHUNK):
+            some = slice(begin, begin + CHUNK)
+            inverse[some] = _planes(x[:, near[some]] - at[:, some, None])
+        return cls(near, inverse)
+
+    def __call__(self, values: ndarray) -> ndarray:
+        """Value and both slopes of each plane, shape (3, m)."""
+        return (self.inverse @ values[self.near][..., None])[..., 0].T
+
+
+def _planes(arm: ndarray) -> ndarray:
+    """Values and slopes of m planes by unit values at k points, (m, 3, k), from (2, m, k)."""
+    reach = np.hypot(*arm).max(axis=1, keepdims=True)
+    rows = np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
+    matrix = rows @ rows.swapaxes(1, 2)
+    # points on one line give no slope across it
+    clear = np.linalg.det(matrix) > FLAT * np.prod(np.diagonal(matrix, axis1=1, axis2=2), axis=1)
+    inverse = np.empty(rows.shape)
+    inverse[clear] = np.linalg.solve(matrix[clear], rows[clear])
+    inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
+    inverse[:, 1:] /= reach[:, :, None]
+    return inverse
+
+
+def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:
+    """Values and slopes at points ``at`` of planes fitted to the nearest values of ``x``, (3, m).
+
+    `PlaneFit` serves several values at the same points.
+    """
+    return PlaneFit.to_nearest(x, at)(values)
