@@ -6,8 +6,10 @@ from plans import sin_graded, to_area
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
-from skfem_dual.elements.crossed import _roots
+from skfem_dual.elements import crossed
+from skfem_dual.elements.crossed import CrossedCells, _roots
 from skfem_dual.grids.generate import disc, rectangle
+from skfem_dual.grids.lines import signed_distance
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
 
 SOIL = HalfSpace(1.0, 0.0)
@@ -79,3 +81,33 @@ def test_means_of_roots():
     root, inverse = _roots(square)
     assert root == pytest.approx([8 / 15, 4 / 5, np.sqrt(2)], rel=1e-12)
     assert inverse == pytest.approx([8 / 3, 4 / 3, np.sqrt(0.5)], rel=1e-12)
+
+
+def test_crossed_cells_near_and_far(monkeypatch):
+    """Series and second moments against integrals over the sides of all triangles."""
+    cells = flat(disc(n=120)).footprint
+    line = np.array([[0.31, 0.36, 0.31], [-0.9, 0.0, 0.9]])  # contact to its left
+    touching = cells.partition.centroids[0] < 0.3
+    x = np.hstack([cells.partition.centroids, cells.partition.nodes, [[30.0], [40.0]]])
+
+    def influence():
+        law = cells.partition, cells.fan, cells.weights
+        found = CrossedCells.from_lines(*law, [line], touching)
+        return found, found.influence(SOIL, x)
+
+    found, soon = influence()
+    for name in ("FAR", "EXACT"):
+        monkeypatch.setattr(crossed, name, np.inf)
+    _, exact = influence()
+    assert np.abs(soon - exact).max() < 1e-4 * np.abs(exact).max()
+    areas = cells.partition.areas[found.cells]
+    assert exact[:, -1] == pytest.approx(np.array([areas, areas]) / np.pi / 50, rel=0.03)
+
+
+def test_sides_of_a_sharp_line():
+    """In front of its tip all is to its left, whichever of both segments a point is nearer to."""
+    tip = [np.array([[-1.0, 0.0, -1.0], [0.1, 0.0, -0.2]])]
+    x = np.array([[0.5, 0.5, -0.5, -0.5, -0.5], [0.2, -0.2, 0.5, -0.5, 0.0]])
+    distance = signed_distance(x, tip)
+    assert distance[:2] == pytest.approx([np.hypot(0.5, 0.2)] * 2, rel=1e-12)
+    assert (np.sign(distance) == [1, 1, 1, 1, -1]).all()

@@ -88,16 +88,17 @@ class LoadedCells:
         """Whether their matrix is a small one."""
         return len(self) <= DENSE
 
-    def _entries(self, x: ndarray) -> Entries:
+    def entries(self, x: ndarray) -> Entries:
+        """What unit pressures on the cells make of points of shape (2, m)."""
         return Entries(self.substrate, self.partition, as_points(x), self.weights, self.slopes)
 
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
-        return self._entries(x).matrix()
+        return self.entries(x).matrix()
 
     def settlements(self, x: ndarray, pressure: ndarray) -> ndarray:
         """The same times mean pressures of the cells, (n,) or (n, k), with no matrix."""
-        return self._entries(x).settlements(pressure)
+        return self.entries(x).settlements(pressure)
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""
@@ -132,14 +133,15 @@ class LoadedCells:
         return np.zeros((2, len(self))) if self.slopes is None else self.slopes.of(pressure)
 
     @computed_once
-    def _sloping(self) -> SlopeCorrection | None:
+    def sloping(self) -> SlopeCorrection | None:
+        """That of the collocation points."""
         return self.slope_correction(self.collocation_points)
 
     def unit_slopes(self) -> ndarray:
         """Settlement of the collocation points by unit slopes along x, then along y, (n, 2 n)."""
-        if self._sloping is None:
+        if self.sloping is None:
             return np.zeros((len(self), 2 * len(self)))
-        return self._sloping.to_dense()
+        return self.sloping.to_dense()
 
     def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
@@ -148,10 +150,10 @@ class LoadedCells:
         left_out = self.slopes.without(~flat)
         if isinstance(operator, InfluenceOperator) and operator.sloping is not None:
             return FlattenedOperator(operator, operator.sloping, left_out)
-        if self._sloping is None:
+        if self.sloping is None:
             raise ValueError("expected cells that all have slopes, got flat ones")
         matrix = np.array(operator)
-        self._sloping.add_to(matrix, left_out, -1.0)
+        self.sloping.add_to(matrix, left_out, -1.0)
         matrix.setflags(write=False)
         return matrix
 
@@ -160,7 +162,7 @@ class LoadedCells:
         if exact is None or self.slopes is None or not flat.any():
             return exact
         rows, x = exact.rows.copy(), self.collocation_points[:, exact.numbers]
-        sloping = self._sloping if self.few else self.slope_correction(x)
+        sloping = self.sloping if self.few else self.slope_correction(x)
         if sloping is not None:
             sloping = sloping.at(exact.numbers) if self.few else sloping
             sloping.add_to(rows, self.slopes.without(~flat), -1.0)

@@ -17,6 +17,7 @@ from .motions import ShearSolution, sliding
 from .pressed import Pressed
 from .pressures import CellPressures
 from .problem import Contact
+from .region import ContactRegion
 from .system import DENSE
 from .work import Alone, Member
 
@@ -129,6 +130,13 @@ class PunchSolution(CellPressures):
             line=contact.line,
             member=member,
         )
+
+    @computed_once
+    def contact_region(self) -> ContactRegion:
+        """Where punch and ground touch, with an edge that runs inside the cells."""
+        if isinstance(self.member, Alone) and self.line is None:
+            return self.member.region
+        return super().contact_region
 
     @property
     def settlement(self) -> float:

@@ -11,6 +11,7 @@ Sources: C. E. Pearson, Theoretical Elasticity (1959), principles of work; R. Be
 R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -24,9 +25,10 @@ from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
-from .line_work import Points, on_lines
+from .line_work import Points, Regions, on_lines, region_of
 from .load import Constraints, Load
 from .problem import DOZEN, Contact
+from .region import ContactRegion
 from .sectors import Sectors, sectors
 from .system import DENSE
 
@@ -105,22 +107,28 @@ class Work:
     @computed_once
     def rows(self) -> ndarray:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
-        return self.rows_at(self.sectors.x)
-
-    def rows_at(self, x: ndarray) -> ndarray:
-        """The same of points of shape (2, k)."""
-        return np.hstack([cells.influence(x) for cells, *_ in self.parts])
+        return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
 
     @computed_once
     def at_sectors(self) -> Points:
         """The sectors as points."""
-        return Points.of(self.problem.cells, self.sectors.x, self.rows)
+        return Points(self.sectors.x, self.rows, self._sloping)
 
     @computed_once
     def at_cells(self) -> Points:
         """The collocation points, if a matrix is known."""
         cells = self.problem.cells
-        return Points.of(cells, cells.collocation_points, np.asarray(self.problem.operator))
+        return Points(cells.collocation_points, np.asarray(self.problem.operator), cells.sloping)
+
+    @computed_once
+    def slopes(self) -> tuple[ndarray, ndarray, ndarray]:
+        """Rows, columns and values of the matrix of `Slopes`, ascending in the first."""
+        matrix = self.problem.cells.slopes.matrix
+        return (
+            np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)),
+            matrix.indices,
+            matrix.data,
+        )
 
     @computed_once
     def _sloping(self) -> SlopeCorrection | None:
@@ -128,7 +136,11 @@ class Work:
         return self.problem.cells.slope_correction(self.sectors.x)
 
     def positions(
-        self, constraints: Constraints, contact: Contact, frame: ndarray | None = None
+        self,
+        constraints: Constraints,
+        contact: Contact,
+        frame: ndarray | None = None,
+        drawn: Callable[[], Regions] | None = None,
     ) -> ndarray | None:
         """Positions under a load with contact on some cells.
 
@@ -140,6 +152,8 @@ class Work:
             What was found.
         frame : (m, m) array of float, optional
             Forces that a frame takes from the loads by the position.
+        drawn : callable, optional
+            Gives the regions of contact, if they serve others too.
 
         Returns
         -------
@@ -154,7 +168,7 @@ class Work:
         position = partial(self._position, constraints, frame)
         if touching.all() and contact.flat is None:
             compliances = self._in_full_contact
-        elif (on_line := on_lines(self, contact, position)) is not None:
+        elif (on_line := on_lines(self, contact, position, drawn)) is not None:
             compliances = on_line
         elif (pressures := self._pressures(contact)) is not None:
             compliances = self._compliances(pressures, touching, contact.flat)
@@ -304,6 +318,12 @@ class Alone:
     load: Load
     contact: Contact
 
+    @computed_once
+    def region(self) -> ContactRegion:
+        """Where it touches the ground."""
+        gap = np.where(self.contact.touching, 0.0, self.contact.gap.clip(0))
+        return region_of(self.punch.footprint, self.contact.pressure, gap)
+
     @property
     def positions(self) -> ndarray | None:
         """(W0, Lx, Ly), see `Work.positions`; shape (2, 3)."""
@@ -311,7 +331,9 @@ class Alone:
         if punch.gap is not None or punch.weights is None:
             return None
         shift = punch.centre - punch.origin
-        found = punch.work.positions(self.load.constraints(-shift), self.contact)
+        found = punch.work.positions(
+            self.load.constraints(-shift), self.contact, drawn=lambda: [self.region]
+        )
         return None if found is None else moved(found, -shift)
 
 

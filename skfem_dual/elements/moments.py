@@ -81,17 +81,22 @@ class Series(NamedTuple):
         partition, m = weights.partition, coefficient * weights.moments[..., cells]
         squares = np.where(weights.weighted, (INSIDE * radii(partition.polygons)) ** 2, np.inf)
         squares = squares[cells]
-        even, odd = m[4, 0] + m[0, 4] - m[2, 2], m[3, 1] - m[1, 3]
-        terms = [
-            *(m[1, 0], m[0, 1]),
-            *(2 * m[0, 2] - m[2, 0], 3 * (m[2, 0] - m[0, 2]), 3 * m[1, 1]),
-            *(12 * m[1, 2] - 9 * m[3, 0], 15 * (m[3, 0] - m[1, 2])),
-            *(6 * m[0, 3] - 3 * m[2, 1], 15 * (m[2, 1] - m[0, 3])),
-            *(9 * m[4, 0] + 24 * m[0, 4] - 12 * m[2, 2],),
-            *(105 * m[2, 2] - 90 * m[4, 0] - 120 * m[0, 4], 105 * even),
-            *(60 * m[1, 3] - 45 * m[3, 1], 105 * odd),
-        ]
-        return cls(*inputs(partition.centroids[:, cells], squares, np.stack(terms)))
+        return cls(*inputs(partition.centroids[:, cells], squares, series_terms(m)))
+
+
+def series_terms(m: ndarray) -> ndarray:
+    """Factors of moments up to the fourth degree, see `Multipoles`, in `far_influence`."""
+    even, odd = m[4, 0] + m[0, 4] - m[2, 2], m[3, 1] - m[1, 3]
+    terms = [
+        *(m[1, 0], m[0, 1]),
+        *(2 * m[0, 2] - m[2, 0], 3 * (m[2, 0] - m[0, 2]), 3 * m[1, 1]),
+        *(12 * m[1, 2] - 9 * m[3, 0], 15 * (m[3, 0] - m[1, 2])),
+        *(6 * m[0, 3] - 3 * m[2, 1], 15 * (m[2, 1] - m[0, 3])),
+        *(9 * m[4, 0] + 24 * m[0, 4] - 12 * m[2, 2],),
+        *(105 * m[2, 2] - 90 * m[4, 0] - 120 * m[0, 4], 105 * even),
+        *(60 * m[1, 3] - 45 * m[3, 1], 105 * odd),
+    ]
+    return np.stack(terms)
 
 
 @inlined

@@ -158,18 +158,18 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        self._add(matrix, sign * slopes.matrix)
+        self.add(matrix, sign * slopes.matrix)
 
     def to_dense(self) -> ndarray:
         """Settlements under unit slopes along x of all cells, then along y; shape (m, 2 n)."""
         n = len(self.areas)
         along = [np.zeros((self.x.shape[1], n)) for _ in range(2)]
         for axis, matrix in enumerate(along):
-            self._add(matrix, eye(2 * n, n, -n * axis, format="csr"))
+            self.add(matrix, eye(2 * n, n, -n * axis, format="csr"))
         return np.hstack(along)
 
-    def _add(self, matrix: ndarray, slopes: csr_matrix) -> None:
-        """What slopes of shape (2 n, k) make of k mean pressures, to an (m, k) matrix."""
+    def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
+        """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
         rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
