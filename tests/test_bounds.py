@@ -106,6 +106,17 @@ def test_meshes_graded_to_the_edge(n):
     assert high - low < 5e-4 * high
 
 
+def test_lifted_off():
+    """Where the line of contact lies alike between the cells of both grids; of 4000 cells."""
+    mesh = fine_rectangle(2.0, 1.4, n=260)
+    found = solve(mesh, load={"force": 1.0, "at": (-0.05, 0.38)}, origin=(0.0, 0.0))
+    assert len(found.contact) < len(found.pressure)
+    low, high = found.bounds.tilt.T
+    assert (low < [-0.03420, 0.41547]).all()
+    assert (high > [-0.03419, 0.41548]).all()
+    assert (high - low < 1e-3 * high[1]).all()
+
+
 @pytest.mark.parametrize(
     ("n", "radius", "width"), [(250, 0.6, 2e-3), (150, 0.45, 3e-2)], ids=["line", "cells"]
 )

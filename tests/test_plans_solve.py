@@ -1,6 +1,6 @@
 """Answers from outlines, as accurate as asked for."""
 
-from time import process_time
+from time import perf_counter, process_time
 
 import numpy as np
 import pytest
@@ -158,9 +158,10 @@ def test_accuracy_is_kept_at_a_fair_price():
         size = FIRST * 2 * plan.area / sum(ring.length for ring in plan.rings)
         for k in range(10):  # the coarsest mesh that would have done
             begin, length = process_time(), size * LARGEST_STEP**k
-            attempt = problem.on(problem.mesh(length), length, begin)
+            attempt = problem.on(problem.mesh(length), length, perf_counter())
+            spent = process_time() - begin
             if error(attempt.solutions[0], *truth) < 1e-3:
-                costs.append(seconds / attempt.seconds)
+                costs.append(seconds / spent)
                 break
     missed = np.nonzero(~np.array(kept))[0]
     print(f"kept {np.mean(kept):.3f} (not {missed}), median cost {np.median(costs):.2f}")

@@ -19,12 +19,14 @@ from .work import Member
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
 #: of flat punches with edge-weighted cells from those by work on triangles, and from those by
 #: collocation; of shaped ones from those with a line of contact, and from those without
-TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.5, 2.5), (0.3, 0.5), (2.0, 2.0), 0.4
+TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.5, 3.0), (0.3, 0.5), (2.0, 2.0), 0.4
 #: the same with constant pressures: in full contact, lifted off and of shaped punches
 FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 #: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
-#: contact, with edge-weighted ones, with others, and where contact ends with the cells
-FLOOR, BY_WEIGHTED, BY_CELLS, ENDS_WITH_CELLS = 1e-5, (0.01, 0.02), (0.02, 0.01), (0.2, 0.5)
+#: contact, with edge-weighted ones, with these lifted off, with others, and where contact ends
+#: with the cells
+FLOOR, BY_WEIGHTED, WEIGHTED_LIFTED = 1e-5, (0.01, 0.02), (0.01, 0.08)
+BY_CELLS, ENDS_WITH_CELLS = (0.02, 0.01), (0.2, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -140,7 +142,9 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
         worse = SHAPED if shaped else FULL if full else LIFTED
         closer = [False] * len(found)
     ends = shaped and not full and not any(closer[1:])
-    least = BY_WEIGHTED if weighted else ENDS_WITH_CELLS if ends else BY_CELLS
+    least = ENDS_WITH_CELLS if ends else BY_CELLS
+    if weighted:
+        least = BY_WEIGHTED if full else WEIGHTED_LIFTED
     half = np.zeros(3)
     for some, close in zip(positions, closer, strict=True):
         by = np.full((len(some), 2), worse)
