@@ -235,7 +235,7 @@ class PlanTriangles:
 
     def region(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
         """`ContactRegion.from_cells`."""
-        return self._with_thin(self.fitted(pressure, gap, modulus), pressure > 0)
+        return self.with_thin(self.fitted(pressure, gap, modulus), pressure > 0)
 
     def fitted(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
         """The part of the region with cells enough for the law of its edge to be seen."""
@@ -247,7 +247,7 @@ class PlanTriangles:
             level = self._level(pressure / self.law, opening)
         return ContactRegion(self.p, self.t, readonly(level))
 
-    def _with_thin(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
+    def with_thin(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
         """With the edge drawn around cells of thin contact, where no law is seen."""
         sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
         # triangles between corners are cells, or quarters of them in the same order
