@@ -398,5 +398,7 @@ def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
     names = [names] if isinstance(names, str) else list(names)
     known = nodal_mesh(basis).boundaries or {}
     if missing := [name for name in names if name not in list(known)]:
-        raise ValueError(f"expected boundaries of the mesh, {sorted(known)}, got {missing}")
+        raise ValueError(
+            f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
+        )
     return np.concatenate([np.empty(0), *(known[name] for name in names)])
