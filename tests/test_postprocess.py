@@ -19,6 +19,7 @@ from skfem import (
 )
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, rectangular_couple
+from skfem_dual.grids import generate
 from skfem_dual.post.functional import Weights
 from skfem_dual.post.mixture import continued
 from skfem_dual.post.postprocess import postprocess
@@ -279,6 +280,19 @@ def test_invariance(solutions):
     assert result.on_triangles * scale**2 / 7 == pytest.approx(reference.on_triangles, rel=1e-5)
     assert len(result.values) == len(reference.values)
     assert result.share == pytest.approx(reference.share)
+
+
+def test_rounding_tells_nothing():
+    """Several cells meet at each node: the field is none of them alone, which rounding would
+    choose."""
+    mesh, soil, fields = generate.disc(n=120), HalfSpace(1.0, 0.0), []
+    moved = MeshTri(mesh.p * (1 + 1e-14 * np.sin(1e3 * mesh.p)), mesh.t)
+    for each in (mesh, moved):
+        dual = DualMesh.from_mesh(each)
+        nodes = RigidPunch(soil, dual.basis(), edge="constant", collocation="node")
+        triangles = RigidPunch(soil, dual.primal_basis(), edge="constant")
+        fields.append(postprocess(nodes.solve(1.0), triangles.solve(1.0)).values)
+    assert fields[1] == pytest.approx(fields[0], rel=1e-9)
 
 
 def test_weights_given(solutions, weighted):

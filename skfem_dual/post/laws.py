@@ -44,14 +44,28 @@ class Law:
         """Force and first moments about the centroid of the plan, shape (3,)."""
         return self.cells.resultants @ self.pressure
 
-    def at(self, x: ndarray) -> ndarray:
-        """Pressure in points of the plan, shape (2, m)."""
-        inside, cell, factor = self.cells.pressure_factors(x)
-        slopes = self.cells.slopes_of(self.pressure)[:, cell]
-        arm = x[:, inside] - self.cells.acting[:, cell]
-        out = np.zeros(x.shape[1])
-        out[inside] = factor * (self.pressure[cell] + np.sum(slopes * arm, axis=0))
-        return out
+    def at_nodes(self, couple: RegularCouple) -> ndarray:
+        """Pressure at the nodes of the general triangulation, means of the cells that meet there;
+        zero on the singular edge."""
+        mesh = couple.dual.mesh
+        n, m, ends = mesh.p.shape[1], mesh.nelements, np.nonzero(mesh.f2t[1] == -1)[0]
+        nodes, triangles, middles = np.arange(n), np.arange(m), n + m + np.arange(len(ends))
+        if self.cells.on_dual_cells:
+            where = nodes, np.tile(n + triangles, 3), np.tile(middles, 2)
+            cells = nodes, mesh.t.ravel(), mesh.facets[:, ends].ravel()
+        else:
+            where = mesh.t.ravel(), n + triangles, middles
+            cells = np.tile(triangles, 3), triangles, mesh.f2t[0, ends]
+        point, cell = np.concatenate(where), np.concatenate(cells)
+        inner = ~couple.edge_nodes
+        point, cell = point[inner[point]], cell[inner[point]]
+        x, root = couple.general.p, np.zeros(len(inner))
+        root[inner] = np.sqrt(self.weights.phi_at(x[:, inner]))
+        slopes, arm = self.cells.slopes_of(self.pressure), x[:, point] - self.cells.acting[:, cell]
+        values = self.pressure[cell] + np.sum(slopes[:, cell] * arm, axis=0)
+        values = self.weights.relative(cell, root[point]) * values
+        sums, numbers = (np.bincount(point, each, len(inner)) for each in (values, None))
+        return sums / numbers.clip(1)
 
     def pieces(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
         """Dual cell, triangle, centroid (2, k) and load of k triangles that fill both grids."""
@@ -97,13 +111,12 @@ def mixed(
     sizes = len(couple.dual), couple.dual.mesh.nelements, couple.general.nelements
     loads = [np.zeros(size) for size in sizes]
     values = np.zeros(couple.general.p.shape[1])
-    inner = ~couple.edge_nodes
     for law, share in zip(laws, shares, strict=True):
         node, element, middle, load = law.pieces()
         triangle = grid.cell[grid.locate(middle)]
         for total, cell in zip(loads, (node, element, triangle), strict=True):
             total += np.bincount(cell, share * load, len(total))
-        values[inner] += share * law.at(couple.general.p[:, inner])
+        values += share * law.at_nodes(couple)
     on_cells, on_triangles = couple.partitions
     field = couple.completed(values, loads[2] / couple.general_areas)
     return loads[0] / on_cells.areas, loads[1] / on_triangles.areas, field
