@@ -141,9 +141,7 @@ def draw_ground(pair: PunchesSolution):
 def together(solutions: Sequence[PunchSolution]):
     """Pressures of several punches as one field, and their regions of contact as one."""
     fields = [s.pressure_field() for s in solutions]
-    regions = [s.contact_region for s in solutions]
-    p, t = joined((r.p, r.t) for r in regions)
-    region = ContactRegion(p, t, np.concatenate([r.level for r in regions]))
+    region = ContactRegion.together([s.contact_region for s in solutions])
     mesh = MeshTri(*joined((basis.mesh.p, basis.mesh.t) for basis, _ in fields))
     return CellBasis(mesh, ElementTriP1()), np.concatenate([v for _, v in fields]), region
 
