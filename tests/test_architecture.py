@@ -25,6 +25,7 @@ LAYERS = [
         "grids.polygons",
         "grids.planar",
         "grids.corners",
+        "grids.facets",
         "grids.report",
         "grids.quality",
         "grids.checks",
