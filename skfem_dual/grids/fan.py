@@ -214,7 +214,8 @@ def _cut(t: ndarray, middle: ndarray, halved: ndarray) -> tuple[ndarray, ndarray
     turn = (halved[:, half].argmax(axis=0) + np.arange(3)[:, None]) % 3, half
     (d, e, f), de = t[turn], middle[turn][0]
     parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
-    return np.hstack([*map(np.array, parts)]), np.concatenate([*[quarters] * 4, half, half])
+    new = np.hstack([*map(np.array, parts)]).astype(t.dtype)
+    return new, np.concatenate([*[quarters] * 4, half, half])
 
 
 def side_keys(t: ndarray, n: int) -> ndarray:
