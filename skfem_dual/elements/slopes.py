@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
 
@@ -60,9 +61,8 @@ class Slopes:
     @classmethod
     def from_partition(cls, partition: Partition) -> Self:
         """Of cells in which w is constant."""
-        xx, xy, yy = partition.polygons.second_moments
-        moments = readonly(np.array([[xx, xy], [xy, yy]]))
-        return cls(partition, None, _slope_matrix(partition, None), moments)
+        moments = partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+        return cls(partition, None, _slope_matrix(partition, None), readonly(moments))
 
     @property
     def centroids(self) -> ndarray:
@@ -106,18 +106,23 @@ class Slopes:
 
 
 def _around(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray, ndarray]:
-    """Pairs of cells that share a vertex, ascending in the first."""
+    """Cells that share a vertex with each, itself among them, ascending; where each list begins,
+    and the lists."""
     polygons = partition.polygons
     place = _places(partition)[polygons.indices]
-    at = np.ones(len(place)), place, polygons.offsets
+    at = np.ones(len(place), dtype=bool), place, polygons.offsets
     vertices = csr_matrix(at, shape=(len(polygons), polygons.p.shape[1]))
-    pairs = (vertices @ vertices.T).tocoo()
-    cell, other = pairs.row, pairs.col
-    keep = cell != other
+    around = vertices @ vertices.T
+    around.sort_indices()
+    starts, others = around.indptr, around.indices
     if weights is not None:
         # where the law of the edge is not known there, a weighted cell cannot compare itself
-        keep &= ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
-    return cell[keep], other[keep]
+        left_out = np.isnan(weights.mean)[others]
+        left_out &= np.repeat(weights.weighted, np.diff(starts))
+        if left_out.any():
+            starts = np.concatenate([[0], np.cumsum(~left_out)])[starts]
+            others = others[~left_out]
+    return starts, others
 
 
 def _places(partition: Partition) -> ndarray:
@@ -134,27 +139,53 @@ def _places(partition: Partition) -> ndarray:
 
 def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matrix:
     n, c = len(partition), partition.centroids
-    cell, other = _around(partition, weights)
-    arm, ratio = c[:, other] - c[:, cell], np.ones(len(cell))
+    starts, others = _around(partition, weights)
+    law = c, np.zeros(n, dtype=bool), np.ones(n)
     if weights is not None:
-        weighted, y = weights.weighted[cell], weights.centroids
-        arm = np.where(weighted, y[:, other] - y[:, cell], arm)
-        ratio = np.where(weighted, weights.mean[cell] / weights.mean[other], 1.0)
-    moments = np.array([[np.bincount(cell, a * b, n) for a in arm] for b in arm])
-    shares = np.linalg.pinv(moments.transpose(2, 0, 1), rcond=ON_A_LINE, hermitian=True)
-    share = np.einsum("kab,bk->ak", shares[cell], arm)
-    own = [np.bincount(cell, s, n) for s in share]
-    every = np.arange(n)
-    rows = np.concatenate([cell, n + cell, every, n + every])
-    columns = np.concatenate([other, other, every, every])
-    values = np.concatenate([*(share * ratio), *(-s for s in own)])
-    return csr_matrix((values, (rows, columns)), shape=(2 * n, n))
+        law = weights.centroids, weights.weighted, weights.mean
+    values = np.empty((2, len(others)))
+    _fit_planes(*inputs(starts, others, c, *law), values)
+    rows = np.append(starts, starts[-1] + starts[1:])
+    return csr_matrix((values.ravel(), np.tile(others, 2), rows), shape=(2 * n, n))
+
+
+@compiled
+def _fit_planes(starts, others, c, y, weighted, mean, values):
+    """Slopes of planes through each cell, nearest to those around it, by unit mean pressures."""
+    for i in range(starts.shape[0] - 1):
+        middles = y if weighted[i] else c
+        xx, xy, yy = 0.0, 0.0, 0.0
+        for at in range(starts[i], starts[i + 1]):
+            j = others[at]
+            dx, dy = middles[0, j] - middles[0, i], middles[1, j] - middles[1, i]
+            xx, xy, yy = xx + dx * dx, xy + dx * dy, yy + dy * dy
+        # the inverse of the moments, by their eigenvalues
+        mid, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+        most = mid + half
+        least = (xx * yy - xy * xy) / most if most > 0.0 else 0.0
+        if least > ON_A_LINE * most:
+            det = most * least
+            xx, xy, yy = yy / det, -xy / det, xx / det
+        elif most > 0.0:
+            over = most * (2 * half)
+            xx, xy, yy = (xx - mid + half) / over, xy / over, (yy - mid + half) / over
+        own, along, across = 0, 0.0, 0.0
+        for at in range(starts[i], starts[i + 1]):
+            j = others[at]
+            own = at if j == i else own
+            dx, dy = middles[0, j] - middles[0, i], middles[1, j] - middles[1, i]
+            u, v = xx * dx + xy * dy, xy * dx + yy * dy
+            ratio = mean[i] / mean[j] if weighted[i] else 1.0
+            values[0, at], values[1, at] = u * ratio, v * ratio
+            along, across = along + u, across + v
+        values[0, own], values[1, own] = -along, -across
 
 
 def second_moments(weights: EdgeWeights) -> ndarray:
     """Those of `Slopes`, of all cells."""
-    areas, m = weights.partition.areas, weights.moments
-    own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
-    xx, xy, yy = weights.partition.polygons.second_moments
-    off = weights.centroids - weights.partition.centroids
-    return np.array([[xx, xy], [xy, yy]]) + own - areas * off[:, None] * off
+    cells, m = weights.cells, weights.moments
+    out = weights.partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+    off = weights.centroids[:, cells] - weights.partition.centroids[:, cells]
+    out[..., cells] += np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+    out[..., cells] -= weights.partition.areas[cells] * off[:, None] * off
+    return out
