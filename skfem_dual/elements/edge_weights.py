@@ -196,6 +196,11 @@ class EdgeWeights:
         least, most = self.extremes(root)
         return readonly(most > VARIATION * least)
 
+    @computed_once
+    def cells(self) -> ndarray:
+        """The weighted cells, ascending."""
+        return readonly(np.nonzero(self.weighted)[0], np.int32)
+
     def extremes(self, values: ndarray) -> ndarray:
         """Least and greatest values over each cell of what is given in the corners of triangles,
         (3, m); shape (2, n), inf and -inf where the fan has no triangles."""
@@ -260,9 +265,10 @@ class EdgeWeights:
 
     @computed_once
     def moments(self) -> ndarray:
-        """Moments of ``w / mean(w) - 1`` about the centroid of each cell, see `law_moments`."""
+        """Moments of ``w / mean(w) - 1`` about the centroids of the weighted cells, ascending, see
+        `law_moments`."""
         centroids = self.partition.centroids
-        return readonly(law_moments(self.triangles, centroids, self.weighted, DEGREE))
+        return readonly(law_moments(self.triangles, centroids, self.cells, DEGREE))
 
     @computed_once
     def centroids(self) -> ndarray:

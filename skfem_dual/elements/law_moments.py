@@ -68,29 +68,29 @@ class Triangles(NamedTuple):
         return cls(p, t, root, starts, mean, factors)
 
 
-def law_moments(triangles: Triangles, centres: ndarray, weighted: ndarray, degree: int) -> ndarray:
-    """Integrals of ``x^i y^j / (i! j!)`` times ``w / mean(w) - 1`` about one point of each cell.
+def law_moments(triangles: Triangles, centres: ndarray, cells: ndarray, degree: int) -> ndarray:
+    """Integrals of ``x^i y^j / (i! j!)`` times ``w / mean(w) - 1`` about one point of some cells.
 
     Parameters
     ----------
     triangles : Triangles
         Those that fill the cells.
     centres : (2, n) array of float
-        The points.
-    weighted : (n,) array of bool
-        Cells that are weighted.
+        A point of each cell.
+    cells : (k,) array of int
+        The cells, weighted ones.
     degree : int
         The greatest sum of i and j.
 
     Returns
     -------
-    (degree + 1, degree + 1, n) array of float
-        Zero where the sum is greater, for i = j = 0 and of other cells.
+    (degree + 1, degree + 1, k) array of float
+        Zero where the sum is greater, and for i = j = 0.
     """
-    out = np.zeros((degree + 1, degree + 1, len(weighted)))
+    out = np.zeros((degree + 1, degree + 1, len(cells)))
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
     rule = inputs(*gauss(degree + 2), *gauss(degree // 2 + 1))
-    _add_moments(triangles, *inputs(centres, weighted, factorials), rule, out)
+    _add_moments(triangles, *inputs(centres, cells, factorials), rule, out)
     return out
 
 
@@ -120,13 +120,12 @@ def by_distance(piece, triangles):
 
 
 @vectorised
-def _add_moments(triangles, centres, weighted, factorials, rule, out):
+def _add_moments(triangles, centres, cells, factorials, rule, out):
     p, root, starts = triangles.p, triangles.root, triangles.starts
     orders = factorials.shape[0]
     room, own = (np.empty(orders), np.empty((orders, orders))), np.empty((orders, orders))
-    for j in range(starts.shape[0] - 1):
-        if not weighted[j]:
-            continue
+    for k in range(cells.shape[0]):
+        j = cells[k]
         own[:] = 0.0
         cx, cy = centres[0, j], centres[1, j]
         for piece in range(starts[j], starts[j + 1]):
@@ -141,8 +140,8 @@ def _add_moments(triangles, centres, weighted, factorials, rule, out):
                 _add_half(corners, root[apex], root[between], triangles, j, rule, room, own)
         for a in range(orders):
             for b in range(orders - a):
-                out[a, b, j] = own[a, b] / (factorials[a] * factorials[b])
-        out[0, 0, j] = 0.0
+                out[a, b, k] = own[a, b] / (factorials[a] * factorials[b])
+        out[0, 0, k] = 0.0
 
 
 @vectorised

@@ -47,8 +47,9 @@ class Multipoles:
         moments = polygon_moments(partition.polygons, degree)
         if weights is not None:
             known = min(degree + 1, len(weights.moments))
-            own = np.add.outer(np.arange(known), np.arange(known)) <= degree
-            moments[:known, :known][own] += weights.moments[:known, :known][own]
+            for i in range(known):
+                some = slice(min(known, degree + 1 - i))
+                moments[i, some, weights.cells] += weights.moments[i, some].T
         return cls(partition.centroids, moments)
 
     @classmethod
@@ -66,7 +67,7 @@ class Series(NamedTuple):
     middles : (2, k) array of float
         Centroids of the cells.
     squares : (k,) array of float
-        Of the radii of the circles; infinite around cells that are not weighted.
+        Of the radii of the circles.
     terms : (14, k) array of float
         Factors in the series of 1 / r up to the fourth degree, see `far_influence`.
     """
@@ -76,12 +77,12 @@ class Series(NamedTuple):
     terms: ndarray
 
     @classmethod
-    def from_weights(cls, weights: EdgeWeights, coefficient: float, cells: ndarray) -> Self:
-        """Of some cells, for the influence function ``coefficient / r``."""
-        partition, m = weights.partition, coefficient * weights.moments[..., cells]
-        squares = np.where(weights.weighted, (INSIDE * radii(partition.polygons)) ** 2, np.inf)
-        squares = squares[cells]
-        return cls(*inputs(partition.centroids[:, cells], squares, series_terms(m)))
+    def from_weights(cls, weights: EdgeWeights, coefficient: float) -> Self:
+        """Of the weighted cells, ascending, for the influence function ``coefficient / r``."""
+        partition, cells = weights.partition, weights.cells
+        squares = (INSIDE * radii(partition.polygons)[cells]) ** 2
+        terms = series_terms(coefficient * weights.moments)
+        return cls(*inputs(partition.centroids[:, cells], squares, terms))
 
 
 def series_terms(m: ndarray) -> ndarray:
@@ -214,7 +215,17 @@ def _moments(begin, end, p, indices, offsets, centroids, factorials, gauss, weig
 
 def radii(polygons: Polygons) -> ndarray:
     """Distance of the farthest vertex of each polygon from its centroid."""
-    spokes = polygons.p[:, polygons.indices] - np.repeat(
-        polygons.centroids, polygons.sizes, axis=1
-    )
-    return np.maximum.reduceat(np.hypot(*spokes), polygons.offsets[:-1])
+    out = np.empty(len(polygons))
+    outlines = inputs(polygons.p, polygons.indices, polygons.offsets, polygons.centroids)
+    _farthest(*outlines, out)
+    return out
+
+
+@vectorised
+def _farthest(p, indices, offsets, centres, out):
+    for k in range(out.shape[0]):
+        square = 0.0
+        for at in range(offsets[k], offsets[k + 1]):
+            dx, dy = p[0, indices[at]] - centres[0, k], p[1, indices[at]] - centres[1, k]
+            square = max(square, dx * dx + dy * dy)
+        out[k] = np.sqrt(square)

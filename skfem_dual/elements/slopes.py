@@ -61,9 +61,8 @@ class Slopes:
     @classmethod
     def from_partition(cls, partition: Partition) -> Self:
         """Of cells in which w is constant."""
-        xx, xy, yy = partition.polygons.second_moments
-        moments = readonly(np.array([[xx, xy], [xy, yy]]))
-        return cls(partition, None, _slope_matrix(partition, None), moments)
+        moments = partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+        return cls(partition, None, _slope_matrix(partition, None), readonly(moments))
 
     @property
     def centroids(self) -> ndarray:
@@ -214,8 +213,9 @@ def _pseudoinverse(xx, xy, yy):
 
 def second_moments(weights: EdgeWeights) -> ndarray:
     """Those of `Slopes`, of all cells."""
-    areas, m = weights.partition.areas, weights.moments
-    own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
-    xx, xy, yy = weights.partition.polygons.second_moments
-    off = weights.centroids - weights.partition.centroids
-    return np.array([[xx, xy], [xy, yy]]) + own - areas * off[:, None] * off
+    cells, m = weights.cells, weights.moments
+    out = weights.partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+    off = weights.centroids[:, cells] - weights.partition.centroids[:, cells]
+    out[..., cells] += np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+    out[..., cells] -= weights.partition.areas[cells] * off[:, None] * off
+    return out
