@@ -14,7 +14,6 @@ from ..arguments import checked_indices
 from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, dual_conditions, user_tags
 from .corners import Corners
-from .facets import number_facets
 from .partition import Partition
 from .polygons import Polygons, readonly
 from .report import require
@@ -94,7 +93,6 @@ class DualMesh:
             _boundaries=user_tags(mesh.boundaries) or None,
             _subdomains=user_tags(mesh.subdomains) or None,
         )
-        number_facets(mesh)
         corners = Corners(mesh)
         require(dual_conditions(corners))
         mesh.doflocs.setflags(write=False)

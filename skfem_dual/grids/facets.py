@@ -1,35 +1,39 @@
-"""The facets of a triangulation, numbered as scikit-fem numbers them."""
+"""The facets of a mesh, numbered as scikit-fem numbers them."""
 
 import numpy as np
-from skfem import MeshTri
+from skfem import Mesh
 
 from ..kernels.compiled import compiled, inputs
 
 
-def number_facets(mesh: MeshTri) -> None:
-    """Facets as scikit-fem numbers them when first asked, in a hundredth of the time."""
-    m, n = mesh.t.shape[1], mesh.p.shape[1]
-    facets, t2f = np.empty((2, 3 * m), np.int32), np.empty((3, m), np.int64)
-    f2t = np.full((2, 3 * m), -1, np.int32)
-    count = _number(*inputs(mesh.t), n, facets, t2f, f2t)
-    mesh._facets, mesh._t2f = facets[:, :count].copy(), t2f
-    mesh._f2t = f2t[:, :count].copy()
+def number_facets(mesh: Mesh) -> None:
+    """Facets of triangles or quadrilaterals as scikit-fem numbers them when first asked, in a
+    hundredth of the time; nothing is done if they are known."""
+    if hasattr(mesh, "_facets"):
+        return
+    (k, m), n = mesh.t.shape, mesh.p.shape[1]
+    facets, t2f = np.empty((2, k * m), np.int32), np.empty((k, m), np.int64)
+    f2t = np.full((2, k * m), -1, np.int32)
+    count = _number(*inputs(mesh.t.astype(np.int32, copy=False)), n, facets, t2f, f2t)
+    mesh._f2t, mesh._t2f = f2t[:, :count].copy(), t2f
+    mesh._facets = facets[:, :count].copy()
 
 
 @compiled
 def _number(t, n, facets, t2f, f2t):
     """Number facets by their lower, then by their higher node; returns how many there are."""
-    m = t.shape[1]
-    low, high = np.empty(3 * m, np.int32), np.empty(3 * m, np.int32)
-    for k in range(3 * m):  # facets of each triangle: 01, 12, 02
-        side, j = k // m, k % m
-        a, b = t[side % 2, j], t[min(side + 1, 2), j]
-        low[k], high[k] = min(a, b), max(a, b)
-    order = np.arange(3 * m).astype(np.int32)
+    sides, m = t.shape
+    low, high = np.empty(sides * m, np.int32), np.empty(sides * m, np.int32)
+    for side in range(sides):  # 01, 12, ... and 0 with the last
+        first, second = (side, side + 1) if side + 1 < sides else (0, side)
+        for j in range(m):
+            a, b = t[first, j], t[second, j]
+            low[side * m + j], high[side * m + j] = min(a, b), max(a, b)
+    order = np.arange(sides * m).astype(np.int32)
     for key in (high, low):  # sorted by counting, which keeps the order of what is alike
         starts = np.zeros(n + 1, np.int64)
-        for k in range(3 * m):
-            starts[key[k] + 1] += 1
+        for node in key:
+            starts[node + 1] += 1
         for node in range(n):
             starts[node + 1] += starts[node]
         ordered = np.empty_like(order)
@@ -38,7 +42,7 @@ def _number(t, n, facets, t2f, f2t):
             starts[key[k]] += 1
         order = ordered
     count = 0
-    for i in range(3 * m):
+    for i in range(sides * m):
         k = order[i]
         if i == 0 or low[k] != low[order[i - 1]] or high[k] != high[order[i - 1]]:
             facets[0, count], facets[1, count], f2t[0, count] = low[k], high[k], k % m
