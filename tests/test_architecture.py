@@ -96,6 +96,7 @@ LAYERS = [
         "elements.load_matrix",
         "elements.slopes",
         "elements.curvature",
+        "elements.near_slopes",
         "elements.slope_correction",
         "elements.crossed",
         "elements.point_values",

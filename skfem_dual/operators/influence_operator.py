@@ -236,8 +236,10 @@ class InfluenceOperator(LinearOperator):
     @property
     def memory(self) -> int:
         """Bytes that are kept."""
-        parts = [part.near for part in (self.correction, self.sloping) if part is not None]
-        return self._kept.nbytes + sum(near.data.nbytes + near.indices.nbytes for near in parts)
+        near = 0 if self.sloping is None else self.sloping.near.nbytes
+        if self.correction is not None:
+            near += self.correction.near.data.nbytes + self.correction.near.indices.nbytes
+        return self._kept.nbytes + near
 
     def _matmat(self, q: ndarray) -> ndarray:
         return _product(self._entries, self._kept, q)

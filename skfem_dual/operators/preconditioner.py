@@ -235,7 +235,7 @@ def _inverses(
     values = np.empty(offsets[-1], np.float32)
 
     def work(piece: slice) -> None:
-        room = np.full(n, -1, np.int32), np.empty(n, np.int32)
+        room = np.zeros(n, np.int32), np.empty(n, np.int32)
         for first in range(piece.start, piece.stop, 64):
             k = slice(first, min(first + 64, piece.stop))
             ends = starts[k.start : k.stop + 1]
@@ -268,14 +268,14 @@ def _take(matrix, cells, starts, items, out):
 def _look_up(starts, items, known, stamp, place, out):
     """The same from `KnownEntries`; the others as if charges were in the centroids.
 
-    ``stamp`` and ``place``, of n integers each, are for temporary use.
+    ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: what the
+    first has of a row, one more than its number, remains true of it.
     """
     point, cell, block, values = known.point, known.cell, known.block, known.values
     x, centroids, charges = known.x, known.centroids, known.charges
     first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
     offsets = known.layout.offsets
     at = 0
-    stamp[:] = -1
     for k in range(starts.shape[0] - 1):
         some = items[starts[k] : starts[k + 1]]
         for i in some:
@@ -284,10 +284,10 @@ def _look_up(starts, items, known, stamp, place, out):
             base = offsets[b] + (row - first[b]) * width
             for c in range(width):
                 j = columns[begin[b] + c]
-                stamp[j], place[j] = row, c
+                stamp[j], place[j] = row + 1, c
             for j in some:
                 other = cell[j]
-                if stamp[other] == row:
+                if stamp[other] == row + 1:
                     out[at] = values[base + place[other]]
                 else:
                     dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]

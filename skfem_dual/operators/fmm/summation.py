@@ -14,6 +14,7 @@ from ...ground.substrates import Substrate
 from ...kernels.threads import Threads
 from .assembly import (
     Factors,
+    Loads,
     l2l_translation,
     m2l_translations,
     m2m_translation,
@@ -211,16 +212,15 @@ def _laws(
     weights: EdgeWeights | None,
     chebyshev: Chebyshev,
     tolerance: float,
-) -> list[tuple[Multipoles, Kernel, Factors]]:
+) -> list[tuple[Loads, Kernel, Factors]]:
     """The loads, the kernel and the M2L of c / r, and of the remainder if there is one."""
     every = np.ones(len(OFFSETS), bool)
     singular = substrate.surface.influence
     left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
-    laws: list[tuple[Multipoles, Kernel, Factors]]
     # it scales with the boxes
-    laws = [
+    laws: list[tuple[Loads, Kernel, Factors]] = [
         (
-            Multipoles.about_centroids(partition, weights),
+            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells),
             singular,
             lambda h, _: (left, core / h, right),
         )
@@ -231,7 +231,7 @@ def _laws(
         kernel = _remainder(table, substrate.surface.young)
         laws.append(
             (
-                Multipoles.from_weights(partition, weights),
+                Multipoles.from_weights(partition, weights).of,
                 kernel,
                 lambda h, needed: compressed(chebyshev.m2l(kernel, h, needed), tolerance),
             )
