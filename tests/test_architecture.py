@@ -124,6 +124,7 @@ LAYERS = [
         "operators.entries",
         "operators.toeplitz",
         "operators.resources",
+        "operators.attempts",
         "operators.influence_operator",
         "operators.factors",
         "operators.preconditioner",

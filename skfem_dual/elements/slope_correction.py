@@ -178,9 +178,11 @@ class SlopeCorrection:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
         if x.shape[1] <= ROWS:
-            fields = np.empty((x.shape[1], 2, len(self.areas)))
-            _fields(x, circles, self.fall, moments, self.near, fields)
-            matrix += (slopes.T @ fields.reshape(len(fields), -1).T).T
+            to_pressures = slopes.T
+            field = np.empty((2, len(self.areas)))
+            for i, row in enumerate(matrix):
+                _field(i, x, circles, self.fall, moments, self.near, field)
+                row += to_pressures @ field.ravel()
             return
         rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
@@ -300,19 +302,18 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
 
 
 @compiled
-def _fields(x, circles, fall, moments, near, out):
-    """Settlements of points under unit slopes of all cells."""
+def _field(i, x, circles, fall, moments, near, out):
+    """Settlements of a point under unit slopes of all cells."""
     middles, squares = circles
     starts, cells, values = near
-    for i in range(x.shape[1]):
-        for j in range(squares.shape[0]):
-            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-            f = _fall(dx * dx + dy * dy, squares[j], fall)
-            out[i, 0, j] = f * (moments[0, 0, j] * dx + moments[0, 1, j] * dy)
-            out[i, 1, j] = f * (moments[1, 0, j] * dx + moments[1, 1, j] * dy)
-        for k in range(starts[i], starts[i + 1]):
-            out[i, 0, cells[k]] += values[0, k]
-            out[i, 1, cells[k]] += values[1, k]
+    for j in range(squares.shape[0]):
+        dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
+        f = _fall(dx * dx + dy * dy, squares[j], fall)
+        out[0, j] = f * (moments[0, 0, j] * dx + moments[0, 1, j] * dy)
+        out[1, j] = f * (moments[1, 0, j] * dx + moments[1, 1, j] * dy)
+    for k in range(starts[i], starts[i + 1]):
+        out[0, cells[k]] += values[0, k]
+        out[1, cells[k]] += values[1, k]
 
 
 @compiled
