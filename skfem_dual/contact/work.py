@@ -252,7 +252,7 @@ class Work:
             return (self.rows @ pressures).T
         ground = self.problem.operator
         if not few and isinstance(ground, InfluenceOperator):
-            return (ground.at(self.sectors.x, SECTORS * ground.rtol) @ pressures).T
+            return ground.at(self.sectors.x, SECTORS * ground.rtol).roughly(pressures).T
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
         for (cells, *_), own in parts:
             if few:

@@ -111,5 +111,6 @@ def product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> nd
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
-    slopes = None if entries.slopes is None else entries.slopes.matrix @ q
-    return entries.summed(kept, q, slopes, rough)
+    if entries.slopes is None:
+        return entries.summed(kept, q, None, rough)
+    return entries.summed(kept, q, entries.slopes.matrix @ q, rough)

@@ -134,14 +134,16 @@ class Entries:
         `FastSummation.apply`.
         """
         columns = q.reshape(len(q), -1)
-        if slopes is None or self.sloping is None:
-            settled = fast.apply(columns.T, None, rough)
-        else:
-            each = np.ascontiguousarray(slopes.reshape(2 * len(q), -1).T).reshape(-1, 2, len(q))
-            settled = fast.apply(columns.T, self.sloping.dipoles(each), rough)
-            self.sloping.near.add_product(each, settled)
+        settled, dipoles = np.zeros((columns.shape[1], self.x.shape[1])), None
         if self.correction is not None:
             settled += (self.correction.near @ columns).T
+        if slopes is not None and self.sloping is not None:
+            each = np.ascontiguousarray(slopes.reshape(2 * len(q), -1).T).reshape(-1, 2, len(q))
+            del slopes  # gives back its memory first
+            self.sloping.near.add_product(each, settled)
+            dipoles = self.sloping.dipoles(each)
+            del each
+        settled += fast.apply(columns.T, dipoles, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
 
@@ -193,9 +195,8 @@ class Sample:
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
-        n = self.rows.shape[1]
-        signs = np.random.default_rng(0).choice([-1.0, 1.0], (n, 2))
-        uniform = product(np.ones(n))[self.numbers] - self.rows.sum(axis=1)
-        mixed = product(signs)[self.numbers] - self.rows @ signs
-        squares = np.sum(mixed**2, axis=1) / 2 / self.norm**2
+        q = np.ones((self.rows.shape[1], 3))
+        q[:, 1:] = np.random.default_rng(0).choice([-1.0, 1.0], (len(q), 2))
+        uniform, *mixed = (product(q)[self.numbers] - self.rows @ q).T
+        squares = np.sum(np.square(mixed), axis=0) / 2 / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -178,11 +178,13 @@ def _search(b: ndarray, rtol: float, bar: tqdm, dtype: type) -> "Search":
     if scale == 0.0:
         return np.zeros_like(b), (0.0,)
     # in units of the right-hand side, whatever those of the user
-    history, y, rest = [1.0], np.zeros_like(b), b / scale
+    history, y = [1.0], None
     while True:
+        rest = b / scale if y is None else b / scale - (yield y)
         first = float(np.linalg.norm(rest))
         basis: list[ndarray] = [(rest / first).astype(dtype)]
         triangle = np.zeros((RESTART + 1, RESTART))
+        del rest
         for j in range(min(RESTART, MOST + 1 - len(history))):
             w = yield basis[j]
             for i, v in enumerate(basis):
@@ -196,8 +198,9 @@ def _search(b: ndarray, rtol: float, bar: tqdm, dtype: type) -> "Search":
             if history[-1] <= rtol or triangle[j + 1, j] == 0.0:
                 break
             basis.append((w / triangle[j + 1, j]).astype(dtype))
+        y = np.zeros_like(b) if y is None else y
         for share, v in zip(shares, basis):
             y += share * v
         if history[-1] <= rtol or len(history) > MOST:
-            return scale * y, tuple(history)
-        rest = b / scale - (yield y)
+            y *= scale
+            return y, tuple(history)
