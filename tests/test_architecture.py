@@ -163,6 +163,7 @@ LAYERS = [
         "contact.bearing",
         "contact.bounds",
         "contact.solution",
+        "contact.together",
         "contact.cases_solution",
         "contact.rigid",
         "contact.cases",

@@ -9,7 +9,7 @@ from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.elements import crossed
 from skfem_dual.elements.crossed import CrossedCells, _roots
 from skfem_dual.grids.generate import disc, rectangle
-from skfem_dual.grids.lines import signed_distance
+from skfem_dual.grids.lines import Segments, signed_distance
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
 
 SOIL = HalfSpace(1.0, 0.0)
@@ -92,7 +92,8 @@ def test_crossed_cells_near_and_far(monkeypatch):
 
     def influence():
         law = cells.partition, cells.fan, cells.weights
-        found = CrossedCells.from_lines(*law, [line], touching)
+        lines = Segments.from_lines([line])
+        (found,) = CrossedCells.from_lines(*law, lines, touching[None])
         return found, found.influence(SOIL, x)
 
     found, soon = influence()

@@ -105,7 +105,7 @@ class ContactRegion:
     @computed_once
     def _crossed(self) -> ndarray:
         """Whether the edge runs through each triangle."""
-        return self._inside.any(axis=0) & ~self._inside.all(axis=0)
+        return np.asarray(self._inside.any(axis=0) & ~self._inside.all(axis=0))
 
     @computed_once
     def _cut(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
@@ -256,7 +256,7 @@ class PlanTriangles:
     def fitted_each(self, pressure: ndarray, gap: ndarray, modulus: float) -> list[ContactRegion]:
         """The same of k pictures of the cells, (k, n) each."""
         level = np.full((len(pressure), self.p.shape[1]), -1.0)
-        whole = (gap <= 0).all(axis=1)
+        whole = np.asarray((gap <= 0).all(axis=1))
         drawn = (pressure > 0).any(axis=1) & ~whole
         level[drawn] = self._levels(
             pressure[drawn] / self.law, gap[drawn] * 0.75 * modulus / self.law
@@ -294,6 +294,12 @@ class PlanTriangles:
         corners[self.t[:, triangles]] = True
         return corners & ~self.own
 
+    def edges(self, level: ndarray) -> Segments:
+        """Those of regions by their levels, (k, N)."""
+        k, points = level.shape
+        t = np.moveaxis(self.t + points * np.arange(k)[:, None, None], 0, 1).reshape(3, -1)
+        return ContactRegion(np.tile(self.p, k), t, level.ravel()).segments(k)
+
     def _levels(self, pressure: ndarray, opening: ndarray) -> ndarray:
         """``level`` of the regions, (k, N), from pressures and openings over the law of the plan's
         edge."""
@@ -328,9 +334,7 @@ class PlanTriangles:
         distance = edge_distance(n, pairs + n * picture, starts, *cells)
         distance = np.clip(distance, -FAR * cells[1], FAR * cells[1])
         level[:, points] = planes.values(distance.reshape(k, n))
-        first = level.shape[1] * np.arange(k)[:, None, None]
-        t = np.moveaxis(self.t + first, 0, 1).reshape(3, -1)
-        lines = ContactRegion(np.tile(self.p, k), t, level.ravel()).segments(k)
+        lines = self.edges(level)
         moved = moved_line(lines, n * np.arange(k + 1), *cells)
         at, of = np.tile(self.p[:, points], k), np.repeat(np.arange(k), len(points))
         found = np.copysign(lines.signed_distance(at, of), level[:, points].ravel())

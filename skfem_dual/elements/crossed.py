@@ -14,23 +14,26 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
+from ..grids.corners import signed_areas
 from ..grids.fan import Fan
-from ..grids.lines import signed_distance
+from ..grids.lines import Segments
 from ..grids.partition import Partition
+from ..grids.planar import ragged
 from ..grids.polygons import Polygons
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
-from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights, mean_weight
 from .graded_rule import graded
-from .moments import far_influence, load_moments, series_terms
+from .moments import far_influence, load_moments, radii, series_terms
 from .pieces import Pieces
 from .remainder import add_rows, remainder_blocks
 from .ribs import rib_integral
 
 #: cells farther from the line than so many times their size are not looked at
 REACH = 4.0
+#: lines cross cells whose centroids are not farther than their corners, but for rounding
+ROUNDED = 1.000001
 #: sizes of a cell from which on its pressures act by a series, and of a triangle up to which it is
 #: integrated over its sides; between them it acts by its second moments
 FAR, EXACT = 5.0, 4.0
@@ -57,136 +60,6 @@ class LineLaw:
     pairs: ndarray
     share: ndarray
     relative: ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class CrossedCells:
-    """Triangles that fill the part of crossed cells that is in contact.
-
-    Attributes
-    ----------
-    triangles : Polygons
-        The m triangles, those of a cell one after the other.
-    cells : (k,) array of int
-        The cells, ascending.
-    cell, part : (m,) array of int
-        Cell of each triangle, and part of the cell, as of `Fan`.
-    crossed, in_contact : (n,) array of bool
-        Whether the line crosses each cell, and whether its centroid is in contact.
-    laws : tuple of LineLaw
-        Pressures like ``s^(1/2)`` and like ``s^(-1/2)``.
-    """
-
-    triangles: Polygons
-    cells: ndarray
-    cell: ndarray
-    part: ndarray
-    crossed: ndarray
-    in_contact: ndarray
-    laws: tuple[LineLaw, LineLaw]
-
-    @classmethod
-    def from_lines(
-        cls,
-        partition: Partition,
-        fan: Fan,
-        weights: EdgeWeights,
-        lines: list[ndarray],
-        touching: ndarray,
-    ) -> Self | None:
-        """Those of some lines; None if they cross no cell.
-
-        Parameters
-        ----------
-        partition : Partition
-            The n cells.
-        fan : Fan
-            Triangles of all of them.
-        weights : EdgeWeights
-            The law of the edge of the plan.
-        lines : list of (2, k) array of float
-            Lines with contact to their left.
-        touching : (n,) array of bool
-            Cells in contact, as far from the lines as they are not crossed.
-        """
-        size = np.sqrt(partition.areas)
-        middle = signed_distance(partition.centroids, lines)
-        near = np.abs(middle) < REACH * size
-        own = near[fan.cell]
-        used = np.unique(fan.t[:, own])
-        depth = np.zeros(fan.p.shape[1])
-        depth[used] = signed_distance(fan.p[:, used], lines)
-        depth[np.abs(depth) < 1e-9 * size.min()] = 0.0
-        crossed = near.copy()
-        for side in (depth > 0, depth < 0):
-            crossed &= np.bincount(fan.cell, own & side[fan.t].any(axis=0), len(near)) > 0
-        if not crossed.any():
-            return None
-        own = crossed[fan.cell]
-        fan = replace(fan, t=fan.t[:, own], cell=fan.cell[own], part=fan.part[own])
-        fan, depth = fan.cut_at_zero(depth)
-        own = (depth[fan.t] > 0).any(axis=0)
-        t = fan.t[:, own]
-        p, t, of = _quarters(fan.p, t)
-        cell, part = fan.cell[own][of], fan.part[own][of]
-        in_contact = np.where(near, middle > 0, touching)
-        depth = np.append(depth, signed_distance(p[:, len(depth) :], lines))
-        depth = depth.clip(1e-12 * size.min())  # never zero, as is the root of the law of the edge
-        square, law = depth[t], _edge_law(weights, p, t, cell)
-        rising, growing = _roots(square)
-        triangles = Polygons(p, t.T.ravel(), np.arange(0, t.size + 1, 3))
-        at_middle = np.where(in_contact, np.abs(middle), np.nan)
-        pairs = _carrying(partition, crossed & ~in_contact, in_contact)
-        laws = []
-        for values, power in ((rising, 0.5), (growing, -0.5)):
-            load = np.bincount(cell, values * law * triangles.areas, len(near))
-            mean = np.where(crossed, load / partition.areas, np.nan)
-            there = at_middle**power * weights.in_cells
-            density = values * law / mean[cell]
-            laws.append(_law(partition, pairs, density, mean, there))
-        known = np.nonzero(crossed)[0], cell, part, crossed, in_contact
-        return cls(triangles, *known, (laws[0], laws[1]))
-
-    def influence(self, substrate: Substrate, x: ndarray) -> ndarray:
-        """Settlements of points of shape (2, m) under unit mean pressures of each law on the k
-        cells, shape (2, m, k)."""
-        out, loads = np.empty((2, len(self.cells), x.shape[1])), self._loads
-        (points,), c = inputs(x), substrate.singular_coefficient
-        with Threads() as run:
-            run(lambda k: _fill(k.start, k.stop, points, c, loads, out), len(self.cells))
-        out = out.swapaxes(1, 2)
-        if substrate.remainder is not None:
-            rest = np.zeros((x.shape[1], len(self.cell)))
-            none = np.empty((2, 0), dtype=int)
-            cells = Partition(self.triangles, none, none, self.triangles.centroids, none[0])
-            with Threads() as run:
-                for some, add in remainder_blocks(substrate, cells, None, x):
-                    run(partial(add_rows, add, rest[:, some]), x.shape[1])
-            out = out + np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
-        return out
-
-    @computed_once
-    def _loads(self) -> "Loads":
-        triangles, ends = self.triangles, np.searchsorted(self.cell, self.cells, "right")
-        starts = np.append(0, ends)
-        corners = triangles.p[:, triangles.indices.reshape(-1, 3)]
-        centroids, areas = triangles.centroids, triangles.areas
-        radii = np.hypot(*(corners - centroids[..., None])).max(axis=1)
-        total = np.add.reduceat(areas, starts[:-1])
-        middles = np.add.reduceat(areas * centroids, starts[:-1], axis=1) / total
-        of = np.repeat(np.arange(len(self.cells)), np.diff(starts))
-        each, density = np.arange(len(of)), np.stack([law.density for law in self.laws])
-        pieces = Pieces(
-            corners.reshape(2, -1), triangles.offsets, np.ones(len(of)), each, each + 1
-        )
-        reach = np.hypot(*(corners - middles[:, of, None])).max(axis=1)
-        far = (FAR * np.maximum.reduceat(reach, starts[:-1])) ** 2
-        moments = load_moments(pieces, middles[:, of], 4)[:, :, None] * density
-        moments = np.add.reduceat(moments, starts[:-1], axis=3)
-        inertia = np.vstack([centroids, areas, triangles.second_moments])
-        terms = series_terms(moments).swapaxes(0, 1)
-        known = corners, inertia, (EXACT * radii) ** 2, density, starts, middles, far
-        return Loads(*inputs(*known, moments[0, 0], terms))
 
 
 class Loads(NamedTuple):
@@ -221,6 +94,183 @@ class Loads(NamedTuple):
     far: ndarray
     mass: ndarray
     terms: ndarray
+
+    @classmethod
+    def of(cls, p: ndarray, t: ndarray, starts: ndarray, density: ndarray) -> "Loads":
+        """Of triangles on points, those of a cell one after the other."""
+        triangles = Polygons(p, t.T.ravel(), np.arange(0, t.size + 1, 3))
+        corners, centroids, areas = p[:, t.T], triangles.centroids, triangles.areas
+        radii = np.hypot(*(corners - centroids[..., None])).max(axis=1)
+        total = np.add.reduceat(areas, starts[:-1])
+        middles = np.add.reduceat(areas * centroids, starts[:-1], axis=1) / total
+        of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+        each = np.arange(len(of))
+        pieces = Pieces(
+            corners.reshape(2, -1), triangles.offsets, np.ones(len(of)), each, each + 1
+        )
+        reach = np.hypot(*(corners - middles[:, of, None])).max(axis=1)
+        far = (FAR * np.maximum.reduceat(reach, starts[:-1])) ** 2
+        moments = load_moments(pieces, middles[:, of], 4)[:, :, None] * density
+        moments = np.add.reduceat(moments, starts[:-1], axis=3)
+        inertia = np.vstack([centroids, areas, triangles.second_moments])
+        terms = series_terms(moments).swapaxes(0, 1)
+        exact = (EXACT * radii) ** 2
+        return cls(corners, inertia, exact, density, starts, middles, far, moments[0, 0], terms)
+
+    def part(self, some: slice) -> "Loads":
+        """Those of some cells."""
+        starts = self.starts[some.start : some.stop + 1]
+        own = slice(starts[0], starts[-1])
+        of_cells = (each[..., some] for each in (self.middles, self.far, self.mass, self.terms))
+        triangles = self.corners[:, own], self.inertia[:, own], self.exact[own]
+        return Loads(*inputs(*triangles, self.density[:, own], starts - starts[0], *of_cells))
+
+
+@dataclass(frozen=True, eq=False)
+class CrossedCells:
+    """Triangles that fill the part of crossed cells that is in contact.
+
+    Attributes
+    ----------
+    loads : Loads
+        The m triangles, those of a cell one after the other.
+    cells : (k,) array of int
+        The cells, ascending.
+    cell, part : (m,) array of int
+        Cell of each triangle, and part of the cell, as of `Fan`.
+    crossed, in_contact : (n,) array of bool
+        Whether the line crosses each cell, and whether its centroid is in contact.
+    laws : tuple of LineLaw
+        Pressures like ``s^(1/2)`` and like ``s^(-1/2)``.
+    """
+
+    loads: Loads
+    cells: ndarray
+    cell: ndarray
+    part: ndarray
+    crossed: ndarray
+    in_contact: ndarray
+    laws: tuple[LineLaw, ...]
+
+    @classmethod
+    def from_lines(
+        cls,
+        partition: Partition,
+        fan: Fan,
+        weights: EdgeWeights,
+        lines: Segments,
+        touching: ndarray,
+    ) -> list[Self | None]:
+        """Those of the lines in some pictures; None where they cross no cell.
+
+        Parameters
+        ----------
+        partition : Partition
+            The n cells.
+        fan : Fan
+            Triangles of all of them.
+        weights : EdgeWeights
+            The law of the edge of the plan.
+        lines : Segments
+            Lines with contact to their left.
+        touching : (k, n) array of bool
+            Cells in contact, as far from the lines as they are not crossed.
+        """
+        k, n = touching.shape
+        size, each = np.sqrt(partition.areas), np.repeat(np.arange(k), n)
+        middle = lines.signed_distance(np.tile(partition.centroids, k), each).reshape(k, n)
+        near = np.abs(middle) < REACH * size
+        in_contact = np.where(near, middle > 0, touching)
+        reached = near & (np.abs(middle) <= ROUNDED * radii(partition.polygons))
+        fan, depth = _fan_of(fan, reached, lines)
+        depth[np.abs(depth) < 1e-9 * size.min()] = 0.0
+        crossed = reached.ravel()
+        for side in (depth > 0, depth < 0):
+            crossed &= np.bincount(fan.cell, side[fan.t].any(axis=0), k * n) > 0
+        if not crossed.any():
+            return [None] * k
+        own = crossed[fan.cell]
+        fan = replace(fan, t=fan.t[:, own], cell=fan.cell[own], part=fan.part[own])
+        fan, depth = fan.cut_at_zero(depth)
+        own = (depth[fan.t] > 0).any(axis=0)
+        p, t, of = _quarters(fan.p, fan.t[:, own])
+        cell, part = fan.cell[own][of], fan.part[own][of]
+        new = p[:, len(depth) :], np.tile(fan.cell[own] // n, 3)
+        depth = np.append(depth, lines.signed_distance(*new))
+        depth = depth.clip(1e-12 * size.min())  # never zero, as is the root of the law of the edge
+        square, law = depth[t], _edge_law(weights, p, t, cell % n)
+        inner, areas = in_contact.ravel(), np.tile(partition.areas, k)
+        pairs = _carrying(partition, crossed & ~inner, inner)
+        laws, over = [], signed_areas(p, t)
+        for values, power in zip(_roots(square), (0.5, -0.5), strict=True):
+            load = np.bincount(cell, values * law * over, k * n)
+            mean = np.where(crossed, load / areas, np.nan)
+            there = np.where(in_contact, np.abs(middle), np.nan) ** power * weights.in_cells
+            laws.append(_law(partition, pairs, values * law / mean[cell], mean, there.ravel()))
+        (cells,) = np.nonzero(crossed)
+        starts = np.append(np.searchsorted(cell, cells), len(cell))
+        loads = Loads.of(p, t, starts, np.stack([law.density for law in laws]))
+        whole = cls(loads, cells, cell, part, crossed, inner, tuple(laws))
+        return [whole._picture(i, n) for i in range(k)]
+
+    def _picture(self, i: int, n: int) -> Self | None:
+        """Those of one picture of n cells."""
+        some = slice(*np.searchsorted(self.cells, [i * n, i * n + n]).tolist())
+        if some.start == some.stop:
+            return None
+        own, all_of_it = (
+            slice(*self.loads.starts[[some.start, some.stop]]),
+            slice(i * n, i * n + n),
+        )
+        pairs = slice(*np.searchsorted(self.laws[0].pairs[0], [i * n, i * n + n]))
+        laws = tuple(
+            LineLaw(
+                law.density[own],
+                law.pairs[:, pairs] - i * n,
+                law.share[pairs],
+                law.relative[all_of_it],
+            )
+            for law in self.laws
+        )
+        return replace(
+            self,
+            loads=self.loads.part(some),
+            cells=self.cells[some] - i * n,
+            cell=self.cell[own] - i * n,
+            part=self.part[own],
+            crossed=self.crossed[all_of_it],
+            in_contact=self.in_contact[all_of_it],
+            laws=laws,
+        )
+
+    @property
+    def centroids(self) -> ndarray:
+        """Of the triangles, (2, m)."""
+        return self.loads.inertia[:2]
+
+    @property
+    def areas(self) -> ndarray:
+        """Of the triangles, (m,)."""
+        return self.loads.inertia[2]
+
+    def influence(self, substrate: Substrate, x: ndarray) -> ndarray:
+        """Settlements of points of shape (2, m) under unit mean pressures of each law on the k
+        cells, shape (2, m, k)."""
+        out, loads = np.empty((2, len(self.cells), x.shape[1])), self.loads
+        (points,), c = inputs(x), substrate.singular_coefficient
+        with Threads() as run:
+            run(lambda k: _fill(k.start, k.stop, points, c, loads, out), len(self.cells))
+        out = out.swapaxes(1, 2)
+        if substrate.remainder is not None:
+            rest, m = np.zeros((x.shape[1], len(self.cell))), len(self.cell)
+            none, offsets = np.empty((2, 0), dtype=int), np.arange(0, 3 * m + 1, 3)
+            triangles = Polygons(loads.corners.reshape(2, -1), np.arange(3 * m), offsets)
+            cells = Partition(triangles, none, none, triangles.centroids, none[0])
+            with Threads() as run:
+                for some, add in remainder_blocks(substrate, cells, None, x):
+                    run(partial(add_rows, add, rest[:, some]), x.shape[1])
+            out = out + np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
+        return out
 
 
 @vectorised
@@ -278,6 +328,21 @@ def _over_triangle(x, y, corners, k):
     return total
 
 
+def _fan_of(fan: Fan, reached: ndarray, lines: Segments) -> tuple[Fan, ndarray]:
+    """Triangles of some cells in each of k pictures, (k, n) array of bool, and the distances of
+    their points to lines; cells count on from one picture to the next."""
+    (cells,), (n, points) = np.nonzero(reached.ravel()), (reached.shape[1], fan.p.shape[1])
+    firsts = fan.starts[cells % n]
+    owner, position = ragged(fan.starts[cells % n + 1] - firsts)
+    triangle, cell = firsts[owner] + position, cells[owner]
+    t = fan.t[:, triangle] + points * (cell // n)
+    used = np.zeros(points * len(reached), dtype=bool)
+    used[t] = True
+    (which,) = np.nonzero(used)
+    t, p = (np.cumsum(used) - 1)[t], fan.p[:, which % points]
+    return Fan(p, t, cell, fan.part[triangle]), lines.signed_distance(p, which // points)
+
+
 def _quarters(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     """Points and triangles, each cut in four, and the number of the triangle each lies in."""
     m, n = t.shape[1], p.shape[1]
@@ -307,11 +372,14 @@ def _roots(square: ndarray) -> tuple[ndarray, ndarray]:
 
 
 def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
-    """Some cells and their neighbours among others, both (n,) array of bool; shape (2, k)."""
-    n, f2c = len(partition), partition.f2c
-    pairs = np.hstack([f2c, f2c[::-1]])
-    pairs = pairs[:, (pairs.min(axis=0) >= 0) & outer[pairs[0]] & inner[pairs[1]]]
-    return np.stack(np.divmod(np.unique(pairs[0].astype(np.int64) * n + pairs[1]), n))
+    """Some cells and their neighbours among others in k pictures, both (k n,) array of bool;
+    shape (2, m)."""
+    n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
+    own, other = np.hstack([f2c, f2c[::-1]])
+    picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
+    keys = (picture * n + own[pair]) * n + other[pair]
+    cell, beside = np.divmod(np.unique(keys), n)
+    return np.stack([cell, cell - cell % n + beside])
 
 
 def _law(
@@ -319,7 +387,8 @@ def _law(
 ) -> LineLaw:
     """From means over crossed cells, and values at centroids in contact, else NaN each."""
     (own, other), x, crossed = pairs, partition.centroids, ~np.isnan(mean)
-    share = 1 / np.sum((x[:, own] - x[:, other]) ** 2, axis=0)
+    n = len(partition)
+    share = 1 / np.sum((x[:, own % n] - x[:, other % n]) ** 2, axis=0)
     of_all = np.bincount(own, share, len(mean))[own]
     share *= mean[own] / np.where(crossed, mean, there)[other] / of_all
     inside = crossed & ~np.isnan(there)
