@@ -98,6 +98,7 @@ LAYERS = [
         "elements.slopes",
         "elements.curvature",
         "elements.slope_correction",
+        "elements.crossed_loads",
         "elements.crossed",
         "elements.point_values",
         "elements.transfer",

@@ -6,7 +6,7 @@ from plans import sin_graded, to_area
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
-from skfem_dual.elements import crossed
+from skfem_dual.elements import crossed_loads
 from skfem_dual.elements.crossed import CrossedCells, _roots
 from skfem_dual.grids.generate import disc, rectangle
 from skfem_dual.grids.lines import Segments, signed_distance
@@ -98,7 +98,7 @@ def test_crossed_cells_near_and_far(monkeypatch):
 
     found, soon = influence()
     for name in ("FAR", "EXACT"):
-        monkeypatch.setattr(crossed, name, np.inf)
+        monkeypatch.setattr(crossed_loads, name, np.inf)
     _, exact = influence()
     assert np.abs(soon - exact).max() < 1e-4 * np.abs(exact).max()
     areas = cells.partition.areas[found.cells]

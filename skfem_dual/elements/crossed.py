@@ -9,7 +9,7 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 5.1.
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
@@ -21,22 +21,18 @@ from ..grids.partition import Partition
 from ..grids.planar import ragged
 from ..grids.polygons import Polygons
 from ..ground.substrates import Substrate
-from ..kernels.compiled import compiled, inputs, vectorised
+from ..kernels.compiled import inputs
 from ..kernels.threads import Threads
+from .crossed_loads import Loads, fill
 from .edge_weights import EdgeWeights, mean_weight
 from .graded_rule import graded
-from .moments import far_influence, load_moments, radii, series_terms
-from .pieces import Pieces
+from .moments import radii
 from .remainder import add_rows, remainder_blocks
-from .ribs import rib_integral
 
 #: cells farther from the line than so many times their size are not looked at
 REACH = 4.0
 #: lines cross cells whose centroids are not farther than their corners, but for rounding
 ROUNDED = 1.000001
-#: sizes of a cell from which on its pressures act by a series, and of a triangle up to which it is
-#: integrated over its sides; between them it acts by its second moments
-FAR, EXACT = 5.0, 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,70 +56,6 @@ class LineLaw:
     pairs: ndarray
     share: ndarray
     relative: ndarray
-
-
-class Loads(NamedTuple):
-    """Triangles and cells, as kernels take them.
-
-    Attributes
-    ----------
-    corners : (2, m, 3) array of float
-        Of the triangles.
-    inertia : (6, m) array of float
-        Their centroids, areas and second moments.
-    exact : (m,) array of float
-        Squares of distances up to which they are integrated over their sides.
-    density : (2, m) array of float
-        Of both laws.
-    starts : (k + 1,) array of int
-        First triangles of the cells.
-    middles : (2, k) array of float
-        Points of the cells.
-    far : (k,) array of float
-        Squares of distances from these from which on series serve.
-    mass, terms : (2, k) and (2, 14, k) array of float
-        Series of both laws, see `series_terms`.
-    """
-
-    corners: ndarray
-    inertia: ndarray
-    exact: ndarray
-    density: ndarray
-    starts: ndarray
-    middles: ndarray
-    far: ndarray
-    mass: ndarray
-    terms: ndarray
-
-    @classmethod
-    def of(cls, p: ndarray, t: ndarray, starts: ndarray, density: ndarray) -> "Loads":
-        """Of triangles on points, those of a cell one after the other."""
-        triangles = Polygons(p, t.T.ravel(), np.arange(0, t.size + 1, 3))
-        corners, centroids, areas = p[:, t.T], triangles.centroids, triangles.areas
-        radii = np.hypot(*(corners - centroids[..., None])).max(axis=1)
-        total = np.add.reduceat(areas, starts[:-1])
-        middles = np.add.reduceat(areas * centroids, starts[:-1], axis=1) / total
-        of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-        each = np.arange(len(of))
-        pieces = Pieces(
-            corners.reshape(2, -1), triangles.offsets, np.ones(len(of)), each, each + 1
-        )
-        reach = np.hypot(*(corners - middles[:, of, None])).max(axis=1)
-        far = (FAR * np.maximum.reduceat(reach, starts[:-1])) ** 2
-        moments = load_moments(pieces, middles[:, of], 4)[:, :, None] * density
-        moments = np.add.reduceat(moments, starts[:-1], axis=3)
-        inertia = np.vstack([centroids, areas, triangles.second_moments])
-        terms = series_terms(moments).swapaxes(0, 1)
-        exact = (EXACT * radii) ** 2
-        return cls(corners, inertia, exact, density, starts, middles, far, moments[0, 0], terms)
-
-    def part(self, some: slice) -> "Loads":
-        """Those of some cells."""
-        starts = self.starts[some.start : some.stop + 1]
-        own = slice(starts[0], starts[-1])
-        of_cells = (each[..., some] for each in (self.middles, self.far, self.mass, self.terms))
-        triangles = self.corners[:, own], self.inertia[:, own], self.exact[own]
-        return Loads(*inputs(*triangles, self.density[:, own], starts - starts[0], *of_cells))
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +191,7 @@ class CrossedCells:
         out, loads = np.empty((2, len(self.cells), x.shape[1])), self.loads
         (points,), c = inputs(x), substrate.singular_coefficient
         with Threads() as run:
-            run(lambda k: _fill(k.start, k.stop, points, c, loads, out), len(self.cells))
+            run(lambda k: fill(k.start, k.stop, points, c, loads, out), len(self.cells))
         out = out.swapaxes(1, 2)
         if substrate.remainder is not None:
             rest, m = np.zeros((x.shape[1], len(self.cell))), len(self.cell)
@@ -271,61 +203,6 @@ class CrossedCells:
                     run(partial(add_rows, add, rest[:, some]), x.shape[1])
             out = out + np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
         return out
-
-
-@vectorised
-def _fill(begin, end, x, c, loads, out):
-    """Settlements under both laws on some cells, ``out`` of shape (2, k, m)."""
-    corners, inertia, exact, density, starts, middles, far, mass, terms = loads
-    m = x.shape[1]
-    near, x0, y0 = np.empty(m, np.int64), np.empty(m), np.empty(m)
-    value, one, two = np.empty(m), np.empty(m), np.empty(m)
-    for j in range(begin, end):
-        for law in range(2):
-            own = terms[law]
-            for i in range(m):
-                dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-                r = np.sqrt(dx * dx + dy * dy)
-                out[law, j, i] = c * (mass[law, j] / r + far_influence(dx, dy, far[j], own, j))
-        count = 0
-        for i in range(m):
-            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-            if dx * dx + dy * dy < far[j]:
-                near[count], x0[count], y0[count] = i, x[0, i], x[1, i]
-                one[count], two[count] = 0.0, 0.0
-                count += 1
-        for k in range(starts[j], starts[j + 1]):
-            cx, cy, area = inertia[0, k], inertia[1, k], inertia[2, k]
-            xx, xy, yy = inertia[3, k], inertia[4, k], inertia[5, k]
-            for i in range(count):
-                dx, dy = x0[i] - cx, y0[i] - cy
-                f = 1 / (dx * dx + dy * dy)
-                turned = 3 * f * (xx * dx * dx + 2 * xy * dx * dy + yy * dy * dy) - xx - yy
-                value[i] = np.sqrt(f) * (area + f * turned / 2)
-            for i in range(count):
-                dx, dy = x0[i] - cx, y0[i] - cy
-                if dx * dx + dy * dy < exact[k]:
-                    value[i] = _over_triangle(x0[i], y0[i], corners, k)
-            for i in range(count):
-                one[i] += density[0, k] * value[i]
-                two[i] += density[1, k] * value[i]
-        for i in range(count):
-            out[0, j, near[i]], out[1, j, near[i]] = c * one[i], c * two[i]
-
-
-@compiled
-def _over_triangle(x, y, corners, k):
-    """Integral of 1/r over a triangle."""
-    total = 0.0
-    ax, ay = corners[0, k, 2], corners[1, k, 2]
-    r1 = np.sqrt((x - ax) ** 2 + (y - ay) ** 2)
-    for end in range(3):
-        bx, by = corners[0, k, end], corners[1, k, end]
-        r2 = np.sqrt((x - bx) ** 2 + (y - by) ** 2)
-        lx, ly = bx - ax, by - ay
-        total += rib_integral(x, y, ax, ay, lx, ly, np.sqrt(lx * lx + ly * ly), r1, r2)
-        ax, ay, r1 = bx, by, r2
-    return total
 
 
 def _fan_of(fan: Fan, reached: ndarray, lines: Segments) -> tuple[Fan, ndarray]:
