@@ -102,7 +102,7 @@ def test_crossed_cells_near_and_far(monkeypatch):
     _, exact = influence()
     assert np.abs(soon - exact).max() < 1e-4 * np.abs(exact).max()
     areas = cells.partition.areas[found.cells]
-    assert exact[:, -1] == pytest.approx(np.array([areas, areas]) / np.pi / 50, rel=0.03)
+    assert exact[..., -1] == pytest.approx(np.array([areas, areas]) / np.pi / 50, rel=0.03)
 
 
 def test_sides_of_a_sharp_line():

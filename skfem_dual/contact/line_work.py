@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, hstack
 
 from ..elements.crossed import CrossedCells
 from ..grids.lines import Segments
 from ..grids.nearest import nearest
 from ..grids.polygons import readonly
-from ..kernels.once import computed_once
+from ..kernels.once import computed_once, remember
 from ..operators.factors import Factors
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
@@ -134,19 +134,16 @@ class LineWork:
     @computed_once
     def change(self) -> ndarray:
         """By how much the pressures of these cells settle the collocation points otherwise than
-        `Work.at_cells` has it, but for crossed ones, which do nothing by it; (n, c)."""
-        columns, slopes = self.columns
-        change, points = np.zeros((len(self.flat), len(columns))), self.work.at_cells
-        points.slopes.add(change, slopes)
-        change[:, self.crossed[columns]] -= points.rows[:, self.crossed]
-        return change
+        `Work.at_cells` has it, but for crossed ones, which do nothing by it; (c, n)."""
+        _find_changes(self.work, [self])
+        return self.change
 
     @computed_once
     def by_crossed(self) -> tuple[ndarray, ndarray]:
-        """What crossed cells settle the collocation points by both laws, (2, n, k); their
+        """What crossed cells settle the collocation points by both laws, (2, k, n); their
         numbers."""
         by, cells = zip(*self._by_crossed(self.work.at_cells.x), strict=True)
-        return np.concatenate(by, axis=2), np.concatenate(cells)
+        return np.concatenate(by, axis=1), np.concatenate(cells)
 
     def _by_crossed(self, x: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
         """What crossed cells under each punch settle points, see `CrossedCells`; their numbers."""
@@ -165,7 +162,7 @@ class LineWork:
         split = np.hsplit(settled[some], len(laws))
         for by, cells in self._by_crossed(np.ascontiguousarray(points.x[:, some])):
             for out, matrix, pressure in zip(split, by, laws, strict=False):
-                out += matrix @ pressure[cells]
+                out += matrix.T @ pressure[cells]
         return split
 
     def _carried(self, law: int) -> tuple[ndarray, ndarray, ndarray]:
@@ -180,26 +177,25 @@ class LineWork:
         or carry what crossed ones do, and what the second law adds by these, (t, k)."""
         (touching,), (columns, _) = np.nonzero(self.in_contact), self.columns
         by, cells = self.by_crossed
-        rows, change = self.work.at_cells.rows, self.change[touching]
+        by, change, rows = by[:, :, touching], self.change[:, touching], self.work.columns
         place = np.full(len(rows), -1)
         place[touching] = np.arange(len(touching))
-        matrix = rows[np.ix_(touching, touching)]
-        matrix[:, place[columns[self.in_contact[columns]]]] += change[:, self.in_contact[columns]]
+        transposed, inside = rows[np.ix_(touching, touching)], self.in_contact[columns]
+        transposed[place[columns[inside]]] += change[inside]
         outer, inner, _ = self._carried(0)
         own = self.in_contact[cells]
         special = np.union1d(cells[own], inner)
         # those out of contact have neither rows nor slopes of their own
-        without = rows[np.ix_(touching, outer)] + change[:, np.searchsorted(columns, outer)]
+        without = rows[np.ix_(outer, touching)] + change[np.searchsorted(columns, outer)]
         parts = np.zeros((2, len(special), len(touching)))
         for law, part in enumerate(parts):
-            part[np.searchsorted(special, cells[own])] = by[law][
-                np.ix_(touching, np.nonzero(own)[0])
-            ].T
-            carried = without + by[law][np.ix_(touching, np.searchsorted(cells, outer))]
-            share = self._carried(law)[2]
-            np.add.at(part, np.searchsorted(special, inner), (carried * share).T)
-        matrix[:, place[special]] += parts[0].T
-        return touching, Factors.from_matrix(matrix), place[special], (parts[1] - parts[0]).T
+            part[np.searchsorted(special, cells[own])] = by[law, own]
+            carried = without + by[law, np.searchsorted(cells, outer)]
+            share = self._carried(law)[2][:, None]
+            np.add.at(part, np.searchsorted(special, inner), carried * share)
+        transposed[place[special]] += parts[0]
+        factors = Factors.from_matrix(transposed.T)
+        return touching, factors, place[special], (parts[1] - parts[0]).T
 
     def pressures(self, law: int) -> ndarray:
         """By motions of unit size, (n, m)."""
@@ -247,8 +243,8 @@ class LineWork:
         pressure = unit @ motion
         moved = motion / self.work.unit @ self.work.problem.system.planes
         by, cells = self.by_crossed
-        settled = self.work.at_cells.rows @ pressure + self.change @ pressure[self.columns[0]]
-        settled += by[0] @ pressure[cells]
+        settled = self.work.at_cells.rows @ pressure + pressure[self.columns[0]] @ self.change
+        settled += pressure[cells] @ by[0]
         for _, own, found in self._parts:
             pressure[own] *= found.laws[0].relative
         inside = self.in_contact
@@ -323,6 +319,7 @@ def on_each(
     answers: list[Compliances | None] = [None] * len(contacts)
     if not some:
         return answers
+    _find_changes(work, [first[i] for i in some])
     again = _half_way(
         work, [first[i] for i in some], [positions[i] for i in some], [regions[i] for i in some]
     )
@@ -332,6 +329,7 @@ def on_each(
     ]
     if not found:
         return answers
+    _find_changes(work, [each for _, each, _ in found])
     entries = work.problem.cells.entries(np.hstack([own.x for *_, own in found]))
     rows, begin = entries.matrix(), 0
     for i, each, own in found:
@@ -339,6 +337,17 @@ def on_each(
         begin += len(here)
         answers[i] = each.compliances(own, Points(own.x, rows[here], entries.sloping.at(here)))
     return answers
+
+
+def _find_changes(work: Any, lined: Sequence[LineWork]) -> None:
+    """`LineWork.change` of several."""
+    points, ends = work.at_cells, np.cumsum([len(each.columns[0]) for each in lined])
+    change = np.zeros((len(points.rows), ends[-1]))
+    points.slopes.add(change, hstack([each.columns[1] for each in lined], format="csr"))
+    for each, own in zip(lined, np.split(change, ends[:-1], axis=1), strict=True):
+        found, crossed = np.ascontiguousarray(own.T), each.crossed[each.columns[0]]
+        found[crossed] -= work.columns[each.crossed]
+        remember(each, "change", found)
 
 
 def _half_way(

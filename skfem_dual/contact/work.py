@@ -121,6 +121,11 @@ class Work:
         return Points(cells.collocation_points, np.asarray(self.problem.operator), cells.sloping)
 
     @computed_once
+    def columns(self) -> ndarray:
+        """Settlements of these by unit pressure on each cell, one after the other, (n, n)."""
+        return np.ascontiguousarray(self.at_cells.rows.T)
+
+    @computed_once
     def slopes(self) -> tuple[ndarray, ndarray, ndarray]:
         """Rows, columns and values of the matrix of `Slopes`, ascending in the first."""
         matrix = self.problem.cells.slopes.matrix

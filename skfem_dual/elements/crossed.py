@@ -187,12 +187,11 @@ class CrossedCells:
 
     def influence(self, substrate: Substrate, x: ndarray) -> ndarray:
         """Settlements of points of shape (2, m) under unit mean pressures of each law on the k
-        cells, shape (2, m, k)."""
+        cells, shape (2, k, m)."""
         out, loads = np.empty((2, len(self.cells), x.shape[1])), self.loads
         (points,), c = inputs(x), substrate.singular_coefficient
         with Threads() as run:
             run(lambda k: fill(k.start, k.stop, points, c, loads, out), len(self.cells))
-        out = out.swapaxes(1, 2)
         if substrate.remainder is not None:
             rest, m = np.zeros((x.shape[1], len(self.cell))), len(self.cell)
             none, offsets = np.empty((2, 0), dtype=int), np.arange(0, 3 * m + 1, 3)
@@ -201,7 +200,8 @@ class CrossedCells:
             with Threads() as run:
                 for some, add in remainder_blocks(substrate, cells, None, x):
                     run(partial(add_rows, add, rest[:, some]), x.shape[1])
-            out = out + np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
+            added = np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
+            out += added.swapaxes(1, 2)
         return out
 
 
