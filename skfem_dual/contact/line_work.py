@@ -314,28 +314,23 @@ def on_each(
     None where no line ends away from the corners of a plan. ``positions`` take such a compliance
     to the position under the load, in unit motions; ``regions`` are those of contact.
     """
-    first = LineWork.of_each(work, regions, contacts)
-    some = [i for i, found in enumerate(first) if found is not None]
     answers: list[Compliances | None] = [None] * len(contacts)
-    if not some:
+    drawn = {i: each for i, each in enumerate(LineWork.of_each(work, regions, contacts)) if each}
+    if drawn:
+        regions = _half_way(work, drawn, positions, regions)
+        again = LineWork.of_each(work, regions, [contacts[i] for i in drawn])
+        drawn = {i: each for i, each in zip(drawn, again, strict=True) if each}
+    if not drawn:
         return answers
-    _find_changes(work, [first[i] for i in some])
-    again = _half_way(
-        work, [first[i] for i in some], [positions[i] for i in some], [regions[i] for i in some]
-    )
-    second = LineWork.of_each(work, again, [contacts[i] for i in some])
-    found = [
-        (i, each, each.sectors()) for i, each in zip(some, second, strict=True) if each is not None
-    ]
-    if not found:
-        return answers
-    _find_changes(work, [each for _, each, _ in found])
-    entries = work.problem.cells.entries(np.hstack([own.x for *_, own in found]))
+    _find_changes(work, list(drawn.values()))
+    own = {i: each.sectors() for i, each in drawn.items()}
+    entries = work.problem.cells.entries(np.hstack([some.x for some in own.values()]))
     rows, begin = entries.matrix(), 0
-    for i, each, own in found:
-        here = np.arange(begin, begin + len(own.cell))
+    for i, each in drawn.items():
+        here = np.arange(begin, begin + len(own[i].cell))
         begin += len(here)
-        answers[i] = each.compliances(own, Points(own.x, rows[here], entries.sloping.at(here)))
+        points = Points(own[i].x, rows[here], entries.sloping.at(here))
+        answers[i] = each.compliances(own[i], points)
     return answers
 
 
@@ -351,20 +346,23 @@ def _find_changes(work: Any, lined: Sequence[LineWork]) -> None:
 
 
 def _half_way(
-    work: Any, lined: Sequence[LineWork], positions: Sequence[Position], regions: Sequence[Regions]
+    work: Any,
+    drawn: dict[int, LineWork],
+    positions: Sequence[Position],
+    regions: Sequence[Regions],
 ) -> list[list[ContactRegion]]:
-    """Regions half way to those of the pressures under the loads."""
-    under = [each.under_load(position) for each, position in zip(lined, positions, strict=True)]
-    again = [list(each) for each in regions]
+    """Regions half way to those of the pressures under the loads, of cases with some numbers."""
+    _find_changes(work, list(drawn.values()))
+    under = {i: each.under_load(positions[i]) for i, each in drawn.items()}
+    again = {i: list(regions[i]) for i in drawn}
     for j, ((cells, *_), own) in enumerate(zip(work.parts, work.own, strict=True)):
-        moving = [i for i, each in enumerate(lined) if each.under[j] is not None]
-        found = regions_under(
-            cells, *(np.stack([under[i][what][own] for i in moving]) for what in (0, 1))
-        )
-        for i, new in zip(moving, found, strict=True):
-            level = readonly((regions[i][j].level + new.level) / 2)
-            again[i][j] = replace(regions[i][j], level=level)
-    return again
+        some = [i for i, each in drawn.items() if each.under[j] is not None]
+        if some:
+            pressure, gap = (np.stack([under[i][k][own] for i in some]) for k in (0, 1))
+            for i, new in zip(some, regions_under(cells, pressure, gap), strict=True):
+                level = readonly((regions[i][j].level + new.level) / 2)
+                again[i][j] = replace(regions[i][j], level=level)
+    return list(again.values())
 
 
 def regions_of(
