@@ -123,7 +123,7 @@ class LineWork:
         (rows, cells, values), n = self.work.slopes, len(self.flat)
         own = self.crossed[cells]
         # crossed cells leave the slopes around them only, flat ones have none
-        used = self.flat[rows % n] != own
+        used = (self.flat[rows % n] != own) & (own | self.in_contact[cells])
         touched = self.crossed.copy()
         touched[cells[used]] = True
         columns, place = np.nonzero(touched)[0], np.cumsum(touched) - 1
