@@ -34,7 +34,7 @@ Regions = Sequence[ContactRegion]
 Position = Callable[[ndarray], ndarray]
 Compliances = tuple[ndarray, ndarray]
 
-_MATRICES, _ALL = (ndarray, SymmetricMatrix), slice(None)
+_MATRICES = ndarray, SymmetricMatrix
 
 #: cells in contact from which on it has such a line, and up to how many it is cheap to draw it
 FEWEST, MOST = 30, 3000
@@ -150,20 +150,26 @@ class LineWork:
         for (cells, *_), own, found in self._parts:
             yield found.influence(cells.substrate, x), found.cells + own.start
 
-    def settled(
-        self, points: Points, laws: Sequence[ndarray], some: ndarray | slice = _ALL
-    ) -> list[ndarray]:
-        """Settlements of some points under mean pressures of both laws, or of the first, (n, m)
-        each."""
-        pressures, of = np.hstack(laws), self.work.problem.cells.slopes.of
-        others = np.where(self.crossed[:, None], 0.0, pressures)
-        turned = np.where(self.flat[:, None], 0.0, of(pressures)) - of(others)
-        settled = points.rows @ others + points.slopes.apply(turned)
-        split = np.hsplit(settled[some], len(laws))
+    @computed_once
+    def laws(self) -> tuple[ndarray, ndarray]:
+        """`pressures` by both."""
+        return self.pressures(0), self.pressures(1)
+
+    @computed_once
+    def others(self) -> ndarray:
+        """The same of cells that are not crossed, (n, 2 m)."""
+        return np.where(self.crossed[:, None], 0.0, np.hstack(self.laws))
+
+    def settled(self, points: Points, whole: ndarray, some: ndarray | slice) -> list[ndarray]:
+        """Settlements of some points under both laws, (k, m) each; ``whole`` of all points those
+        by `others` with all slopes."""
+        of = self.work.problem.cells.slopes.of
+        turned = np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws))) - of(self.others)
+        settled = np.hsplit((whole + points.slopes.apply(turned))[some], 2)
         for by, cells in self._by_crossed(np.ascontiguousarray(points.x[:, some])):
-            for out, matrix, pressure in zip(split, by, laws, strict=False):
+            for out, matrix, pressure in zip(settled, by, self.laws, strict=True):
                 out += matrix.T @ pressure[cells]
-        return split
+        return settled
 
     def _carried(self, law: int) -> tuple[ndarray, ndarray, ndarray]:
         """Crossed cells out of contact, their neighbours and shares, see `LineLaw`."""
@@ -252,17 +258,21 @@ class LineWork:
             inside, 0.0, settled - moved
         ).clip(0)
 
-    def compliances(self, own: Sectors, at_own: Points) -> tuple[ndarray, ndarray]:
-        """Motions of unit size by forces on them, as of `Work`; ``own`` are the `sectors`."""
-        work, pressures, others = self.work, self.pressures(0), self.pressures(1)
+    def compliances(self, own: Sectors, at_own: Points, whole: ndarray) -> Compliances:
+        """Motions of unit size by forces on them, as of `Work`.
+
+        ``own`` are the `sectors`; ``whole`` what those of all cells settle by `others` with all
+        slopes.
+        """
+        work, (pressures, others) = self.work, self.laws
         by_points, unit = self.by_forces(0, pressures), others @ self.by_forces(1, others)
-        (settled,) = self.settled(at_own, [pressures])
+        settled, _ = self.settled(at_own, at_own.rows @ self.others, slice(None))
         apart = settled.T - work.planes_at(own)
         done = (unit[own.cell].T * own.load) @ apart.T
         cell = work.sectors.cell
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
         loads = work.loads_of(unit, self.flat)[:, away]
-        settled, grown = self.settled(work.at_sectors, [pressures, others], away)
+        settled, grown = self.settled(work.at_sectors, whole, away)
         far = np.zeros(work.planes.shape)
         far[:, away] = grown.T - work.planes[:, away]
         close = work.close(far)
@@ -326,11 +336,13 @@ def on_each(
     own = {i: each.sectors() for i, each in drawn.items()}
     entries = work.problem.cells.entries(np.hstack([some.x for some in own.values()]))
     rows, begin = entries.matrix(), 0
-    for i, each in drawn.items():
+    whole = work.at_sectors.rows @ np.hstack([each.others for each in drawn.values()])
+    wholes = np.split(whole, len(drawn), axis=1)
+    for (i, each), settled in zip(drawn.items(), wholes, strict=True):
         here = np.arange(begin, begin + len(own[i].cell))
         begin += len(here)
         points = Points(own[i].x, rows[here], entries.sloping.at(here))
-        answers[i] = each.compliances(own[i], points)
+        answers[i] = each.compliances(own[i], points, settled)
     return answers
 
 
