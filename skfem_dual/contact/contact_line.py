@@ -59,10 +59,13 @@ def edge_distance(
     near = nearest(middle, starts, x, np.repeat(np.arange(k), n), around)[0]
     beside = nearest(x, firsts, middle, each, min(2 * AROUND, n))[0]
     across = 0.8 * np.hypot(*step)
-    planes = PlaneFit.to(x, middle, beside)
-    for _ in range(3):  # the direction across the edge follows from the distances
-        strength = np.median(_strength(square[i], gaps[j], across)[near], axis=1)
-        distance = np.where(inside, square * strength**3, -gaps * strength)
+    planes, distance = PlaneFit.to(x, middle, beside), np.empty(len(sizes))
+    used = np.zeros(len(sizes), dtype=bool)
+    used[beside] = True
+    for some in (used, used, slice(None)):  # the direction across follows from the distances
+        strength = np.median(_strength(square[i], gaps[j], across)[near[some]], axis=1)
+        both = square[some] * strength**3, -gaps[some] * strength
+        distance[some] = np.where(inside[some], *both)
         slope = planes(distance)[1:]
         normal = slope / np.hypot(*slope)
         across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))

@@ -186,13 +186,13 @@ class LineWork:
         by, change, rows = by[:, :, touching], self.change[:, touching], self.work.columns
         place = np.full(len(rows), -1)
         place[touching] = np.arange(len(touching))
-        transposed, inside = rows[np.ix_(touching, touching)], self.in_contact[columns]
+        transposed, inside = _part(rows, touching, touching), self.in_contact[columns]
         transposed[place[columns[inside]]] += change[inside]
         outer, inner, _ = self._carried(0)
         own = self.in_contact[cells]
         special = np.union1d(cells[own], inner)
         # those out of contact have neither rows nor slopes of their own
-        without = rows[np.ix_(outer, touching)] + change[np.searchsorted(columns, outer)]
+        without = _part(rows, outer, touching) + change[np.searchsorted(columns, outer)]
         parts = np.zeros((2, len(special), len(touching)))
         for law, part in enumerate(parts):
             part[np.searchsorted(special, cells[own])] = by[law, own]
@@ -296,6 +296,11 @@ class LineWork:
             x = [np.bincount(at, load * a) / total for a in found.centroids]
             out.append(Sectors(np.stack(x), cell + own.start, total))
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
+
+
+def _part(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
+    """Some rows and columns, three times as soon as by both at once."""
+    return matrix.take(rows, axis=0).take(columns, axis=1)
 
 
 def has_law(work: Any, contact: Contact) -> bool:

@@ -250,8 +250,8 @@ class Work:
         """Settlement of the sectors under some pressures, shape (m, nsectors)."""
         settled = self._with_slopes(pressures, full)
         if flat is not None and self._sloping is not None:
-            for row, slopes in zip(settled, self._slopes(pressures), strict=True):
-                row -= self._sloping.apply(np.where(flat, slopes, 0.0))
+            lost = np.where(flat, self._slopes(pressures), 0.0)
+            settled = settled - self._sloping.apply(np.moveaxis(lost, 0, -1)).T
         return settled
 
     def _with_slopes(self, pressures: ndarray, full: bool) -> ndarray:
