@@ -121,6 +121,13 @@ def test_what_is_not_reached_is_told():
     assert 16 * short.accuracy.cells**2 < 1e6
 
 
+def test_a_coarsest_mesh_that_takes_too_long():
+    with pytest.raises(TimeoutError, match=r"mesh of the plan takes, of \d+ cells, got 0.001 s"):
+        solve_plan(
+            Plan.from_polygon([(0, 0), (20, 0), (20, 1), (0, 1)]), SOIL, 1.0, time_limit=1e-3
+        )
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
