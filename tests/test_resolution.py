@@ -13,6 +13,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    MeshError,
     ResolutionWarning,
     RigidPunch,
 )
@@ -110,6 +111,20 @@ def test_units_and_place_do_not_matter():
     plain = coarseness(layer(1.0), h)
     assert coarseness(layer(1e3), 1e3 * h) == pytest.approx(plain, rel=1e-9)
     assert (np.diff(plain) < 0).all()
+
+
+@pytest.mark.parametrize("size", [1e-60, 1e-19, 1e19, 1e60])
+def test_sizes_that_are_no_numbers_in_the_end(size):
+    """In units far from the plan's cells are refused, in others the answer is the same."""
+    basis = DualMesh.from_mesh(disc(n=30).scaled(size)).basis()
+    ground = LayeredHalfSpace([Layer(size, 1.0, 0.3)], HalfSpace(0.1, 0.3))
+    if 1e-30 < size < 1e30:
+        plain = LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], HalfSpace(0.1, 0.3))
+        same = RigidPunch(plain, DualMesh.from_mesh(disc(n=30)).basis()).solve(1.0).settlement
+        assert RigidPunch(ground, basis).solve(size).settlement == pytest.approx(same, rel=1e-9)
+    else:
+        with pytest.raises(MeshError, match=r"cells of sizes from 1e-20 to 1e.20.*choose units"):
+            RigidPunch(ground, basis)
 
 
 @pytest.mark.parametrize(
