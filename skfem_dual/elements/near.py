@@ -154,7 +154,10 @@ class NearField:
         """
         starts, cells = columns
         blocks = Blocks(*inputs(x, rows, starts, np.asarray(cells, np.int32)))
-        _fill_singular(blocks, self.ribs, self.coefficient, self.far, self.number, values)
+        # one more than the column of each cell, 0 for none: memory that is not touched costs none
+        column = np.zeros(len(self.number) + 1, np.int32)
+        known = self.ribs, self.coefficient, self.far, self.number
+        _fill_singular(blocks, *known, column, values)
         if self.remainder is not None:
             _add_remainder(blocks, self.remainder, values)
 
@@ -198,10 +201,9 @@ def _reach(
 
 
 @compiled
-def _fill_singular(blocks, ribs, c, far, number, values):
+def _fill_singular(blocks, ribs, c, far, number, column, values):
     """Entries of c / r and of the series."""
     x, rows, starts, cells = blocks
-    column = np.full(ribs.starts.shape[0], -1, np.int32)  # the last: outside of the plan
     widest, highest = 0, 0
     for block in range(rows.shape[1]):
         widest = max(widest, starts[block + 1] - starts[block])
@@ -216,12 +218,12 @@ def _fill_singular(blocks, ribs, c, far, number, values):
         entries = room[:width]
         entries[:, :height] = 0.0
         for k in range(width):
-            column[some[k]] = k
+            column[some[k]] = k + 1
         _add_cells(x0, y0, some, column, ribs, c, entries, part, r1, r2)
         if far is not None:
             _add_series(x0, y0, number[some], far, entries)
         for k in range(width):
-            column[some[k]] = -1
+            column[some[k]] = 0
         for i in range(height):
             for k in range(width):
                 values[offset + i * width + k] = entries[k, i]
@@ -232,15 +234,15 @@ def _fill_singular(blocks, ribs, c, far, number, values):
 def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
     """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
 
-    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part``, ``r1``
-    and ``r2`` are for temporary use.
+    ``column`` has one more than that row of each cell of the plan, 0 for those of no interest;
+    ``part``, ``r1`` and ``r2`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
     for k in range(cells.shape[0]):
         cell = cells[k]
         for a in range(starts[cell], starts[cell + 1]):
             rib = around[a]
-            plus, minus = column[left[rib]], column[right[rib]]
+            plus, minus = column[left[rib]] - 1, column[right[rib]] - 1
             if plus >= 0 and left[rib] != cell:
                 continue  # it is the turn of the other cell
             ax, ay, lx, ly, length = geometry[rib]

@@ -96,12 +96,12 @@ class Slopes:
         return readonly((self.matrix.T @ ones.T).T)
 
     def lowest(self, pressure: ndarray) -> ndarray:
-        """Least value of ``q + g . (x - y)`` in each cell, shape (n,): where it is negative the
-        pressure changes its sign."""
+        """Least value of ``q + g . (x - y)`` in each cell, shape (n,) or (n, k): where it is
+        negative the pressure changes its sign."""
         polygons = self.partition.polygons
         cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
         arm = polygons.p[:, polygons.indices] - self.centroids[:, cell]
-        rise = np.sum(self.of(pressure)[:, cell] * arm, axis=0)
+        rise = np.einsum("iv...,iv->v...", self.of(pressure)[:, cell], arm)
         return pressure + np.minimum.reduceat(rise, polygons.offsets[:-1])
 
 

@@ -133,7 +133,7 @@ class Polygons:
         """Area centroid of each polygon, shape (2, npolygons)."""
         return self._moments[1]
 
-    @computed_once
+    @property
     def second_moments(self) -> ndarray:
         """Integrals of x^2, x y and y^2 about the centroid of each polygon, shape (3, n)."""
         out = np.empty((3, len(self)))
