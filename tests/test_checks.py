@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -8,6 +10,7 @@ from skfem.mesh import Mesh2D
 
 from skfem_dual import DualMesh, MeshError, check_mesh
 from skfem_dual.grids.corners import Corners
+from skfem_dual.grids.planar import covered_twice
 from skfem_dual.grids.quality import MeshQuality
 
 
@@ -414,3 +417,26 @@ def test_sizes_that_leave_no_room_for_products_are_refused():
         with pytest.raises(MeshError, match=r"domain wider than 1e-100.*units"):
             DualMesh.from_mesh(mesh)
         assert not check_mesh(mesh).ok
+
+
+@pytest.mark.parametrize(
+    ("contours", "twice"),
+    [
+        ([SQUARE], 0),
+        ([[(0, 0), (1, 0), (2, 0), (2, 1), (0, 1)]], 0),
+        ([SQUARE, [(2, 0), (3, 0), (3, 1), (2, 1)]], 0),
+        ([SQUARE, [(0.5, 0.2), (1.5, 0.2), (1.5, 0.8), (0.5, 0.8)]], 4),
+        ([[(np.cos(a), np.sin(a)) for a in 0.8 * np.pi * np.arange(5)]], 5),
+        ([[(0, 0), (2, 0), (2, 1), (1, -0.5), (0, 1)]], 3),
+    ],
+    ids=["square", "straight", "apart", "overlapping", "pentagram", "crossing"],
+)
+def test_places_covered_twice_by_contours(contours, twice):
+    """Those that turn to the left once, alone, are convex; all others are looked at."""
+    starts = np.cumsum([0, *map(len, contours)])
+    following = [np.roll(np.arange(a, b), -1) for a, b in pairwise(starts)]
+    facets = np.stack([np.arange(starts[-1]), np.concatenate(following)])
+    p = np.concatenate(contours).T.astype(float)
+    a, b = p[:, facets].swapaxes(0, 1)
+    inside = (a + b) / 2 + 1e-3 * np.stack([a[1] - b[1], b[0] - a[0]])
+    assert len(covered_twice(p, facets, inside)) == twice

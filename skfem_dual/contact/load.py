@@ -15,6 +15,8 @@ from ..messages import shown
 
 #: points so near to a side of a polygon, by areas, are not inside
 ROUNDING = 1e-9
+#: points from which on those inside are left out before their convex hull is looked for
+MANY = 1000
 
 
 @dataclass(frozen=True)
@@ -229,7 +231,10 @@ class Hull:
 
 
 def _outer(points: ndarray) -> ndarray:
-    """The points without those inside the octagon of the farthest ones in eight directions."""
+    """The points, without those inside the octagon of the farthest ones in eight directions where
+    they are many."""
+    if points.shape[1] < MANY:
+        return points
     angles = np.pi / 4 * np.arange(8)
     along = np.column_stack([np.cos(angles), np.sin(angles)])
     corners = points[:, np.argmax(along @ points, axis=1)]

@@ -125,12 +125,19 @@ def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matr
         weighted, mean = weights.weighted, weights.mean
         y = weights.centroids
     given = inputs(partition.centroids, y, mean, weighted)
-    starts = np.zeros(n + 1, np.int64)
-    columns = _around(*vertices, polygons.p.shape[1], *given[2:], starts)
-    values = np.empty((2, len(columns)))
-    _fill_slopes(columns, starts, *given, values)
+    starts, columns, values = _rows(*vertices, polygons.p.shape[1], *given)
     starts = np.append(starts, starts[1:] + len(columns))
     return csr_matrix((values.ravel(), np.tile(columns, 2), starts), shape=(2 * n, n))
+
+
+@compiled
+def _rows(places, offsets, npoints, centroids, y, mean, weighted):
+    """Rows of the matrix of slopes, of which those along x and along y have the same columns."""
+    starts = np.zeros(offsets.shape[0], np.int64)
+    columns = _around(places, offsets, npoints, mean, weighted, starts)
+    values = np.empty((2, len(columns)))
+    _fill(columns, starts, centroids, y, mean, weighted, values)
+    return starts, columns, values
 
 
 @compiled
@@ -173,7 +180,7 @@ def _around(places, offsets, npoints, mean, weighted, starts):
 
 
 @compiled
-def _fill_slopes(columns, starts, centroids, y, mean, weighted, values):
+def _fill(columns, starts, centroids, y, mean, weighted, values):
     """Values of the matrix of slopes along x and along y."""
     for i in range(starts.shape[0] - 1):
         begin, end = starts[i], starts[i + 1]

@@ -8,6 +8,7 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 from skfem import CellBasis, Mesh
 
+from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
@@ -116,23 +117,14 @@ class Fan:
         p, t, cell, part = self.p, self.t, self.cell, self.part
         new = t
         for _ in range(times):
-            n, more = p.shape[1], found(p, new)
-            if len(more) == 0:
+            n, cut = p.shape[1], found(p, new)
+            if len(cut) == 0:
                 break
-            cut, ends = np.empty(0, np.int64), np.zeros(n, dtype=bool)
-            while len(more):
-                cut = np.union1d(cut, more)
-                ends[np.concatenate(np.divmod(cut, n))] = True
-                a, b, c = ends[t]
-                beside = np.nonzero((a & b) | (b & c) | (c & a))[0]
-                keys = side_keys(t[:, beside], n)
-                place = np.searchsorted(cut, keys)
-                halved = np.append(cut, -1)[place] == keys
-                more = keys[~halved & (halved.sum(axis=0) == 2)]
+            cut, beside, place = _closed(*inputs(t), n, cut)
             p = np.hstack([p, p[:, np.divmod(cut, n)].mean(axis=1)])
-            new, of = _cut(t[:, beside], n + place, halved)
+            new, of = _cut(t[:, beside], n + place, place >= 0)
             whole = np.ones(t.shape[1], dtype=bool)
-            whole[beside[halved.any(axis=0)]] = False
+            whole[beside] = False
             of = np.append(np.nonzero(whole)[0], beside[of])
             t, cell, part = np.hstack([t[:, whole], new]), cell[of], part[of]
         return self if p is self.p else Fan._by_cell(p, t, cell, part)
@@ -202,6 +194,40 @@ class Fan:
         order = order[inside[order] > -1e-9]
         deepest[point[order]] = triangle[order]
         return deepest
+
+
+@compiled
+def _closed(t, n, cut):
+    """`side_keys` of sides to cut, those of triangles with two others among them; the triangles
+    that have any, and the numbers of their sides among those, -1 for others."""
+    m, ends = t.shape[1], np.zeros(n, np.uint8)
+    beside, place = np.empty(m, np.int64), np.empty((3, m), np.int64)
+    while True:
+        for key in cut:
+            ends[key // n], ends[key % n] = 1, 1
+        count, number, more = 0, 0, np.empty(2 * len(cut), np.int64)
+        for k in range(m):
+            if ends[t[0, k]] + ends[t[1, k]] + ends[t[2, k]] < 2:
+                continue
+            halves, left = 0, np.int64(0)
+            for i in range(3):
+                a, b = np.int64(t[i, k]), np.int64(t[(i + 1) % 3, k])
+                key = min(a, b) * n + max(a, b)
+                at = np.searchsorted(cut, key)
+                if at < len(cut) and cut[at] == key:
+                    place[i, count] = at
+                    halves += 1
+                else:
+                    place[i, count], left = -1, key
+            if halves == 2:  # a side has two triangles at most
+                more[number] = left
+                number += 1
+            if halves > 0:
+                beside[count] = k
+                count += 1
+        if number == 0:
+            return cut, beside[:count].copy(), place[:, :count].copy()
+        cut = np.unique(np.concatenate((cut, more[:number])))
 
 
 def _cut(t: ndarray, middle: ndarray, halved: ndarray) -> tuple[ndarray, ndarray]:

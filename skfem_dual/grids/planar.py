@@ -128,6 +128,8 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     array of int
         The facets that cross another one, or beside which another part of the domain lies.
     """
+    if _is_convex(p, facets):
+        return np.empty(0, dtype=int)
     # turned for the sweep along y: rows of facets in the direction of an axis are common
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
     middle = p[:, facets].mean(axis=(1, 2))[:, None]
@@ -145,6 +147,19 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     x = a[:, facet] + t * (b - a)[:, facet]
     x += 1e-4 * ((turn @ (inside - middle))[:, facet] - x)
     return np.union1d(crossed, facet[_winding_numbers(x, a, b, facet) != 1])
+
+
+def _is_convex(p: ndarray, facets: ndarray) -> bool:
+    """Whether directed facets are one closed contour that turns to the left, once."""
+    each, following = np.arange(facets.shape[1]), np.full(p.shape[1], -1)
+    following[facets[0]] = each
+    onward = following[facets[1]]
+    if onward.min(initial=0) < 0 or not np.array_equal(following[facets[0]], each):
+        return False
+    along = p[:, facets[1]] - p[:, facets[0]]
+    after = along[:, onward]
+    turn = np.arctan2(cross(along, after), np.sum(along * after, axis=0))
+    return bool(turn.min(initial=0.0) > -MARGIN and turn.sum() < 3 * np.pi)
 
 
 def _met(a: ndarray, b: ndarray) -> tuple[ndarray, ndarray, ndarray]:
