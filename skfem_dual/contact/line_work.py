@@ -19,6 +19,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix, hstack
 
 from ..elements.crossed import CrossedCells
+from ..elements.influence import influence_matrix
 from ..grids.lines import Segments
 from ..grids.nearest import nearest
 from ..grids.polygons import readonly
@@ -75,6 +76,8 @@ class LineWork:
         The cells crossed under each punch.
     crossed, in_contact, flat : (n,) array of bool
         As of `CrossedCells`, and the cells without slopes.
+    nlaws : int
+        How many laws of `CrossedCells` are asked for.
     """
 
     work: Any
@@ -82,10 +85,11 @@ class LineWork:
     crossed: ndarray
     in_contact: ndarray
     flat: ndarray
+    nlaws: int
 
     @classmethod
     def of_each(
-        cls, work: Any, regions: Sequence[Regions], contacts: Sequence[Contact]
+        cls, work: Any, regions: Sequence[Regions], contacts: Sequence[Contact], nlaws: int
     ) -> list["LineWork | None"]:
         """In each case, by regions of contact under the punches; None where no cell is crossed."""
         touching = np.stack([contact.touching for contact in contacts])
@@ -95,11 +99,11 @@ class LineWork:
             law = cells.partition, cells.fan, cells.weights
             under.append(CrossedCells.from_lines(*law, lines, touching[:, own]))
         cases = zip(contacts, zip(*under, strict=True), strict=True)
-        return [cls._of(work, each, contact) for contact, each in cases]
+        return [cls._of(work, each, contact, nlaws) for contact, each in cases]
 
     @classmethod
     def _of(
-        cls, work: Any, under: tuple[CrossedCells | None, ...], contact: Contact
+        cls, work: Any, under: tuple[CrossedCells | None, ...], contact: Contact, nlaws: int
     ) -> "LineWork | None":
         if all(found is None for found in under):
             return None
@@ -108,7 +112,7 @@ class LineWork:
             if found is not None:
                 in_contact[own], crossed[own] = found.in_contact, found.crossed
         flat = crossed if contact.flat is None else crossed | contact.flat
-        return cls(work, under, crossed, in_contact, flat)
+        return cls(work, under, crossed, in_contact, flat, nlaws)
 
     @property
     def _parts(self) -> Iterator[tuple[Any, slice, CrossedCells]]:
@@ -140,15 +144,15 @@ class LineWork:
 
     @computed_once
     def by_crossed(self) -> tuple[ndarray, ndarray]:
-        """What crossed cells settle the collocation points by both laws, (2, k, n); their
+        """What crossed cells settle the collocation points by each law, (nlaws, k, n); their
         numbers."""
-        by, cells = zip(*self._by_crossed(self.work.at_cells.x), strict=True)
+        by, cells = zip(*self._by_crossed(self.work.at_cells.x, self.nlaws), strict=True)
         return np.concatenate(by, axis=1), np.concatenate(cells)
 
-    def _by_crossed(self, x: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
+    def _by_crossed(self, x: ndarray, nlaws: int) -> Iterator[tuple[ndarray, ndarray]]:
         """What crossed cells under each punch settle points, see `CrossedCells`; their numbers."""
         for (cells, *_), own, found in self._parts:
-            yield found.influence(cells.substrate, x), found.cells + own.start
+            yield found.influence(cells.substrate, x, nlaws), found.cells + own.start
 
     @computed_once
     def laws(self) -> tuple[ndarray, ndarray]:
@@ -160,13 +164,17 @@ class LineWork:
         """The same of cells that are not crossed, (n, 2 m)."""
         return np.where(self.crossed[:, None], 0.0, np.hstack(self.laws))
 
-    def settled(self, points: Points, whole: ndarray, some: ndarray | slice) -> list[ndarray]:
-        """Settlements of some points under both laws, (k, m) each; ``whole`` of all points those
-        by `others` with all slopes."""
+    @computed_once
+    def slopes(self) -> ndarray:
+        """Slopes in the cells under both laws, (2, n, 2 m)."""
         of = self.work.problem.cells.slopes.of
-        turned = np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws))) - of(self.others)
-        settled = np.hsplit((whole + points.slopes.apply(turned))[some], 2)
-        for by, cells in self._by_crossed(np.ascontiguousarray(points.x[:, some])):
+        return np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws)))
+
+    def settled(self, points: Points, known: ndarray, slopes: ndarray) -> list[ndarray]:
+        """Settlements of points under both laws, (k, m) each: what is ``known``, what some slopes
+        add and crossed cells."""
+        settled = np.hsplit(known + points.slopes.apply(slopes), 2)
+        for by, cells in self._by_crossed(points.x, 2):
             for out, matrix, pressure in zip(settled, by, self.laws, strict=True):
                 out += matrix.T @ pressure[cells]
         return settled
@@ -193,7 +201,7 @@ class LineWork:
         special = np.union1d(cells[own], inner)
         # those out of contact have neither rows nor slopes of their own
         without = _part(rows, outer, touching) + change[np.searchsorted(columns, outer)]
-        parts = np.zeros((2, len(special), len(touching)))
+        parts = np.zeros((self.nlaws, len(special), len(touching)))
         for law, part in enumerate(parts):
             part[np.searchsorted(special, cells[own])] = by[law, own]
             carried = without + by[law, np.searchsorted(cells, outer)]
@@ -201,7 +209,7 @@ class LineWork:
             np.add.at(part, np.searchsorted(special, inner), carried * share)
         transposed[place[special]] += parts[0]
         factors = Factors.from_matrix(transposed.T)
-        return touching, factors, place[special], (parts[1] - parts[0]).T
+        return touching, factors, place[special], (parts[-1] - parts[0]).T
 
     def pressures(self, law: int) -> ndarray:
         """By motions of unit size, (n, m)."""
@@ -218,28 +226,21 @@ class LineWork:
         np.add.at(pressures, outer, share[:, None] * pressures[inner])
         return pressures
 
-    @computed_once
-    def _flattened(self) -> ndarray:
-        """Forces and moments of unit pressures where flat cells have no slopes."""
-        (rows, cells, values), problem = self.work.slopes, self.work.problem
-        resultants, n = problem.system.resultants.copy(), len(self.flat)
-        moments = problem.cells.slopes.second_moments.reshape(2, 2 * n)[:, rows]
-        lost = np.where(self.flat[rows % n], values, 0.0) * moments
-        lost = np.stack([np.bincount(cells, each, n) for each in lost])
-        for (_, body, _), own in zip(self.work.parts, self.work.own, strict=True):
-            resultants[3 * body + 1 : 3 * body + 3, own] -= lost[:, own]
-        return resultants
-
     def by_forces(self, law: int, pressures: ndarray) -> ndarray:
         """Motions of unit size by forces on them, as the collocation points have them."""
-        resultants = self._flattened.copy()
+        problem = self.work.problem
+        forces, slopes = problem.system.resultants @ pressures, problem.cells.slopes
+        lost = np.where(self.flat[:, None], slopes.of(pressures), 0.0)
+        for (_, body, _), own in zip(self.work.parts, self.work.own, strict=True):
+            moments = np.einsum("ijn,jnk->ik", slopes.second_moments[..., own], lost[:, own])
+            forces[3 * body + 1 : 3 * body + 3] -= moments
         for (cells, body, _), own, found in self._parts:
             crossed, n = found.cells, len(cells)
             arms = found.centroids * found.areas * found.laws[law].density
             moments = np.stack([np.bincount(found.cell, arm, n)[crossed] for arm in arms])
             moments -= (cells.acting * cells.partition.areas)[:, crossed]
-            resultants[3 * body + 1 : 3 * body + 3, crossed + own.start] += moments
-        return np.linalg.inv(resultants / self.work.unit[:, None] @ pressures)
+            forces[3 * body + 1 : 3 * body + 3] += moments @ pressures[own][crossed]
+        return np.linalg.inv(forces / self.work.unit[:, None])
 
     def under_load(self, position: Position) -> tuple[ndarray, ndarray]:
         """Pressures under the load at the centroids of the cells, the law of the plan's edge
@@ -261,18 +262,21 @@ class LineWork:
     def compliances(self, own: Sectors, at_own: Points, whole: ndarray) -> Compliances:
         """Motions of unit size by forces on them, as of `Work`.
 
-        ``own`` are the `sectors`; ``whole`` what those of all cells settle by `others` with all
-        slopes.
+        ``own`` are the `sectors` and ``at_own`` these as points, where rows are those without
+        slopes; ``whole`` is what the sectors of all cells settle by `others` with all slopes.
         """
         work, (pressures, others) = self.work, self.laws
         by_points, unit = self.by_forces(0, pressures), others @ self.by_forces(1, others)
-        settled, _ = self.settled(at_own, at_own.rows @ self.others, slice(None))
+        settled, _ = self.settled(at_own, at_own.rows @ self.others, self.slopes)
         apart = settled.T - work.planes_at(own)
         done = (unit[own.cell].T * own.load) @ apart.T
         cell = work.sectors.cell
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
         loads = work.loads_of(unit, self.flat)[:, away]
-        settled, grown = self.settled(work.at_sectors, whole, away)
+        turned = self.slopes - work.problem.cells.slopes.of(self.others)
+        x, _, slopes = work.at_sectors
+        points = Points(np.ascontiguousarray(x[:, away]), whole[away], slopes.at(away))
+        settled, grown = self.settled(points, points.rows, turned)
         far = np.zeros(work.planes.shape)
         far[:, away] = grown.T - work.planes[:, away]
         close = work.close(far)
@@ -330,17 +334,21 @@ def on_each(
     to the position under the load, in unit motions; ``regions`` are those of contact.
     """
     answers: list[Compliances | None] = [None] * len(contacts)
-    drawn = {i: each for i, each in enumerate(LineWork.of_each(work, regions, contacts)) if each}
+    drawn = {
+        i: each for i, each in enumerate(LineWork.of_each(work, regions, contacts, 1)) if each
+    }
     if drawn:
         regions = _half_way(work, drawn, positions, regions)
-        again = LineWork.of_each(work, regions, [contacts[i] for i in drawn])
+        again = LineWork.of_each(work, regions, [contacts[i] for i in drawn], 2)
         drawn = {i: each for i, each in zip(drawn, again, strict=True) if each}
     if not drawn:
         return answers
     _find_changes(work, list(drawn.values()))
     own = {i: each.sectors() for i, each in drawn.items()}
-    entries = work.problem.cells.entries(np.hstack([some.x for some in own.values()]))
-    rows, begin = entries.matrix(), 0
+    cells, begin = work.problem.cells, 0
+    entries = cells.entries(np.hstack([some.x for some in own.values()]))
+    rows = influence_matrix(cells.substrate, cells.partition, entries.x, cells.weights)
+    entries.correction.add_to(rows)
     whole = work.at_sectors.rows @ np.hstack([each.others for each in drawn.values()])
     wholes = np.split(whole, len(drawn), axis=1)
     for (i, each), settled in zip(drawn.items(), wholes, strict=True):
