@@ -23,6 +23,7 @@ from numpy import ndarray
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.once import computed_once
 from ..operators.factors import Factors
+from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
 from .line_work import Compliances, Points, Position, has_law, on_each, regions_of
@@ -36,6 +37,8 @@ from .system import DENSE
 #: the pressure in the cell is of another kind, as on thin layers that keep their volume: it is
 #: left out
 APART = 0.025
+#: errors of settlements of the sectors may be so many times those of the equations
+SECTORS = 3.0
 
 
 class Part(NamedTuple):
@@ -260,6 +263,9 @@ class Work:
         few, parts = len(pressures) <= DENSE, list(zip(self.parts, self.own, strict=True))
         if few and not full:
             return (self.rows @ pressures).T
+        ground = self.problem.operator
+        if not few and isinstance(ground, InfluenceOperator):
+            return ground.at(self.sectors.x, SECTORS * ground.rtol).roughly(pressures).T
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
         for (cells, *_), own in parts:
             if few:
