@@ -33,6 +33,7 @@ BENCHMARKS: dict[str, list[str]] = {
     "fast_operator": ["fast_operator.py", "--million"],
     "growth": ["growth.py", "--lift"],
     "unilateral": ["unilateral.py"],
+    "cases": ["cases.py"],
     "postprocess": ["postprocess.py"],
     "peers": ["peers.py"],
     "regular": ["regular.py"],

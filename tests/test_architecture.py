@@ -160,6 +160,7 @@ LAYERS = [
         "contact.line_law",
         "contact.sectors",
         "contact.line_work",
+        "contact.along_lines",
         "contact.work",
         "contact.motions",
         "contact.kern",

@@ -73,6 +73,14 @@ def test_small(load, capsys, monkeypatch):
     assert "dual grid to answer" in capsys.readouterr().out
 
 
+def test_cases(load, capsys):
+    rows = load("cases").main(cells=150, count=8)
+    for (_, lifting), row in rows.items():
+        assert row.cases.success.all()
+        assert np.sum(row.cases.contact_share < 1) == (4 if lifting else 0)
+    assert "lifted" in capsys.readouterr().out
+
+
 def test_unilateral(load, capsys):
     unilateral = load("unilateral")
     rows = unilateral.main(sizes=(150,))

@@ -9,7 +9,7 @@ from threading import Barrier
 
 import pytest
 
-from skfem_dual.kernels.once import _Held, computed_once
+from skfem_dual.kernels.once import _Held, computed_once, remember
 
 
 @dataclass(frozen=True)
@@ -114,3 +114,14 @@ def test_an_error_is_nothing_computed():
             failing.value  # noqa: B018
     assert failing.value == failing.value == 3
     assert not _Held.locks
+
+
+def test_what_others_have_computed():
+    """It is kept where nothing is known yet, under names of what is computed once."""
+    plan, counts = Plan(2.0, []), []
+    remember(plan, "area", 9.0)
+    remember(plan, "area", 8.0)
+    assert plan.area == 9.0
+    assert plan.counts == counts
+    with pytest.raises(TypeError, match="what is computed once, got 'size'"):
+        remember(plan, "size", 1.0)

@@ -175,7 +175,8 @@ def _flattened(
         if own is None:
             answers.append(problem.flattened(given, cut, start, how))
             continue
-        system, rows = many.without(cut)[0], cells.flattened_rows(verify.exact, cut)
-        check = replace(verify, constraints=given, system=system, exact=rows)
-        answers.append((check(*own, w), own[1]))
+        contact, position, system, slopes = own
+        exact = None if verify.exact is None else many.flattened_rows(verify.exact, slopes)
+        check = replace(verify, constraints=given, system=system, exact=exact)
+        answers.append((check(contact, position, w), position))
     return answers

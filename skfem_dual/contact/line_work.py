@@ -3,15 +3,14 @@
 Found by cells, contact ends between them, which leaves the tilt a part in a thousand off where
 contact is small. So the line is drawn where it ends, and in the cells that it crosses pressures
 vanish like the root of the distance, those of unit forces grow like its inverse, as the line moves
-with the force, see `CrossedCells`. The line is drawn a second time by the better pressures, half
-way between both: from one side it would swing to the other.
+with the force, see `CrossedCells`.
 
 Where the line meets the edge of the plan the contact runs into a narrow strip, and the pressure is
 that of a strip: ``(s / d)^(1/2)`` with the distance d to the edge.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,30 +18,13 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix, hstack
 
 from ..elements.crossed import CrossedCells
-from ..grids.lines import Segments
-from ..grids.nearest import nearest
-from ..grids.polygons import readonly
 from ..kernels.once import computed_once, remember
 from ..operators.factors import Factors
-from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import Footprint
 from .problem import Contact
-from .region import ContactRegion
 from .sectors import Sectors
 
-Regions = Sequence[ContactRegion]
 Position = Callable[[ndarray], ndarray]
 Compliances = tuple[ndarray, ndarray]
-
-_MATRICES = ndarray, SymmetricMatrix
-
-#: cells in contact from which on it has such a line, and up to how many it is cheap to draw it
-FEWEST, MOST = 30, 3000
-#: contact with more of a punch's plan tilts it right to 1e-4 as its cells have it, and settles it
-#: to 4e-5: circles up to e = a / 2
-WIDE = 0.75
-#: lines that end nearer to a corner of the plan than so many cells have no such law
-BESIDE = 3.0
 
 
 class Points(NamedTuple):
@@ -75,6 +57,8 @@ class LineWork:
         The cells crossed under each punch.
     crossed, in_contact, flat : (n,) array of bool
         As of `CrossedCells`, and the cells without slopes.
+    nlaws : int
+        How many laws of `CrossedCells` are asked for.
     """
 
     work: Any
@@ -82,25 +66,13 @@ class LineWork:
     crossed: ndarray
     in_contact: ndarray
     flat: ndarray
+    nlaws: int
 
     @classmethod
-    def of_each(
-        cls, work: Any, regions: Sequence[Regions], contacts: Sequence[Contact]
-    ) -> list["LineWork | None"]:
-        """In each case, by regions of contact under the punches; None where no cell is crossed."""
-        touching = np.stack([contact.touching for contact in contacts])
-        under: list[list[CrossedCells | None]] = []
-        for j, ((cells, *_), own) in enumerate(zip(work.parts, work.own, strict=True)):
-            lines = _lines(cells, [region[j] for region in regions], touching[:, own])
-            law = cells.partition, cells.fan, cells.weights
-            under.append(CrossedCells.from_lines(*law, lines, touching[:, own]))
-        cases = zip(contacts, zip(*under, strict=True), strict=True)
-        return [cls._of(work, each, contact) for contact, each in cases]
-
-    @classmethod
-    def _of(
-        cls, work: Any, under: tuple[CrossedCells | None, ...], contact: Contact
+    def of(
+        cls, work: Any, under: tuple[CrossedCells | None, ...], contact: Contact, nlaws: int
     ) -> "LineWork | None":
+        """By the cells crossed under each punch; None if there are none."""
         if all(found is None for found in under):
             return None
         in_contact, crossed = contact.touching.copy(), np.zeros(len(contact.touching), dtype=bool)
@@ -108,7 +80,7 @@ class LineWork:
             if found is not None:
                 in_contact[own], crossed[own] = found.in_contact, found.crossed
         flat = crossed if contact.flat is None else crossed | contact.flat
-        return cls(work, under, crossed, in_contact, flat)
+        return cls(work, under, crossed, in_contact, flat, nlaws)
 
     @property
     def _parts(self) -> Iterator[tuple[Any, slice, CrossedCells]]:
@@ -135,20 +107,20 @@ class LineWork:
     def change(self) -> ndarray:
         """By how much the pressures of these cells settle the collocation points otherwise than
         `Work.at_cells` has it, but for crossed ones, which do nothing by it; (c, n)."""
-        _find_changes(self.work, [self])
+        find_changes(self.work, [self])
         return self.change
 
     @computed_once
     def by_crossed(self) -> tuple[ndarray, ndarray]:
-        """What crossed cells settle the collocation points by both laws, (2, k, n); their
+        """What crossed cells settle the collocation points by each law, (nlaws, k, n); their
         numbers."""
-        by, cells = zip(*self._by_crossed(self.work.at_cells.x), strict=True)
+        by, cells = zip(*self._by_crossed(self.work.at_cells.x, self.nlaws), strict=True)
         return np.concatenate(by, axis=1), np.concatenate(cells)
 
-    def _by_crossed(self, x: ndarray) -> Iterator[tuple[ndarray, ndarray]]:
+    def _by_crossed(self, x: ndarray, nlaws: int) -> Iterator[tuple[ndarray, ndarray]]:
         """What crossed cells under each punch settle points, see `CrossedCells`; their numbers."""
         for (cells, *_), own, found in self._parts:
-            yield found.influence(cells.substrate, x), found.cells + own.start
+            yield found.influence(cells.substrate, x, nlaws), found.cells + own.start
 
     @computed_once
     def laws(self) -> tuple[ndarray, ndarray]:
@@ -160,13 +132,17 @@ class LineWork:
         """The same of cells that are not crossed, (n, 2 m)."""
         return np.where(self.crossed[:, None], 0.0, np.hstack(self.laws))
 
-    def settled(self, points: Points, whole: ndarray, some: ndarray | slice) -> list[ndarray]:
-        """Settlements of some points under both laws, (k, m) each; ``whole`` of all points those
-        by `others` with all slopes."""
+    @computed_once
+    def slopes(self) -> ndarray:
+        """Slopes in the cells under both laws, (2, n, 2 m)."""
         of = self.work.problem.cells.slopes.of
-        turned = np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws))) - of(self.others)
-        settled = np.hsplit((whole + points.slopes.apply(turned))[some], 2)
-        for by, cells in self._by_crossed(np.ascontiguousarray(points.x[:, some])):
+        return np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws)))
+
+    def settled(self, points: Points, known: ndarray, slopes: ndarray) -> list[ndarray]:
+        """Settlements of points under both laws, (k, m) each: what is ``known``, what some slopes
+        add and crossed cells."""
+        settled = np.hsplit(known + points.slopes.apply(slopes), 2)
+        for by, cells in self._by_crossed(points.x, 2):
             for out, matrix, pressure in zip(settled, by, self.laws, strict=True):
                 out += matrix.T @ pressure[cells]
         return settled
@@ -193,7 +169,7 @@ class LineWork:
         special = np.union1d(cells[own], inner)
         # those out of contact have neither rows nor slopes of their own
         without = _part(rows, outer, touching) + change[np.searchsorted(columns, outer)]
-        parts = np.zeros((2, len(special), len(touching)))
+        parts = np.zeros((self.nlaws, len(special), len(touching)))
         for law, part in enumerate(parts):
             part[np.searchsorted(special, cells[own])] = by[law, own]
             carried = without + by[law, np.searchsorted(cells, outer)]
@@ -201,7 +177,7 @@ class LineWork:
             np.add.at(part, np.searchsorted(special, inner), carried * share)
         transposed[place[special]] += parts[0]
         factors = Factors.from_matrix(transposed.T)
-        return touching, factors, place[special], (parts[1] - parts[0]).T
+        return touching, factors, place[special], (parts[-1] - parts[0]).T
 
     def pressures(self, law: int) -> ndarray:
         """By motions of unit size, (n, m)."""
@@ -218,28 +194,21 @@ class LineWork:
         np.add.at(pressures, outer, share[:, None] * pressures[inner])
         return pressures
 
-    @computed_once
-    def _flattened(self) -> ndarray:
-        """Forces and moments of unit pressures where flat cells have no slopes."""
-        (rows, cells, values), problem = self.work.slopes, self.work.problem
-        resultants, n = problem.system.resultants.copy(), len(self.flat)
-        moments = problem.cells.slopes.second_moments.reshape(2, 2 * n)[:, rows]
-        lost = np.where(self.flat[rows % n], values, 0.0) * moments
-        lost = np.stack([np.bincount(cells, each, n) for each in lost])
-        for (_, body, _), own in zip(self.work.parts, self.work.own, strict=True):
-            resultants[3 * body + 1 : 3 * body + 3, own] -= lost[:, own]
-        return resultants
-
     def by_forces(self, law: int, pressures: ndarray) -> ndarray:
         """Motions of unit size by forces on them, as the collocation points have them."""
-        resultants = self._flattened.copy()
+        problem = self.work.problem
+        forces, slopes = problem.system.resultants @ pressures, problem.cells.slopes
+        lost = np.where(self.flat[:, None], slopes.of(pressures), 0.0)
+        for (_, body, _), own in zip(self.work.parts, self.work.own, strict=True):
+            moments = np.einsum("ijn,jnk->ik", slopes.second_moments[..., own], lost[:, own])
+            forces[3 * body + 1 : 3 * body + 3] -= moments
         for (cells, body, _), own, found in self._parts:
             crossed, n = found.cells, len(cells)
             arms = found.centroids * found.areas * found.laws[law].density
             moments = np.stack([np.bincount(found.cell, arm, n)[crossed] for arm in arms])
             moments -= (cells.acting * cells.partition.areas)[:, crossed]
-            resultants[3 * body + 1 : 3 * body + 3, crossed + own.start] += moments
-        return np.linalg.inv(resultants / self.work.unit[:, None] @ pressures)
+            forces[3 * body + 1 : 3 * body + 3] += moments @ pressures[own][crossed]
+        return np.linalg.inv(forces / self.work.unit[:, None])
 
     def under_load(self, position: Position) -> tuple[ndarray, ndarray]:
         """Pressures under the load at the centroids of the cells, the law of the plan's edge
@@ -261,18 +230,21 @@ class LineWork:
     def compliances(self, own: Sectors, at_own: Points, whole: ndarray) -> Compliances:
         """Motions of unit size by forces on them, as of `Work`.
 
-        ``own`` are the `sectors`; ``whole`` what those of all cells settle by `others` with all
-        slopes.
+        ``own`` are the `sectors` and ``at_own`` these as points, where rows are those without
+        slopes; ``whole`` is what the sectors of all cells settle by `others` with all slopes.
         """
         work, (pressures, others) = self.work, self.laws
         by_points, unit = self.by_forces(0, pressures), others @ self.by_forces(1, others)
-        settled, _ = self.settled(at_own, at_own.rows @ self.others, slice(None))
+        settled, _ = self.settled(at_own, at_own.rows @ self.others, self.slopes)
         apart = settled.T - work.planes_at(own)
         done = (unit[own.cell].T * own.load) @ apart.T
         cell = work.sectors.cell
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
         loads = work.loads_of(unit, self.flat)[:, away]
-        settled, grown = self.settled(work.at_sectors, whole, away)
+        turned = self.slopes - work.problem.cells.slopes.of(self.others)
+        x, _, slopes = work.at_sectors
+        points = Points(np.ascontiguousarray(x[:, away]), whole[away], slopes.at(away))
+        settled, grown = self.settled(points, points.rows, turned)
         far = np.zeros(work.planes.shape)
         far[:, away] = grown.T - work.planes[:, away]
         close = work.close(far)
@@ -298,61 +270,8 @@ class LineWork:
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
 
 
-def _part(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
-    """Some rows and columns, three times as soon as by both at once."""
-    return matrix.take(rows, axis=0).take(columns, axis=1)
-
-
-def has_law(work: Any, contact: Contact) -> bool:
-    """Whether pressures that end along lines are looked for.
-
-    Not where contact covers three quarters of each plan or fewer than 30 cells, nor where no
-    matrix of up to 3000 cells is known.
-    """
-    touching, known = contact.touching, isinstance(work.problem.operator, _MATRICES)
-    weighted = all(part.footprint.weights is not None for part in work.parts)
-    if not (known and weighted and len(touching) <= MOST and touching.sum() >= FEWEST):
-        return False
-    parts = zip(work.parts, work.own, strict=True)
-    return not all(_wide(part.footprint, touching[own]) for part, own in parts)
-
-
-def on_each(
-    work: Any,
-    contacts: Sequence[Contact],
-    positions: Sequence[Position],
-    regions: Sequence[Regions],
-) -> list[Compliances | None]:
-    """Motions of unit size by forces on them, see `LineWork.compliances`, both of shape (m, m), in
-    each of some cases.
-
-    None where no line ends away from the corners of a plan. ``positions`` take such a compliance
-    to the position under the load, in unit motions; ``regions`` are those of contact.
-    """
-    answers: list[Compliances | None] = [None] * len(contacts)
-    drawn = {i: each for i, each in enumerate(LineWork.of_each(work, regions, contacts)) if each}
-    if drawn:
-        regions = _half_way(work, drawn, positions, regions)
-        again = LineWork.of_each(work, regions, [contacts[i] for i in drawn])
-        drawn = {i: each for i, each in zip(drawn, again, strict=True) if each}
-    if not drawn:
-        return answers
-    _find_changes(work, list(drawn.values()))
-    own = {i: each.sectors() for i, each in drawn.items()}
-    entries = work.problem.cells.entries(np.hstack([some.x for some in own.values()]))
-    rows, begin = entries.matrix(), 0
-    whole = work.at_sectors.rows @ np.hstack([each.others for each in drawn.values()])
-    wholes = np.split(whole, len(drawn), axis=1)
-    for (i, each), settled in zip(drawn.items(), wholes, strict=True):
-        here = np.arange(begin, begin + len(own[i].cell))
-        begin += len(here)
-        points = Points(own[i].x, rows[here], entries.sloping.at(here))
-        answers[i] = each.compliances(own[i], points, settled)
-    return answers
-
-
-def _find_changes(work: Any, lined: Sequence[LineWork]) -> None:
-    """`LineWork.change` of several."""
+def find_changes(work: Any, lined: Sequence[LineWork]) -> None:
+    """`LineWork.change` of several cases, which keep it."""
     points, ends = work.at_cells, np.cumsum([len(each.columns[0]) for each in lined])
     change = np.zeros((len(points.rows), ends[-1]))
     points.slopes.add(change, hstack([each.columns[1] for each in lined], format="csr"))
@@ -362,72 +281,6 @@ def _find_changes(work: Any, lined: Sequence[LineWork]) -> None:
         remember(each, "change", found)
 
 
-def _half_way(
-    work: Any,
-    drawn: dict[int, LineWork],
-    positions: Sequence[Position],
-    regions: Sequence[Regions],
-) -> list[list[ContactRegion]]:
-    """Regions half way to those of the pressures under the loads, of cases with some numbers."""
-    _find_changes(work, list(drawn.values()))
-    under = {i: each.under_load(positions[i]) for i, each in drawn.items()}
-    again = {i: list(regions[i]) for i in drawn}
-    for j, ((cells, *_), own) in enumerate(zip(work.parts, work.own, strict=True)):
-        some = [i for i, each in drawn.items() if each.under[j] is not None]
-        if some:
-            pressure, gap = (np.stack([under[i][k][own] for i in some]) for k in (0, 1))
-            for i, new in zip(some, regions_under(cells, pressure, gap), strict=True):
-                level = readonly((regions[i][j].level + new.level) / 2)
-                again[i][j] = replace(regions[i][j], level=level)
-    return list(again.values())
-
-
-def regions_of(
-    parts: Sequence[Footprint], own: Sequence[slice], contacts: Sequence[Contact]
-) -> list[list[ContactRegion]]:
-    """Where each punch touches the ground, by its cells among those of all, in each case."""
-    pressure = np.stack([contact.pressure for contact in contacts])
-    gap = np.stack([np.where(each.touching, 0.0, each.gap.clip(0)) for each in contacts])
-    every = zip(parts, own, strict=True)
-    each = [regions_under(part, pressure[:, some], gap[:, some]) for part, some in every]
-    return [list(case) for case in zip(*each, strict=True)]
-
-
-def regions_under(cells: Footprint, pressure: ndarray, gap: ndarray) -> list[ContactRegion]:
-    """Where one punch touches the ground, in k cases; pressures and gaps (k, n)."""
-    return cells.triangles.fitted_each(pressure, gap, cells.substrate.surface.contact_modulus)
-
-
-def _wide(cells: Footprint, touching: ndarray) -> bool:
-    """Whether cells in contact are most of the plan of a punch."""
-    areas = cells.partition.areas
-    return bool(areas[touching].sum() > WIDE * areas.sum())
-
-
-def _lines(cells: Footprint, regions: Regions, touching: ndarray) -> Segments:
-    """Lines that have a law under one punch, in k cases; cells in contact (k, n)."""
-    level = np.stack([region.level for region in regions])
-    level[[_wide(cells, each) for each in touching]] = 1.0
-    lines = cells.triangles.edges(level)
-    beside = _beside_corner(cells, lines)
-    if not len(beside):
-        return lines
-    level[beside] = 1.0
-    return cells.triangles.edges(level)
-
-
-def _beside_corner(cells: Footprint, lines: Segments) -> ndarray:
-    """Pictures in which a line ends next to a corner of the plan."""
-    corners = None if cells.weights is None else cells.weights.corners
-    if corners is None or len(corners.node) == 0 or lines.begin.shape[1] == 0:
-        return np.empty(0, dtype=int)
-    every = np.hstack([lines.begin, lines.end]).T
-    picture = np.tile(lines.picture, 2)
-    _, at, count = np.unique(
-        np.column_stack([picture, every]), axis=0, return_index=True, return_counts=True
-    )
-    ends, picture = every[at[count == 1]].T, picture[at[count == 1]]
-    away = np.hypot(*(ends[:, None] - corners.x.T[:, :, None])).min(axis=0)
-    x, size = cells.partition.centroids, np.sqrt(cells.partition.areas)
-    closest = nearest(x, np.array([0, x.shape[1]]), ends, np.zeros(len(picture), dtype=int), 1)[0]
-    return np.unique(picture[away < BESIDE * size[closest[:, 0]]])
+def _part(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
+    """Some rows and columns, three times as soon as by both at once."""
+    return matrix.take(rows, axis=0).take(columns, axis=1)

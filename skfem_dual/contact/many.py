@@ -20,7 +20,7 @@ from scipy.sparse import csr_matrix
 from ..elements.slopes import Slopes
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
-from .footprint import LoadedCells
+from .footprint import ExactRows, LoadedCells
 from .load import Constraints
 from .problem import Contact
 from .system import ContactSystem, Method
@@ -226,15 +226,23 @@ class ManyLoads:
         stiffness, held = np.hsplit(law.acting @ responses.pressure, [-1])
         return solve_scaled(stiffness, given - held.reshape(-1, *[1] * (given.ndim - 1)))
 
-    def flattened(self, k: int, flat: ndarray, start: ndarray) -> tuple[Contact, ndarray] | None:
-        """Contact and position in a case where some cells are flat, from pressures to begin with;
-        None if the case is to be solved alone."""
+    def flattened(
+        self, k: int, flat: ndarray, start: ndarray
+    ) -> tuple[Contact, ndarray, ContactSystem, csr_matrix] | None:
+        """Contact and position in a case where some cells are flat, from pressures to begin with,
+        and `without`; None if the case is to be solved alone."""
         if self.method != "auto" or not self._loaded[k] or not self.dense:
             return None
         system, lost = self.without(flat)
         law = Law(system.resultants * self._units[:, None], lost)
         answer = self._pivoted(law, self._responses(law, start > 0), self._given[:, k])
-        return None if answer is None else (answer[0], answer[0].motion * self._units)
+        if answer is None:
+            return None
+        return answer[0], answer[0].motion * self._units, system, lost
+
+    def flattened_rows(self, exact: ExactRows, lost: csr_matrix) -> ExactRows:
+        """Exact rows where some slopes are lost."""
+        return ExactRows(exact.numbers, exact.rows - (lost.T @ self._sloping[:, exact.numbers]).T)
 
     @property
     def dense(self) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernels.once import remember
-from .line_work import has_law, on_each
+from .along_lines import has_law, on_each
 from .solution import PunchSolution
 from .work import Alone
 

@@ -25,8 +25,9 @@ from ..kernels.once import computed_once
 from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
+from .along_lines import has_law, on_each, regions_of
 from .footprint import Footprint
-from .line_work import Compliances, Points, Position, has_law, on_each, regions_of
+from .line_work import Compliances, Points, Position
 from .load import Constraints, Load
 from .problem import DOZEN, Contact
 from .region import ContactRegion
@@ -185,8 +186,7 @@ class Work:
         return np.array([position(compliance) / self.unit for compliance in compliances])
 
     def along_line(self, contact: Contact, position: Position) -> Compliances | None:
-        """Motions of unit size by forces on them, of pressures that end along lines, if they do:
-        see `on_each`."""
+        """Motions of unit size by forces on them if pressures end along lines: see `on_each`."""
         if not has_law(self, contact):
             return None
         footprints = [part.footprint for part in self.parts]

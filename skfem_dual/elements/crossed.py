@@ -184,10 +184,10 @@ class CrossedCells:
         """Of the triangles, (m,)."""
         return self.loads.inertia[2]
 
-    def influence(self, substrate: Substrate, x: ndarray) -> ndarray:
+    def influence(self, substrate: Substrate, x: ndarray, nlaws: int = 2) -> ndarray:
         """Settlements of points of shape (2, m) under unit mean pressures of each law on the k
-        cells, shape (2, k, m)."""
-        out, loads = np.empty((2, len(self.cells), x.shape[1])), self.loads
+        cells, or of the first, shape (nlaws, k, m)."""
+        out, loads = np.empty((nlaws, len(self.cells), x.shape[1])), self.loads
         (points,), c = inputs(x), substrate.singular_coefficient
         with Threads() as run:
             run(lambda k: fill(k.start, k.stop, points, c, loads, out), len(self.cells))
@@ -199,7 +199,8 @@ class CrossedCells:
             with Threads() as run:
                 for some, add in remainder_blocks(substrate, cells, None, x):
                     run(partial(add_rows, add, rest[:, some]), x.shape[1])
-            added = np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
+            rest = rest * loads.density[:nlaws, None]
+            added = np.add.reduceat(rest, loads.starts[:-1], axis=2)
             out += added.swapaxes(1, 2)
         return out
 

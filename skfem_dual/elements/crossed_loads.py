@@ -131,13 +131,13 @@ def _integrate(corners, density, starts, rule, weights, inertia, exact, middles,
 
 @vectorised
 def fill(begin, end, x, c, loads, out):
-    """Settlements under both laws on some cells, ``out`` of shape (2, k, m)."""
+    """Settlements under one law or both on some cells, ``out`` of shape (nlaws, k, m)."""
     corners, inertia, exact, density, starts, middles, far, mass, terms = loads
     m = x.shape[1]
     near, x0, y0 = np.empty(m, np.int64), np.empty(m), np.empty(m)
     value, one, two = np.empty(m), np.empty(m), np.empty(m)
     for j in range(begin, end):
-        for law in range(2):
+        for law in range(out.shape[0]):
             own = terms[law]
             for i in range(m):
                 dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
@@ -166,7 +166,9 @@ def fill(begin, end, x, c, loads, out):
                 one[i] += density[0, k] * value[i]
                 two[i] += density[1, k] * value[i]
         for i in range(count):
-            out[0, j, near[i]], out[1, j, near[i]] = c * one[i], c * two[i]
+            out[0, j, near[i]] = c * one[i]
+            if out.shape[0] > 1:
+                out[1, j, near[i]] = c * two[i]
 
 
 @compiled

@@ -50,8 +50,14 @@ class computed_once(cached_property[_T]):
 
 
 def remember(instance: object, name: str, value: Any) -> None:
-    """Keep what has been computed for a `computed_once` of an object, with that of others."""
-    if not isinstance(getattr(type(instance), name), computed_once):
+    """Keep what has been computed for a `computed_once` of an object together with others.
+
+    Raises
+    ------
+    TypeError
+        If the name is that of something else.
+    """
+    if not isinstance(getattr(type(instance), name, None), computed_once):
         raise TypeError(f"expected the name of what is computed once, got {name!r}")
     with _Held(instance, name):
         instance.__dict__.setdefault(name, value)

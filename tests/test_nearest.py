@@ -1,0 +1,51 @@
+"""The nearest points and lines, in pictures."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from skfem_dual.grids import nearest as searched
+from skfem_dual.grids.lines import Segments, signed_distance
+from skfem_dual.grids.nearest import nearest
+
+RANDOM = np.random.default_rng(5)
+
+
+@pytest.mark.parametrize("one_by_one", [2**20, 0])
+def test_nearest_points(one_by_one, monkeypatch):
+    """By trees for each picture; where a picture has fewer points they are infinitely far."""
+    monkeypatch.setattr(searched, "ONE_BY_ONE", one_by_one)
+    counts = [40, 5, 0, 200]
+    for some in (counts, counts[-1:]):
+        starts = np.cumsum([0, *some])
+        x, at = RANDOM.random((2, starts[-1])), RANDOM.random((2, 60))
+        of = RANDOM.integers(0, len(some), 60)
+        near, square = nearest(x, starts, at, of, 7)
+        for i in range(60):
+            own = x[:, starts[of[i]] : starts[of[i] + 1]].T
+            m = min(7, len(own))
+            assert np.isinf(square[i, m:]).all()
+            if m:
+                distance, number = cKDTree(own).query(at[:, i], range(1, m + 1))
+                assert np.sqrt(square[i, :m]) == pytest.approx(distance, rel=1e-12)
+                assert (near[i, :m] - starts[of[i]] == number).all()
+
+
+def test_lines_of_pictures():
+    """As if each picture were alone; infinite without lines."""
+    angle = np.linspace(0, 2 * np.pi, 50)
+    circle = np.stack([np.cos(angle), np.sin(angle)])
+    drawn = [[circle], [], [0.5 * circle, 2 + circle[:, ::-1]]]
+    sides = [[line[:, [i, i + 1]] for line in lines for i in range(49)] for lines in drawn]
+    ends = np.array([side for picture in sides for side in picture])
+    picture = np.repeat(np.arange(3), [len(each) for each in sides])
+    lines = Segments.from_ends(ends[..., 0].T, ends[..., 1].T, picture, 3)
+    x = RANDOM.uniform(-2, 3, (2, 90))
+    of = np.arange(90) % 3
+    found = lines.signed_distance(x, of)
+    assert np.isinf(found[of == 1]).all()
+    for i in (0, 2):
+        alone = signed_distance(x[:, of == i], drawn[i])
+        assert np.array_equal(found[of == i], alone)
+    inside = np.hypot(*x[:, of == 0]) < np.cos(np.pi / 49)
+    assert (found[of == 0][inside] > 0).all()
