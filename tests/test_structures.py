@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from elastic_shapes import block, plate
 from skfem import CellBasis, ElementTetP2, ElementTriP2, ElementVector, MeshHex, MeshTet, MeshTri
+from skfem.io.meshio import HEX_MAPPING
 
 from skfem_dual import DualMesh
 from skfem_dual.elements.point_values import vertex_values
@@ -15,6 +16,7 @@ from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import annulus
 from skfem_dual.grids.surroundings import surroundings
 from skfem_dual.io import write_structure
+from skfem_dual.io.structures import KINDS
 from skfem_dual.report import report_html, write_report
 from skfem_dual.visuals.matplotlib import isobars
 from skfem_dual.visuals.pyvista import deformed
@@ -85,6 +87,10 @@ def test_plate_in_a_file(raft, tmp_path):
     assert [c.tolist() for c in cells[: len(raft.punch.structure.mesh.t.T)]] == (
         raft.punch.structure.mesh.t.T.tolist()
     )
+
+
+def test_vertices_of_hexahedra_are_ordered_as_by_scikit_fem():
+    assert KINDS[MeshHex][1] == HEX_MAPPING[:8]
 
 
 @pytest.mark.parametrize("kind", [MeshTet, MeshHex])

@@ -122,11 +122,13 @@ class LoadedCells:
         return replace(self, slopes=self.slopes.without(flat))
 
     def turning(self, pressure: ndarray) -> ndarray:
-        """Cells in a part of which slopes make positive pressures negative, (n,) array of bool."""
-        if self.slopes is None:
-            return np.zeros(len(self), dtype=bool)
-        sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
-        return sloped & ((pressure <= 0) | (self.slopes.lowest(pressure) < 0))
+        """Cells in a part of which slopes make positive pressures negative, (n,) or (n, k) array
+        of bool as the pressures."""
+        out = np.zeros(pressure.shape, dtype=bool)
+        if self.slopes is not None:
+            sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
+            out[sloped] = ((pressure <= 0) | (self.slopes.lowest(pressure) < 0))[sloped]
+        return out
 
     def slopes_of(self, pressure: ndarray) -> ndarray:
         """Slopes of the pressure in each cell, shape (2, n)."""

@@ -298,11 +298,10 @@ class RigidPunches(RigidBodies):
         system: ContactSystem,
         exact: ExactRows | None,
         start: ndarray | None,
-        known: tuple[Contact, ndarray] | None = None,
     ) -> tuple[Contact, ndarray]:
         """Of bodies under a frame with it."""
         if self.stiffness is None:
-            return super().answer(constraints, how, system, exact, start, known)
+            return super().answer(constraints, how, system, exact, start)
         framed = FramedSystem(system, self.stiffness, constraints)
         return framed.solve(how.unilateral, how.method, start, how.gap_rtol, self._rtol)
 
