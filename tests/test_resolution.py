@@ -64,7 +64,7 @@ def check_warning(basis, poisson, thickness, edge="singular", limits=(0.003, 0.0
 
 @pytest.mark.parametrize("n", [150, 300, pytest.param(600, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49, 0.5])
-@pytest.mark.parametrize("thickness", [0.1, 0.03, 0.02, 0.01])
+@pytest.mark.parametrize("thickness", [0.1, 0.02, 0.01])
 def test_warned_where_settlements_are_off(n, poisson, thickness):
     check_warning(BASES[n], poisson, thickness)
 
