@@ -355,6 +355,7 @@ def test_import_without_optional_packages():
         "import skfem_dual.cli\n"
         "late = 'scipy.optimize', 'scipy.interpolate', 'scipy.integrate'\n"
         "print([name for name in late if name in sys.modules])\n"
+        "import skfem_dual.visuals.matplotlib, skfem_dual.visuals.pyvista\n"
         "from skfem import MeshTri\n"
         "dual = skfem_dual.DualMesh.from_mesh(MeshTri().refined(2))\n"
         "punch = skfem_dual.RigidPunch(skfem_dual.HalfSpace(1, 0), dual.basis())\n"

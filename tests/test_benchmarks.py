@@ -1,23 +1,9 @@
 """The benchmarks still run, and their small versions show what the full ones claim."""
 
-import importlib
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-FOLDER = Path(__file__).parents[1] / "benchmarks"
-
-
-@pytest.fixture
-def load(monkeypatch):
-    monkeypatch.syspath_prepend(FOLDER)
-    yield importlib.import_module
-    for name in [
-        n for n, m in sys.modules.items() if str(FOLDER) in str(getattr(m, "__file__", ""))
-    ]:
-        del sys.modules[name]
 
 
 def test_edge(load, capsys):

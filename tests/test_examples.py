@@ -734,12 +734,12 @@ def test_many_cells(monkeypatch):
 
 
 def test_examples_run_as_scripts(monkeypatch, tmp_path, capsys):
-    example = load("ex09_near_uniform_disc", monkeypatch)
+    example = load("ex03_construction", monkeypatch)
     from gallery import run
 
-    monkeypatch.setattr(sys, "argv", ["ex09", "--save", str(tmp_path / "pictures")])
+    monkeypatch.setattr(sys, "argv", ["ex03", "--save", str(tmp_path / "pictures")])
     run(example.main, example.visualize)
-    assert "0.46875" in capsys.readouterr().out
+    assert "smallest angle" in capsys.readouterr().out
     assert {p.suffix for p in (tmp_path / "pictures").iterdir()} == {".png", ".svg"}
     import matplotlib.pyplot as plt
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from threading import Barrier
 
+import numpy as np
 import pytest
 
 from skfem_dual.kernels.once import _Held, computed_once, remember
@@ -95,6 +96,19 @@ def test_frozen_pickled_and_inherited():
     assert again.__dict__["area"] == 2.0
     assert again == plan
     assert isinstance(Plan.area, cached_property)
+
+
+def test_arrays_are_read_only():
+    given = np.zeros(3)
+
+    class Shared:
+        @computed_once
+        def value(self):
+            return given
+
+    with pytest.raises(ValueError, match="read-only"):
+        Shared().value[0] = 1.0
+    given[0] = 2.0  # whoever made it may still write
 
 
 def test_an_error_is_nothing_computed():

@@ -1,25 +1,9 @@
 """The comparison with other packages still runs; those not installed are skipped and named."""
 
-import importlib
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-FOLDER = Path(__file__).parents[1] / "benchmarks"
-
-
-@pytest.fixture
-def load(monkeypatch):
-    monkeypatch.syspath_prepend(FOLDER)
-    # tests have a module of this name too
-    monkeypatch.delitem(sys.modules, "plans", raising=False)
-    yield importlib.import_module
-    for name in [
-        n for n, m in sys.modules.items() if str(FOLDER) in str(getattr(m, "__file__", ""))
-    ]:
-        del sys.modules[name]
 
 
 def test_tables(load, capsys):

@@ -46,32 +46,40 @@ def test_the_equation_meets_boussinesq():
     assert exact_settlement(same) == pytest.approx(0.46875, rel=1e-9)
 
 
-def check_warning(basis, poisson, thickness):
-    """Errors above 5 % are warned of, those below 0.3 % are not."""
+def check_warning(basis, poisson, thickness, edge="singular", limits=(0.003, 0.05)):
+    """Errors above the second limit are warned of, those below the first are not."""
     ground = LayeredHalfSpace([Layer(thickness, 1.0, poisson)], "bonded")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        punch = RigidPunch(ground, basis)
+        punch = RigidPunch(ground, basis, edge=edge)
     warned = [w.category for w in caught] == [ResolutionWarning]
     assert warned or not caught
     with warnings.catch_warnings():  # settlements of the wrong sign are no success
         warnings.simplefilter("ignore", ConvergenceWarning)
         settlement = punch.solve(1.0, unilateral=False).settlement
     error = abs(settlement / exact_settlement(ground) - 1)
-    assert warned if error > 0.05 else True
-    assert not warned if error < 0.003 else True
+    assert warned if error > limits[1] else True
+    assert not warned if error < limits[0] else True
 
 
 @pytest.mark.parametrize("n", [150, 300, pytest.param(600, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49, 0.5])
-@pytest.mark.parametrize("thickness", [0.1, 0.03, 0.02, 0.01])
+@pytest.mark.parametrize("thickness", [0.1, 0.02, 0.01])
 def test_warned_where_settlements_are_off(n, poisson, thickness):
     check_warning(BASES[n], poisson, thickness)
 
 
+@pytest.mark.parametrize("poisson", [0.3, 0.49, 0.5])
+def test_warned_of_constant_pressures(poisson):
+    """On ground that does not vary 60 of them are 2.4 % off."""
+    for basis in (COARSE, BASES[150]):
+        for thickness in (0.1, 0.03, 0.01):
+            check_warning(basis, poisson, thickness, "constant", (0.005, 0.08))
+
+
 def test_warned_on_graded_meshes():
     """Whose largest cells are three times as wide as the median."""
-    mesh = DualMesh.from_mesh(disc(n=200, graded=0.3))
+    mesh = DualMesh.from_mesh(disc(n=120, graded=0.3))
     for basis in (mesh.basis(), mesh.primal_basis()):
         for poisson, thickness in ((0.5, 0.07), (0.5, 0.13), (0.49, 0.04), (0.3, 0.1)):
             check_warning(basis, poisson, thickness)

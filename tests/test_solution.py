@@ -1,5 +1,6 @@
 """What a solution tells: pressures at points and nodes, along the edge, with weighted cells."""
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,10 @@ import pytest
 from plans import annulus, disc, ellipse, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.contact import exact
 from skfem_dual.io import read_mesh
+from skfem_dual.kernels.once import computed_once
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -241,3 +243,33 @@ def test_invariance():
     assert two.settlement == pytest.approx(one.settlement / 3)
     assert two.pressure[number] == pytest.approx(one.pressure / 9)
     assert two.tilt == pytest.approx(turn @ one.tilt / 9)
+
+
+def test_shared_arrays_are_read_only():
+    """What is stored, and what is computed once, of all that a user holds."""
+    solution = solve(rectangle(6), at=(0.7, 0.0))
+    group = RigidPunches([solution.punch])
+    held = [
+        solution,
+        solution.punch,
+        solution.bounds,
+        solution.contact_region,
+        solution.edge_coefficient(),
+        solution.punch.basis.dual,
+        solution.punch.solve_many([{"force": 1.0}]),
+        solution.punch.stiffness(full=True),
+        group,
+        group.solve([{"force": 1.0}]),
+    ]
+    writeable = []
+    for thing in held:
+        names = (
+            {f.name for f in fields(thing)} if hasattr(thing, "__dataclass_fields__") else set()
+        )
+        kinds = ((name, getattr(type(thing), name, None)) for name in dir(type(thing)))
+        names |= {name for name, kind in kinds if isinstance(kind, computed_once)}
+        for name in names:
+            value = getattr(thing, name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                writeable.append(f"{type(thing).__name__}.{name}")
+    assert writeable == []

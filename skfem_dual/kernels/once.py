@@ -5,6 +5,8 @@ import threading
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar, overload
 
+from numpy import ndarray
+
 _T = TypeVar("_T")
 
 
@@ -15,7 +17,8 @@ class computed_once(cached_property[_T]):
     Python 3.12, lets all objects of a class wait for one lock. Here threads wait only for the
     same property of the same object: as long as no property needs itself, they cannot wait for
     each other in a circle. The lock is there only while it is needed, so that objects pickle,
-    and may be frozen. An exception is nothing computed: the next to ask tries again.
+    and may be frozen. An exception is nothing computed: the next to ask tries again. Arrays are
+    read-only.
 
     Examples
     --------
@@ -43,7 +46,10 @@ class computed_once(cached_property[_T]):
         with _Held(instance, name):
             # only now is it certain that no other thread has computed it
             if name not in known:
-                value = self.func(instance)
+                value: Any = self.func(instance)
+                if isinstance(value, ndarray):  # all who ask share it
+                    value = value.view()
+                    value.flags.writeable = False
                 # setting up an object may have stored more than was asked for
                 known.setdefault(name, value)
             return known[name]

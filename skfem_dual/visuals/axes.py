@@ -96,6 +96,12 @@ def data_per_point(ax: Axes) -> float:
     return float(ax.figure.dpi / 72 / np.ptp(pixels[:, 0]))
 
 
+def legend_below(ax: Axes, columns: int) -> None:
+    """Names of the lines under a plan."""
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.07)}
+    ax.legend(**place, ncols=columns, frameon=False, fontsize=letter(0.9))
+
+
 def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)

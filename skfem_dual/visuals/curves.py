@@ -11,7 +11,7 @@ from ..arguments import checked_text
 from ..contact.paths import MomentRotation
 from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
-from .axes import checked_axes, draw_segments, letter, prepared, pyplot
+from .axes import checked_axes, draw_segments, legend_below, letter, prepared, pyplot
 from .field import Field
 from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
@@ -117,13 +117,7 @@ def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     stiffness = punch.stiffness()
     upright = stiffness[1:, 0] / stiffness[0, 0] + punch.origin
     ax.plot(*upright, "+", color=OUTLINE, markersize=7, label="force without tilt")
-    ax.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.07),
-        ncols=2,
-        frameon=False,
-        fontsize=letter(0.9),
-    )
+    legend_below(ax, 2)
     return ax
 
 

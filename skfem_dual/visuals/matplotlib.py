@@ -15,7 +15,15 @@ from ..contact.region import ContactRegion
 from ..grids.checks import MeshReport
 from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
-from .axes import data_per_point, draw_segments, letter, prepared, scalar_bar, triangulation
+from .axes import (
+    data_per_point,
+    draw_segments,
+    legend_below,
+    letter,
+    prepared,
+    scalar_bar,
+    triangulation,
+)
 from .curves import plot_edge, plot_kern, plot_moment_rotation
 from .depth import draw_interfaces, plot_profile
 from .field import Field
@@ -101,23 +109,12 @@ def draw(
     ax = prepared(ax, drawn[0].p)
     for layer in drawn:
         if layer.facets is None:
-            size = 0.7 * layer.width
-            style: dict[str, Any] = {
-                "color": layer.color,
-                "markersize": size,
-                "markeredgewidth": 0,
-            }
-            ax.plot(*layer.p, "o", label=layer.label, **style)
+            style: dict[str, Any] = {"color": layer.color, "markersize": 0.7 * layer.width}
+            ax.plot(*layer.p, "o", label=layer.label, markeredgewidth=0, **style)
         else:
             draw_segments(ax, layer.p, layer.facets, layer.color, 0.6 * layer.width, layer.label)
     if legend:
-        ax.legend(
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.07),
-            ncols=3,
-            frameon=False,
-            fontsize=letter(0.9),
-        )
+        legend_below(ax, 3)
     return ax
 
 
