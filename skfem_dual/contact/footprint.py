@@ -122,8 +122,7 @@ class LoadedCells:
         return replace(self, slopes=self.slopes.without(flat))
 
     def turning(self, pressure: ndarray) -> ndarray:
-        """Cells in a part of which slopes make positive pressures negative, (n,) or (n, k) array
-        of bool as the pressures."""
+        """Cells where slopes make positive pressures negative, (n,) or (n, k) array of bool."""
         out = np.zeros(pressure.shape, dtype=bool)
         if self.slopes is not None:
             sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
@@ -332,8 +331,7 @@ class Footprint(LoadedCells):
     def pressure_factors(self, x: ndarray) -> tuple[ndarray, ndarray, ndarray]:
         """Pressure at points of shape (2, m) over the mean of their cells.
 
-        Which points are inside the plan, mask; and of these the cells, and the ratio, infinite on
-        a singular edge.
+        Mask of the points inside the plan; of these the cells and the ratio, infinite on an edge.
         """
         triangle = self.fan.locate(x)
         inside = triangle >= 0
