@@ -32,6 +32,9 @@ PANELS = 3
 #: bits of a double below its panel are SHIFT, those of an exponent of 1 are ONE
 BITS, SQUARES = 6, 4
 SHIFT, ONE = 52 - BITS, 1023 << 52
+#: the same of tables whose derivatives are taken: they are smooth over more of r
+COARSE, COARSE_DEGREE = 3, 7
+COARSE_SHIFT, EXPONENT = 52 - COARSE, 2047 << 52
 #: rule on [-1, 1]
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -132,6 +135,15 @@ class RadialTable:
 
         return SquareTable.from_function(function, self.nearest, self.farthest)
 
+    @cached_property
+    def coarse(self) -> "SquareTable":
+        """omega as a function of r^2, in few panels, for `coarse_place`."""
+        return SquareTable.from_function(
+            lambda r: self.evaluate(self.omega, r),
+            *(self.nearest, self.farthest),
+            *(COARSE, COARSE_DEGREE),
+        )
+
     def _over_squares(self, coefficients: ndarray) -> "SquareTable":
         distances = self.nearest, self.farthest
         return SquareTable.from_function(lambda r: self.evaluate(coefficients, r), *distances)
@@ -179,7 +191,7 @@ class SquareTable(NamedTuple):
 
     Attributes
     ----------
-    coefficients : (panels, SQUARES + 1) array of float
+    coefficients : (panels, degree + 1) array of float
         Those of the powers of t in [-1, 1].
     first : int
         Leading bits of the first panel.
@@ -190,13 +202,18 @@ class SquareTable(NamedTuple):
 
     @classmethod
     def from_function(
-        cls, function: Callable[[ndarray], ndarray], nearest: float, farthest: float
+        cls,
+        function: Callable[[ndarray], ndarray],
+        nearest: float,
+        farthest: float,
+        bits: int = BITS,
+        degree: int = SQUARES,
     ) -> Self:
         """Through values between two distances, in the Chebyshev nodes of each panel."""
-        first, last = (np.array([nearest, farthest]) ** 2).view(np.int64) >> SHIFT
-        panels = last - first + (4 << BITS)  # a bit more: points around cells may lie farther
-        edges = (np.arange(first, first + panels + 1) << SHIFT).view(np.float64)
-        nodes = np.cos(np.pi * (np.arange(SQUARES + 1) + 0.5) / (SQUARES + 1))
+        first, last = (np.array([nearest, farthest]) ** 2).view(np.int64) >> (52 - bits)
+        panels = last - first + (4 << bits)  # a bit more: points around cells may lie farther
+        edges = (np.arange(first, first + panels + 1) << (52 - bits)).view(np.float64)
+        nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
         u = edges[:-1, None] + np.diff(edges)[:, None] * (nodes + 1) / 2
         values = function(np.sqrt(u).clip(nearest, farthest))
         powers = np.linalg.solve(np.vander(nodes, increasing=True), values.T).T
@@ -214,6 +231,16 @@ def square_value(coefficients, first, u):
     for power in range(SQUARES - 1, -1, -1):
         out = out * t + coefficients[panel, power]
     return out
+
+
+@inlined
+def coarse_place(first, u):
+    """Panel of a `RadialTable.coarse` at the square ``u`` of a distance, t there, and dt / du."""
+    bits = np.float64(u).view(np.int64)
+    panel = np.uint64((bits >> COARSE_SHIFT) - first)
+    mantissa = np.int64((bits & ((1 << COARSE_SHIFT) - 1)) | ONE).view(np.float64)
+    octave = np.int64(bits & EXPONENT).view(np.float64)
+    return panel, (mantissa - 1.0) * (2 << COARSE) - 1.0, (2 << COARSE) / octave
 
 
 @dataclass(frozen=True, eq=False)
