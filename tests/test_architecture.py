@@ -85,6 +85,7 @@ LAYERS = [
         "elements.pieces",
         "elements.moments",
         "elements.clouds",
+        "elements.radial_series",
         "elements.remainder",
         "elements.resolution",
         "elements.influence",

@@ -26,6 +26,8 @@ from .ribs import rib_integrals
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least and
 #: at most
 LEAST_REACH, ALONG_RIBS = 1.5, 5.0
+#: derivatives multiply errors of a table by no more
+SMOOTH = 100.0
 #: Gauss points for an error of the remainder of 1e-6
 FEWER = 4
 
@@ -216,7 +218,9 @@ def _reach(
         # the integral of (x + i y)^k over that of 1
         power = factorial(k) * sum(1j**j * moments[k - j, j] for j in range(k + 1)) / moments[0, 0]
         reach = np.maximum(reach, (slope * np.abs(power) / k) ** (1 / (k - 1)))
-    return np.minimum(reach, ALONG_RIBS * radius)
+    # derivatives of a table that is not smooth are worth nothing
+    smooth = SMOOTH * table.error < coefficient * rtol
+    return np.minimum(reach, ALONG_RIBS * radius) if smooth else np.full(radius.shape, np.inf)
 
 
 @compiled

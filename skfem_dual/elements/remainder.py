@@ -14,6 +14,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
+from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..ground.hankel import RadialTable, SquareTable, square_value
@@ -99,17 +100,28 @@ def remainder_blocks(
     table.evaluate(table.omega, np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1)))
     pieces = Pieces.from_partition(partition, weights)
     centres = partition.centroids if weights is None else weights.centroids
+    nearest, _ = cKDTree(x.T).query(centres.T)
     for begin in range(0, len(partition), CHUNK):
         cells = slice(begin, min(begin + CHUNK, len(partition)))
         own = pieces._replace(first=pieces.first[cells], last=pieces.last[cells])
-        around = centres[:, cells]
-        radius = reach_of(own, around)
-        moments = load_moments(own, around, max(CLOUDS))
-        least = {d: np.maximum(k * radius, radius + table.nearest) for d, k in CLOUDS.items()}
-        clouds = Clouds.from_moments(around, radius, moments, least)
+        clouds = _clouds(own, centres[:, cells], nearest[cells], table.nearest)
         near = AlongRibs.from_table(table, own, POINTS)
         known = clouds, table.squares[0], near, 1 / substrate.surface.young
         yield cells, partial(_add, x, known)
+
+
+def _clouds(pieces: Pieces, centres: ndarray, nearest: ndarray, smallest: float) -> Clouds:
+    """Of some cells; of high degrees only those that points are ``nearest`` to."""
+    radius = reach_of(pieces, centres)
+    least = {d: np.maximum(k * radius, radius + smallest) for d, k in CLOUDS.items()}
+    degrees = np.array(list(CLOUDS))
+    needed = np.maximum(np.sum(np.stack(list(least.values())) < nearest, axis=0), 1) - 1
+    groups = [
+        (some, load_moments(pieces.of(some), centres[:, some], degrees[k]))
+        for k, some in ((k, np.nonzero(needed == k)[0]) for k in range(len(degrees)))
+        if len(some)
+    ]
+    return Clouds.from_groups(centres, radius, groups, least)
 
 
 def add_rows(add: Add, matrix: ndarray, rows: slice) -> None:

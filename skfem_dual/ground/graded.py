@@ -88,7 +88,7 @@ class GradedHalfSpace(Stratified):
         return cls(
             partial(_exponential, young, ratio, length),
             poisson,
-            length,
+            length / max(1.0, ratio - 1.0),  # by the slope at the surface
             f"E from {young:g} to {ratio * young:g} over {length:g}, nu = {poisson:g}",
         )
 

@@ -33,7 +33,7 @@ PANELS = 3
 BITS, SQUARES = 6, 4
 SHIFT, ONE = 52 - BITS, 1023 << 52
 #: the same of tables whose derivatives are taken: they are smooth over more of r
-COARSE, COARSE_DEGREE = 3, 7
+COARSE, COARSE_DEGREE = 2, 7
 COARSE_SHIFT, EXPONENT = 52 - COARSE, 2047 << 52
 #: rule on [-1, 1]
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)

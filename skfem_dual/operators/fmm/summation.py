@@ -7,7 +7,7 @@ from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
 from ...elements.moments import Multipoles, radii
-from ...elements.near import ALONG_RIBS, NearField
+from ...elements.near import NearField
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
@@ -114,15 +114,12 @@ class FastSummation:
         """Of a relative error of about ``rtol``; see `InfluenceOperator`."""
         dtype = np.float32 if rtol >= SINGLE else np.float64
         radius = radii(partition.polygons)
-        # beside a remainder no expansion meets cells that it takes for near
-        layered = substrate.remainder is not None
-        slack, reach = (ALONG_RIBS / 2, ALONG_RIBS * radius) if layered else (SLACK, radius)
         usual = np.quantile(radius, 0.9)  # few cells of a uniform mesh stay in larger boxes
-        unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * slack * usual)
-        tree = Quadtree.from_circles(partition.centroids, radius, x, LEAF, slack, unit)
+        unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * SLACK * usual)
+        tree = Quadtree.from_circles(partition.centroids, radius, x, LEAF, SLACK, unit)
         chebyshev = Chebyshev(order_for(rtol))
         cells, x = tree.cells, x[:, tree.points]
-        lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
+        lists = near_lists(tree, partition.centroids[:, cells], radius[cells], chebyshev.terms)
         near = NearField.from_partition(substrate, partition, weights, cells, 10 * rtol)
         far = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
         levels = range(len(tree.levels) - 1)
