@@ -64,6 +64,7 @@ LAYERS = [
         "ground.compliance",
         "ground.strata",
         "ground.substrates",
+        "ground.symbols",
         "ground.hankel",
         "ground.shear",
         "ground.stratified",

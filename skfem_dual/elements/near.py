@@ -195,10 +195,11 @@ def _remainder(
     own = pieces._replace(first=first, last=last)
     young = substrate.surface.young
     reach = _reach(substrate.singular_coefficient * young, table, moments, radius, rtol)
+    (least,) = inputs(np.maximum(reach, radius + table.nearest) ** 2)
     return Remainder(
         RadialSeries.from_moments(around[:, cells], moments, table.coarse, table.nearest**2),
         AlongRibs.from_table(table, own, FEWER if rtol >= 1e-6 else POINTS),
-        *inputs(np.maximum(reach, radius + table.nearest) ** 2),
+        least,
         1 / young,
     )
 

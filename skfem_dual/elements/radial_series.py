@@ -42,7 +42,8 @@ class RadialSeries(NamedTuple):
         cls, centres: ndarray, moments: ndarray, table: SquareTable, smallest: float
     ) -> Self:
         """Of moments as of `polygon_moments` about the centres; the first ones are zero."""
-        return cls(*inputs(centres, _terms(moments)), table, smallest)
+        points, terms = inputs(centres, _terms(moments))
+        return cls(points, terms, table, smallest)
 
 
 def _terms(m: ndarray) -> ndarray:
