@@ -233,8 +233,7 @@ def _fill_singular(blocks, ribs, c, far, values):
     for block in range(rows.shape[1]):
         widest = max(widest, starts[block + 1] - starts[block])
         highest = max(highest, rows[1, block] - rows[0, block])
-    room, part = np.empty((widest, highest)), np.empty(highest)
-    r1, r2 = np.empty(highest), np.empty(highest)
+    room, part, r = np.empty((widest, highest)), np.empty(highest), np.empty((2, highest))
     offset = 0
     for block in range(rows.shape[1]):
         some = cells[starts[block] : starts[block + 1]]
@@ -244,7 +243,7 @@ def _fill_singular(blocks, ribs, c, far, values):
         entries[:, :height] = 0.0
         for k in range(width):
             column[some[k]] = k
-        _add_cells(x0, y0, some, column, ribs, c, entries, part, r1, r2)
+        _add_cells(x0, y0, some, column, ribs, c, entries, part, r)
         if far is not None:
             _add_series(x0, y0, some, far, entries)
         for k in range(width):
@@ -256,11 +255,11 @@ def _fill_singular(blocks, ribs, c, far, values):
 
 
 @vectorised
-def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
+def _add_cells(x, y, cells, column, ribs, c, entries, part, r):
     """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
 
-    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part``, ``r1``
-    and ``r2`` are for temporary use.
+    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part`` and
+    ``r`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
     for k in range(cells.shape[0]):
@@ -274,8 +273,8 @@ def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
             for i in range(x.shape[0]):
                 dx, dy = x[i] - ax, y[i] - ay
                 ex, ey = dx - lx, dy - ly
-                r1[i], r2[i] = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
-            rib_integrals(x, y, r1, r2, ax, ay, lx, ly, length, part)
+                r[0, i], r[1, i] = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
+            rib_integrals(x, y, r, 0, 1, ax, ay, lx, ly, length, part)
             if plus >= 0:
                 for i in range(x.shape[0]):
                     entries[plus, i] += c * part[i]
