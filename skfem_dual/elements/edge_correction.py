@@ -60,8 +60,8 @@ class EdgeCorrection:
 
         ``strips`` is their number in a triangle that reaches from the edge on.
         """
-        (cells,) = np.nonzero(weights.weighted)
-        near = NearSums.from_cells(weights.partition, weights, cells, IN_STRIPS, x, strips)
+        known = weights.partition, weights, weights.cells
+        near = NearSums.from_cells(*known, IN_STRIPS, x, strips)
         return cls.from_sums(weights, coefficient, x, near)
 
     @classmethod
@@ -69,8 +69,8 @@ class EdgeCorrection:
         cls, weights: EdgeWeights, coefficient: float, x: ndarray, sums: "NearSums"
     ) -> Self:
         """The same by what is known near the cells, at least near all weighted ones."""
-        (cells,) = np.nonzero(weights.weighted)
-        unit, number = Series.from_weights(weights, 1.0, cells), np.cumsum(weights.weighted) - 1
+        cells, number = weights.cells, np.cumsum(weights.weighted) - 1
+        unit = Series.from_weights(weights, 1.0)
         near = np.nonzero(weights.weighted[sums.column])[0]
         k = number[sums.column[near]]
         arm = sums.pairs.x[:, near] - unit.middles[:, k]
@@ -153,9 +153,11 @@ class NearSums(NamedTuple):
         (weighted,) = inputs(np.zeros(n, dtype=bool) if weights is None else weights.weighted)
         outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
         law, sums = np.zeros(len(pairs.points)), np.zeros((3, len(pairs.points)))
+        pieces, sides = np.diff(triangles.starts).max(initial=1), int(polygons.sizes.max())
+        most = strips, int(pieces), sides
 
         def work(k: slice) -> None:
-            _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, strips, law, sums)
+            _near_sums(k.start, k.stop, pairs, triangles, weighted, outlines, most, law, sums)
 
         with Threads() as run:
             run(work, len(cells))
@@ -165,14 +167,14 @@ class NearSums(NamedTuple):
 @vectorised
 def _near_sums(first, last, pairs, triangles, weighted, outlines, most, law, sums):
     p, indices, offsets = outlines
-    room = strips_room(triangles, most, np.diff(offsets).max())
+    room = strips_room(*most)
     segments = room[2]
     for k in range(first, last):
         begin, end, j, count = pairs.offsets[k], pairs.offsets[k + 1], pairs.cells[k], 0
         if begin == end:
             continue
         if weighted[j]:
-            count = strip_segments(triangles, j, most, room)
+            count = strip_segments(triangles, j, most[0], room)
             add_segments(pairs.x, begin, end, segments, count, sums)
             law[begin:end] = sums[0, begin:end]
             count = 0
@@ -193,12 +195,10 @@ def _less_series(arm, number, far, values):
 
 
 @compiled
-def strips_room(triangles, most, sides):
-    """Room for levels and densities of a triangle, and segments of a cell cut into strips or of
-    so many sides."""
-    room, pieces = max(most, FEWEST) + 2, 1
-    for j in range(triangles.starts.shape[0] - 1):
-        pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
+def strips_room(most, pieces, sides):
+    """Room for levels and densities of a triangle cut into ``most`` strips, and for segments of a
+    cell of so many pieces cut into strips, or of so many sides."""
+    room = max(most, FEWEST) + 2
     return (
         np.empty((room, 4)),
         np.empty((3, room)),
