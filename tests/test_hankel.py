@@ -5,14 +5,31 @@ import pytest
 from scipy.special import k0
 
 from skfem_dual.ground.compliance import homogeneous, through_graded, through_homogeneous
-from skfem_dual.ground.hankel import RadialTable, Tail, table_value
+from skfem_dual.ground.hankel import RadialTable, table_value
+from skfem_dual.ground.symbols import Symbol, Tail, wave_numbers
 
 R = np.logspace(-4, 2, 61)
 
 
+def symbol_of(function, lengths, *, algebraic):
+    return Symbol.from_values(function(wave_numbers(lengths)), lengths, algebraic)
+
+
+def table_of(function, lengths, *, algebraic):
+    return RadialTable.from_symbol(symbol_of(function, lengths, algebraic=algebraic), lengths)
+
+
+def test_symbols_are_known_between_and_beyond_their_nodes():
+    k = np.logspace(-4, 5, 200)
+    decaying = symbol_of(lambda k: np.exp(-k), (1.0, 1.0), algebraic=False)
+    assert decaying(k) == pytest.approx(np.exp(-k), abs=1e-12)
+    power = symbol_of(lambda k: k / (k * k + 0.49), (1.0, 1.0), algebraic=True)
+    assert power(k) == pytest.approx(k / (k * k + 0.49), abs=1e-8)
+
+
 def test_symbol_that_decays_exponentially():
     """exp(-k) belongs to 1 / sqrt(1 + r^2), whose primitive is sqrt(1 + r^2) - 1."""
-    table = RadialTable.from_symbol(lambda k: np.exp(-k), (1.0, 1.0), algebraic=False)
+    table = table_of(lambda k: np.exp(-k), (1.0, 1.0), algebraic=False)
     omega = table.evaluate(table.omega, R)
     assert 2 * np.pi * omega == pytest.approx(1 / np.hypot(1, R), abs=1e-9)
     primitive = R * table.evaluate(table.primitive_over_r, R)
@@ -23,7 +40,7 @@ def test_symbol_that_decays_exponentially():
 def test_symbol_that_decays_like_a_power():
     """k / (k^2 + b^2) belongs to K0(b r), with a logarithm at r = 0."""
     b = 0.7
-    table = RadialTable.from_symbol(lambda k: k / (k * k + b * b), (1.0, 1.0), algebraic=True)
+    table = table_of(lambda k: k / (k * k + b * b), (1.0, 1.0), algebraic=True)
     omega = table.evaluate(table.omega, R)
     assert 2 * np.pi * omega * R == pytest.approx(k0(b * R) * R, abs=1e-8)
 
@@ -38,7 +55,7 @@ def test_tail_is_found():
 
 
 def test_kernel_and_table_agree():
-    table = RadialTable.from_symbol(lambda k: np.exp(-k), (1.0, 2.0), algebraic=False)
+    table = table_of(lambda k: np.exp(-k), (1.0, 2.0), algebraic=False)
     values = [table_value(table.omega, table.start, table.width, r) for r in R]
     assert values == pytest.approx(table.evaluate(table.omega, R), rel=1e-13)
     nearest = table_value(table.omega, table.start, table.width, table.nearest)

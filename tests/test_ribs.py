@@ -77,7 +77,7 @@ def test_many_points():
     x[[7, 11]], y[[7, 11]] = (0.5, A[0]), (0.3, A[1])
     r1, r2 = np.hypot(x - A[0], y - A[1]), np.hypot(x - B[0], y - B[1])
     values = np.empty(20)
-    rib_integrals(x, y, r1, r2, *A, *(B - A), np.hypot(*(B - A)), values)
+    rib_integrals(x, y, np.stack([r1, r2]), 0, 1, *A, *(B - A), np.hypot(*(B - A)), values)
     expected = [segment_integral(*point, *A, *B) for point in zip(x, y, strict=True)]
     assert values == pytest.approx(expected, rel=1e-13)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from skfem_dual import HalfSpace
+from skfem_dual import GradedHalfSpace, HalfSpace
 
 
 def test_boussinesq():
@@ -32,3 +32,13 @@ def test_boussinesq():
 def test_bad_moduli(young, poisson, error, message):
     with pytest.raises(error, match=message):
         HalfSpace(young, poisson)
+
+
+def test_table_of_ground_that_stiffens_fast():
+    """Its slope at the surface tells the wave numbers that count."""
+    ground = GradedHalfSpace.init_exponential(1.0, 0.3, ratio=10.0, length=0.05)
+    assert ground.error < 1e-9
+    same = GradedHalfSpace.init_profile(lambda z: 10 - 9 * np.exp(-z / 0.05), 0.3, length=0.002)
+    assert ground.influence(np.logspace(-3, 0, 7)) == pytest.approx(
+        same.influence(np.logspace(-3, 0, 7)), rel=1e-8
+    )

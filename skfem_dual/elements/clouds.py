@@ -8,6 +8,7 @@ Source of the rings: L. Bos, Multivariate interpolation and polynomial inequalit
 University of Toronto (1981).
 """
 
+from collections.abc import Sequence
 from math import factorial
 from typing import NamedTuple, Self
 
@@ -55,14 +56,32 @@ class Clouds(NamedTuple):
 
         ``least`` has the degree of each cloud and the distances from which on it serves.
         """
+        every = np.arange(len(radii)), moments
+        return cls.from_groups(centres, radii, [every], least)
+
+    @classmethod
+    def from_groups(
+        cls,
+        centres: ndarray,
+        radii: ndarray,
+        groups: Sequence[tuple[ndarray, ndarray]],
+        least: dict[int, ndarray],
+    ) -> Self:
+        """The same of some cells after the other, their numbers and moments.
+
+        Clouds of higher degrees than the moments of a cell have no weights.
+        """
         points = [ring_points(degree) for degree in least]
-        weights = [
-            _weights(moments, radii, degree, x) for degree, x in zip(least, points, strict=True)
-        ]
         starts = np.cumsum([0, *(x.shape[1] for x in points)])
+        weights = np.full((len(radii), starts[-1]), np.nan)
+        for cells, moments in groups:
+            for k, (degree, x) in enumerate(zip(least, points, strict=True)):
+                if degree < len(moments):
+                    own = _weights(moments, radii[cells], degree, x)
+                    weights[cells, starts[k] : starts[k + 1]] = own
         squares = np.stack(list(least.values())) ** 2
         every = np.hstack([np.empty((2, 0)), *points])
-        return cls(*inputs(centres, radii, squares, *every, starts, np.hstack(weights)))
+        return cls(*inputs(centres, radii, squares, *every, starts, weights))
 
 
 def ring_points(degree: int) -> ndarray:

@@ -167,7 +167,7 @@ def _fill(x, ribs, c, matrix):
         for f in range(facets.shape[1]):
             a, b, left, right = facets[0, f], facets[1, f], f2c[0, f], f2c[1, f]
             ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
-            rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
+            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length[f], values)
             for i in range(width):
                 entries[left, i] += values[i]
             for i in range(width):
@@ -192,7 +192,7 @@ def _sum(x, ribs, jump, out):
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]
             ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
-            rib_integrals(x0, y0, r[a], r[b], ax, ay, lx, ly, length[f], values)
+            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length[f], values)
             for s in range(jump.shape[0]):
                 for i in range(width):
                     total[s, i] += jump[s, f] * values[i]

@@ -6,6 +6,7 @@ missing near by. Sources: those of `ribs` and `remainder`.
 """
 
 from dataclasses import dataclass
+from math import factorial
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -15,18 +16,18 @@ from ..grids.partition import Partition
 from ..ground.hankel import RadialTable
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
-from .clouds import Clouds
 from .edge_weights import EdgeWeights
 from .moments import Series, far_influence, load_moments, radii
 from .pieces import Pieces
-from .remainder import POINTS, Remainder, add_remainder
+from .radial_series import DEGREE, RadialSeries, add_series
+from .remainder import POINTS, AlongRibs, along_ribs
 from .ribs import rib_integrals
 
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least and
 #: at most
 LEAST_REACH, ALONG_RIBS = 1.5, 5.0
-#: degrees of the clouds of cells farther off, the nearer ones first
-DEGREES = 6, 4
+#: derivatives multiply errors of a table by no more
+SMOOTH = 100.0
 #: Gauss points for an error of the remainder of 1e-6
 FEWER = 4
 
@@ -87,6 +88,27 @@ class Blocks(NamedTuple):
     rows: ndarray
     starts: ndarray
     cells: ndarray
+
+
+class Remainder(NamedTuple):
+    """The part of an influence function that is not c / r, as `_add_remainder` takes it.
+
+    Attributes
+    ----------
+    series : RadialSeries
+        Of the cells.
+    near : AlongRibs
+        Of the same cells.
+    least : (n,) array of float
+        Squares of the distances from which on the series serve.
+    factor : float
+        1 / E0.
+    """
+
+    series: RadialSeries
+    near: AlongRibs
+    least: ndarray
+    factor: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,30 +196,38 @@ def _remainder(
     pieces = Pieces.from_partition(partition, weights)
     around = partition.centroids if weights is None else weights.centroids
     radius = radii(partition.polygons)[cells]
-    moments = load_moments(pieces, around, max(DEGREES))[..., cells]
-    young = substrate.surface.young
-    reach = _reach(substrate.singular_coefficient * young, table, radius, rtol)
-    clouds = Clouds.from_moments(around[:, cells], radius, moments, reach)
+    moments = load_moments(pieces, around, DEGREE + 2)[..., cells]
     first, last = inputs(pieces.first[cells], pieces.last[cells])
     own = pieces._replace(first=first, last=last)
-    points = FEWER if rtol >= 1e-6 else POINTS
-    return Remainder.from_table(table, young, clouds, own, points)
+    young = substrate.surface.young
+    reach = _reach(substrate.singular_coefficient * young, table, moments, radius, rtol)
+    (least,) = inputs(np.maximum(reach, radius + table.nearest) ** 2)
+    return Remainder(
+        RadialSeries.from_moments(around[:, cells], moments, table.coarse, table.nearest**2),
+        AlongRibs.from_table(table, own, FEWER if rtol >= 1e-6 else POINTS),
+        least,
+        1 / young,
+    )
 
 
 def _reach(
-    coefficient: float, table: RadialTable, radius: ndarray, rtol: float
-) -> dict[int, ndarray]:
-    """Distances from which on clouds of some `DEGREES` will do for the remainder, (n,) each.
+    coefficient: float, table: RadialTable, moments: ndarray, radius: ndarray, rtol: float
+) -> ndarray:
+    """Distances from which on the series will do for the remainder, (n,).
 
-    The next term of a logarithm, the steepest part of it, against the ``coefficient`` of 1 / r.
+    The next terms of a logarithm, the steepest part of it, against the ``coefficient`` of 1 / r.
     """
     step = 1.01
     nearer, farther = (table.evaluate(table.omega, r) for r in (radius, step * radius))
     slope = np.abs(farther - nearer) / (np.log(step) * coefficient * rtol)
-    return {
-        d: radius * ((slope * radius / (d + 1)) ** (1 / d)).clip(LEAST_REACH, ALONG_RIBS)
-        for d in DEGREES
-    }
+    reach = LEAST_REACH * radius
+    for k in (DEGREE + 1, DEGREE + 2):
+        # the integral of (x + i y)^k over that of 1
+        power = factorial(k) * sum(1j**j * moments[k - j, j] for j in range(k + 1)) / moments[0, 0]
+        reach = np.maximum(reach, (slope * np.abs(power) / k) ** (1 / (k - 1)))
+    # derivatives of a table that is not smooth are worth nothing
+    smooth = SMOOTH * table.error < coefficient * rtol
+    return np.minimum(reach, ALONG_RIBS * radius) if smooth else np.full(radius.shape, np.inf)
 
 
 @compiled
@@ -208,8 +238,7 @@ def _fill_singular(blocks, ribs, c, far, number, column, values):
     for block in range(rows.shape[1]):
         widest = max(widest, starts[block + 1] - starts[block])
         highest = max(highest, rows[1, block] - rows[0, block])
-    room, part = np.empty((widest, highest)), np.empty(highest)
-    r1, r2 = np.empty(highest), np.empty(highest)
+    room, part, r = np.empty((widest, highest)), np.empty(highest), np.empty((2, highest))
     offset = 0
     for block in range(rows.shape[1]):
         some = cells[starts[block] : starts[block + 1]]
@@ -219,7 +248,7 @@ def _fill_singular(blocks, ribs, c, far, number, column, values):
         entries[:, :height] = 0.0
         for k in range(width):
             column[some[k]] = k + 1
-        _add_cells(x0, y0, some, column, ribs, c, entries, part, r1, r2)
+        _add_cells(x0, y0, some, column, ribs, c, entries, part, r)
         if far is not None:
             _add_series(x0, y0, number[some], far, entries)
         for k in range(width):
@@ -231,11 +260,11 @@ def _fill_singular(blocks, ribs, c, far, number, column, values):
 
 
 @vectorised
-def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
+def _add_cells(x, y, cells, column, ribs, c, entries, part, r):
     """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
 
     ``column`` has one more than that row of each cell of the plan, 0 for those of no interest;
-    ``part``, ``r1`` and ``r2`` are for temporary use.
+    ``part`` and ``r`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
     for k in range(cells.shape[0]):
@@ -249,8 +278,8 @@ def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
             for i in range(x.shape[0]):
                 dx, dy = x[i] - ax, y[i] - ay
                 ex, ey = dx - lx, dy - ly
-                r1[i], r2[i] = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
-            rib_integrals(x, y, r1, r2, ax, ay, lx, ly, length, part)
+                r[0, i], r[1, i] = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
+            rib_integrals(x, y, r, 0, 1, ax, ay, lx, ly, length, part)
             if plus >= 0:
                 for i in range(x.shape[0]):
                     entries[plus, i] += c * part[i]
@@ -273,11 +302,20 @@ def _add_series(x, y, number, far, entries):
 
 @compiled
 def _add_remainder(blocks, remainder, values):
+    """Add entries of the remainder: the series everywhere, then what is too near anew."""
     x, rows, starts, cells = blocks
+    series, near, least, factor = remainder
     at = 0
     for block in range(rows.shape[1]):
         some = cells[starts[block] : starts[block + 1]]
-        for i in range(rows[0, block], rows[1, block]):
-            part = values[at : at + some.shape[0]]
-            add_remainder(x[0, i], x[1, i], some, remainder, part)
-            at += some.shape[0]
+        x0, y0 = x[0, rows[0, block] : rows[1, block]], x[1, rows[0, block] : rows[1, block]]
+        part = np.zeros((x0.shape[0], some.shape[0]))
+        add_series(x0, y0, some, series, factor, part)
+        for i in range(x0.shape[0]):
+            for k in range(some.shape[0]):
+                j = some[k]
+                dx, dy = x0[i] - series.centres[0, j], y0[i] - series.centres[1, j]
+                if dx * dx + dy * dy <= least[j]:
+                    part[i, k] = factor * along_ribs(x0[i], y0[i], j, near)
+                values[at] += part[i, k]
+                at += 1

@@ -14,6 +14,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
+from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..ground.hankel import RadialTable, SquareTable, square_value
@@ -36,42 +37,32 @@ CHUNK, TOGETHER = 2**14, 32
 Add = Callable[[slice, ndarray], None]
 
 
-class Remainder(NamedTuple):
-    """What `add_remainder` takes.
+class AlongRibs(NamedTuple):
+    """What `along_ribs` takes.
 
     Attributes
     ----------
-    clouds : Clouds
-        Of the cells.
     pieces : Pieces
-        Of the same cells.
-    omega, primitive_over_r : SquareTable
+        Of the cells.
+    primitive_over_r : SquareTable
         As of `RadialTable`.
     smallest : float
-        Square of the smallest distance of these.
+        Square of the smallest distance of the table.
     gauss, gauss_weights : (k,) array of float
         Rule on [-1, 1] for each half of a rib.
-    factor : float
-        1 / E0.
     """
 
-    clouds: Clouds
     pieces: Pieces
-    omega: SquareTable
     primitive_over_r: SquareTable
     smallest: float
     gauss: ndarray
     gauss_weights: ndarray
-    factor: float
 
     @classmethod
-    def from_table(
-        cls, table: RadialTable, young: float, clouds: Clouds, pieces: Pieces, points: int
-    ) -> Self:
-        """Of a ground with this surface modulus, with so many Gauss points."""
-        gauss, weights = inputs(*np.polynomial.legendre.leggauss(points))
-        least = table.nearest**2
-        return cls(clouds, pieces, *table.squares, least, gauss, weights, 1 / young)
+    def from_table(cls, table: RadialTable, pieces: Pieces, points: int) -> Self:
+        """With so many Gauss points."""
+        rule = inputs(*np.polynomial.legendre.leggauss(points))
+        return cls(pieces, table.squares[1], table.nearest**2, *rule)
 
 
 def remainder_blocks(
@@ -109,16 +100,28 @@ def remainder_blocks(
     table.evaluate(table.omega, np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1)))
     pieces = Pieces.from_partition(partition, weights)
     centres = partition.centroids if weights is None else weights.centroids
+    nearest, _ = cKDTree(x.T).query(centres.T)
     for begin in range(0, len(partition), CHUNK):
         cells = slice(begin, min(begin + CHUNK, len(partition)))
         own = pieces._replace(first=pieces.first[cells], last=pieces.last[cells])
-        around = centres[:, cells]
-        radius = reach_of(own, around)
-        moments = load_moments(own, around, max(CLOUDS))
-        least = {d: np.maximum(k * radius, radius + table.nearest) for d, k in CLOUDS.items()}
-        clouds = Clouds.from_moments(around, radius, moments, least)
-        young = substrate.surface.young
-        yield cells, partial(_add, x, Remainder.from_table(table, young, clouds, own, POINTS))
+        clouds = _clouds(own, centres[:, cells], nearest[cells], table.nearest)
+        near = AlongRibs.from_table(table, own, POINTS)
+        known = clouds, table.squares[0], near, 1 / substrate.surface.young
+        yield cells, partial(_add, x, known)
+
+
+def _clouds(pieces: Pieces, centres: ndarray, nearest: ndarray, smallest: float) -> Clouds:
+    """Of some cells; of high degrees only those that points are ``nearest`` to."""
+    radius = reach_of(pieces, centres)
+    least = {d: np.maximum(k * radius, radius + smallest) for d, k in CLOUDS.items()}
+    degrees = np.array(list(CLOUDS))
+    needed = np.maximum(np.sum(np.stack(list(least.values())) < nearest, axis=0), 1) - 1
+    groups = [
+        (some, load_moments(pieces.of(some), centres[:, some], degrees[k]))
+        for k, some in ((k, np.nonzero(needed == k)[0]) for k in range(len(degrees)))
+        if len(some)
+    ]
+    return Clouds.from_groups(centres, radius, groups, least)
 
 
 def add_rows(add: Add, matrix: ndarray, rows: slice) -> None:
@@ -126,45 +129,48 @@ def add_rows(add: Add, matrix: ndarray, rows: slice) -> None:
     add(rows, matrix[rows])
 
 
-def _add(x: ndarray, remainder: Remainder, rows: slice, block: ndarray) -> None:
-    _add_rows(*inputs(x[:, rows]), remainder, block)
+def _add(
+    x: ndarray,
+    known: tuple[Clouds, SquareTable, AlongRibs, float],
+    rows: slice,
+    block: ndarray,
+) -> None:
+    _add_rows(*inputs(x[:, rows]), *known, block)
 
 
 @compiled
-def _add_rows(x, remainder, matrix):
-    cells = np.arange(matrix.shape[1])
-    for begin in range(0, len(cells), TOGETHER):
-        some = cells[begin : begin + TOGETHER]
-        for i in range(x.shape[1]):
-            add_remainder(x[0, i], x[1, i], some, remainder, matrix[i, begin:])
-
-
-@compiled
-def add_remainder(x, y, cells, remainder, values):
-    """Add the integrals over some cells, seen from (x, y), over E0 to ``values``."""
-    clouds, pieces, omega, primitive, smallest, gauss, gauss_weights, factor = remainder
+def _add_rows(x, clouds, omega, near, factor, matrix):
+    """Add ``factor`` times the integrals over all cells to rows of a matrix."""
     centres, radii, least, px, py, starts, weights = clouds
-    vertices, offsets, density, first, last = pieces
-    for k in range(cells.shape[0]):
-        j = cells[k]
-        dx, dy = x - centres[0, j], y - centres[1, j]
-        r2, cloud = dx * dx + dy * dy, 0
-        while cloud < least.shape[0] and r2 > least[cloud, j]:
-            cloud += 1
-        integral = 0.0
-        if cloud > 0:
-            a, b = starts[cloud - 1], starts[cloud]
-            integral = cloud_sum(
-                dx, dy, radii[j], px[a:b], py[a:b], weights[j, a:b],
-                omega.coefficients, omega.first,
-            )  # fmt: skip
-        else:
-            for piece in range(first[j], last[j]):
-                integral += density[piece] * _along_ribs(
-                    x, y, vertices, offsets[piece], offsets[piece + 1],
-                    primitive.coefficients, primitive.first, smallest, gauss, gauss_weights,
-                )  # fmt: skip
-        values[k] += factor * integral
+    for begin in range(0, matrix.shape[1], TOGETHER):
+        for i in range(x.shape[1]):
+            for j in range(begin, min(begin + TOGETHER, matrix.shape[1])):
+                dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
+                r2, cloud = dx * dx + dy * dy, 0
+                while cloud < least.shape[0] and r2 > least[cloud, j]:
+                    cloud += 1
+                if cloud > 0:
+                    a, b = starts[cloud - 1], starts[cloud]
+                    integral = cloud_sum(
+                        dx, dy, radii[j], px[a:b], py[a:b], weights[j, a:b],
+                        omega.coefficients, omega.first,
+                    )  # fmt: skip
+                else:
+                    integral = along_ribs(x[0, i], x[1, i], j, near)
+                matrix[i, j] += factor * integral
+
+
+@compiled
+def along_ribs(x, y, cell, near):
+    """Integral over the pieces of a cell, seen from (x, y)."""
+    pieces, primitive, smallest, gauss, weights = near
+    total = 0.0
+    for piece in range(pieces.first[cell], pieces.last[cell]):
+        total += pieces.density[piece] * _along_ribs(
+            x, y, pieces.vertices, pieces.offsets[piece], pieces.offsets[piece + 1],
+            primitive.coefficients, primitive.first, smallest, gauss, weights,
+        )  # fmt: skip
+    return total
 
 
 @compiled

@@ -92,19 +92,20 @@ def rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
 
 
 @inlined
-def rib_integrals(x, y, r1, r2, ax, ay, lx, ly, length, values):
+def rib_integrals(x, y, r, a, b, ax, ay, lx, ly, length, values):
     """`rib_integral` at several points into ``values``, soonest where most are far.
 
-    ``x, y, r1, r2`` are arrays; they and ``values`` have the same length.
+    ``x``, ``y`` and the rows ``a`` and ``b`` of ``r``, the distances of the ends, are as long as
+    ``values``.
     """
     near, limit, square = 0, FAR * length, length * length
     for i in range(values.shape[0]):
-        together = r1[i] + r2[i]
+        together = r[a, i] + r[b, i]
         near += together <= limit
         inverse = 1 / together
         series = atanh_series(square * (inverse * inverse))
         values[i] = 2 * (lx * (y[i] - ay) - ly * (x[i] - ax)) * inverse * series
     if near > 0:
         for i in range(values.shape[0]):
-            if r1[i] + r2[i] <= limit:
-                values[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r1[i], r2[i])
+            if r[a, i] + r[b, i] <= limit:
+                values[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r[a, i], r[b, i])

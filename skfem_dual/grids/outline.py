@@ -17,6 +17,8 @@ from .polygons import readonly
 LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
 #: pairs of a point and a segment that are looked at one by one, in some milliseconds
 ONE_BY_ONE = 2**22
+#: segments that are looked for together
+CANDIDATES = 4
 #: points from which on threads look for the nearest, as starting them takes its time
 MANY = 5000
 #: cosine of the angle between a segment and the way to it below which it faces a point
@@ -53,8 +55,15 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
         mine = np.nonzero(octave == level)[0]
         tree, reach = cKDTree(((a + b)[:, mine] / 2).T), half[mine].max()
         radius = 1.000001 * np.hypot(distance, reach)
-        near = tree.query_ball_point(x.T, radius, workers=workers)
-        pairs = np.repeat(np.arange(len(near)), [len(candidates) for candidates in near])
+        # most points have few candidates, and lists of them take longer than they themselves
+        some = np.arange(1, min(CANDIDATES, len(mine)) + 1)
+        away, found = tree.query(x.T, some, distance_upper_bound=radius.max(), workers=workers)
+        point, place = np.nonzero(away <= radius[:, None])
+        segment = mine[found[point, place]]
+        np.minimum.at(distance, point, _distance(x[:, point], a[:, segment], b[:, segment]))
+        more = np.nonzero(away[:, -1] <= radius)[0] if len(some) < len(mine) else np.empty(0, int)
+        near = tree.query_ball_point(x[:, more].T, radius[more], workers=workers)
+        pairs = np.repeat(more, [len(candidates) for candidates in near])
         segment = mine[np.concatenate([*near, np.empty(0)]).astype(int)]
         np.minimum.at(distance, pairs, _distance(x[:, pairs], a[:, segment], b[:, segment]))
     return distance

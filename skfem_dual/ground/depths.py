@@ -17,10 +17,10 @@ from numpy import ndarray
 from scipy.special import erfc, j0, j1
 
 from ..errors import ConvergenceError
-from .hankel import CUTOFF, FARTHEST, GAUSS, GAUSS_WEIGHTS, NODES
 from .strata import Amplitudes, Strata
 from .stratified import Stratified
 from .substrates import HalfSpace
+from .symbols import CUTOFF, FARTHEST, GAUSS, GAUSS_WEIGHTS, NODES
 
 #: of tables: a panel is a part of an octave of r^2 + d^2 in which 2 to the power of BITS are
 BITS, DEGREE = 2, 8

@@ -56,7 +56,7 @@ class GradedHalfSpace(Stratified):
         checked_text("description", self.description)
         depth = self.length * np.concatenate([[0.0], np.logspace(-6, 6, 49)])
         ratio, nu = self._moduli(depth)
-        young = ratio * _values("young", self.young, np.zeros(1))[0]
+        young = ratio * self._at_surface
         for what, values, good, span in (
             ("young", young, np.isfinite(young) & (young > 0), "positive"),
             ("poisson", nu, (nu >= 0) & (nu <= 0.5), "from 0 to 0.5"),
@@ -88,7 +88,7 @@ class GradedHalfSpace(Stratified):
         return cls(
             partial(_exponential, young, ratio, length),
             poisson,
-            length,
+            length / max(1.0, ratio - 1.0),  # by the slope at the surface
             f"E from {young:g} to {ratio * young:g} over {length:g}, nu = {poisson:g}",
         )
 
@@ -123,18 +123,22 @@ class GradedHalfSpace(Stratified):
         """E / E0 and nu at depths."""
         nu = _values("poisson", self.poisson, z)
         young = _values("young", self.young, z)
-        surface = float(_values("young", self.young, np.zeros(1))[0])
-        if not surface > 0:
+        return young / self._at_surface, nu
+
+    @computed_once
+    def _at_surface(self) -> float:
+        """Young's modulus at the surface."""
+        young = float(_values("young", self.young, np.zeros(1))[0])
+        if not young > 0:
             raise ValueError(
-                f"expected a positive Young's modulus at the surface, got {surface:g}: without "
+                f"expected a positive Young's modulus at the surface, got {young:g}: without "
                 "it the settlement under a force is not finite. Remedy: a small positive value"
             )
-        return young / surface, nu
+        return young
 
     @computed_once
     def surface(self) -> HalfSpace:
-        young = float(_values("young", self.young, np.zeros(1))[0])
-        return HalfSpace(young, float(self._moduli(np.zeros(1))[1][0]))
+        return HalfSpace(self._at_surface, float(self._moduli(np.zeros(1))[1][0]))
 
     @property
     def lengths(self) -> tuple[float, float]:
@@ -164,7 +168,8 @@ def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
             f"expected {name} as a function that returns one number for each depth, got "
             f"{shown(values)} for {len(z)} depths"
         )
-    return np.broadcast_to(np.asarray(values, dtype=float), z.shape)
+    values = np.asarray(values, dtype=float)
+    return values if values.shape == z.shape else np.broadcast_to(values, z.shape)
 
 
 def _length(young: Callable, poisson: float | Callable) -> float:

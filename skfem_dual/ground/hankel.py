@@ -1,12 +1,4 @@
-"""Influence functions from their symbols: Hankel transforms, kept in tables over r.
-
-The symbol of c / r is split off. Of the rest, what decays like powers of the wave number is fitted
-by functions with closed transforms; what is left is integrated between the zeros of waves.
-
-Sources: I. S. Gradshteyn and I. M. Ryzhik, Table of Integrals, Series, and Products, 6.565.4, for
-the closed transforms; C. W. Clenshaw, A note on the summation of Chebyshev series, Math. Tables
-Aids Comput. 9 (1955).
-"""
+"""Influence functions from their symbols: Hankel transforms, kept in tables over r."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,24 +8,19 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.special import erfc, gamma, j0, kv
 
 from ..kernels.compiled import compiled, inlined
+from .symbols import FARTHEST, GAUSS, GAUSS_WEIGHTS, NEAREST, Symbol
 
-#: Chebyshev nodes of the symbol in an octave of k, and degree of tables in a panel of ln r
-NODES, DEGREE = 20, 7
-#: tables reach from the first to the last of these times the least and the greatest length
-NEAREST, FARTHEST = 1e-8, 1e6
-#: wave numbers up to this over r count; beyond, the smooth symbol is cut off smoothly
-CUTOFF = 150.0
-#: panels of a table in an octave of r
-PANELS = 3
+#: degree of tables in a panel of ln r, and panels in an octave of r
+DEGREE, PANELS = 7, 3
 #: a table over r^2 has 2 to the power of BITS panels in an octave, each of degree SQUARES; the
 #: bits of a double below its panel are SHIFT, those of an exponent of 1 are ONE
 BITS, SQUARES = 6, 4
 SHIFT, ONE = 52 - BITS, 1023 << 52
-#: rule on [-1, 1]
-GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
+#: the same of tables whose derivatives are taken: they are smooth over more of r
+COARSE, COARSE_DEGREE = 2, 7
+COARSE_SHIFT, EXPONENT = 52 - COARSE, 2047 << 52
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,35 +49,20 @@ class RadialTable:
     error: float
 
     @classmethod
-    def from_symbol(
-        cls, symbol: Callable[[ndarray], ndarray], lengths: tuple[float, float], algebraic: bool
-    ) -> Self:
-        """As `from_values`, of F as a function of wave numbers."""
-        return cls.from_values(symbol(wave_numbers(lengths)), lengths, algebraic)
-
-    @classmethod
     def from_values(
         cls, f: ndarray, lengths: tuple[float, float], algebraic: bool, first: int = 0
     ) -> Self:
+        """As `from_symbol`, of values as of `Symbol.from_values`."""
+        return cls.from_symbol(Symbol.from_values(f, lengths, algebraic, first), lengths)
+
+    @classmethod
+    def from_symbol(cls, symbol: Symbol, lengths: tuple[float, float]) -> Self:
         """Invert ``F(k) = k E0 Omega - c0`` to omega_rem E0 and its primitive.
 
-        Parameters
-        ----------
-        f : (n,) array of float
-            F at `wave_numbers`.
-        lengths : pair of float
-            The least and the greatest length of the ground.
-        algebraic : bool
-            Whether F decays like powers of 1/k, as above a gradient, and not exponentially.
-        first : int
-            The first of these powers is 1 more: 0, or -1 for what does not decay.
+        ``lengths`` are the least and the greatest length of the ground.
         """
         least, greatest = lengths
-        edges, x, k = _octaves_of(lengths)
-        f = f.reshape(k.shape)
-        tail = Tail.from_values(k, f, least, 6 if algebraic else 0, first)
-        waves = Waves.from_values(edges, x, f - tail.symbol(k))
-
+        waves, tail = symbol.waves, symbol.tail
         width = np.log(2) / PANELS
         start = np.log(NEAREST * least)
         panels = int(np.ceil((np.log(FARTHEST * greatest) - start) / width))
@@ -131,6 +103,15 @@ class RadialTable:
             return -self.evaluate(slope, r) / r**2
 
         return SquareTable.from_function(function, self.nearest, self.farthest)
+
+    @cached_property
+    def coarse(self) -> "SquareTable":
+        """omega as a function of r^2, in few panels, for `coarse_place`."""
+        return SquareTable.from_function(
+            lambda r: self.evaluate(self.omega, r),
+            *(self.nearest, self.farthest),
+            *(COARSE, COARSE_DEGREE),
+        )
 
     def _over_squares(self, coefficients: ndarray) -> "SquareTable":
         distances = self.nearest, self.farthest
@@ -179,7 +160,7 @@ class SquareTable(NamedTuple):
 
     Attributes
     ----------
-    coefficients : (panels, SQUARES + 1) array of float
+    coefficients : (panels, degree + 1) array of float
         Those of the powers of t in [-1, 1].
     first : int
         Leading bits of the first panel.
@@ -190,13 +171,18 @@ class SquareTable(NamedTuple):
 
     @classmethod
     def from_function(
-        cls, function: Callable[[ndarray], ndarray], nearest: float, farthest: float
+        cls,
+        function: Callable[[ndarray], ndarray],
+        nearest: float,
+        farthest: float,
+        bits: int = BITS,
+        degree: int = SQUARES,
     ) -> Self:
         """Through values between two distances, in the Chebyshev nodes of each panel."""
-        first, last = (np.array([nearest, farthest]) ** 2).view(np.int64) >> SHIFT
-        panels = last - first + (4 << BITS)  # a bit more: points around cells may lie farther
-        edges = (np.arange(first, first + panels + 1) << SHIFT).view(np.float64)
-        nodes = np.cos(np.pi * (np.arange(SQUARES + 1) + 0.5) / (SQUARES + 1))
+        first, last = (np.array([nearest, farthest]) ** 2).view(np.int64) >> (52 - bits)
+        panels = last - first + (4 << bits)  # a bit more: points around cells may lie farther
+        edges = (np.arange(first, first + panels + 1) << (52 - bits)).view(np.float64)
+        nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
         u = edges[:-1, None] + np.diff(edges)[:, None] * (nodes + 1) / 2
         values = function(np.sqrt(u).clip(nearest, farthest))
         powers = np.linalg.solve(np.vander(nodes, increasing=True), values.T).T
@@ -216,133 +202,14 @@ def square_value(coefficients, first, u):
     return out
 
 
-@dataclass(frozen=True, eq=False)
-class Tail:
-    """Sum of ``weights[i] k (k^2 + b^2)^(-1 - m/2)``, m = ``first`` + i: the part of a symbol like
-    powers of 1/k.
-
-    Attributes
-    ----------
-    b : float
-    weights : (n,) array of float
-        None for a symbol that decays faster.
-    first : int
-    """
-
-    b: float
-    weights: ndarray
-    first: int = 0
-
-    @classmethod
-    def from_values(cls, k: ndarray, f: ndarray, least: float, terms: int, first: int = 0) -> Self:
-        """Least squares for the values of a symbol at great wave numbers."""
-        plain = cls(3 / least, np.ones(terms), first)
-        if not terms:
-            return plain
-        great = k > 10 / least
-        scale = k[great]
-        matrix = np.stack([t[great] * scale for t in plain.terms(k)], axis=1)
-        norm = np.abs(matrix).max(axis=0)
-        weights = np.linalg.lstsq(matrix / norm, f[great] * scale, rcond=None)[0] / norm
-        return cls(plain.b, weights, first)
-
-    def terms(self, k: ndarray) -> list[ndarray]:
-        """Each term with the weight 1."""
-        return [k * (k**2 + self.b**2) ** (-1 - m / 2) for m in self._orders]
-
-    @property
-    def _orders(self) -> range:
-        return range(self.first, self.first + len(self.weights))
-
-    def symbol(self, k: ndarray) -> ndarray:
-        """The sum at wave numbers."""
-        terms = zip(self.weights, self.terms(k), strict=True)
-        return sum((w * t for w, t in terms), np.zeros_like(k))
-
-    def add_transform(self, omega: ndarray, r: ndarray) -> ndarray:
-        """``omega`` and the integrals of the sum times J0(k r)."""
-        b = self.b
-        for m, w in zip(self._orders, self.weights, strict=True):
-            omega = omega + w * (r / (2 * b)) ** (m / 2) * kv(m / 2, b * r) / gamma(1 + m / 2)
-        return omega
-
-
-@dataclass(frozen=True, eq=False)
-class Waves:
-    """A symbol that is negligible for great wave numbers, by Chebyshev series in octaves.
-
-    Attributes
-    ----------
-    edges : (octaves + 1,) array of float
-        Wave numbers.
-    coefficients : (octaves, NODES) array of float
-    last : float
-        From here on the symbol is negligible.
-    """
-
-    edges: ndarray
-    coefficients: ndarray
-    last: float
-
-    @classmethod
-    def from_values(cls, edges: ndarray, x: ndarray, f: ndarray) -> Self:
-        """Through the values ``f`` at the nodes ``x`` in [-1, 1] of each octave."""
-        matrix = np.polynomial.chebyshev.chebvander(x, NODES - 1)
-        coefficients = np.linalg.solve(matrix, f.T).T
-        size = np.abs(f).max()
-        here = np.nonzero(np.abs(f).max(axis=1) > 1e-14 * max(size, 1e-300))[0]
-        return cls(edges, coefficients, edges[here[-1] + 1] if len(here) else edges[1])
-
-    def transform(self, r: ndarray) -> ndarray:
-        """Integrals of the symbol times J0(k r), for distances of one panel."""
-        # far waves cancel each other: a smooth cut leaves an error below any power of 1 / CUTOFF
-        cut = CUTOFF / r[:, None]
-        q, values = self.points(float(r.max()), min(self.last, 2 * float(cut.max())))
-        waves = j0(q * r[:, None]) * erfc(6 * (q / cut - 1.5)) / 2
-        return waves @ values
-
-    def points(self, length: float, last: float) -> tuple[ndarray, ndarray]:
-        """Wave numbers up to the octave of ``last``, and the symbol there times their weights.
-
-        They integrate the symbol times waves of ``k length``. Below the first octave the symbol
-        is what it is there.
-        """
-        ends = self.edges[: np.searchsorted(self.edges, last) + 1]
-        pieces = np.ceil(np.diff(ends) * length / np.pi).astype(int)
-        octave = np.repeat(np.arange(len(pieces)), pieces)
-        step = (np.diff(ends) / pieces)[octave]
-        position = np.arange(len(octave)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-        begin = ends[octave] + position * step
-        k = begin[:, None] + step[:, None] * (GAUSS + 1) / 2
-        t = 2 * (k - ends[octave][:, None]) / np.diff(ends)[octave][:, None] - 1
-        values = _clenshaw(self.coefficients[octave], t) * GAUSS_WEIGHTS * step[:, None] / 2
-        below = ends[0] * self.coefficients[0] @ (-1.0) ** np.arange(NODES)
-        return np.append(0.0, k), np.append(below, values)
-
-
-def _octaves_of(lengths: tuple[float, float]) -> tuple[ndarray, ndarray, ndarray]:
-    least, greatest = lengths
-    return octaves(1e-3 / (FARTHEST * greatest), 100 / least)
-
-
-def wave_numbers(lengths: tuple[float, float]) -> ndarray:
-    """Where the symbol of a ground with these lengths must be known, shape (n,)."""
-    return _octaves_of(lengths)[2].ravel()
-
-
-def octaves(low: float, high: float) -> tuple[ndarray, ndarray, ndarray]:
-    """Ends of octaves of wave numbers, Chebyshev nodes, and wave numbers there in each octave."""
-    edges = low * 2.0 ** np.arange(int(np.ceil(np.log2(high / low))) + 1)
-    x = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-    return edges, x, (edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * x
-
-
-def _clenshaw(coefficients: ndarray, t: ndarray) -> ndarray:
-    """Chebyshev series, one for each row of ``t``."""
-    b1 = b2 = np.zeros_like(t)
-    for c in coefficients.T[:0:-1]:
-        b1, b2 = c[:, None] + 2 * t * b1 - b2, b1
-    return coefficients[:, :1] + t * b1 - b2
+@inlined
+def coarse_place(first, u):
+    """Panel of a `RadialTable.coarse` at the square ``u`` of a distance, t there, and dt / du."""
+    bits = np.float64(u).view(np.int64)
+    panel = np.uint64((bits >> COARSE_SHIFT) - first)
+    mantissa = np.int64((bits & ((1 << COARSE_SHIFT) - 1)) | ONE).view(np.float64)
+    octave = np.int64(bits & EXPONENT).view(np.float64)
+    return panel, (mantissa - 1.0) * (2 << COARSE) - 1.0, (2 << COARSE) / octave
 
 
 def _primitive(

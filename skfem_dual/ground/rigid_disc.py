@@ -23,9 +23,9 @@ from numpy import ndarray
 from scipy.special import eval_legendre, spherical_jn
 
 from ..grids.polygons import readonly
-from .hankel import Waves, octaves
 from .stratified import Stratified
 from .substrates import Substrate
+from .symbols import Waves, octaves
 
 #: wave numbers times the radius: the least, the last where F decays like 1 / k, and the last
 #: times the least length of the ground where it decays exponentially
@@ -67,8 +67,7 @@ class RigidDisc:
         if ground.algebraic:
             last = max(last, LAST)
         edges, x, k = octaves(FIRST / radius, last / radius)
-        f = (ground.compliance(k.ravel())[2] - c0).reshape(k.shape)
-        waves = Waves.from_values(edges, x, f)
+        waves = Waves.from_values(edges, x, ground.rest_of_symbol(k))
         k, f = waves.points(radius, edges[-1])
         degree = 2 * np.arange(POLYNOMIALS + int(MORE * np.sqrt(ratio)))
         j = spherical_jn(degree[:, None], k * radius)

@@ -23,7 +23,8 @@ import numpy as np
 from numpy import ndarray
 
 from .compliance import homogeneous, homogeneous_across
-from .hankel import RadialTable, SquareTable, wave_numbers
+from .hankel import RadialTable, SquareTable
+from .symbols import wave_numbers
 
 #: compliances Q11, Q12, Q22 and S at wave numbers, (4, n)
 Compliances = Callable[[ndarray], ndarray]

@@ -10,6 +10,7 @@ from .hankel import RadialTable
 from .shear import ShearTable
 from .strata import Strata
 from .substrates import HalfSpace
+from .symbols import Symbol, wave_numbers
 
 
 def checked_waves(k: ArrayLike) -> ndarray:
@@ -60,11 +61,14 @@ class Stratified:
     @computed_once
     def remainder(self) -> RadialTable:
         """The influence function less c / r, times the surface modulus E0, and its primitive."""
-        surface = self.surface
-        c0 = 2 * (1 - surface.poisson**2)
-        return RadialTable.from_symbol(
-            lambda k: self.compliance(k)[2] - c0, self.lengths, self.algebraic
-        )
+        return RadialTable.from_symbol(self.rest_of_symbol, self.lengths)
+
+    @computed_once
+    def rest_of_symbol(self) -> Symbol:
+        """``k E0`` times the symbol of the influence function, less that of c / r."""
+        c0 = 2 * (1 - self.surface.poisson**2)
+        values = self.compliance(wave_numbers(self.lengths))[2] - c0
+        return Symbol.from_values(values, self.lengths, self.algebraic)
 
     @computed_once
     def shear(self) -> ShearTable:

@@ -180,9 +180,16 @@ class Sample:
         rows = entries.rows(numbers)
         total, norm, least = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0
         if entries.substrate.remainder is not None:
-            # settlements can be far smaller than those of c / r alone
-            x = np.ascontiguousarray(entries.x[:, numbers])
-            alone = influence_matrix(entries.substrate.surface, entries.partition, x)
+            # settlements can be far smaller than those of c / r alone, of forces afar, in the
+            # middle of a disc
+            x, y, areas = (
+                entries.x[:, numbers],
+                entries.partition.centroids,
+                entries.partition.areas,
+            )
+            r = np.hypot(*(x[:, :, None] - y[:, None]))
+            c = entries.substrate.singular_coefficient
+            alone = c * areas / np.maximum(r, np.sqrt(areas / np.pi) / 2)
             total = np.maximum(total, FLOOR * alone.sum(axis=1))
             norm = np.maximum(norm, FLOOR * np.linalg.norm(alone, axis=1))
             least = float(np.min(total / alone.sum(axis=1)))

@@ -7,7 +7,7 @@ from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
 from ...elements.moments import Multipoles, radii
-from ...elements.near import ALONG_RIBS, NearField
+from ...elements.near import NearField
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
@@ -117,10 +117,9 @@ class FastSummation:
     ) -> "FastSummation":
         """Of a relative error of about ``rtol``; see `InfluenceOperator`."""
         radius = radii(partition.polygons)
-        slack = SLACK if substrate.remainder is None else ALONG_RIBS / 2
         usual = np.quantile(radius, 0.9)  # few cells of a uniform mesh stay in larger boxes
-        unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * slack * usual)
-        tree = Quadtree.from_circles(partition.centroids, radius, x, LEAF, slack, unit)
+        unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * SLACK * usual)
+        tree = Quadtree.from_circles(partition.centroids, radius, x, LEAF, SLACK, unit)
         return cls._of(tree, substrate, partition, x, weights, rtol)
 
     def at(
@@ -147,9 +146,8 @@ class FastSummation:
         dtype = np.float32 if rtol >= SINGLE else np.float64
         chebyshev = Chebyshev(order_for(rtol))
         cells, x = tree.cells, x[:, tree.points]
-        # beside a remainder no expansion meets cells that it takes for near
-        reach = radii(partition.polygons) * (1.0 if substrate.remainder is None else ALONG_RIBS)
-        lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
+        reach = radii(partition.polygons)[cells]
+        lists = near_lists(tree, partition.centroids[:, cells], reach, chebyshev.terms)
         near = NearField.from_partition(substrate, partition, weights, cells, 10 * rtol)
         p2p = p2p_blocks(near, x, tree.targets[:, lists.p2p.boxes], lists.p2p, dtype)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, dtype)
