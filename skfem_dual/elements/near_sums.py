@@ -22,8 +22,9 @@ from .polygon_sums import KNOWN, LANES, STEP, add_sides, put_side
 from .segments import Pairs, add_segments
 
 #: cells over which the law varies by more than this factor are cut into strips for points nearer
-#: to their centroids than so many of their radii
-STEEP, BESIDE = 3.0, 1.25
+#: to their centroids than so many of their radii; no cell and no point of a regular mesh is just
+#: there
+STEEP, BESIDE = 3.1, 1.23
 
 
 class NearSums(NamedTuple):
@@ -113,8 +114,8 @@ def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
     offsets = outlines[2]
     centroids, size, beside = circles
     polynomials, number, triangles = law.polynomials, law.number, law.triangles
-    room, uniform = strips_room(triangles, law.strips), np.zeros(TERMS + LOWER_TERMS)
-    sides, work = np.empty((np.diff(offsets).max(), KNOWN)), np.empty((2, TERMS))
+    room, uniform = strips_room(triangles, law.strips), np.empty(0)
+    sides, work = np.empty((np.diff(offsets).max(), KNOWN)), np.empty((3, TERMS))
     own, points = np.empty(LANES, np.int64), np.empty((2, LANES))
     cut, added, logs = np.empty((3, LANES)), np.empty((4, LANES)), np.empty((6, LANES))
     for k in range(first, last):
@@ -138,7 +139,7 @@ def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
                 add_sides(points[0, :full], points[1, :full], sides, count, logs, added)
                 cut[:] = 0.0
                 if near:
-                    add_segments(points, 0, width, room[2], segments, cut)
+                    add_segments(points, 0, width, room[1], segments, cut)
                 for i in range(width):
                     values[own[i]] = added[0, i] + cut[0, i]
                     sums[0, own[i]] = added[0, i] + added[1, i] + cut[0, i]

@@ -17,7 +17,7 @@ polygonal and polyhedral domains, IEEE Trans. Antennas Propag. 32 (1984), for un
 import numpy as np
 
 from ..kernels.compiled import compiled, vectorised
-from .law_polynomials import DEGREE, LOWER, LOWER_TERMS, TERMS
+from .law_polynomials import DEGREE, TERMS
 from .ribs import FAR, atanh_series
 from .segments import LOG2, ROOT_HALF
 
@@ -36,75 +36,82 @@ STARTS = tuple(d * (d + 1) // 2 for d in range(DEGREE + 1))
 def put_side(sides, count, ax, ay, bx, by, polynomials, cx, cy, size, room):
     """Put a side of a polygon behind ``count`` others, unless it is a point; returns how many.
 
-    ``polynomials`` are those of `law_polynomials`, about (cx, cy) over ``size``; one is added to
-    the second. ``room`` of shape (2, TERMS) is for temporary use.
+    ``polynomials`` are those of `law_polynomials`, about (cx, cy) over ``size``, or nothing; one
+    is added to the second. ``room`` of shape (3, TERMS) is for temporary use.
     """
     ux, uy = bx - ax, by - ay
     length = np.sqrt(ux * ux + uy * uy)
     if length == 0.0:
         return count
-    ux, uy, side = ux / length, uy / length, sides[count]
-    side[:5] = ax, ay, ux, uy, length
-    # across the side, then along it; of degree d the term with t^k is the k-th
-    p, own = room
-    own[:] = polynomials[:TERMS]
-    _moved(own, DEGREE, (ax - cx) / size, (ay - cy) / size, ux, uy, size, p)
+    ux, uy = ux / length, uy / length
+    sides[count, :5] = ax, ay, ux, uy, length
+    sides[count, 5:] = 0.0
+    sides[count, FIRST] = 1.0
+    if polynomials.shape[0] > 0:
+        x, y, u, v = (ax - cx) / size, (ay - cy) / size, ux / size, uy / size
+        _put_values(polynomials, x, y, u, v, room, sides[count])
+        _put_lower(polynomials[TERMS:], x, y, u, v, sides[count])
+    return count + 1
+
+
+@compiled
+def _put_values(terms, x, y, u, v, room, side):
+    """Put those of the first polynomial on a side from (x, y) by (u, v)."""
+    own, powers, p = room
+    own[:] = terms[:TERMS]
+    for j in range(DEGREE):
+        for first in range(DEGREE - j):
+            for i in range(DEGREE - j - 1, first - 1, -1):
+                own[STARTS[i + j] + j] += x * own[STARTS[i + j + 1] + j]
+    for i in range(DEGREE):
+        for first in range(DEGREE - i):
+            for j in range(DEGREE - i - 1, first - 1, -1):
+                own[STARTS[i + j] + j] += y * own[STARTS[i + j + 1] + j + 1]
+    # powers of x = v h + u t by ascending powers of t, then Horner's scheme in y = v t - u h
+    powers[0] = 1.0
+    for d in range(1, DEGREE + 1):
+        begin, before = STARTS[d], STARTS[d - 1]
+        powers[begin], powers[begin + d] = v * powers[before], u * powers[before + d - 1]
+        for k in range(1, d):
+            powers[begin + k] = v * powers[before + k] + u * powers[before + k - 1]
+    for d in range(DEGREE + 1):
+        begin = STARTS[d]
+        p[begin] = own[begin + d]
+        for j in range(1, d + 1):
+            term, at = own[begin + d - j], STARTS[j]
+            p[begin + j] = v * p[begin + j - 1] + term * powers[at + j]
+            for k in range(j - 1, 0, -1):
+                p[begin + k] = v * p[begin + k - 1] - u * p[begin + k] + term * powers[at + k]
+            p[begin] = term * powers[at] - u * p[begin]
     for i in range(5):
         side[VALUE + i] = p[STARTS[i] + i]
     for i in range(4):
         side[NORMAL + i] = p[STARTS[i + 1] + i]
     for i in range(3):
-        along = (i + 2) * (i + 1) * p[STARTS[i + 2] + i + 2]
-        side[SECOND + i] = (along + 2 * p[STARTS[i + 2] + i]) / 3
+        second = (i + 2) * (i + 1) * p[STARTS[i + 2] + i + 2] + 2 * p[STARTS[i + 2] + i]
+        side[SECOND + i] = second / 3
     for i in range(2):
-        along = (i + 2) * (i + 1) * p[STARTS[i + 3] + i + 2]
-        side[THIRD + i] = (along + 6 * p[STARTS[i + 3] + i]) / 9
+        third = (i + 2) * (i + 1) * p[STARTS[i + 3] + i + 2] + 6 * p[STARTS[i + 3] + i]
+        side[THIRD + i] = third / 9
     side[FOURTH] = (24 * (p[STARTS[4]] + p[STARTS[4] + 4]) + 8 * p[STARTS[4] + 2]) / 45
-    own[:LOWER_TERMS] = polynomials[TERMS:]
-    _moved(own, LOWER, (ax - cx) / size, (ay - cy) / size, ux, uy, size, p)
-    side[FIRST], side[FIRST + 1], side[FIRST + 2] = 1 + p[0], p[2], p[5]
-    side[RISES], side[RISES + 1] = p[2] / 3, 2 * p[5] / 3
-    side[RISES + 2], side[RISES + 3] = p[1] / 3, p[4] / 3
-    side[BENDS], side[BENDS + 1] = p[4] / 9, 2 * p[3] / 9
-    return count + 1
 
 
 @compiled
-def _moved(terms, degree, x, y, ux, uy, size, out):
-    """Coefficients from the point (x, y) on, along (uy, -ux) and (ux, uy) in full length."""
-    for j in range(degree):
-        for first in range(degree - j):
-            for i in range(degree - j - 1, first - 1, -1):
-                d = i + j
-                terms[STARTS[d] + j] += x * terms[STARTS[d + 1] + j]
-    for i in range(degree):
-        for first in range(degree - i):
-            for j in range(degree - i - 1, first - 1, -1):
-                d = i + j
-                terms[STARTS[d] + j] += y * terms[STARTS[d + 1] + j + 1]
-    out[0], power = terms[0], 1.0
-    for d in range(1, degree + 1):
-        # x = uy h + ux t, y = uy t - ux h, by Horner's scheme in y
-        power /= size
-        begin = STARTS[d]
-        out[begin] = terms[begin + d]
-        for j in range(d):
-            # times y, and the next term times a power of x
-            out[begin + j + 1] = uy * out[begin + j]
-            for k in range(j, 0, -1):
-                out[begin + k] = uy * out[begin + k - 1] - ux * out[begin + k]
-            out[begin] *= -ux
-            binomial = terms[begin + d - j - 1]
-            for k in range(j + 2):
-                share = binomial
-                for _ in range(j + 1 - k):
-                    share *= uy
-                for _ in range(k):
-                    share *= ux
-                out[begin + k] += share
-                binomial = binomial * (j + 1 - k) / (k + 1)
-        for k in range(d + 1):
-            out[begin + k] *= power
+def _put_lower(terms, x, y, u, v, side):
+    """Put those of the second polynomial."""
+    one, gx, gy, xx, xy, yy = terms
+    side[FIRST] = 1 + one + x * (gx + x * xx + y * xy) + y * (gy + y * yy)
+    gx, gy = gx + 2 * x * xx + y * xy, gy + x * xy + 2 * y * yy
+    along, across = gx * u + gy * v, gx * v - gy * u
+    bend = xx * u * u + xy * u * v + yy * v * v
+    turn, side_by_side = (
+        2 * u * v * (xx - yy) + xy * (v * v - u * u),
+        xx * v * v - xy * u * v + yy * u * u,
+    )
+    side[FIRST + 1], side[FIRST + 2] = along, bend
+    side[RISES], side[RISES + 1] = along / 3, 2 * bend / 3
+    side[RISES + 2], side[RISES + 3] = across / 3, turn / 3
+    side[BENDS], side[BENDS + 1] = turn / 9, 2 * side_by_side / 9
 
 
 @vectorised
@@ -128,13 +135,13 @@ def add_sides(x, y, sides, count, room, sums):
     bits = room.view(np.int64)
     sums[:] = 0.0
     for s in range(count):
-        side = sides[s]
-        ax, ay, ux, uy, length = side[0], side[1], side[2], side[3], side[4]
-        p0, p1, p2, p3, p4 = side[5], side[6], side[7], side[8], side[9]
-        n0, n1, n2, n3 = side[10], side[11], side[12], side[13]
-        q0, q1, q2, b0, b1, f0 = side[14], side[15], side[16], side[17], side[18], side[19]
-        w0, w1, w2 = side[20], side[21], side[22]
-        g0, g1, e0, e1, c0, c1 = side[23], side[24], side[25], side[26], side[27], side[28]
+        ax, ay, ux, uy, length = sides[s, 0], sides[s, 1], sides[s, 2], sides[s, 3], sides[s, 4]
+        p0, p1, p2, p3 = sides[s, 5], sides[s, 6], sides[s, 7], sides[s, 8]
+        p4, n0, n1, n2 = sides[s, 9], sides[s, 10], sides[s, 11], sides[s, 12]
+        n3, q0, q1, q2 = sides[s, 13], sides[s, 14], sides[s, 15], sides[s, 16]
+        b0, b1, f0, w0 = sides[s, 17], sides[s, 18], sides[s, 19], sides[s, 20]
+        w1, w2, g0, g1 = sides[s, 21], sides[s, 22], sides[s, 23], sides[s, 24]
+        e0, e1, c0, c1 = sides[s, 25], sides[s, 26], sides[s, 27], sides[s, 28]
         for i in range(x.shape[0]):
             dx, dy = x[i] - ax, y[i] - ay
             ex, ey = dx - length * ux, dy - length * uy
