@@ -102,10 +102,11 @@ class Law(NamedTuple):
     def of(cls, weights: EdgeWeights | None, n: int, strips: int) -> Self:
         """Of n cells; without weights the pressure in them is constant."""
         if weights is None:
-            none = inputs(np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1))
-            return cls(Triangles.none(n), *none, strips)
+            polynomials, number = inputs(np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1))
+            return cls(Triangles.none(n), polynomials, number, strips)
         number = np.where(weights.weighted, np.cumsum(weights.weighted) - 1, -1)
-        return cls(weights.triangles, *inputs(weights.polynomials, number), strips)
+        polynomials, number = inputs(weights.polynomials, number)
+        return cls(weights.triangles, polynomials, number, strips)
 
 
 @vectorised
