@@ -17,7 +17,7 @@ from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfS
 from skfem_dual.elements.influence import influence_matrix
 from skfem_dual.errors import ConvergenceError
 from skfem_dual.grids.partition import Partition
-from skfem_dual.operators import entries, influence_operator, resources
+from skfem_dual.operators import attempts, entries, resources
 from skfem_dual.operators.influence_operator import RTOL, InfluenceOperator
 
 GROUNDS = {
@@ -226,7 +226,7 @@ def test_memory_is_refused_before_it_is_taken(monkeypatch):
     basis = BASES["dual cells"]
     soil = GROUNDS["homogeneous"]
     monkeypatch.setattr(resources, "available_memory", lambda: 2.0 * 2**20)
-    monkeypatch.setattr(influence_operator, "moment_matrix", None)
+    monkeypatch.setattr(attempts, "moment_matrix", None)
     monkeypatch.setattr(entries, "influence_matrix", None)
     with pytest.raises(MemoryError, match=r"at most 2 MiB.*dense.*2\.266 MiB. Remedy: method"):
         InfluenceOperator(soil, basis, method="dense")

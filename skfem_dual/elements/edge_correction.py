@@ -53,8 +53,8 @@ class EdgeCorrection:
 
         ``strips`` is their number in a triangle that reaches from the edge on.
         """
-        (cells,) = np.nonzero(weights.weighted)
-        near = NearSums.from_cells(weights.partition, weights, cells, IN_STRIPS, x, strips)
+        known = weights.partition, weights, weights.cells
+        near = NearSums.from_cells(*known, IN_STRIPS, x, strips)
         return cls.from_sums(weights, coefficient, x, near)
 
     @classmethod
@@ -62,8 +62,8 @@ class EdgeCorrection:
         cls, weights: EdgeWeights, coefficient: float, x: ndarray, sums: NearSums
     ) -> Self:
         """The same by what is known near the cells, at least near all weighted ones."""
-        (cells,) = np.nonzero(weights.weighted)
-        unit, number = Series.from_weights(weights, 1.0, cells), np.cumsum(weights.weighted) - 1
+        cells, number = weights.cells, np.cumsum(weights.weighted) - 1
+        unit = Series.from_weights(weights, 1.0)
         near = np.nonzero(weights.weighted[sums.column])[0]
         k = number[sums.column[near]]
         arm = sums.pairs.x[:, near] - unit.middles[:, k]

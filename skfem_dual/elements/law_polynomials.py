@@ -26,8 +26,8 @@ def law_polynomials(polygons: Polygons, moments: ndarray, cells: ndarray) -> nda
     ----------
     polygons : Polygons
         All cells.
-    moments : (DEGREE + 1, DEGREE + 1, n) array of float
-        Integrals of ``x^i y^j / (i! j!)`` times a law about the centroids of all cells.
+    moments : (DEGREE + 1, DEGREE + 1, k) array of float
+        Integrals of ``x^i y^j / (i! j!)`` times a law about the centroids of the cells.
     cells : (k,) array of int
         The cells.
 
@@ -72,7 +72,7 @@ def _fit(cells, p, indices, offsets, centroids, size, moments, gauss, along, out
         row = 0
         for degree in range(DEGREE + 1):
             for b in range(degree + 1):
-                value[row] = moments[degree - b, b, j] * scale ** (degree + 2)
+                value[row] = moments[degree - b, b, cell] * scale ** (degree + 2)
                 for k in range(2, max(degree - b, b) + 1):
                     value[row] *= (k if k <= b else 1) * (k if k <= degree - b else 1)
                 row += 1

@@ -21,11 +21,9 @@ POINTS, ALONG = gauss(4)
 
 
 @compiled
-def strips_room(triangles, most):
-    """Room for the strips of a triangle, and segments of a cell cut into strips."""
-    strips, pieces = max(most, FEWEST) + 2, 1
-    for j in range(triangles.starts.shape[0] - 1):
-        pieces = max(pieces, triangles.starts[j + 1] - triangles.starts[j])
+def strips_room(most, pieces):
+    """Room for the strips of a triangle cut into ``most``, and segments of so many triangles."""
+    strips = max(most, FEWEST) + 2
     return np.empty((strips, 7)), np.empty((ROWS, 3 * strips * pieces + WIDTH))
 
 

@@ -41,15 +41,27 @@ class Multipoles:
 
     @classmethod
     def about_centroids(
-        cls, partition: Partition, weights: EdgeWeights | None, degree: int = DEGREE
+        cls,
+        partition: Partition,
+        weights: EdgeWeights | None,
+        degree: int = DEGREE,
+        cells: ndarray | None = None,
     ) -> Self:
-        """For the part c / r: of uniform cells, and what edge-weighted ones add."""
-        moments = polygon_moments(partition.polygons, degree)
+        """For the part c / r: of uniform cells, all or some, and what edge-weighted ones add."""
+        cells = np.arange(len(partition)) if cells is None else cells
+        moments = polygon_moments(partition.polygons, degree, cells)
         if weights is not None:
+            own = np.nonzero(weights.weighted[cells])[0]
+            number = np.searchsorted(weights.cells, cells[own])
             known = min(degree + 1, len(weights.moments))
-            own = np.add.outer(np.arange(known), np.arange(known)) <= degree
-            moments[:known, :known][own] += weights.moments[:known, :known][own]
-        return cls(partition.centroids, moments)
+            for i in range(known):
+                some = slice(min(known, degree + 1 - i))
+                moments[i, some, own] += weights.moments[i, some, number]
+        return cls(partition.centroids[:, cells], moments)
+
+    def of(self, cells: ndarray) -> Self:
+        """Those of some cells."""
+        return type(self)(self.centres[:, cells], self.moments[..., cells])
 
     @classmethod
     def from_weights(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
@@ -66,7 +78,7 @@ class Series(NamedTuple):
     middles : (2, k) array of float
         Centroids of the cells.
     squares : (k,) array of float
-        Of the radii of the circles; infinite around cells that are not weighted.
+        Of the radii of the circles.
     terms : (14, k) array of float
         Factors in the series of 1 / r up to the fourth degree, see `far_influence`.
     """
@@ -76,12 +88,12 @@ class Series(NamedTuple):
     terms: ndarray
 
     @classmethod
-    def from_weights(cls, weights: EdgeWeights, coefficient: float, cells: ndarray) -> Self:
-        """Of some cells, for the influence function ``coefficient / r``."""
-        partition, m = weights.partition, coefficient * weights.moments[..., cells]
-        squares = np.where(weights.weighted, (INSIDE * radii(partition.polygons)) ** 2, np.inf)
-        squares = squares[cells]
-        return cls(*inputs(partition.centroids[:, cells], squares, series_terms(m)))
+    def from_weights(cls, weights: EdgeWeights, coefficient: float) -> Self:
+        """Of the weighted cells, ascending, for the influence function ``coefficient / r``."""
+        partition, cells = weights.partition, weights.cells
+        squares = (INSIDE * radii(partition.polygons)[cells]) ** 2
+        terms = series_terms(coefficient * weights.moments)
+        return cls(*inputs(partition.centroids[:, cells], squares, terms))
 
 
 def series_terms(m: ndarray) -> ndarray:
@@ -147,7 +159,7 @@ def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:
     return np.maximum.reduceat(np.hypot(*(vertices - np.repeat(centres, sizes, axis=1))), starts)
 
 
-def polygon_moments(polygons: Polygons, degree: int) -> ndarray:
+def polygon_moments(polygons: Polygons, degree: int, cells: ndarray | None = None) -> ndarray:
     """Integrals of ``x^i y^j / (i! j!)`` about the centroid of each polygon.
 
     Parameters
@@ -155,45 +167,55 @@ def polygon_moments(polygons: Polygons, degree: int) -> ndarray:
     polygons : Polygons
     degree : int
         The greatest sum of i and j.
+    cells : (k,) array of int, optional
+        Polygons that are meant; by default all.
 
     Returns
     -------
-    (degree + 1, degree + 1, n) array of float
+    (degree + 1, degree + 1, k) array of float
         Zero where the sum is greater.
     """
+    cells = np.arange(len(polygons)) if cells is None else cells
     outline = polygons.p, polygons.indices, polygons.offsets
-    out = _about(*outline, polygons.centroids, degree)
+    out = _about(*outline, polygons.centroids, degree, cells)
     out[1:2, 0] = out[0, 1:2] = 0.0  # about the centroid they vanish
     return out
 
 
 def _about(
-    p: ndarray, indices: ndarray, offsets: ndarray, centres: ndarray, degree: int
+    p: ndarray,
+    indices: ndarray,
+    offsets: ndarray,
+    centres: ndarray,
+    degree: int,
+    some: ndarray | None = None,
 ) -> ndarray:
-    """Moments of polygons about one point of each.
+    """Moments of polygons, all or some, about one point of each.
 
     Over the triangle of the point and a side, a monomial's integral is one along the side.
     """
-    n = len(offsets) - 1
+    some = np.arange(len(offsets) - 1) if some is None else some
+    n = len(some)
     out = np.zeros((degree + 1, degree + 1, n))
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
     gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
-    args = *inputs(p, indices, offsets, centres), factorials, *gauss
+    args = *inputs(some, p, indices, offsets, centres), factorials, *gauss
     with Threads() as run:
         run(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
 
 
 @vectorised
-def _moments(begin, end, p, indices, offsets, centroids, factorials, gauss, weights, out):
+def _moments(begin, end, some, p, indices, offsets, centroids, factorials, gauss, weights, out):
     n = factorials.shape[0]
     own = np.empty((n, n))
     for k in range(begin, end):
         own[:] = 0.0
-        cx, cy = centroids[0, k], centroids[1, k]
-        last = indices[offsets[k + 1] - 1]
+        cell = some[k]
+        cx, cy = centroids[0, cell], centroids[1, cell]
+        last = indices[offsets[cell + 1] - 1]
         vx, vy = p[0, last] - cx, p[1, last] - cy
-        for at in range(offsets[k], offsets[k + 1]):
+        for at in range(offsets[cell], offsets[cell + 1]):
             wx, wy = p[0, indices[at]] - cx, p[1, indices[at]] - cy
             cross = vx * wy - vy * wx
             for g in range(gauss.shape[0]):
@@ -214,7 +236,17 @@ def _moments(begin, end, p, indices, offsets, centroids, factorials, gauss, weig
 
 def radii(polygons: Polygons) -> ndarray:
     """Distance of the farthest vertex of each polygon from its centroid."""
-    spokes = polygons.p[:, polygons.indices] - np.repeat(
-        polygons.centroids, polygons.sizes, axis=1
-    )
-    return np.maximum.reduceat(np.hypot(*spokes), polygons.offsets[:-1])
+    out = np.empty(len(polygons))
+    outlines = inputs(polygons.p, polygons.indices, polygons.offsets, polygons.centroids)
+    _farthest(*outlines, out)
+    return out
+
+
+@vectorised
+def _farthest(p, indices, offsets, centres, out):
+    for k in range(out.shape[0]):
+        square = 0.0
+        for at in range(offsets[k], offsets[k + 1]):
+            dx, dy = p[0, indices[at]] - centres[0, k], p[1, indices[at]] - centres[1, k]
+            square = max(square, dx * dx + dy * dy)
+        out[k] = np.sqrt(square)

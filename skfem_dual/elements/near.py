@@ -100,6 +100,8 @@ class NearField:
         c of the part c / r.
     far : Series or None
         What edge-weighted cells add, None if there are none.
+    number : (n,) array of int
+        Number of each cell among these, -1 of the others.
     remainder : Remainder or None
         None without a remainder.
     """
@@ -107,6 +109,7 @@ class NearField:
     ribs: CellRibs
     coefficient: float
     far: Series | None
+    number: ndarray
     remainder: Remainder | None
 
     @classmethod
@@ -126,12 +129,12 @@ class NearField:
         remainder = None
         if rtol is not None and (table := substrate.remainder) is not None:
             remainder = _remainder(substrate, table, partition, weights, cells, rtol)
-        return cls(
-            CellRibs.from_partition(partition, cells),
-            c,
-            None if weights is None else Series.from_weights(weights, c, cells),
-            remainder,
-        )
+        far, number = None, np.full(len(cells), -1, np.int32)
+        if weights is not None:
+            far = Series.from_weights(weights, c)
+            number[weights.cells] = np.arange(len(weights.cells))
+        (number,) = inputs(number[cells])
+        return cls(CellRibs.from_partition(partition, cells), c, far, number, remainder)
 
     def fill(
         self, x: ndarray, rows: ndarray, columns: tuple[ndarray, ndarray], values: ndarray
@@ -151,7 +154,10 @@ class NearField:
         """
         starts, cells = columns
         blocks = Blocks(*inputs(x, rows, starts, np.asarray(cells, np.int32)))
-        _fill_singular(blocks, self.ribs, self.coefficient, self.far, values)
+        # one more than the column of each cell, 0 for none: memory that is not touched costs none
+        column = np.zeros(len(self.number) + 1, np.int32)
+        known = self.ribs, self.coefficient, self.far, self.number
+        _fill_singular(blocks, *known, column, values)
         if self.remainder is not None:
             _add_remainder(blocks, self.remainder, values)
 
@@ -195,10 +201,9 @@ def _reach(
 
 
 @compiled
-def _fill_singular(blocks, ribs, c, far, values):
+def _fill_singular(blocks, ribs, c, far, number, column, values):
     """Entries of c / r and of the series."""
     x, rows, starts, cells = blocks
-    column = np.full(ribs.starts.shape[0], -1, np.int32)  # the last: outside of the plan
     widest, highest = 0, 0
     for block in range(rows.shape[1]):
         widest = max(widest, starts[block + 1] - starts[block])
@@ -213,12 +218,12 @@ def _fill_singular(blocks, ribs, c, far, values):
         entries = room[:width]
         entries[:, :height] = 0.0
         for k in range(width):
-            column[some[k]] = k
+            column[some[k]] = k + 1
         _add_cells(x0, y0, some, column, ribs, c, entries, part, r1, r2)
         if far is not None:
-            _add_series(x0, y0, some, far, entries)
+            _add_series(x0, y0, number[some], far, entries)
         for k in range(width):
-            column[some[k]] = -1
+            column[some[k]] = 0
         for i in range(height):
             for k in range(width):
                 values[offset + i * width + k] = entries[k, i]
@@ -229,15 +234,15 @@ def _fill_singular(blocks, ribs, c, far, values):
 def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
     """Add c times the integrals of 1/r to the row of ``entries`` of each cell.
 
-    ``column`` has that row of each cell of the plan, -1 for those of no interest; ``part``, ``r1``
-    and ``r2`` are for temporary use.
+    ``column`` has one more than that row of each cell of the plan, 0 for those of no interest;
+    ``part``, ``r1`` and ``r2`` are for temporary use.
     """
     geometry, left, right, around, starts = ribs
     for k in range(cells.shape[0]):
         cell = cells[k]
         for a in range(starts[cell], starts[cell + 1]):
             rib = around[a]
-            plus, minus = column[left[rib]], column[right[rib]]
+            plus, minus = column[left[rib]] - 1, column[right[rib]] - 1
             if plus >= 0 and left[rib] != cell:
                 continue  # it is the turn of the other cell
             ax, ay, lx, ly, length = geometry[rib]
@@ -255,12 +260,12 @@ def _add_cells(x, y, cells, column, ribs, c, entries, part, r1, r2):
 
 
 @vectorised
-def _add_series(x, y, cells, far, entries):
+def _add_series(x, y, number, far, entries):
     """Add what edge-weighted cells add outside of their circles."""
     middles, squares, terms = far
-    for k in range(cells.shape[0]):
-        j = cells[k]
-        if squares[j] < np.inf:
+    for k in range(number.shape[0]):
+        j = number[k]
+        if j >= 0:
             for i in range(x.shape[0]):
                 dx, dy = x[i] - middles[0, j], y[i] - middles[1, j]
                 entries[k, i] += far_influence(dx, dy, squares[j], terms, j)

@@ -2,7 +2,7 @@
 
 Where the law varies by a factor of up to three over a cell it stands for a polynomial, see
 `law_polynomials`; it does over all cells at points outside of them. At points in or beside the
-others, those at the edge, it is taken as uniform on strips, see `law_strips`.
+others, those at the edge, it is taken as linear on strips, see `law_strips`.
 """
 
 from typing import NamedTuple, Self
@@ -11,6 +11,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
+from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
@@ -59,14 +60,14 @@ class NearSums(NamedTuple):
     ) -> Self:
         """Of some cells, ascending, and points nearer to them than ``reach`` of their radii;
         without weights w is constant."""
-        polygons, n = partition.polygons, len(partition)
+        polygons = partition.polygons
         reaches, centroids = reach * radii(polygons)[cells], polygons.centroids[:, cells]
         pairs = Pairs.within(reaches, cells, centroids, x)
         beside = (BESIDE * reaches / reach) ** 2
         size = np.sqrt(partition.areas[cells])
         outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
         circles = inputs(centroids, size, beside)
-        inside = Law.of(weights, n, strips)
+        inside = Law.of(weights, polygons, strips)
         law, sums = np.zeros(len(pairs.points)), np.zeros((3, len(pairs.points)))
 
         def work(k: slice) -> None:
@@ -90,33 +91,38 @@ class Law(NamedTuple):
     number : (n,) array of int
         The number of each weighted cell among them, -1 of others.
     strips : int
-        Their number in a triangle that reaches from the edge on.
+        Their number in a cell that reaches from the edge on.
+    pieces, sides : int
+        The most triangles and sides of a cell.
     """
 
     triangles: Triangles
     polynomials: ndarray
     number: ndarray
     strips: int
+    pieces: int
+    sides: int
 
     @classmethod
-    def of(cls, weights: EdgeWeights | None, n: int, strips: int) -> Self:
-        """Of n cells; without weights the pressure in them is constant."""
+    def of(cls, weights: EdgeWeights | None, polygons: Polygons, strips: int) -> Self:
+        """Without weights the pressure in the cells is constant."""
+        n, sides = len(polygons), int(polygons.sizes.max())
         if weights is None:
             polynomials, number = inputs(np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1))
-            return cls(Triangles.none(n), polynomials, number, strips)
+            return cls(Triangles.none(n), polynomials, number, strips, 0, sides)
         number = np.where(weights.weighted, np.cumsum(weights.weighted) - 1, -1)
         polynomials, number = inputs(weights.polynomials, number)
-        return cls(weights.triangles, polynomials, number, strips)
+        pieces = int(np.diff(weights.triangles.starts).max())
+        return cls(weights.triangles, polynomials, number, strips, pieces, sides)
 
 
 @vectorised
 def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
     """``circles`` are centroids, roots of areas, and squares of radii in which strips serve."""
-    offsets = outlines[2]
     centroids, size, beside = circles
     polynomials, number, triangles = law.polynomials, law.number, law.triangles
-    room, uniform = strips_room(triangles, law.strips), np.empty(0)
-    sides, work = np.empty((np.diff(offsets).max(), KNOWN)), np.empty((3, TERMS))
+    room, uniform = strips_room(law.strips, law.pieces), np.empty(0)
+    sides, work = np.empty((law.sides, KNOWN)), np.empty((3, TERMS))
     own, points = np.empty(LANES, np.int64), np.empty((2, LANES))
     cut, added, logs = np.empty((3, LANES)), np.empty((4, LANES)), np.empty((6, LANES))
     for k in range(first, last):

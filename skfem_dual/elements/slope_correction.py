@@ -8,6 +8,7 @@ Source: D. R. Wilton et al., Potential integrals for uniform and linear source d
 polygonal and polyhedral domains, IEEE Trans. Antennas Propag. 32 (1984).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
@@ -20,6 +21,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
 from .law_strips import STRIPS
+from .near_slopes import AT_REST, NearSlopes
 from .near_sums import NearSums
 from .slopes import Slopes
 
@@ -27,9 +29,6 @@ from .slopes import Slopes
 ROWS = 16
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 EXACT_RADII = 2.5
-#: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
-#: the radius of its circle: what near corrections take off again would drown all else
-AT_REST = 1e-11
 
 
 class Fall(NamedTuple):
@@ -92,7 +91,7 @@ class SlopeCorrection:
         Centroids of the cells, where their dipoles are.
     areas : (n,) array of float
         Areas of the cells.
-    near : (m, 2 n) csr_matrix
+    near : NearSlopes
         Under unit slopes near the cells, less their dipoles.
     second_moments : (2, 2, n) array of float
         As of `Slopes`: dipoles over slopes.
@@ -103,7 +102,7 @@ class SlopeCorrection:
     x: ndarray
     centroids: ndarray
     areas: ndarray
-    near: csr_matrix
+    near: NearSlopes
     second_moments: ndarray
     fall: Fall
 
@@ -114,26 +113,33 @@ class SlopeCorrection:
         """At points ``x``; ``strips`` is their number in a triangle from the edge on."""
         every = np.arange(len(slopes.partition))
         near = NearSums.from_cells(slopes.partition, slopes.weights, every, EXACT_RADII, x, strips)
-        return cls.from_sums(slopes, substrate, x, near)
+        return cls.from_sums(slopes, substrate, x, [near])
 
     @classmethod
-    def from_sums(cls, slopes: Slopes, substrate: Substrate, x: ndarray, sums: NearSums) -> Self:
-        """The same by what is known near all cells."""
-        partition = slopes.partition
-        near = _near(slopes, x.shape[1], substrate.singular_coefficient, sums)
+    def from_sums(
+        cls, slopes: Slopes, substrate: Substrate, x: ndarray, sums: Iterable[NearSums]
+    ) -> Self:
+        """The same by what is known near all cells, some at a time."""
+        partition, c = slopes.partition, substrate.singular_coefficient
+        near = NearSlopes.from_sums(slopes, x.shape[1], c, sums)
         fall, moments = Fall.from_substrate(substrate), slopes.second_moments
         return cls(x, partition.centroids, partition.areas, near, moments, fall)
 
     def diagonal(self, slopes: Slopes) -> ndarray:
         """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
-        out = np.asarray(self.near.multiply(slopes.matrix.T).sum(axis=1)).ravel()
+        out = np.zeros(len(self.areas))
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        _add_diagonal(x, circles, self.fall, moments, _arrays(csc_matrix(slopes.matrix)), out)
+        columns = _arrays(csc_matrix(slopes.matrix))
+        _add_diagonal(x, circles, self.fall, moments, self.near, columns, out)
         return out
 
     def at(self, i: ndarray) -> Self:
         """At the points with the numbers ``i`` only."""
-        return replace(self, x=np.ascontiguousarray(self.x[:, i]), near=self.near[i])
+        return replace(self, x=np.ascontiguousarray(self.x[:, i]), near=self.near.at(i))
+
+    def dipoles(self, slopes: ndarray) -> ndarray:
+        """Those of slopes, both of shape (s, 2, n)."""
+        return np.einsum("ijn,sjn->sin", self.second_moments, slopes)
 
     @property
     def _circles(self) -> Circles:
@@ -142,12 +148,12 @@ class SlopeCorrection:
     def apply(self, slopes: ndarray) -> ndarray:
         """Settlements under slopes of shape (2, n) or (2, n, k), of shape (m,) or (m, k)."""
         columns = slopes.reshape(2 * len(self.areas), -1)
-        dipoles = np.einsum(
-            "ijn,jnk->kin", self.second_moments, columns.reshape(2, -1, columns.shape[1])
-        )
+        each = np.ascontiguousarray(columns.T).reshape(-1, 2, len(self.areas))
+        dipoles = self.dipoles(each)
         some = np.nonzero(dipoles.any(axis=(0, 1)))[0]
         x, dipoles, some, ends = inputs(self.x, dipoles, some, np.array([0, len(some)]))
-        out, circles = np.ascontiguousarray((self.near @ columns).T), self._circles
+        out, circles = np.zeros((len(each), self.x.shape[1])), self._circles
+        self.near.add_product(each, out)
 
         def work(k: slice) -> None:
             (rows,) = inputs(np.array([[k.start], [k.stop]]))
@@ -172,14 +178,20 @@ class SlopeCorrection:
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
+        if x.shape[1] <= ROWS:
+            to_pressures = slopes.T
+            field = np.empty((2, len(self.areas)))
+            for i, row in enumerate(matrix):
+                _field(i, x, circles, self.fall, moments, self.near, field)
+                row += to_pressures @ field.ravel()
+            return
         rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
-        near = _arrays(self.near)
 
         def work(k: slice) -> None:
             known = x, k.start, k.stop, circles, self.fall, moments
             _add_rows(*known, sloped, columns, matrix)
-            _add_near(k.start, k.stop, near, rows, matrix)
+            _add_near(k.start, k.stop, self.near, rows, matrix)
 
         with Threads() as run:
             run(work, self.x.shape[1])
@@ -188,34 +200,6 @@ class SlopeCorrection:
 def _arrays(matrix: csr_matrix | csc_matrix) -> tuple[ndarray, ...]:
     """Starts, numbers and values of its rows or columns."""
     return inputs(matrix.indptr, matrix.indices, matrix.data)
-
-
-def _near(slopes: Slopes, m: int, coefficient: float, near: NearSums) -> csr_matrix:
-    """Integrals over r near the cells, less those of dipoles; see `SlopeCorrection.near`."""
-    partition, n = slopes.partition, len(slopes.partition)
-    pairs, values = near.pairs, np.empty((2, len(near.pairs.points)))
-    known = inputs(
-        slopes.centroids, partition.centroids, slopes.second_moments, partition.areas / np.pi
-    )
-    with Threads() as run:
-        run(lambda k: _less_dipoles(k.start, k.stop, pairs, *known, near.sums, values), n)
-    starts = np.append(pairs.offsets, pairs.offsets[-1] + pairs.offsets[1:])
-    columns = coefficient * values.ravel(), np.tile(pairs.points, 2), starts
-    return csc_matrix(columns, shape=(m, 2 * n)).tocsr()
-
-
-@compiled
-def _less_dipoles(first, last, pairs, centroids, middles, moments, squares, sums, values):
-    """Integrals with arms from the centroids of w, less the dipoles, of some cells."""
-    for j in range(first, last):
-        for k in range(pairs.offsets[j], pairs.offsets[j + 1]):
-            dx, dy = pairs.x[0, k] - middles[0, j], pairs.x[1, k] - middles[1, j]
-            r2 = dx * dx + dy * dy
-            f = 1.0 / (r2 * np.sqrt(r2)) if r2 > AT_REST * squares[j] else 0.0
-            for i in range(2):
-                arm = pairs.x[i, k] - centroids[i, j]
-                fall = f * (moments[0, i, j] * dx + moments[1, i, j] * dy)
-                values[i, k] = sums[1 + i, k] + sums[0, k] * arm - fall
 
 
 @inlined
@@ -319,19 +303,38 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
 
 
 @compiled
-def _add_near(begin, end, near, slopes, matrix):
-    starts, cells, values = slopes
-    firsts, numbers, integrals = near
-    for i in range(begin, end):
-        for k in range(firsts[i], firsts[i + 1]):
-            for at in range(starts[numbers[k]], starts[numbers[k] + 1]):
-                matrix[i, cells[at]] += integrals[k] * values[at]
+def _field(i, x, circles, fall, moments, near, out):
+    """Settlements of a point under unit slopes of all cells."""
+    middles, squares = circles
+    starts, cells, values = near
+    for j in range(squares.shape[0]):
+        dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
+        f = _fall(dx * dx + dy * dy, squares[j], fall)
+        out[0, j] = f * (moments[0, 0, j] * dx + moments[0, 1, j] * dy)
+        out[1, j] = f * (moments[1, 0, j] * dx + moments[1, 1, j] * dy)
+    for k in range(starts[i], starts[i + 1]):
+        out[0, cells[k]] += values[0, k]
+        out[1, cells[k]] += values[1, k]
 
 
 @compiled
-def _add_diagonal(x, circles, fall, moments, slopes, out):
+def _add_near(begin, end, near, slopes, matrix):
+    starts, cells, values = slopes
+    firsts, numbers, integrals = near
+    n = (starts.shape[0] - 1) // 2
+    for i in range(begin, end):
+        for axis in range(2):
+            for k in range(firsts[i], firsts[i + 1]):
+                row = axis * n + numbers[k]
+                for at in range(starts[row], starts[row + 1]):
+                    matrix[i, cells[at]] += integrals[axis, k] * values[at]
+
+
+@compiled
+def _add_diagonal(x, circles, fall, moments, near, slopes, out):
     middles, squares = circles
     starts, numbers, values = slopes
+    firsts, cells, integrals = near
     n = out.shape[0]
     for i in range(n):
         for at in range(starts[i], starts[i + 1]):
@@ -339,3 +342,6 @@ def _add_diagonal(x, circles, fall, moments, slopes, out):
             dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
             f = _fall(dx * dx + dy * dy, squares[j], fall)
             out[i] += f * values[at] * (moments[0, axis, j] * dx + moments[1, axis, j] * dy)
+            for k in range(firsts[i], firsts[i + 1]):
+                if cells[k] == j:
+                    out[i] += values[at] * integrals[axis, k]

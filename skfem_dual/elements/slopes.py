@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..kernels.compiled import compiled, inlined, inputs
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
 
@@ -60,9 +61,8 @@ class Slopes:
     @classmethod
     def from_partition(cls, partition: Partition) -> Self:
         """Of cells in which w is constant."""
-        xx, xy, yy = partition.polygons.second_moments
-        moments = readonly(np.array([[xx, xy], [xy, yy]]))
-        return cls(partition, None, _slope_matrix(partition, None), moments)
+        moments = partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+        return cls(partition, None, _slope_matrix(partition, None), readonly(moments))
 
     @property
     def centroids(self) -> ndarray:
@@ -96,28 +96,13 @@ class Slopes:
         return readonly((self.matrix.T @ ones.T).T)
 
     def lowest(self, pressure: ndarray) -> ndarray:
-        """Least value of ``q + g . (x - y)`` in each cell, shape (n,): where it is negative the
-        pressure changes its sign."""
+        """Least value of ``q + g . (x - y)`` in each cell, shape (n,) or (n, k): where it is
+        negative the pressure changes its sign."""
         polygons = self.partition.polygons
         cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
         arm = polygons.p[:, polygons.indices] - self.centroids[:, cell]
-        rise = np.sum(self.of(pressure)[:, cell] * arm, axis=0)
+        rise = np.einsum("iv...,iv->v...", self.of(pressure)[:, cell], arm)
         return pressure + np.minimum.reduceat(rise, polygons.offsets[:-1])
-
-
-def _around(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray, ndarray]:
-    """Pairs of cells that share a vertex, ascending in the first."""
-    polygons = partition.polygons
-    place = _places(partition)[polygons.indices]
-    at = np.ones(len(place)), place, polygons.offsets
-    vertices = csr_matrix(at, shape=(len(polygons), polygons.p.shape[1]))
-    pairs = (vertices @ vertices.T).tocoo()
-    cell, other = pairs.row, pairs.col
-    keep = cell != other
-    if weights is not None:
-        # where the law of the edge is not known there, a weighted cell cannot compare itself
-        keep &= ~(weights.weighted[cell] & np.isnan(weights.mean[other]))
-    return cell[keep], other[keep]
 
 
 def _places(partition: Partition) -> ndarray:
@@ -133,28 +118,104 @@ def _places(partition: Partition) -> ndarray:
 
 
 def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matrix:
-    n, c = len(partition), partition.centroids
-    cell, other = _around(partition, weights)
-    arm, ratio = c[:, other] - c[:, cell], np.ones(len(cell))
+    n, polygons = len(partition), partition.polygons
+    vertices = inputs(_places(partition)[polygons.indices], polygons.offsets)
+    y, mean, weighted = partition.centroids, np.ones(n), np.zeros(n, dtype=bool)
     if weights is not None:
-        weighted, y = weights.weighted[cell], weights.centroids
-        arm = np.where(weighted, y[:, other] - y[:, cell], arm)
-        ratio = np.where(weighted, weights.mean[cell] / weights.mean[other], 1.0)
-    moments = np.array([[np.bincount(cell, a * b, n) for a in arm] for b in arm])
-    shares = np.linalg.pinv(moments.transpose(2, 0, 1), rcond=ON_A_LINE, hermitian=True)
-    share = np.einsum("kab,bk->ak", shares[cell], arm)
-    own = [np.bincount(cell, s, n) for s in share]
-    every = np.arange(n)
-    rows = np.concatenate([cell, n + cell, every, n + every])
-    columns = np.concatenate([other, other, every, every])
-    values = np.concatenate([*(share * ratio), *(-s for s in own)])
-    return csr_matrix((values, (rows, columns)), shape=(2 * n, n))
+        weighted, mean = weights.weighted, weights.mean
+        y = weights.centroids
+    given = inputs(partition.centroids, y, mean, weighted)
+    starts = np.zeros(n + 1, np.int64)
+    columns = _around(*vertices, polygons.p.shape[1], *given[2:], starts)
+    values = np.empty((2, len(columns)))
+    _fill_slopes(columns, starts, *given, values)
+    starts = np.append(starts, starts[1:] + len(columns))
+    return csr_matrix((values.ravel(), np.tile(columns, 2), starts), shape=(2 * n, n))
+
+
+@compiled
+def _around(places, offsets, npoints, mean, weighted, starts):
+    """Each cell and those that share a vertex with it, ascending; the first of each in ``starts``.
+
+    Where the law of the edge is not known in them, a weighted cell cannot compare itself.
+    """
+    n = offsets.shape[0] - 1
+    first, of_cell = np.zeros(npoints + 1, np.int64), np.empty(places.shape[0], np.int64)
+    for place in places:
+        first[place + 1] += 1
+    for k in range(npoints):
+        first[k + 1] += first[k]
+    at = first.copy()
+    for j in range(n):
+        for place in places[offsets[j] : offsets[j + 1]]:
+            of_cell[at[place]] = j
+            at[place] += 1
+    columns, seen = np.empty(0, np.int32), np.full(n, -1)
+    for room in (False, True):  # counted before they are put
+        if room:
+            for j in range(n):
+                starts[j + 1] += starts[j]
+            columns, at, seen[:] = np.empty(starts[n], np.int32), starts.copy(), -1
+        for j in range(n):
+            for place in places[offsets[j] : offsets[j + 1]]:
+                for i in of_cell[first[place] : first[place + 1]]:
+                    if seen[i] == j:
+                        continue
+                    seen[i] = j
+                    if i != j and weighted[i] and np.isnan(mean[j]):
+                        continue
+                    if room:
+                        columns[at[i]] = j
+                        at[i] += 1
+                    else:
+                        starts[i + 1] += 1
+    return columns
+
+
+@compiled
+def _fill_slopes(columns, starts, centroids, y, mean, weighted, values):
+    """Values of the matrix of slopes along x and along y."""
+    for i in range(starts.shape[0] - 1):
+        begin, end = starts[i], starts[i + 1]
+        c = y if weighted[i] else centroids
+        xx, xy, yy = 0.0, 0.0, 0.0
+        for k in range(begin, end):
+            ax, ay = c[0, columns[k]] - c[0, i], c[1, columns[k]] - c[1, i]
+            xx, xy, yy = xx + ax * ax, xy + ax * ay, yy + ay * ay
+        xx, xy, yy = _pseudoinverse(xx, xy, yy)
+        own, own_x, own_y = begin, 0.0, 0.0
+        for k in range(begin, end):
+            j = columns[k]
+            ax, ay = c[0, j] - c[0, i], c[1, j] - c[1, i]
+            gx, gy = xx * ax + xy * ay, xy * ax + yy * ay
+            own_x, own_y = own_x - gx, own_y - gy
+            ratio = mean[i] / mean[j] if weighted[i] else 1.0
+            values[0, k], values[1, k] = gx * ratio, gy * ratio
+            if j == i:
+                own = k
+        values[0, own], values[1, own] = own_x, own_y
+
+
+@inlined
+def _pseudoinverse(xx, xy, yy):
+    """Of a symmetric matrix that is not negative."""
+    half = np.hypot((xx - yy) / 2, xy)
+    most = (xx + yy) / 2 + half
+    least = max(most - 2 * half, 0.0)
+    if most == 0.0:
+        return 0.0, 0.0, 0.0
+    if least > ON_A_LINE * most:
+        det = xx * yy - xy * xy
+        return yy / det, -xy / det, xx / det
+    scale = most * (most - least)
+    return (xx - least) / scale, xy / scale, (yy - least) / scale
 
 
 def second_moments(weights: EdgeWeights) -> ndarray:
     """Those of `Slopes`, of all cells."""
-    areas, m = weights.partition.areas, weights.moments
-    own = np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
-    xx, xy, yy = weights.partition.polygons.second_moments
-    off = weights.centroids - weights.partition.centroids
-    return np.array([[xx, xy], [xy, yy]]) + own - areas * off[:, None] * off
+    cells, m = weights.cells, weights.moments
+    out = weights.partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+    off = weights.centroids[:, cells] - weights.partition.centroids[:, cells]
+    out[..., cells] += np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+    out[..., cells] -= weights.partition.areas[cells] * off[:, None] * off
+    return out

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..arguments import checked_indices, checked_points
 from ..errors import MeshError
+from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
 
 
@@ -122,37 +123,64 @@ class Polygons:
         """Number of vertices of each polygon."""
         return np.diff(self.offsets)
 
-    @computed_once
+    @property
     def areas(self) -> ndarray:
         """Area of each polygon."""
-        return readonly(self._moments[0])
+        return self._moments[0]
 
-    @computed_once
+    @property
     def centroids(self) -> ndarray:
         """Area centroid of each polygon, shape (2, npolygons)."""
-        return readonly(self._moments[1])
+        return self._moments[1]
 
-    @computed_once
+    @property
     def second_moments(self) -> ndarray:
         """Integrals of x^2, x y and y^2 about the centroid of each polygon, shape (3, n)."""
-        v = self.p[:, self.indices] - np.repeat(self.centroids, self.sizes, axis=1)
-        following = np.arange(1, len(self.indices) + 1)
-        following[self.offsets[1:] - 1] = self.offsets[:-1]
-        (x, y), (u, w) = v, v[:, following]
-        cross = x * w - y * u
-        sides = [x * x + x * u + u * u, x * y + u * w + (x * w + u * y) / 2, y * y + y * w + w * w]
-        return readonly(np.add.reduceat(cross * sides / 12, self.offsets[:-1], axis=1))
+        out = np.empty((3, len(self)))
+        _second_moments(*inputs(self.p, self.indices, self.offsets, self.centroids), out)
+        out.setflags(write=False)
+        return out
 
     @computed_once
     def _moments(self) -> tuple[ndarray, ndarray]:
-        # about the first vertex of each polygon: no cancellation far from the origin
-        starts = self.offsets[:-1]
-        origin = self.p[:, self.indices[starts]]
-        v = self.p[:, self.indices] - np.repeat(origin, self.sizes, axis=1)
-        w = np.zeros_like(v)  # the vertex after the last is the first, which lies in the origin
-        w[:, :-1] = v[:, 1:]
-        cross = v[0] * w[1] - v[1] * w[0]
-        areas = np.add.reduceat(cross, starts) / 2
-        with np.errstate(divide="ignore", invalid="ignore"):  # refused by __post_init__
-            centroids = origin + np.add.reduceat((v + w) * cross, starts, axis=1) / (6 * areas)
+        """Areas and centroids."""
+        areas, centroids = np.empty(len(self)), np.empty((2, len(self)))
+        _first_moments(*inputs(self.p, self.indices, self.offsets), areas, centroids)
+        for a in (areas, centroids):
+            a.setflags(write=False)
         return areas, centroids
+
+
+@vectorised
+def _first_moments(p, indices, offsets, areas, centroids):
+    # about the first vertex of each polygon: no cancellation far from the origin
+    for k in range(areas.shape[0]):
+        first = indices[offsets[k]]
+        ox, oy = p[0, first], p[1, first]
+        twice, x, y, vx, vy = 0.0, 0.0, 0.0, 0.0, 0.0
+        for at in range(offsets[k] + 1, offsets[k + 1]):
+            wx, wy = p[0, indices[at]] - ox, p[1, indices[at]] - oy
+            cross = vx * wy - vy * wx
+            twice += cross
+            x += (vx + wx) * cross
+            y += (vy + wy) * cross
+            vx, vy = wx, wy
+        areas[k] = twice / 2
+        centroids[0, k], centroids[1, k] = ox + x / (3 * twice), oy + y / (3 * twice)
+
+
+@vectorised
+def _second_moments(p, indices, offsets, centroids, out):
+    for k in range(out.shape[1]):
+        cx, cy = centroids[0, k], centroids[1, k]
+        last = indices[offsets[k + 1] - 1]
+        x, y = p[0, last] - cx, p[1, last] - cy
+        xx, xy, yy = 0.0, 0.0, 0.0
+        for at in range(offsets[k], offsets[k + 1]):
+            u, w = p[0, indices[at]] - cx, p[1, indices[at]] - cy
+            cross = (x * w - y * u) / 12
+            xx += cross * (x * x + x * u + u * u)
+            xy += cross * (x * y + u * w + (x * w + u * y) / 2)
+            yy += cross * (y * y + y * w + w * w)
+            x, y = u, w
+        out[0, k], out[1, k], out[2, k] = xx, xy, yy

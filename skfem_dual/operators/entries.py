@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy import ndarray
@@ -20,6 +21,8 @@ from .fmm.summation import FastSummation
 
 #: tolerances below it are for exact entries
 EXACT = 1e-8
+#: parts of the cells near which sums are known at a time, those on the edge apart
+PARTS = 4
 #: rows that are compared with exact ones, and entries from which on they are fewer
 SAMPLES, MANY = 16, 2**22
 #: rows on a regular grid, which are all alike
@@ -59,12 +62,18 @@ class Entries:
         c = self.substrate.singular_coefficient
         if self.slopes is None:
             return EdgeCorrection.from_weights(self.weights, c, self.x), None
-        every, reach = np.arange(len(self.partition)), max(IN_STRIPS, EXACT_RADII)
-        near = NearSums.from_cells(self.partition, self.weights, every, reach, self.x)
+        reach, weighted = max(IN_STRIPS, EXACT_RADII), self.weights.weighted
+        edge = self._near(self.weights.cells, reach)
+        (others,) = np.nonzero(~weighted)
+        parts = (self._near(cells, reach) for cells in np.array_split(others, PARTS))
+        ground, sums = self.substrate, chain([edge], parts)
         return (
-            EdgeCorrection.from_sums(self.weights, c, self.x, near),
-            SlopeCorrection.from_sums(self.slopes, self.substrate, self.x, near),
+            EdgeCorrection.from_sums(self.weights, c, self.x, edge),
+            SlopeCorrection.from_sums(self.slopes, ground, self.x, sums),
         )
+
+    def _near(self, cells: ndarray, reach: float) -> NearSums:
+        return NearSums.from_cells(self.partition, self.weights, cells, reach, self.x)
 
     @property
     def correction(self) -> EdgeCorrection | None:
@@ -125,16 +134,17 @@ class Entries:
         Slopes are of shape (2 n,) or (2 n, k), along x of all cells, then along y; ``rough`` as of
         `FastSummation.apply`.
         """
-        n, columns = len(q), q.reshape(len(q), -1)
-        if slopes is None or self.sloping is None:
-            settled = fast.apply(columns.T, None, rough)
-        else:
-            each = slopes.reshape(2, n, -1)
-            dipoles = np.einsum("ijn,jnk->kin", self.sloping.second_moments, each)
-            settled = fast.apply(columns.T, dipoles, rough)
-            settled += (self.sloping.near @ slopes.reshape(2 * n, -1)).T
+        columns = q.reshape(len(q), -1)
+        settled, dipoles = np.zeros((columns.shape[1], self.x.shape[1])), None
         if self.correction is not None:
             settled += (self.correction.near @ columns).T
+        if slopes is not None and self.sloping is not None:
+            each = np.ascontiguousarray(slopes.reshape(2 * len(q), -1).T).reshape(-1, 2, len(q))
+            del slopes  # gives back its memory first
+            self.sloping.near.add_product(each, settled)
+            dipoles = self.sloping.dipoles(each)
+            del each
+        settled += fast.apply(columns.T, dipoles, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
 
@@ -186,9 +196,8 @@ class Sample:
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
-        n = self.rows.shape[1]
-        signs = np.random.default_rng(0).choice([-1.0, 1.0], (n, 2))
-        uniform = product(np.ones(n))[self.numbers] - self.rows.sum(axis=1)
-        mixed = product(signs)[self.numbers] - self.rows @ signs
-        squares = np.sum(mixed**2, axis=1) / 2 / self.norm**2
+        q = np.ones((self.rows.shape[1], 3))
+        q[:, 1:] = np.random.default_rng(0).choice([-1.0, 1.0], (len(q), 2))
+        uniform, *mixed = (product(q)[self.numbers] - self.rows @ q).T
+        squares = np.sum(np.square(mixed), axis=0) / 2 / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -4,11 +4,9 @@ The matrix is that of boundary elements with one collocation point in each, (5) 
 stands for it is made to a tolerance and checked on exact rows.
 """
 
-from collections.abc import Callable
-from functools import partial
 from math import prod
 from time import perf_counter
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -19,15 +17,14 @@ from ..arguments import checked_choice, checked_indices, checked_instance, check
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..elements.slopes import Slopes
-from ..errors import ConvergenceError
 from ..grids.lattice import Lattice
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..messages import shown
-from .dense import moment_matrix
-from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
+from .attempts import fixed, product, within
+from .entries import EXACT, Entries
 from .fmm.summation import FastSummation
 from .resources import choose
 from .toeplitz import BlockToeplitz, require_period
@@ -37,12 +34,6 @@ Method = Literal["auto", "dense", "fast", "toeplitz"]
 RTOL = 1e-6
 #: the largest tolerance
 COARSEST = 1e-2
-#: the error of sampled rows in the 2-norm may be so many times the tolerance
-ROWS = 10.0
-#: tolerance of a first attempt with a remainder beside c / r
-REMAINDER = 0.4
-#: attempts to reach a tolerance
-ATTEMPTS = 4
 #: tolerance of transforms on a regular grid: their errors are those of rounding
 ROUNDING = 1e-10
 
@@ -70,6 +61,8 @@ class InfluenceOperator(LinearOperator):
         How the pressure varies inside cells, see `RigidPunch`; with weights alone by them alone.
     collocation : {"centroid", "node"} or (2, m) array of float
         Where settlements are found: in a point of each cell, or in any points of the surface.
+    like : InfluenceOperator, optional
+        One from the same cells to other points: what it knows of the cells serves again.
 
     Attributes
     ----------
@@ -122,6 +115,7 @@ class InfluenceOperator(LinearOperator):
         *,
         edge: Literal["singular", "constant"] | EdgeWeights | Slopes = "singular",
         collocation: Literal["centroid", "node"] | ndarray = "centroid",
+        like: "InfluenceOperator | None" = None,
     ) -> None:
         checked_ground(substrate)
         rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
@@ -152,10 +146,12 @@ class InfluenceOperator(LinearOperator):
         places = None if lattice is None else prod(lattice.shape)
         self.method, self.estimate = choose(method, m, n, float(rtol), layered, places)
         self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
+        known = None if like is None else self._expansions(like)
         start = perf_counter()
         self._entries = Entries(substrate, partition, x, weights, slopes)
         self.correction, self.sloping = self._entries.correction, self._entries.sloping
-        self._kept, self.error, self.row_error = _within(self._entries, self.method, self.rtol)
+        asked = self._entries, self.method, self.rtol, known
+        self._kept, self.error, self.row_error = within(*asked)
         self.setup_time = perf_counter() - start
 
     @classmethod
@@ -187,9 +183,24 @@ class InfluenceOperator(LinearOperator):
         cells, points = (substrate, partition, rtol, method), as_points(x)
         return cls(*cells, edge="constant" if law is None else law, collocation=points)
 
-    def at(self, x: ndarray) -> "InfluenceOperator":
-        """From the same cells to other points ``x`` of shape (2, m), to the same tolerance."""
-        return self.from_partition(self.substrate, self.partition, x, self._law, self.rtol)
+    def at(self, x: ndarray, rtol: float | None = None) -> "InfluenceOperator":
+        """From the same cells to other points ``x`` of shape (2, m), to the same tolerance if no
+        other is given."""
+        rtol = self.rtol if rtol is None else rtol
+        cells, points = (self.substrate, self.partition, rtol), as_points(x)
+        law: Any = "constant" if self._law is None else self._law
+        return type(self)(*cells, edge=law, collocation=points, like=self)
+
+    def _expansions(self, like: "InfluenceOperator") -> FastSummation | None:
+        """What another operator knows of the same cells."""
+        checked_instance("like", like, InfluenceOperator)
+        own, other = ((op.substrate, op.partition, op.weights) for op in (self, like))
+        if not (own[0] == other[0] and own[1] is other[1] and own[2] is other[2]):
+            raise ValueError(
+                "expected an operator from the same cells for like, got one of another ground, "
+                "partition or law. Remedy: operator.at(x)"
+            )
+        return like.summation
 
     @property
     def _law(self) -> EdgeWeights | Slopes | None:
@@ -229,22 +240,24 @@ class InfluenceOperator(LinearOperator):
         if isinstance(self._kept, ndarray):
             return self._kept
         if isinstance(self._kept, BlockToeplitz):
-            return _fixed(self._kept.to_dense())
+            return fixed(self._kept.to_dense())
         cells = self.substrate, self.partition, self.x, self._law
         return self.from_partition(*cells, self.rtol, "dense").to_dense()
 
     @property
     def memory(self) -> int:
         """Bytes that are kept."""
-        parts = [part.near for part in (self.correction, self.sloping) if part is not None]
-        return self._kept.nbytes + sum(near.data.nbytes + near.indices.nbytes for near in parts)
+        near = 0 if self.sloping is None else self.sloping.near.nbytes
+        if self.correction is not None:
+            near += self.correction.near.data.nbytes + self.correction.near.indices.nbytes
+        return self._kept.nbytes + near
 
     def _matmat(self, q: ndarray) -> ndarray:
-        return _product(self._entries, self._kept, q)
+        return product(self._entries, self._kept, q)
 
     def roughly(self, q: ndarray) -> ndarray:
         """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
-        return _product(self._entries, self._kept, q, rough=True)
+        return product(self._entries, self._kept, q, rough=True)
 
     def with_slopes(self, q: ndarray, slopes: ndarray) -> ndarray:
         """Settlements under mean pressures and other slopes than theirs, see `Entries.summed`.
@@ -315,86 +328,3 @@ def _points(partition: Partition, collocation: Literal["centroid", "node"] | nda
             f'expected collocation "centroid" or "node", or points, got {collocation!r}'
         )
     return partition.nodes if collocation == "node" else partition.centroids
-
-
-Kept = ndarray | FastSummation | BlockToeplitz
-
-
-def _within(entries: Entries, method: str, rtol: float) -> tuple[Kept, float, float]:
-    """What is made with tolerances from ``rtol`` on down until its error is less; its errors."""
-    if isinstance(entries.substrate, PeriodicGround):
-        return _periodic(entries.substrate, entries.partition)
-    make = _MAKERS[method]
-    sample = Sample.from_entries(entries, ALIKE if method == "toeplitz" else SAMPLES)
-    tolerance = rtol
-    if method == "toeplitz":  # its errors are those of rounding and of the exact rows
-        rtol = max(rtol, EXACT)
-    elif rtol >= EXACT and entries.substrate.remainder is not None:  # and errors add up
-        tolerance *= REMAINDER * min(1.0, sample.least)
-    for _ in range(ATTEMPTS):
-        kept = make(entries, tolerance, rtol)
-        error, row_error = sample.errors(partial(_product, entries, kept))
-        worst = max(error, row_error / ROWS)
-        if worst <= rtol or rtol < EXACT:
-            return kept, error, row_error
-        tolerance *= min(0.5, 0.7 * rtol / worst)
-        del kept  # gives back its memory first
-        if tolerance < EXACT / 10:
-            break
-    raise ConvergenceError(
-        f"expected an error up to rtol={rtol:g}, the {method} summation reaches "
-        f'{worst:.1e}. Remedy: a larger rtol, or method="dense" with rtol=0'
-    )
-
-
-def _dense(entries: Entries, tolerance: float, rtol: float) -> ndarray:
-    """The matrix, exact if ``rtol`` asks for that."""
-    if rtol < EXACT:
-        matrix = entries.matrix()
-    else:
-        cells = entries.substrate, entries.partition, entries.x, entries.weights
-        matrix = moment_matrix(*cells, tolerance)
-        if entries.correction is not None:  # the dipoles are in it
-            near = entries.correction.near.tocoo()
-            matrix[near.row, near.col] += near.data
-        if entries.sloping is not None and entries.slopes is not None:
-            entries.sloping.add_to(matrix, entries.slopes)
-    return _fixed(matrix)
-
-
-def _fixed(matrix: ndarray) -> ndarray:
-    matrix.setflags(write=False)
-    return matrix
-
-
-def _fast(entries: Entries, tolerance: float, rtol: float) -> FastSummation:
-    cells = entries.substrate, entries.partition, entries.x, entries.weights
-    return FastSummation.from_partition(*cells, tolerance)
-
-
-def _periodic(ground: PeriodicGround, partition: Partition) -> tuple[Kept, float, float]:
-    """The products with their errors of rounding."""
-    kept = BlockToeplitz.from_period(ground, cast(Lattice, partition.lattice))
-    numbers = some_rows(len(partition), len(partition), ALIKE)
-    error, row_error = Sample.from_rows(numbers, kept.rows(numbers)).errors(kept.__matmul__)
-    return kept, error, row_error
-
-
-def _transforms(entries: Entries, tolerance: float, rtol: float) -> BlockToeplitz:
-    lattice = cast(Lattice, entries.partition.lattice)
-    return BlockToeplitz.from_substrate(entries.substrate, lattice)
-
-
-_MAKERS: dict[str, Callable[[Entries, float, float], Kept]] = {
-    "dense": _dense,
-    "fast": _fast,
-    "toeplitz": _transforms,
-}
-
-
-def _product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> ndarray:
-    """Settlements under pressures of shape (n,) or (n, k)."""
-    if isinstance(kept, (ndarray, BlockToeplitz)):
-        return kept @ q
-    slopes = None if entries.slopes is None else entries.slopes.matrix @ q
-    return entries.summed(kept, q, slopes, rough)

@@ -2,7 +2,9 @@
 
 Saad and Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856, preconditioned from the right, so that
 its residuals are those of the equations. Every right-hand side has its own search; the products
-for which they ask are made together.
+for which they ask are made together. Where residuals are not to be small, directions are kept in
+single precision: Aliaga et al., Compressed basis GMRES, Int. J. High Perform. Comput. Appl. 37
+(2023) 82.
 """
 
 from collections.abc import Callable, Generator
@@ -122,14 +124,14 @@ def solve_many(
         remedy = "give a preconditioner of it"
         checked_instance("operator", operator, InfluenceOperator, remedy)
         inverse = approximate_inverse(cast(InfluenceOperator, operator))
-    product = operator.__matmul__
+    product, dtype = operator.__matmul__, np.float32 if rtol >= ROUGH else np.float64
     if rtol >= ROUGH and isinstance(operator, InfluenceOperator):
         product = operator.roughly
     solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
-        searches = [_search(b, rtol, bar) for b in rhs.T]
+        searches = [_search(b, rtol, bar, dtype) for b in rhs.T]
         for k, (y, history) in enumerate(_together(product, inverse, searches, bar)):
             solution[:, k] = inverse @ y
             residuals.append(history)
@@ -166,20 +168,23 @@ def _together(
     return [found[k] for k in range(len(searches))]
 
 
-def _search(b: ndarray, rtol: float, bar: tqdm) -> "Search":
+def _search(b: ndarray, rtol: float, bar: tqdm, dtype: type) -> "Search":
     """GMRES for one right-hand side, a generator that asks for products.
 
     It yields vectors y, takes ``A M y`` for each, M the approximate inverse, and returns the y
-    under which that is nearly b, with the relative residuals.
+    under which that is nearly b, with the relative residuals. Directions are kept as ``dtype``.
     """
     scale = float(np.linalg.norm(b))
     if scale == 0.0:
         return np.zeros_like(b), (0.0,)
     # in units of the right-hand side, whatever those of the user
-    history, y, rest = [1.0], np.zeros_like(b), b / scale
+    history, y = [1.0], None
     while True:
+        rest = b / scale if y is None else b / scale - (yield y)
         first = float(np.linalg.norm(rest))
-        basis, triangle = [rest / first], np.zeros((RESTART + 1, RESTART))
+        basis: list[ndarray] = [(rest / first).astype(dtype)]
+        triangle = np.zeros((RESTART + 1, RESTART))
+        del rest
         for j in range(min(RESTART, MOST + 1 - len(history))):
             w = yield basis[j]
             for i, v in enumerate(basis):
@@ -192,9 +197,10 @@ def _search(b: ndarray, rtol: float, bar: tqdm) -> "Search":
             bar.set_postfix_str(f"residual {history[-1]:.1e}")
             if history[-1] <= rtol or triangle[j + 1, j] == 0.0:
                 break
-            basis.append(w / triangle[j + 1, j])
+            basis.append((w / triangle[j + 1, j]).astype(dtype))
+        y = np.zeros_like(b) if y is None else y
         for share, v in zip(shares, basis):
             y += share * v
         if history[-1] <= rtol or len(history) > MOST:
-            return scale * y, tuple(history)
-        rest = b / scale - (yield y)
+            y *= scale
+            return y, tuple(history)

@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from ..elements.influence import influence_matrix
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
-from ..kernels.compiled import inputs, vectorised
+from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .factors import Factors
 from .fmm.linear_maps import SparseBlocks
@@ -33,6 +33,8 @@ GROUP = 10
 OVERLAP = 0.9
 #: cells of a group and its neighbours at most, the nearest, where far smaller ones are beside it
 AROUND = 100
+#: greatest short integer
+GREATEST = 32767
 #: large boxes, about, and the fewest cells in one
 COARSE, FEWEST = 1000, 30
 
@@ -53,13 +55,16 @@ class Preconditioner:
     cells : (n,) array of int
         The cells in the order of the blocks.
     blocks : SparseBlocks
-        Rows of each group in the inverse on the group and its neighbours.
+        Rows of each group in the inverse on the group and its neighbours, as short integers.
+    units : (n,) array of float
+        What one is in each row of them.
     coarse : Coarse
         What answers slowly varying settlements.
     """
 
     cells: ndarray
     blocks: SparseBlocks
+    units: ndarray
     coarse: "Coarse"
 
     @classmethod
@@ -78,22 +83,17 @@ class Preconditioner:
         tree = _boxes(partition, GROUP, 2 * GROUP)
         cells = tree.cells  # the same order as that of the points
         near = near_lists(tree, centroids[:, cells], points, len(partition)).p2p
-        group = np.repeat(np.arange(len(near.boxes)), near.counts)
         middle, half = tree.middle[:, near.boxes], tree.half[near.boxes]
-        away = np.abs(centroids[:, cells[near.items]] - middle[:, group]).max(axis=0)
-        kept = away <= (1 + OVERLAP) * half[group]
-        items, group, away = near.items[kept], group[kept], away[kept]
-        order = np.lexsort((away, group))
-        starts = np.searchsorted(group, np.arange(len(half) + 1))
-        near_enough = np.arange(len(order)) - starts[group] < AROUND
-        own = away[order] <= half[group]
-        order = order[near_enough | own]
-        items, group = items[order], group[order]
-        items = items[np.lexsort((items, group))]
-        starts = np.searchsorted(group, np.arange(len(half) + 1))
+        known = inputs(near.starts, near.items, middle, half, centroids[:, cells])
+        counts = np.empty(len(half), np.int64)
+        _choose(*known, counts, np.empty(0, np.int32))
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        items = np.empty(starts[-1], np.int32)
+        _choose(*known, starts, items)
+        del known
         rows = tree.targets[:, near.boxes]
-        blocks = _inverses(operator, cells, rows, starts, items)
-        return cls(cells, blocks, Coarse.from_operator(operator))
+        blocks, units = _inverses(operator, cells, rows, starts, items)
+        return cls(cells, blocks, units, Coarse.from_operator(operator))
 
     def __matmul__(self, w: ndarray) -> ndarray:
         """Approximate pressures under settlements ``w`` of shape (n,)."""
@@ -101,7 +101,7 @@ class Preconditioner:
         inner = np.zeros(len(w))
         with Threads() as run:
             self.blocks.add_product(rest[None, self.cells], inner[None], run)
-        out[self.cells] += inner
+        out[self.cells] += self.units * inner
         return out
 
 
@@ -216,10 +216,34 @@ class KnownEntries(NamedTuple):
         return cls(point, cell, block, fast.p2p.layout, values, x, centroids, charges)
 
 
+@compiled
+def _choose(starts, items, middle, half, x, places, chosen):
+    """Cells of each group and the nearest around it, ascending; without room their number."""
+    for k in range(half.shape[0]):
+        begin, end = starts[k], starts[k + 1]
+        away, kept = np.empty(end - begin), np.empty(end - begin, np.int32)
+        count = 0
+        for at in range(begin, end):
+            j = items[at]
+            far = max(abs(x[0, j] - middle[0, k]), abs(x[1, j] - middle[1, k]))
+            if far <= (1 + OVERLAP) * half[k]:
+                away[count], kept[count] = far, j
+                count += 1
+        if count > AROUND:
+            order = np.argsort(away[:count])
+            while count > AROUND and away[order[count - 1]] > half[k]:
+                count -= 1
+            kept = kept[order]
+        if chosen.shape[0] > 0:
+            chosen[places[k] : places[k + 1]] = np.sort(kept[:count])
+        else:
+            places[k] = count
+
+
 def _inverses(
     operator: InfluenceOperator, cells: ndarray, rows: ndarray, starts: ndarray, items: ndarray
-) -> SparseBlocks:
-    """Rows of inverses of what acts nearby."""
+) -> tuple[SparseBlocks, ndarray]:
+    """Rows of inverses of what acts nearby, in short integers, and the units of these."""
     n = len(cells)
     near = csr_matrix(operator.shape)
     summation, matrix = operator.summation, np.empty((0, 0))
@@ -232,10 +256,10 @@ def _inverses(
     sparse = inputs(near.indptr, near.indices, near.data)
     layout = Layout.from_lists(rows, starts, items)
     offsets = layout.offsets
-    values = np.empty(offsets[-1], np.float32)
+    values, units = np.empty(offsets[-1], np.int16), np.empty(n)
 
     def work(piece: slice) -> None:
-        room = np.full(n, -1, np.int32), np.empty(n, np.int32)
+        room = np.zeros(n, np.int32), np.empty(n, np.int32)
         for first in range(piece.start, piece.stop, 64):
             k = slice(first, min(first + 64, piece.stop))
             ends = starts[k.start : k.stop + 1]
@@ -245,11 +269,11 @@ def _inverses(
             else:
                 _look_up(*inputs(ends, items), known, *room, local)
             part = values[offsets[k.start] : offsets[k.stop]]
-            _invert(*inputs(rows[:, k], ends, items), *sparse, local, part)
+            _invert(*inputs(rows[:, k], ends, items), *sparse, local, units, part)
 
     with Threads() as run:
         run(work, rows.shape[1])
-    return SparseBlocks(layout, values)
+    return SparseBlocks(layout, values), units
 
 
 @vectorised
@@ -268,14 +292,14 @@ def _take(matrix, cells, starts, items, out):
 def _look_up(starts, items, known, stamp, place, out):
     """The same from `KnownEntries`; the others as if charges were in the centroids.
 
-    ``stamp`` and ``place``, of n integers each, are for temporary use.
+    ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: what the
+    first has of a row, one more than its number, remains true of it.
     """
     point, cell, block, values = known.point, known.cell, known.block, known.values
     x, centroids, charges = known.x, known.centroids, known.charges
     first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
     offsets = known.layout.offsets
     at = 0
-    stamp[:] = -1
     for k in range(starts.shape[0] - 1):
         some = items[starts[k] : starts[k + 1]]
         for i in some:
@@ -284,10 +308,10 @@ def _look_up(starts, items, known, stamp, place, out):
             base = offsets[b] + (row - first[b]) * width
             for c in range(width):
                 j = columns[begin[b] + c]
-                stamp[j], place[j] = row, c
+                stamp[j], place[j] = row + 1, c
             for j in some:
                 other = cell[j]
-                if stamp[other] == row:
+                if stamp[other] == row + 1:
                     out[at] = values[base + place[other]]
                 else:
                     dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
@@ -296,8 +320,9 @@ def _look_up(starts, items, known, stamp, place, out):
 
 
 @vectorised
-def _invert(rows, starts, items, indptr, indices, data, local, values):
-    """Rows of the inverses of square blocks, after sparse entries are added to these."""
+def _invert(rows, starts, items, indptr, indices, data, local, units, values):
+    """Rows of the inverses of square blocks, after sparse entries are added to these; rounded to
+    multiples of a unit each."""
     at, out = 0, 0
     for block in range(rows.shape[1]):
         some = items[starts[block] : starts[block + 1]]
@@ -337,7 +362,11 @@ def _invert(rows, starts, items, indptr, indices, data, local, values):
             for j in range(own):
                 y[k, j] /= m[k, k]
         for i in range(own):
+            most = 0.0
             for j in range(size):
-                values[out] = y[j, i]
+                most = max(most, abs(y[j, i]))
+            units[rows[0, block] + i] = most / GREATEST
+            for j in range(size):
+                values[out] = np.int16(np.rint(GREATEST / most * y[j, i]))
                 out += 1
         at += size * size

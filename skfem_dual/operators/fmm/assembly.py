@@ -18,6 +18,8 @@ from .quadtree import Quadtree
 
 #: from half-width and the offsets needed to the matrices of M2L as `compressed`
 Factors = Callable[[float, ndarray], tuple[ndarray, ndarray, ndarray]]
+#: loads of some cells
+Loads = Callable[[ndarray], Multipoles]
 
 
 def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
@@ -69,10 +71,8 @@ def clusters_of(tree: Quadtree) -> tuple[ndarray, Clusters]:
     return boxes, Clusters(*inputs(own, tree.middle[:, boxes], PADDING * tree.half[boxes]))
 
 
-def p2m_blocks(
-    tree: Quadtree, chebyshev: Chebyshev, loads: Multipoles, dtype: type
-) -> SparseBlocks:
-    """From cells to the multipole expansions of their boxes."""
+def p2m_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: type) -> SparseBlocks:
+    """From cells to the multipole expansions of their boxes; ``loads`` are those of some cells."""
     boxes, clusters = clusters_of(tree)
     starts = np.append(clusters.cells[0], clusters.cells[1, -1])
     rows = np.stack([boxes, boxes + 1]) * chebyshev.terms
@@ -82,10 +82,10 @@ def p2m_blocks(
     def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
         own = Clusters(*inputs(*(a[..., k] for a in clusters)))
         first, last = own.cells[0, 0], own.cells[1, -1]
-        some = tree.cells[first:last]
-        moments = Moments(*inputs(loads.centres[:, some], loads.moments[..., some]))
+        own_loads = loads(tree.cells[first:last])
+        moments = Moments(*inputs(own_loads.centres, own_loads.moments))
         own = own._replace(cells=inputs(own.cells - first)[0])
-        p2m(0, k.stop - k.start, own, moments, degrees, offsets[k.start :], part)
+        p2m(0, k.stop - k.start, own, moments, degrees, offsets, part)
 
     return SparseBlocks(layout, _filled(layout, dtype, fill))
 
@@ -151,13 +151,14 @@ def m2p_blocks(
 def _filled(
     layout: Layout, dtype: type, fill: Callable[[slice, ndarray, ndarray], None]
 ) -> ndarray:
-    """The entries of all blocks, by ``fill(k, offsets, part)`` for some blocks at a time."""
+    """The entries of all blocks, by ``fill(k, offsets, part)`` for some blocks at a time, whose
+    entries begin at the ``offsets`` in ``part``."""
     offsets = layout.offsets
     values = np.empty(offsets[-1], dtype)
 
     def work(k: slice) -> None:
         part = np.empty(offsets[k.stop] - offsets[k.start])
-        fill(k, offsets - offsets[k.start], part)
+        fill(k, offsets[k.start : k.stop + 1] - offsets[k.start], part)
         values[offsets[k.start] : offsets[k.stop]] = part
 
     with Threads() as run:

@@ -5,7 +5,7 @@ to the smallest box it does not exceed much: large cells stay in boxes higher up
 the small ones around them from being divided further.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -147,6 +147,15 @@ class Quadtree:
         """The boxes as compiled loops take them."""
         return Boxes(*inputs(*(getattr(self, name) for name in Boxes._fields)))
 
+    def at(self, x: ndarray) -> "Quadtree | None":
+        """The same boxes and cells with other field points; None if some are outside of all."""
+        if (np.abs(x - self.middle[:, :1]) > self.half[0]).any():
+            return None
+        targets = np.empty((2, len(self)), np.int64)
+        points = np.empty(x.shape[1], np.int64)
+        _place(*inputs(x), self.boxes, targets, points)
+        return replace(self, targets=targets, points=points)
+
     def far_lists(self, level: int) -> ndarray:
         """The V lists of a level: boxes at each of `OFFSETS`; -1 where there is none.
 
@@ -216,18 +225,45 @@ def _divide(centres, depth, x, corner, size, leaf, cells, points):
                     larger[k, i] = boxes[k, i]
             boxes = larger
         boxes[b, 2] = nboxes
-        for quarter in range(4):
-            begin = t0 if quarter == 0 else t_ends[quarter - 1]
-            if s_ends[quarter + 1] > s_ends[quarter] or t_ends[quarter] > begin:
-                box = boxes[nboxes]
-                box[0], box[1], box[2], box[3], box[8] = level + 1, b, -1, 0, 0
-                box[4], box[5] = 2 * column + quarter % 2, 2 * row + quarter // 2
-                box[6], box[7] = s_ends[quarter], s_ends[quarter + 1]
-                box[9], box[10] = begin, t_ends[quarter]
-                nboxes += 1
-        boxes[b, 3] = nboxes - boxes[b, 2]
+        for quarter in range(4):  # empty ones too: other points may be there
+            box = boxes[nboxes]
+            box[0], box[1], box[2], box[3], box[8] = level + 1, b, -1, 0, 0
+            box[4], box[5] = 2 * column + quarter % 2, 2 * row + quarter // 2
+            box[6], box[7] = s_ends[quarter], s_ends[quarter + 1]
+            box[9], box[10] = t0 if quarter == 0 else t_ends[quarter - 1], t_ends[quarter]
+            nboxes += 1
+        boxes[b, 3] = 4
         b += 1
     return boxes[:nboxes]
+
+
+@compiled
+def _place(x, boxes, targets, points):
+    """Ranges of points in all boxes, and their numbers in that order."""
+    first, middle, parent = boxes.first, boxes.middle, boxes.parent
+    leaf = np.empty(x.shape[1], np.int32)
+    begin, end = targets
+    end[:] = 0
+    for i in range(x.shape[1]):
+        b = 0
+        while first[b] >= 0:
+            b = first[b] + (x[0, i] > middle[0, b]) + 2 * (x[1, i] > middle[1, b])
+        leaf[i] = b
+        end[b] += 1
+    for b in range(parent.shape[0] - 1, 0, -1):
+        end[parent[b]] += end[b]
+    begin[0] = 0
+    for b in range(parent.shape[0]):
+        at = begin[b]
+        if first[b] >= 0:
+            for child in range(first[b], first[b] + 4):
+                begin[child] = at
+                at += end[child]
+        end[b] += begin[b]
+    place = begin.copy()
+    for i in range(x.shape[1]):
+        points[place[leaf[i]]] = i
+        place[leaf[i]] += 1
 
 
 @compiled

@@ -14,6 +14,7 @@ from ...ground.substrates import Substrate
 from ...kernels.threads import Threads
 from .assembly import (
     Factors,
+    Loads,
     l2l_translation,
     m2l_translations,
     m2m_translation,
@@ -79,6 +80,8 @@ class FastSummation:
     tree : Quadtree
     x : (2, m) array of float
         Field points, in the order of the tree.
+    rtol : float
+        Tolerance for which it was made.
     chebyshev : Chebyshev
     m2m, l2l : tuple of Translation
         Of multipole expansions to larger boxes, of local expansions to smaller ones.
@@ -94,6 +97,7 @@ class FastSummation:
 
     tree: Quadtree
     x: ndarray
+    rtol: float
     chebyshev: Chebyshev
     m2m: tuple[Translation, ...]
     l2l: tuple[Translation, ...]
@@ -112,38 +116,65 @@ class FastSummation:
         rtol: float,
     ) -> "FastSummation":
         """Of a relative error of about ``rtol``; see `InfluenceOperator`."""
-        dtype = np.float32 if rtol >= SINGLE else np.float64
         radius = radii(partition.polygons)
-        # beside a remainder no expansion meets cells that it takes for near
-        layered = substrate.remainder is not None
-        slack, reach = (ALONG_RIBS / 2, ALONG_RIBS * radius) if layered else (SLACK, radius)
+        slack = SLACK if substrate.remainder is None else ALONG_RIBS / 2
         usual = np.quantile(radius, 0.9)  # few cells of a uniform mesh stay in larger boxes
         unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * slack * usual)
         tree = Quadtree.from_circles(partition.centroids, radius, x, LEAF, slack, unit)
+        return cls._of(tree, substrate, partition, x, weights, rtol)
+
+    def at(
+        self, substrate: Substrate, partition: Partition, x: ndarray, weights: EdgeWeights | None
+    ) -> "FastSummation":
+        """From the same cells to other points, with the expansions of the cells that are known."""
+        tree = self.tree.at(x)
+        if tree is None:
+            return self.from_partition(substrate, partition, x, weights, self.rtol)
+        known = tuple(far.p2m for far in self.far_fields)
+        return self._of(tree, substrate, partition, x, weights, self.rtol, known)
+
+    @classmethod
+    def _of(
+        cls,
+        tree: Quadtree,
+        substrate: Substrate,
+        partition: Partition,
+        x: ndarray,
+        weights: EdgeWeights | None,
+        rtol: float,
+        p2m: tuple[SparseBlocks, ...] = (),
+    ) -> "FastSummation":
+        dtype = np.float32 if rtol >= SINGLE else np.float64
         chebyshev = Chebyshev(order_for(rtol))
         cells, x = tree.cells, x[:, tree.points]
+        # beside a remainder no expansion meets cells that it takes for near
+        reach = radii(partition.polygons) * (1.0 if substrate.remainder is None else ALONG_RIBS)
         lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
         near = NearField.from_partition(substrate, partition, weights, cells, 10 * rtol)
-        far = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
+        p2p = p2p_blocks(near, x, tree.targets[:, lists.p2p.boxes], lists.p2p, dtype)
+        p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, dtype)
+        del near  # gives back its memory first
+        shared = substrate, partition, p2p.layout, lists.p2l
+        laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
+        p2m = p2m or tuple(p2m_blocks(tree, chebyshev, loads, dtype) for loads, *_ in laws)
         levels = range(len(tree.levels) - 1)
         far_lists = [tree.far_lists(level) for level in levels]
-        p2p = p2p_blocks(near, x, tree.targets[:, lists.p2p.boxes], lists.p2p, dtype)
-        shared = substrate, partition, p2p.layout, lists.p2l
         return cls(
             tree,
             x,
+            rtol,
             chebyshev,
             tuple(m2m_translation(tree, chebyshev, level) for level in levels[-2::-1]),
             tuple(l2l_translation(tree, chebyshev, level) for level in levels[1:]),
             p2p,
-            p2l_blocks(tree, chebyshev, near, lists.p2l, dtype),
+            p2l,
             tuple(
                 FarField(
-                    p2m_blocks(tree, chebyshev, loads, dtype),
+                    own,
                     m2l_translations(tree, far_lists, factors),
                     m2p_blocks(tree, chebyshev, kernel, x, lists.m2p, dtype),
                 )
-                for loads, kernel, factors in far
+                for own, (_, kernel, factors) in zip(p2m, laws, strict=True)
             ),
             DipoleSummation.from_tree(tree, chebyshev, *shared),
         )
@@ -211,16 +242,15 @@ def _laws(
     weights: EdgeWeights | None,
     chebyshev: Chebyshev,
     tolerance: float,
-) -> list[tuple[Multipoles, Kernel, Factors]]:
+) -> list[tuple[Loads, Kernel, Factors]]:
     """The loads, the kernel and the M2L of c / r, and of the remainder if there is one."""
     every = np.ones(len(OFFSETS), bool)
     singular = substrate.surface.influence
     left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
-    laws: list[tuple[Multipoles, Kernel, Factors]]
     # it scales with the boxes
-    laws = [
+    laws: list[tuple[Loads, Kernel, Factors]] = [
         (
-            Multipoles.about_centroids(partition, weights),
+            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells),
             singular,
             lambda h, _: (left, core / h, right),
         )
@@ -231,7 +261,7 @@ def _laws(
         kernel = _remainder(table, substrate.surface.young)
         laws.append(
             (
-                Multipoles.from_weights(partition, weights),
+                Multipoles.from_weights(partition, weights).of,
                 kernel,
                 lambda h, needed: compressed(chebyshev.m2l(kernel, h, needed), tolerance),
             )
