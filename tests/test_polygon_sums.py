@@ -22,7 +22,8 @@ def value(terms, x, middle=MIDDLE, size=SIZE):
 
 def sums_over(corners, x, terms):
     """What `add_sides` makes of a polygon at one point."""
-    sides, room, count = np.empty((corners.shape[1], KNOWN)), np.empty((3, TERMS)), 0
+    sides, count = np.empty((corners.shape[1], KNOWN)), 0
+    room = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
     for a, b in zip(corners.T, np.roll(corners, -1, axis=1).T, strict=True):
         count = put_side(sides, count, *a, *b, terms, *MIDDLE, SIZE, room)
     sums = np.empty((4, LANES))

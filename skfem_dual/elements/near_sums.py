@@ -122,7 +122,7 @@ def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
     centroids, size, beside = circles
     polynomials, number, triangles = law.polynomials, law.number, law.triangles
     room, uniform = strips_room(law.strips, law.pieces), np.empty(0)
-    sides, work = np.empty((law.sides, KNOWN)), np.empty((3, TERMS))
+    sides, work = np.empty((law.sides, KNOWN)), (np.empty(TERMS), np.empty(TERMS), np.empty(TERMS))
     own, points = np.empty(LANES, np.int64), np.empty((2, LANES))
     cut, added, logs = np.empty((3, LANES)), np.empty((4, LANES)), np.empty((6, LANES))
     for k in range(first, last):
@@ -184,14 +184,14 @@ def _some(at, end, x, middle, limit, near, own, points):
 
 
 @compiled
-def _sides(j, outlines, terms, middle, size, work, sides):
+def _sides(j, outlines, terms, middle, size, room, sides):
     """Put the sides of a cell; returns how many."""
     p, indices, offsets = outlines
+    cx, cy = middle
     count, last = 0, indices[offsets[j + 1] - 1]
     ax, ay = p[0, last], p[1, last]
     for at in range(offsets[j], offsets[j + 1]):
         bx, by = p[0, indices[at]], p[1, indices[at]]
-        known = terms, middle[0], middle[1], size, work
-        count = put_side(sides, count, ax, ay, bx, by, *known)
+        count = put_side(sides, count, ax, ay, bx, by, terms, cx, cy, size, room)
         ax, ay = bx, by
     return count

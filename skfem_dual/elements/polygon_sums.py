@@ -37,28 +37,31 @@ def put_side(sides, count, ax, ay, bx, by, polynomials, cx, cy, size, room):
     """Put a side of a polygon behind ``count`` others, unless it is a point; returns how many.
 
     ``polynomials`` are those of `law_polynomials`, about (cx, cy) over ``size``, or nothing; one
-    is added to the second. ``room`` of shape (3, TERMS) is for temporary use.
+    is added to the second. ``room``, three arrays of TERMS, is for temporary use.
     """
     ux, uy = bx - ax, by - ay
     length = np.sqrt(ux * ux + uy * uy)
     if length == 0.0:
         return count
     ux, uy = ux / length, uy / length
-    sides[count, :5] = ax, ay, ux, uy, length
-    sides[count, 5:] = 0.0
+    sides[count, 0], sides[count, 1] = ax, ay
+    sides[count, 2], sides[count, 3], sides[count, 4] = ux, uy, length
+    for k in range(5, KNOWN):
+        sides[count, k] = 0.0
     sides[count, FIRST] = 1.0
     if polynomials.shape[0] > 0:
         x, y, u, v = (ax - cx) / size, (ay - cy) / size, ux / size, uy / size
-        _put_values(polynomials, x, y, u, v, room, sides[count])
-        _put_lower(polynomials[TERMS:], x, y, u, v, sides[count])
+        _put_values(polynomials, x, y, u, v, room, sides, count)
+        _put_lower(polynomials, x, y, u, v, sides, count)
     return count + 1
 
 
 @compiled
-def _put_values(terms, x, y, u, v, room, side):
+def _put_values(terms, x, y, u, v, room, sides, s):
     """Put those of the first polynomial on a side from (x, y) by (u, v)."""
     own, powers, p = room
-    own[:] = terms[:TERMS]
+    for k in range(TERMS):
+        own[k] = terms[k]
     for j in range(DEGREE):
         for first in range(DEGREE - j):
             for i in range(DEGREE - j - 1, first - 1, -1):
@@ -84,34 +87,33 @@ def _put_values(terms, x, y, u, v, room, side):
                 p[begin + k] = v * p[begin + k - 1] - u * p[begin + k] + term * powers[at + k]
             p[begin] = term * powers[at] - u * p[begin]
     for i in range(5):
-        side[VALUE + i] = p[STARTS[i] + i]
+        sides[s, VALUE + i] = p[STARTS[i] + i]
     for i in range(4):
-        side[NORMAL + i] = p[STARTS[i + 1] + i]
+        sides[s, NORMAL + i] = p[STARTS[i + 1] + i]
     for i in range(3):
         second = (i + 2) * (i + 1) * p[STARTS[i + 2] + i + 2] + 2 * p[STARTS[i + 2] + i]
-        side[SECOND + i] = second / 3
+        sides[s, SECOND + i] = second / 3
     for i in range(2):
         third = (i + 2) * (i + 1) * p[STARTS[i + 3] + i + 2] + 6 * p[STARTS[i + 3] + i]
-        side[THIRD + i] = third / 9
-    side[FOURTH] = (24 * (p[STARTS[4]] + p[STARTS[4] + 4]) + 8 * p[STARTS[4] + 2]) / 45
+        sides[s, THIRD + i] = third / 9
+    fourth = 24 * (p[STARTS[4]] + p[STARTS[4] + 4]) + 8 * p[STARTS[4] + 2]
+    sides[s, FOURTH] = fourth / 45
 
 
 @compiled
-def _put_lower(terms, x, y, u, v, side):
+def _put_lower(terms, x, y, u, v, sides, s):
     """Put those of the second polynomial."""
-    one, gx, gy, xx, xy, yy = terms
-    side[FIRST] = 1 + one + x * (gx + x * xx + y * xy) + y * (gy + y * yy)
+    one, gx, gy = terms[TERMS], terms[TERMS + 1], terms[TERMS + 2]
+    xx, xy, yy = terms[TERMS + 3], terms[TERMS + 4], terms[TERMS + 5]
+    sides[s, FIRST] = 1 + one + x * (gx + x * xx + y * xy) + y * (gy + y * yy)
     gx, gy = gx + 2 * x * xx + y * xy, gy + x * xy + 2 * y * yy
     along, across = gx * u + gy * v, gx * v - gy * u
-    bend = xx * u * u + xy * u * v + yy * v * v
-    turn, side_by_side = (
-        2 * u * v * (xx - yy) + xy * (v * v - u * u),
-        xx * v * v - xy * u * v + yy * u * u,
-    )
-    side[FIRST + 1], side[FIRST + 2] = along, bend
-    side[RISES], side[RISES + 1] = along / 3, 2 * bend / 3
-    side[RISES + 2], side[RISES + 3] = across / 3, turn / 3
-    side[BENDS], side[BENDS + 1] = turn / 9, 2 * side_by_side / 9
+    bend, over = xx * u * u + xy * u * v + yy * v * v, xx * v * v - xy * u * v + yy * u * u
+    turn = 2 * u * v * (xx - yy) + xy * (v * v - u * u)
+    sides[s, FIRST + 1], sides[s, FIRST + 2] = along, bend
+    sides[s, RISES], sides[s, RISES + 1] = along / 3, 2 * bend / 3
+    sides[s, RISES + 2], sides[s, RISES + 3] = across / 3, turn / 3
+    sides[s, BENDS], sides[s, BENDS + 1] = turn / 9, 2 * over / 9
 
 
 @vectorised

@@ -89,8 +89,8 @@ def add_segments(x, begin, end, segments, count, sums):
     room = np.empty((7, WIDTH))
     bits = room.view(np.int64)
     for k in range(count, -(-count // WIDTH) * WIDTH):
-        segments[:, k] = segments[:, 0]
-        segments[5:, k] = 0.0
+        for row in range(ROWS):
+            segments[row, k] = segments[row, 0] if row < 5 else 0.0
     for point in range(begin, end):
         x0, y0 = x[0, point], x[1, point]
         total, across, upward = 0.0, 0.0, 0.0
