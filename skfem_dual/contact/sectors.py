@@ -9,16 +9,15 @@ from ..elements.edge_weights import EdgeWeights
 from ..elements.load_matrix import points_in_pieces
 from ..elements.slopes import second_moments
 
-#: cells over which the weight varies by less than the first factor have no sectors but three
-#: points, those by less than the second have none
-VARIATION, LITTLE = 1.5, 1.15
+#: cells over which the weight varies by less than this factor have no sectors
+VARIATION = 1.5
 #: centroids of a cell and of its load nearer than so much of its size are one, and no direction
 NIL = 1e-6
 
 
 class Sectors(NamedTuple):
     """Parts of cells near the edge: a dual cell has one in each triangle of the mesh, other cells
-    have two along each side; dual cells over which the weight varies less have three.
+    have two along each side; dual cells over which the weight varies little have three.
 
     Attributes
     ----------
@@ -56,8 +55,7 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
         x = np.hstack([x - spread, x + spread])
         cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
     else:
-        inner = weights.weighted & (most > LITTLE * least) & (most <= VARIATION * least)
-        (inner,) = np.nonzero(inner)
+        (inner,) = np.nonzero(weights.weighted & (most <= VARIATION * least))
         x = np.hstack([x, _thirds(weights, inner)])
         cell = np.concatenate([cell, np.tile(inner, 3)])
         total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
