@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from skfem_dual.elements.ribs import rib_integral, rib_integrals
-from skfem_dual.elements.segments import WIDTH, add_segments, put_segment
+from skfem_dual.elements.segments import ROWS, WIDTH, add_segments, put_segment
 
 
 def segment_integral(x, y, ax, ay, bx, by):
@@ -15,10 +15,10 @@ def segment_integral(x, y, ax, ay, bx, by):
 
 
 def sums_over(x, segments):
-    """What `add_segments` makes of segments, each of its ends and its factor."""
-    room, count, sums = np.empty((6, len(segments) + WIDTH)), 0, np.zeros((3, x.shape[1]))
-    for segment in segments:
-        count = put_segment(room, count, *segment)
+    """What `add_segments` makes of segments, each of its ends and its load."""
+    room, count, sums = np.empty((ROWS, len(segments) + WIDTH)), 0, np.zeros((3, x.shape[1]))
+    for *ends, load in segments:
+        count = put_segment(room, count, *ends, load if np.ndim(load) else (load, 0.0, 0.0))
     add_segments(x, 0, x.shape[1], room, count, sums)
     return sums
 

@@ -196,7 +196,7 @@ def test_strips_are_enough():
     x = slopes.weights.partition.centroids
     found = [
         SlopeCorrection.from_slopes(slopes, SOIL, x, strips).apply(slopes.of(1 + x[0]))
-        for strips in (16, 64, 256)
+        for strips in (4, 8, 32)
     ]
     few, many = (np.abs(a - found[2]).max() / np.abs(found[2]).max() for a in found[:2])
     assert few < 1e-2

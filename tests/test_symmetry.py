@@ -110,8 +110,9 @@ def test_blocks_equal_the_full_matrix(plan, edge):
     symmetry, matrix = symmetric(punch)
     assert symmetry.name == name
     D = punch.matrix
-    # rounding of the coordinates, over the size of the cells
-    tol = 1e-12 if plan != "far and turned" else 1e-10
+    # rounding of the coordinates, over the size of the cells; polynomials and strips that stand
+    # for the law of the edge magnify it, most in cells that are long and thin
+    tol = 1e-8 if edge == "singular" else (1e-12 if plan != "far and turned" else 1e-10)
     size = np.abs(D).max()
     for permutation in symmetry.permutations:
         assert np.abs(D[np.ix_(permutation, permutation)] - D).max() < tol * size
@@ -124,7 +125,7 @@ def test_blocks_equal_the_full_matrix(plan, edge):
         assert np.abs(found - expected).max() < tol * np.abs(expected).max()
     assert matrix @ q == pytest.approx(D @ q, abs=tol * np.abs(D @ q).max())
     assert matrix @ q[:, 0] == pytest.approx((matrix @ q)[:, 0], rel=1e-9, abs=1e-13)
-    assert matrix.condition_number == pytest.approx(np.linalg.cond(D), rel=1e-8)
+    assert matrix.condition_number == pytest.approx(np.linalg.cond(D), rel=max(tol, 1e-8))
 
 
 @pytest.mark.parametrize("plan", PLANS)
@@ -240,7 +241,7 @@ def test_stiffness_of_the_punch():
     punch = RigidPunch(SOIL, dual(quarters()))
     _, matrix = symmetric(punch)
     found = punch.resultants @ matrix.factors.solve(punch.planes(punch.collocation_points).T)
-    assert found == pytest.approx(punch.stiffness(), abs=1e-13)
+    assert found == pytest.approx(punch.stiffness(), abs=1e-11)
 
 
 def test_contact_that_is_found():

@@ -33,6 +33,7 @@ from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from .graded_rule import graded
 from .law_moments import Factors, Triangles, law_moments
+from .law_polynomials import law_polynomials
 from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
@@ -269,6 +270,11 @@ class EdgeWeights:
         `law_moments`."""
         centroids = self.partition.centroids
         return readonly(law_moments(self.triangles, centroids, self.cells, DEGREE))
+
+    @computed_once
+    def polynomials(self) -> ndarray:
+        """Those that stand for ``w / mean(w) - 1`` in weighted cells, see `law_polynomials`."""
+        return readonly(law_polynomials(self.partition.polygons, self.moments, self.cells))
 
     @computed_once
     def centroids(self) -> ndarray:

@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
-from .edge_correction import NearSums
+from .near_sums import NearSums
 from .slopes import Slopes
 
 #: points are in the middle of a dipole, and take nothing from it, up to this part of the square of

@@ -17,8 +17,8 @@ from ..kernels.compiled import compiled, inputs, vectorised
 from .nearby import in_circles
 from .ribs import FAR, atanh_series
 
-#: segments that are looked at together
-WIDTH = 32
+#: segments that are looked at together, and what is known of each
+WIDTH, ROWS = 32, 8
 #: logarithm of 2, and the square root of 1/2 as an integer of the same bits
 LOG2, ROOT_HALF = float(np.log(2.0)), int(np.sqrt(0.5).view(np.int64))
 
@@ -50,19 +50,21 @@ class Pairs(NamedTuple):
 
 
 @compiled
-def put_segment(segments, count, ax, ay, bx, by, factor):
+def put_segment(segments, count, ax, ay, bx, by, load):
     """Put a segment behind ``count`` others, unless it is a point; returns how many there are.
 
-    ``segments`` of shape (6, k) has the begin of each, the unit vector to its end, its length and
-    its factor; there is room for `WIDTH` more than are put.
+    ``segments`` of shape (ROWS, k) has the begin of each, the unit vector to its end, its length
+    and its ``load``: by how much that on its left is more than on its right where it begins, and
+    by how much that grows along x and y. There is room for `WIDTH` more than are put.
     """
     lx, ly = bx - ax, by - ay
     length = np.sqrt(lx * lx + ly * ly)
-    if length == 0.0 or factor == 0.0:
+    if length == 0.0:
         return count
     segments[0, count], segments[1, count] = ax, ay
     segments[2, count], segments[3, count] = lx / length, ly / length
-    segments[4, count], segments[5, count] = length, factor
+    segments[4, count] = length
+    segments[5, count], segments[6, count], segments[7, count] = load
     return count + 1
 
 
@@ -76,18 +78,19 @@ def add_segments(x, begin, end, segments, count, sums):
         Points.
     begin, end : int
         Those that are meant.
-    segments : (6, k) array of float
+    segments : (ROWS, k) array of float
         See `put_segment`. The polygon is on their left.
     count : int
         Number of segments.
     sums : (3, m) array of float
-        Integrals of 1 / r, and of both components of the unit vectors from the points.
+        Integrals of the loads over r, and times both components of the unit vectors from the
+        points.
     """
-    room = np.empty((6, WIDTH))
+    room = np.empty((7, WIDTH))
     bits = room.view(np.int64)
     for k in range(count, -(-count // WIDTH) * WIDTH):
-        segments[:, k] = segments[:, 0]
-        segments[5, k] = 0.0
+        for row in range(ROWS):
+            segments[row, k] = segments[row, 0] if row < 5 else 0.0
     for point in range(begin, end):
         x0, y0 = x[0, point], x[1, point]
         total, across, upward = 0.0, 0.0, 0.0
@@ -107,22 +110,28 @@ def add_segments(x, begin, end, segments, count, sums):
                 below = u1 if t1 >= 0 else (u2 if t2 <= 0 else h * h)
                 room[0, i] = 1.0 if on_line else above / below
                 room[1, i], room[2, i], room[3, i] = h, t2 * d2 - t1 * d1, d1 + d2
+                room[6, i] = (d2 * d2 * d2 - d1 * d1 * d1) / 3
             # no logarithm of several numbers is known: that of 2^k m is k log(2) + log(m)
             for i in range(WIDTH):
                 power = (bits[0, i] - ROOT_HALF) >> 52
                 bits[4, i] = bits[0, i] - (power << 52)
                 room[5, i] = power
             for i in range(WIDTH):
-                m, h, together = room[4, i], room[1, i], room[3, i]
-                length, factor = segments[4, first + i], segments[5, first + i]
+                m, h, together, k = room[4, i], room[1, i], room[3, i], first + i
+                ux, uy, length = segments[2, k], segments[3, k], segments[4, k]
                 near = together <= FAR * length
                 q = (m - 1 if near else length) / (m + 1 if near else together)
                 log2 = room[5, i] * LOG2 if near else 0.0
                 value = h * (log2 + 2 * q * atanh_series(q * q))
-                along = 0.5 * factor * (room[2, i] + h * value)
-                total += factor * value
-                across += segments[3, first + i] * along
-                upward -= segments[2, first + i] * along
+                along = 0.5 * (room[2, i] + h * value)
+                # the load in the line of the point, and its growth across the segment
+                gx, gy = segments[6, k], segments[7, k]
+                here = segments[5, k] + gx * (x0 - segments[0, k]) + gy * (y0 - segments[1, k])
+                rise = gx * uy - gy * ux
+                total += here * value + rise * along
+                outward, forward = (here + rise * h) * along, rise * room[6, i]
+                across += uy * outward + ux * forward - gx * h * along / 3
+                upward += uy * forward - ux * outward - gy * h * along / 3
         sums[0, point] += total
         sums[1, point] += across
         sums[2, point] += upward

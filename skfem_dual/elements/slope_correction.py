@@ -20,8 +20,9 @@ from ..ground.hankel import SquareTable, square_value
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
-from .edge_correction import STRIPS, NearSums
+from .law_strips import STRIPS
 from .near_slopes import AT_REST, NearSlopes
+from .near_sums import NearSums
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once

@@ -7,10 +7,11 @@ from itertools import chain
 import numpy as np
 from numpy import ndarray
 
-from ..elements.edge_correction import IN_STRIPS, EdgeCorrection, NearSums
+from ..elements.edge_correction import IN_STRIPS, EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix, surface_displacement
 from ..elements.near import NearField
+from ..elements.near_sums import NearSums
 from ..elements.slope_correction import EXACT_RADII, SlopeCorrection
 from ..elements.slopes import Slopes
 from ..grids.partition import Partition

@@ -1,0 +1,126 @@
+"""Laws of the edge over cells as polynomials, for what they settle nearby.
+
+Where the law varies over a cell by a factor of up to three, the polynomial with the same moments
+stands for it: what it settles is known by the sides of the cell alone, see `polygon_sums`.
+"""
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.polygons import Polygons
+from ..kernels.compiled import compiled, inputs, vectorised
+from .graded_rule import gauss
+
+#: degree of the polynomial for the settlement, and of that for the first moments of the law
+DEGREE, LOWER = 4, 2
+#: number of their coefficients, of x^i y^j: those of one degree together, by ascending j
+TERMS, LOWER_TERMS = (DEGREE + 1) * (DEGREE + 2) // 2, (LOWER + 1) * (LOWER + 2) // 2
+#: a monomial is left out if only so much of its square is not that of those before it: in slivers
+NIL = 1e-13
+
+
+def law_polynomials(polygons: Polygons, moments: ndarray, cells: ndarray) -> ndarray:
+    """Polynomials whose moments over some cells are given ones, as far as their degrees go.
+
+    Parameters
+    ----------
+    polygons : Polygons
+        All cells.
+    moments : (DEGREE + 1, DEGREE + 1, k) array of float
+        Integrals of ``x^i y^j / (i! j!)`` times a law about the centroids of the cells.
+    cells : (k,) array of int
+        The cells.
+
+    Returns
+    -------
+    (k, TERMS + LOWER_TERMS) array of float
+        Coefficients of both polynomials in the coordinates from the centroid over the root of
+        the area.
+    """
+    out = np.empty((len(cells), TERMS + LOWER_TERMS))
+    outlines = polygons.p, polygons.indices, polygons.offsets
+    size = np.sqrt(polygons.areas)
+    given = inputs(cells, *outlines, polygons.centroids, size, moments, *gauss(DEGREE + 1))
+    _fit(*given, out)
+    return out
+
+
+@vectorised
+def _fit(cells, p, indices, offsets, centroids, size, moments, gauss, along, out):
+    top = 2 * DEGREE + 1
+    own, gram, value = np.empty((top, top)), np.empty((TERMS, TERMS)), np.empty(TERMS)
+    for cell in range(cells.shape[0]):
+        j = cells[cell]
+        own[:] = 0.0
+        scale, cx, cy = 1 / size[j], centroids[0, j], centroids[1, j]
+        last = indices[offsets[j + 1] - 1]
+        vx, vy = scale * (p[0, last] - cx), scale * (p[1, last] - cy)
+        for at in range(offsets[j], offsets[j + 1]):
+            wx, wy = scale * (p[0, indices[at]] - cx), scale * (p[1, indices[at]] - cy)
+            cross = vx * wy - vy * wx
+            for g in range(gauss.shape[0]):
+                x, y = vx + gauss[g] * (wx - vx), vy + gauss[g] * (wy - vy)
+                power = along[g] * cross
+                for a in range(top):
+                    monomial = power
+                    for b in range(top - a):
+                        own[a, b] += monomial
+                        monomial *= y
+                    power *= x
+            vx, vy = wx, wy
+        _products(own, gram)
+        row = 0
+        for degree in range(DEGREE + 1):
+            for b in range(degree + 1):
+                value[row] = moments[degree - b, b, cell] * scale ** (degree + 2)
+                for k in range(2, max(degree - b, b) + 1):
+                    value[row] *= (k if k <= b else 1) * (k if k <= degree - b else 1)
+                row += 1
+        _factorise(gram, value)
+        _substitute(gram, value, out[cell, :TERMS])
+        _substitute(gram, value, out[cell, TERMS:])
+
+
+@compiled
+def _products(own, gram):
+    """Integrals of products of monomials, from those along the sides."""
+    row = 0
+    for degree in range(DEGREE + 1):
+        for b in range(degree + 1):
+            column = 0
+            for other in range(degree + 1):
+                for d in range(other + 1):
+                    whole = own[degree - b + other - d, b + d]
+                    gram[row, column] = whole / (degree + other + 2)
+                    column += 1
+            row += 1
+
+
+@compiled
+def _factorise(matrix, value):
+    """Cholesky's factor in place, and the solution with it in ``value``."""
+    n = value.shape[0]
+    for i in range(n):
+        for j in range(i):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = total * matrix[j, j]
+        rest = matrix[i, i]
+        for k in range(i):
+            rest -= matrix[i, k] * matrix[i, k]
+            value[i] -= matrix[i, k] * value[k]
+        # the inverse of the diagonal, zero where the monomial is left out
+        matrix[i, i] = 1 / np.sqrt(rest) if rest > NIL * matrix[i, i] else 0.0
+        value[i] *= matrix[i, i]
+
+
+@compiled
+def _substitute(factor, value, out):
+    """The solution by the transposed factor, of as many rows as ``out`` has."""
+    n = out.shape[0]
+    out[:] = value[:n]
+    for i in range(n - 1, -1, -1):
+        out[i] *= factor[i, i]
+        for k in range(i):
+            out[k] -= factor[i, k] * out[i]
