@@ -147,6 +147,7 @@ LAYERS = [
         "contact.contact_line",
         "contact.planes",
         "contact.region",
+        "contact.edges",
         "contact.footprint",
         "contact.many",
         "contact.body",
