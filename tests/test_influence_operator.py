@@ -249,6 +249,14 @@ def test_other_points_take_what_is_known_of_the_cells(name):
         )
 
 
+def test_vectors_one_by_one(monkeypatch):
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], 1e-6, "fast")
+    q = np.random.default_rng(0).random((len(operator.partition), 3))
+    together = operator @ q
+    monkeypatch.setattr(attempts, "ONE_BY_ONE", 100)
+    assert operator @ q == pytest.approx(together, rel=1e-13)
+
+
 def test_the_whole_way_is_refused_where_its_memory_is_missing(monkeypatch):
     punch = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(6)).basis(), rtol=1e-6)
     n = len(punch.partition)

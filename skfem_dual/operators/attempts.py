@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import cast
 
+import numpy as np
 from numpy import ndarray
 
 from ..errors import ConvergenceError
@@ -19,6 +20,8 @@ from .toeplitz import BlockToeplitz
 ROWS = 10.0
 #: tolerance of a first attempt with a remainder beside c / r
 REMAINDER = 0.4
+#: from so many cells on vectors are multiplied one by one: what is between takes less memory
+ONE_BY_ONE = 4_000_000
 #: attempts to reach a tolerance
 ATTEMPTS = 4
 
@@ -111,6 +114,8 @@ def product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> nd
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
+    if q.ndim == 2 and len(q) > ONE_BY_ONE:
+        return np.stack([product(entries, kept, column, rough) for column in q.T], axis=1)
     if entries.slopes is None:
         return entries.summed(kept, q, None, rough)
     return entries.summed(kept, q, entries.slopes.matrix @ q, rough)
