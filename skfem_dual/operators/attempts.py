@@ -14,14 +14,13 @@ from ..ground.periodic import PeriodicGround
 from .dense import moment_matrix
 from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
+from .resources import ONE_BY_ONE
 from .toeplitz import BlockToeplitz
 
 #: the error of sampled rows in the 2-norm may be so many times the tolerance
 ROWS = 10.0
 #: tolerance of a first attempt with a remainder beside c / r
 REMAINDER = 0.4
-#: from so many cells on vectors are multiplied one by one: what is between takes less memory
-ONE_BY_ONE = 4_000_000
 #: attempts to reach a tolerance
 ATTEMPTS = 4
 

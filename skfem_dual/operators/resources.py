@@ -11,10 +11,13 @@ from .fmm.summation import SINGLE, order_for
 
 #: products after which the faster operator is to be ready
 PRODUCTS = 20
-#: bytes a cell takes before its operator, for mesh, dual grid and law of the edge, and after it,
-#: for an approximate inverse and for products and directions of iterations; and what the cells on
-#: the edge of a plan take besides, over the root of the number of all
-BEFORE, AFTER, EDGE = 750.0, 450.0, 2e5
+#: from so many cells on vectors are multiplied one by one: what is between takes less memory
+ONE_BY_ONE = 4_000_000
+#: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; after it, for
+#: an approximate inverse and iterations; and for products of three vectors together
+BEFORE, AFTER, TOGETHER = 700.0, 100.0, 350.0
+#: what the cells on the edge of a plan take besides, over the root of the number of all
+EDGE = 2e5
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,8 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
 def whole(cells: int, rtol: float, layered: bool) -> float:
     """Bytes that fast summations take from a mesh to the answer."""
     operator = estimate("fast", cells, cells, rtol, layered).memory
-    return operator + (BEFORE + AFTER) * cells + EDGE * cells**0.5
+    each = BEFORE + AFTER + (TOGETHER if cells <= ONE_BY_ONE else 0.0)
+    return operator + each * cells + EDGE * cells**0.5
 
 
 def require_memory(cells: int, rtol: float, layered: bool) -> None:
