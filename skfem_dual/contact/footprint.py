@@ -283,16 +283,6 @@ class Footprint(LoadedCells):
         return fan if self.weights is None else fan.with_cells_of(self.weights.fan)
 
     @computed_once
-    def root(self) -> ndarray:
-        """Square root of phi at the points of the fan, its greatest value away from the edge."""
-        if self.weights is None:
-            return np.ones(self.fan.p.shape[1])
-        own = self.weights.root
-        root = np.full(self.fan.p.shape[1], own.max())
-        root[Fan.from_basis(self.basis).numbers_of(self.weights.fan)] = own
-        return root
-
-    @computed_once
     def triangles(self) -> PlanTriangles:
         """Triangles on which regions of contact are drawn."""
         return PlanTriangles.of(self.partition, nodal_mesh(self.basis), self.weights)
@@ -360,7 +350,7 @@ class Footprint(LoadedCells):
         cell = self.fan.cell[triangle[inside]]
         if self.weights is None:
             return inside, cell, np.ones(len(cell))
-        phi = self.root[self.fan.t[:, triangle[inside]]] ** 2
+        phi = self.weights.root[self.fan.t[:, triangle[inside]]] ** 2
         phi = np.sum(self.fan.coordinates(triangle[inside], x[:, inside]) * phi, axis=0)
         phi[phi < 1e-12 * self.weights.root.max() ** 2] = 0.0  # on the edge but for rounding
         return inside, cell, self.weights.relative(cell, np.sqrt(phi))

@@ -256,8 +256,8 @@ class CellPressures:
             mesh, on_dual = nodal_mesh(basis), self.footprint.on_dual_cells
             nodes = np.arange(len(pressure)) if on_dual else mesh.t
             cells = np.broadcast_to(np.arange(len(pressure)), nodes.shape)
-            root = self.footprint.root[nodes]
-            inner = (root > 1e-9 * root.max()) | (self.line is not None)
+            root = weights.root[nodes]
+            inner = (root > 1e-9 * weights.root.max()) | (self.line is not None)
             inside = self._over_law(cells, mesh.p[:, nodes])
             pressure = np.where(inner, weights.relative(cells, root) * inside, pressure)
         nodal, values = nodal_values(basis, pressure)

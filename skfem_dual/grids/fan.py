@@ -1,6 +1,6 @@
 """Cells of a partition cut into triangles, on which fields inside the cells live."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
@@ -29,32 +29,21 @@ class Fan:
     part : (m,) array of int
         Of dual cells the element of the mesh in which each triangle lies; around the middle of an
         element that, and the number of elements for each side before the triangle's own.
-    numbers : (npoints,) array of int, optional
-        Of some cells: numbers of the points in the fan of all cells, -1 of new points.
     """
 
     p: ndarray
     t: ndarray
     cell: ndarray
     part: ndarray
-    numbers: ndarray | None = None
 
     @classmethod
     def from_basis(cls, basis: CellBasis, cells: ndarray | None = None) -> "Fan":
-        """Of a basis that is a partition, see `Partition.from_basis`; of ``cells`` only, with
-        their points."""
+        """Of a basis that is a partition, see `Partition.from_basis`; of ``cells`` only."""
         if not isinstance(basis, CellwiseBasis):
-            fan = cls.from_mesh(basis.mesh, cells)
-        elif basis.grid == "dual":
-            fan = cls.from_dual(basis.dual, cells)
-        else:
-            fan = cls.from_mesh(basis.dual.mesh, cells)
-        if cells is None:
-            return fan
-        number = np.empty(fan.p.shape[1], dtype=np.int32)
-        number[fan.used] = np.arange(len(fan.used))
-        points = {"p": readonly(fan.p[:, fan.used]), "numbers": fan.used}
-        return replace(fan, t=readonly(number[fan.t]), **points)
+            return cls.from_mesh(basis.mesh, cells)
+        if basis.grid == "dual":
+            return cls.from_dual(basis.dual, cells)
+        return cls.from_mesh(basis.dual.mesh, cells)
 
     @classmethod
     def from_dual(cls, dual: DualMesh, cells: ndarray | None = None) -> "Fan":
@@ -132,10 +121,7 @@ class Fan:
         parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
         t = np.hstack([self.t[:, whole], *map(np.array, parts)])
         of = np.concatenate([whole, *[beside[quarters]] * 4, beside[half], beside[half]])
-        fan, numbers = Fan._by_cell(p, t, self.cell[of], self.part[of]), self.numbers
-        if numbers is not None:
-            numbers = readonly(np.append(numbers, np.full(len(cut), -1)))
-        return replace(fan, numbers=numbers)
+        return Fan._by_cell(p, t, self.cell[of], self.part[of])
 
     def cut_at_zero(self, values: ndarray) -> tuple["Fan", ndarray]:
         """With triangles cut where a function is zero that is given at the points and linear in
@@ -160,19 +146,10 @@ class Fan:
     def with_cells_of(self, other: "Fan") -> "Fan":
         """With the triangles of another fan in the cells that it has: one of the same cells, or of
         some of them, with triangles cut."""
-        own, number = np.nonzero(~np.isin(self.cell, other.cell))[0], self.numbers_of(other)
-        p = np.hstack([self.p, other.p[:, number >= self.p.shape[1]]])
-        t = np.hstack([self.t[:, own], number[other.t]])
+        own = np.nonzero(~np.isin(self.cell, other.cell))[0]
+        t = np.hstack([self.t[:, own], other.t])
         cell, part = np.append(self.cell[own], other.cell), np.append(self.part[own], other.part)
-        return Fan._sorted(p, t, cell, part)
-
-    def numbers_of(self, other: "Fan") -> ndarray:
-        """Numbers of the points of a fan of the same cells, or of some of them; those of new
-        points follow the others."""
-        if other.numbers is None:
-            return np.arange(other.p.shape[1])
-        new = other.numbers < 0
-        return np.where(new, self.p.shape[1] + np.cumsum(new) - 1, other.numbers)
+        return Fan._sorted(other.p, t, cell, part)
 
     @computed_once
     def areas(self) -> ndarray:
