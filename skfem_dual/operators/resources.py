@@ -15,7 +15,7 @@ PRODUCTS = 20
 ONE_BY_ONE = 4_000_000
 #: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; after it, for
 #: an approximate inverse and iterations; and for products of three vectors together
-BEFORE, AFTER, TOGETHER = 700.0, 100.0, 350.0
+BEFORE, AFTER, TOGETHER = 850.0, 100.0, 350.0
 #: what the cells on the edge of a plan take besides, over the root of the number of all
 EDGE = 2e5
 
