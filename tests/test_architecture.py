@@ -25,6 +25,7 @@ LAYERS = [
         "grids.polygons",
         "grids.planar",
         "grids.corners",
+        "grids.facets",
         "grids.report",
         "grids.quality",
         "grids.checks",
@@ -35,6 +36,7 @@ LAYERS = [
         "grids.cellwise",
         "grids.fan",
         "grids.outline",
+        "grids.nearest",
         "grids.lines",
         "grids.refinement",
         "grids.general",
@@ -98,6 +100,7 @@ LAYERS = [
         "elements.curvature",
         "elements.near_slopes",
         "elements.slope_correction",
+        "elements.crossed_loads",
         "elements.crossed",
         "elements.point_values",
         "elements.transfer",
@@ -144,8 +147,8 @@ LAYERS = [
         "contact.unilateral",
         "contact.positions",
         "contact.system",
-        "contact.contact_line",
         "contact.planes",
+        "contact.contact_line",
         "contact.region",
         "contact.edges",
         "contact.footprint",
@@ -165,6 +168,7 @@ LAYERS = [
         "contact.bearing",
         "contact.bounds",
         "contact.solution",
+        "contact.together",
         "contact.cases_solution",
         "contact.rigid",
         "contact.cases",
@@ -342,13 +346,13 @@ def test_exact_solutions_share_nothing_with_what_they_judge():
 
 
 def test_import_without_optional_packages():
-    """The package imports with meshio, pyvista and matplotlib blocked, and parts of scipy that
-    take long are imported where they are used."""
+    """Package and command line import with meshio, pyvista and matplotlib blocked, and parts of
+    scipy that take long are imported where they are used."""
     code = (
         "import sys\n"
         "for name in 'meshio pyvista vtk vtkmodules matplotlib shapely ezdxf'.split():\n"
         "    sys.modules[name] = None\n"
-        "import skfem_dual\n"
+        "import skfem_dual.cli\n"
         "late = 'scipy.optimize', 'scipy.interpolate', 'scipy.integrate'\n"
         "print([name for name in late if name in sys.modules])\n"
         "from skfem import MeshTri\n"

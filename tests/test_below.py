@@ -118,14 +118,14 @@ def test_neighbours_on_layers():
 def test_depths_of_any_size_together(ground):
     """The same as alone; far below as on the ground that is there."""
     solution = RigidPunch(ground, BASIS).solve(1.0)
-    x = np.array([[0.2, 0.2, 0.2, 0.2], [0.1, 0.1, 0.1, 0.1], [1e-3, 1.0, 1e2, 1e4]])
+    x = np.array([[0.2, 0.2, 0.2], [0.1, 0.1, 0.1], [1e-3, 1.0, 1e4]])
     together = displacement_below(solution, x)[2]
-    alone = [displacement_below(solution, x[:, i : i + 1])[2, 0] for i in range(4)]
+    alone = [displacement_below(solution, x[:, i : i + 1])[2, 0] for i in range(3)]
     # of 1e4 times more near the surface
     assert together == pytest.approx(alone, rel=1e-5, abs=1e-9)
     if ground is CRUST:
         far = (2 * (1 - 0.45) + 1) * 1.45 / (2 * np.pi * 1e4)
-        assert alone[3] == pytest.approx(far, rel=1e-3)
+        assert alone[2] == pytest.approx(far, rel=1e-3)
     with pytest.raises(ValueError, match=r"distances and depths up to .*, got 1e\+30.*Remedy"):
         displacement_below(solution, [[0.0], [0.0], [1e30]])
     assert stress_below(solution, np.empty((3, 0))).tensor.shape == (3, 3, 0)

@@ -79,7 +79,7 @@ def test_origin_and_moments(capsys):
 
 
 def test_what_is_not_reached_is_told(capsys):
-    options = ["--force", "1", "--accuracy", "1e-5", "--time-limit", "0.01"]
+    options = ["--force", "1", "--accuracy", "1e-5", "--time-limit", "1"]
     code, out, err = run(capsys, "solve", "--corners", CORNERS, *GROUND, *options)
     assert code == 4
     assert "NOT REACHED" in rows(out)["Accuracy"]

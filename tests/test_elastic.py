@@ -130,7 +130,7 @@ def ring(r, n=48):
 
 
 @pytest.mark.parametrize(
-    ("K", "cells"), [(0.001, 600), (0.01, 150), (0.1, 150), (1, 150), (10, 150), (1000, 150)]
+    ("K", "cells"), [(0.001, 400), (0.01, 150), (0.1, 150), (1, 150), (10, 150), (1000, 150)]
 )
 def test_brown(K, cells):
     """Circle under a uniform load; the edge by default is the better one at every stiffness.
@@ -216,7 +216,7 @@ def soft_block(n, edge):
     return f @ s.displacement - 3 / 0.5
 
 
-@pytest.mark.parametrize("n", [4, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [3, pytest.param(8, marks=pytest.mark.slow)])
 def test_soft_tall_block_converges(n):
     """Both laws at the edge lead to one settlement, from either side and faster than h."""
     coarse, fine = ([soft_block(k, edge) for edge in ("singular", "constant")] for k in (n, 2 * n))

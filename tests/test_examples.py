@@ -593,23 +593,23 @@ SMALL = {
     "ex14_effectivity": {"n": 120, "reference": 250, "repeat": 1, "every": 5},
     "ex18_table2": {"seeds": 10},
     "ex20_edge_convergence": {"sizes": (60, 150, 350)},
-    "ex22_pressure_bulbs": {"n": 50},
+    "ex22_pressure_bulbs": {"n": 24},
     "ex23_adaptive": {"most": 700},
     "ex24_kern_and_overturning": {"n": 300, "steps": 10},
     "ex25_hertz_and_cone": {"cells": (125, 500), "refinements": 2},
     "ex26_neighbours": {"n": 150, "distances": (0.05, 0.2, 1.0, 16.0)},
     "ex27_any_outline": {"sizes": (120, 300)},
     "ex28_layered_ground": {
-        "n": 200,
+        "n": 100,
         "circles": ("layer of a bonded to rock", "layer of a on E0 / 10"),
     },
     "ex29_flexible_raft": {"n": 150, "ratios": (1e-3, 1e3)},
     "ex30_beside_finite_elements": {"n": 8},
     "ex31_million_cells": {"heights": 64},
-    "ex32_raft_lifting_off": {"n": 250},
+    "ex32_raft_lifting_off": {"n": 180},
     "ex34_retaining_wall": {"n": 4},
     "ex35_frame_on_footings": {"n": 4, "girders": (0.0, 1e9, 1e11)},
-    "ex36_wind_turbine": {"n": 120},
+    "ex36_wind_turbine": {"n": 50},
 }
 
 

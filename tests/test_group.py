@@ -260,6 +260,11 @@ def test_bad_groups():
     for joined in ([(0, 1), (1, 0)], [(0, 2)]):
         with pytest.raises(ValueError, match="numbers of punches from 0 to 1, each once"):
             RigidPunches(pair(3.0).punches, joined)
+    for names in (["left"], ["left", "left"]):
+        with pytest.raises(ValueError, match="expected 2 names that differ"):
+            RigidPunches(pair(3.0).punches, names=names)
+    with pytest.raises(ValueError, match="got punches left, right that do"):
+        RigidPunches([punch(disc(1))] * 2, names=["left", "right"])
     with pytest.raises(ValueError, match="names of subdomains"):
         RigidPunches.from_subdomains(UNIT, disc(1))
     mesh = disc(1).with_subdomains({"all": np.arange(4)})
@@ -278,6 +283,15 @@ def test_bad_groups():
 def test_bad_loads(loads, message):
     with pytest.raises(ValueError, match=message):
         pair(3.0).solve(loads)
+
+
+def test_errors_name_bodies():
+    three = [punch(disc(1).translated((x, 0)), origin=(x, 0)) for x in (-3.0, 0.0, 3.0)]
+    group = RigidPunches(three, joined=[(0, 2)], names=["left", "middle", "right"])
+    with pytest.raises(ValueError, match=r"body middle: expected a positive force"):
+        group.solve([{"force": 1.0}, {"force": 0.0}])
+    with pytest.raises(ValueError, match=r"body left\+right: expected a positive force"):
+        group.solve([{"force": 0.0}, {"force": 1.0}])
 
 
 def column(p, q, stiffness, m):

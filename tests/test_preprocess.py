@@ -12,6 +12,7 @@ from skfem.generic_utils import OrientedBoundary
 
 from skfem_dual import DualMesh, check_mesh
 from skfem_dual.errors import ConvergenceWarning, MeshError
+from skfem_dual.grids import generate, relocation
 from skfem_dual.grids.checks import triangulation_conditions
 from skfem_dual.grids.corners import Corners, signed_areas
 from skfem_dual.grids.flips import flipped
@@ -120,6 +121,20 @@ def test_means(mesh):
     means = np.stack([np.bincount(ends, x[others]) for x in moved.p]) / np.bincount(ends)
     inner = mesh.interior_nodes()
     assert moved.p[:, inner] == pytest.approx(means[:, inner], abs=1e-13)
+
+
+@pytest.mark.parametrize("banded", [0, relocation.BANDED])
+def test_means_by_banded_and_by_sparse_factors(banded, monkeypatch):
+    monkeypatch.setattr(relocation, "BANDED", banded)
+    mesh = generate.polygon(
+        [(0, 0), (5, 0), (5, 1), (0, 1)], [[(1, 0.3), (2, 0.3), (1, 0.8)]], n=700
+    )
+    free = np.ones(mesh.p.shape[1], dtype=bool)
+    free[mesh.boundary_nodes()] = False
+    shaken = mesh.p + np.where(free, 0.003 * np.random.default_rng(0).normal(size=mesh.p.shape), 0)
+    p, _, failure = relocation.to_means(MeshTri(shaken, mesh.t), free, 0.0, 3, lambda *_: None)
+    assert not failure
+    assert p == pytest.approx(mesh.p, abs=1e-13)  # whose inner nodes are at the means
 
 
 def test_centroids_of_cells(mesh):

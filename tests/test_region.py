@@ -190,7 +190,7 @@ def test_white_noise(grid, monkeypatch):
         near = punch.solve(force).contact_area
         monkeypatch.undo()
         # the same but for corners of triangles, which are looked at with one of theirs
-        assert near == pytest.approx(found.contact_area, rel=0.03)
+        assert near == pytest.approx(found.contact_area, rel=0.04)
 
 
 def test_rough_surfaces():

@@ -81,7 +81,7 @@ def test_entries_of_weighted_cells_equal_quadrature(name, ground):
     weights = EdgeWeights.from_basis(BASES[name], partition, edge_ribs(partition))
     x = np.array([[0.31, 1.2, -3.5, 40.0], [0.17, 0.4, 1.0, 3.0]])
     pieces = Pieces.from_partition(partition, weights)
-    some = np.arange(len(partition))[:: max(1, len(pieces.density) // 60)]
+    some = np.arange(len(partition))[:: max(1, len(pieces.density) // 20)]
     ends = np.append(pieces.first, len(pieces.density))
 
     def rest(cell, xi):
@@ -101,30 +101,30 @@ def test_entries_of_weighted_cells_equal_quadrature(name, ground):
 
 @pytest.mark.parametrize("name", GROUNDS)
 @pytest.mark.parametrize("kind", ["dual", "triangles", "structured"])
-@pytest.mark.parametrize("angle", [0.3, 1.234, np.pi / 4, 2.9])
-def test_rotated_plans_have_the_same_matrix(name, kind, angle):
+def test_rotated_plans_have_the_same_matrix(name, kind):
     """Some cells lie just where one rule takes over from another."""
-    c, s = np.cos(angle), np.sin(angle)
 
-    def basis(turn):
+    def turned(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, -s], [s, c]])
         if kind == "structured":
             line = np.linspace(-1, 1, 17)
             mesh = MeshQuad.init_tensor(line, line)
-            return CellBasis(MeshQuad(turn @ mesh.p, mesh.t), ElementQuad0())
-        mesh = rectangle(12)
-        mesh = MeshTri(turn @ mesh.p, mesh.t)
-        return DualMesh.from_mesh(mesh).basis() if kind == "dual" else CellBasis(mesh, TRIANGLES)
+            basis = CellBasis(MeshQuad(turn @ mesh.p, mesh.t), ElementQuad0())
+        else:
+            mesh = rectangle(12)
+            mesh = MeshTri(turn @ mesh.p, mesh.t)
+            dual = kind == "dual"
+            basis = DualMesh.from_mesh(mesh).basis() if dual else CellBasis(mesh, TRIANGLES)
+        punch = RigidPunch(GROUNDS[name], basis)
+        return punch.matrix, punch.solve(1.0, at=tuple(turn @ [0.3, 0.1]))
 
-    turns = np.eye(2), np.array([[c, -s], [s, c]])
-    punches = [RigidPunch(GROUNDS[name], basis(turn)) for turn in turns]
-    plain, turned = (punch.matrix for punch in punches)
-    assert np.abs(turned - plain).max() < 5e-10 * np.abs(plain).max()
-    load = np.array([0.3, 0.1])
-    first, second = (
-        punch.solve(1.0, at=tuple(turn @ load)) for punch, turn in zip(punches, turns, strict=True)
-    )
-    assert second.settlement == pytest.approx(first.settlement, rel=1e-10)
-    assert second.pressure == pytest.approx(first.pressure, abs=1e-8 * first.pressure.max())
+    plain, first = turned(0.0)
+    for angle in (0.3, np.pi / 4):
+        matrix, second = turned(angle)
+        assert np.abs(matrix - plain).max() < 5e-10 * np.abs(plain).max()
+        assert second.settlement == pytest.approx(first.settlement, rel=1e-10)
+        assert second.pressure == pytest.approx(first.pressure, abs=1e-8 * first.pressure.max())
 
 
 @pytest.mark.parametrize("name", GROUNDS)

@@ -68,7 +68,7 @@ def test_second_moments_are_those_of_the_law(name):
     slopes = slopes_of(BASES[name])
     weights = slopes.weights
     fan = Fan.from_basis(BASES[name])
-    points = points_in_pieces(None, fan, whole(fan, 3), 4)
+    points = points_in_pieces(None, fan, whole(fan, 2), 4)
     near = np.isin(points.cell, weights.fan.cell)
     triangle = weights.fan.locate(points.x[:, near])
     corners = weights.root[weights.fan.t[:, triangle]] ** 2
@@ -81,7 +81,7 @@ def test_second_moments_are_those_of_the_law(name):
             expected = np.bincount(points.cell, load * arm[i] * arm[j])
             # the quadrature does not know the singularity on the edge
             scale = np.abs(slopes.second_moments).max()
-            assert slopes.second_moments[i, j] == pytest.approx(expected, abs=0.08 * scale)
+            assert slopes.second_moments[i, j] == pytest.approx(expected, abs=0.09 * scale)
 
 
 @pytest.mark.parametrize("name", BASES)
@@ -91,7 +91,7 @@ def test_settlements_are_those_of_the_pressure(name, ground):
     punch = RigidPunch(ground, BASES[name])
     law, rng = punch.footprint.slopes, np.random.default_rng(1)
     q = 1 + 0.5 * rng.random(len(punch.partition))
-    x = np.hstack([rng.uniform(-1.1, 1.1, (2, 12)), punch.collocation_points[:, ::60]])
+    x = np.hstack([rng.uniform(-1.1, 1.1, (2, 12))[:, ::2], punch.collocation_points[:, ::120]])
     cells = ground, punch.partition, x, punch.weights
     added = (Entries(*cells, law).matrix() - Entries(*cells).matrix()) @ q
     points = points_in_pieces(punch.weights, punch.fan, whole(punch.fan, 3), 2)

@@ -14,8 +14,9 @@ from skfem_dual import (
     RigidPunch,
 )
 from skfem_dual.contact import line_law
+from skfem_dual.grids.partition import Partition
 from skfem_dual.operators.iterative import solve_many
-from skfem_dual.operators.toeplitz import symbol_on, wave_numbers
+from skfem_dual.operators.toeplitz import FEW, BlockToeplitz, symbol_on, wave_numbers
 
 GROUNDS = {
     "homogeneous": (HalfSpace(2.0, 0.3), 1e-13),
@@ -52,6 +53,16 @@ def test_against_the_exact_matrix(ground):
     expected = matrix @ q
     assert np.abs(operator @ q - expected).max() < tolerance * np.abs(matrix).sum(axis=1).max()
     assert operator.T @ q[:, 0] == pytest.approx(operator @ q[:, 0])
+
+
+@pytest.mark.parametrize("basis", [plan(12, 20, 1), square(14)], ids=["some", "all"])
+def test_few_cells_are_multiplied_by_their_matrix(basis):
+    lattice = Partition.from_basis(basis).lattice
+    assert len(lattice) <= FEW
+    operator = BlockToeplitz.from_substrate(HalfSpace(2.0, 0.3), lattice)
+    q = np.random.default_rng(1).normal(size=(len(lattice), 2))
+    by_transforms = np.stack([operator.convolution @ column for column in q.T], axis=1)
+    assert operator @ q == pytest.approx(by_transforms, abs=1e-13 * np.abs(by_transforms).max())
 
 
 def test_a_row_of_cells_and_a_single_one():

@@ -210,7 +210,7 @@ def solve_cases(
     if len(punches) == 1:
         cases = punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)
         return {"": cases}
-    found = RigidPunches(punches).solve_many(loads, **how)
+    found = RigidPunches(punches, names=[base.name for base in bases]).solve_many(loads, **how)
     return {base.name: cases for base, cases in zip(bases, found, strict=True)}
 
 

@@ -12,7 +12,7 @@ OPTIONS = (
     (r", as by refine_to_contact", ""),
     (r"; the settlement of the ground beside it is solution\.displacement\(x\)", ""),
     (r"method=\"cg\"", "a coarser mesh"),
-    (r"time_limit=", "--time-limit"),
+    (r"time_limit=?", "--time-limit"),
     (r"memory=, or ", ""),
     (r"edge=\"constant\"", "--edge constant"),
     (r"\b(force|at|moments|settlement|tilt|origin|collocation|accuracy|layer)=(?!=)", r"--\1 "),

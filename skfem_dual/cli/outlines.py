@@ -82,8 +82,8 @@ def solve_outline(
 ) -> tuple[DualMesh, Accuracy]:
     """The grid that is fine enough for those of the loads that govern, and how it was chosen."""
     given = tuple(Load(**load) for load in loads)
-    progress = options.progress or is_watched()
-    problem = Problem(plan, ground, given, origin, not options.bilateral, progress)
+    how = not options.bilateral, options.progress or is_watched(), options.time_limit
+    problem = Problem(plan, ground, given, origin, *how)
     accuracy = ACCURACY if options.accuracy is None else options.accuracy
-    found, record = reached(governing(problem), accuracy, options.time_limit)
+    found, record = reached(governing(problem), accuracy)
     return found.solutions[0].punch.basis.dual, record

@@ -6,6 +6,7 @@ depends on its size. What is compared is the largest mean pressure on a circle, 
 """
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy import ndarray
@@ -49,7 +50,13 @@ class Circles:
 
     @classmethod
     def of(cls, footprint: Footprint) -> "Circles":
-        """Circles a fifth as wide as the largest one in the plan."""
+        """Circles a fifth as wide as the largest one in the plan, kept as long as the cells."""
+        if footprint not in _known:
+            _known[footprint] = cls._of(footprint)
+        return _known[footprint]
+
+    @classmethod
+    def _of(cls, footprint: Footprint) -> "Circles":
         partition = footprint.partition
         ribs = edge_ribs(partition)
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
@@ -75,6 +82,9 @@ class Circles:
         """The largest mean pressure on a circle."""
         means = self.means @ solution.pressure + self.rises @ solution.slopes.ravel()
         return float(means.max())
+
+
+_known: WeakKeyDictionary[Footprint, Circles] = WeakKeyDictionary()
 
 
 def _points_of_a_circle() -> tuple[ndarray, ndarray]:

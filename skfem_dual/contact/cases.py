@@ -15,11 +15,13 @@ from ..kernels.limits import threads_for_matrix
 from .cases_solution import CasesSolution
 from .load import Constraints, Load
 from .many import ManyLoads
+from .one_sign import solved_each
 from .problem import Contact
 from .rigid import How, RigidBodies
 from .solution import PunchSolution
 from .system import Method, progress_bars
 from .unilateral import COARSEST
+from .verify import Verification
 
 Cases = Sequence[Any] | Mapping[str, Any]
 
@@ -137,11 +139,43 @@ def _verified(
         pressure = np.column_stack([contact.pressure for contact, _ in found])
         if not np.isfinite(pressure).all():
             raise ConvergenceError("the loads are too large for floating-point numbers")
-        settled = system.matrix @ pressure
-        answers = {}
-        every = zip(imposed.items(), found, settled.T, strict=True)
-        for number, ((k, c), (contact, position), w) in enumerate(every):
-            known = replace(verify, constraints=c)(contact, position, w), position
-            shared = partial(many.flattened, number)
-            answers[k] = problem.contact(c, how, found=known, shared=shared)
-        return answers
+        settled = (system.matrix @ pressure).T
+        answers = [
+            (replace(verify, constraints=c)(*own, w), own[1])
+            for c, own, w in zip(given, found, settled, strict=True)
+        ]
+        if how.unilateral:
+            find = partial(_flattened, problem, many, verify, how)
+            answers = solved_each(problem.cells, answers, find)
+        every = zip(imposed, given, answers, strict=True)
+        return {k: problem.along_lines(c, how, own) for k, c, own in every}
+
+
+def _flattened(
+    problem: RigidBodies,
+    many: ManyLoads,
+    verify: Verification,
+    how: How,
+    some: list[int],
+    flat: ndarray,
+    starts: ndarray,
+) -> list[tuple[Contact, ndarray]]:
+    """Contact and position in the cases with some numbers where some cells are flat, verified."""
+    cells, answers = problem.cells, []
+    found = [many.flattened(i, *known) for i, *known in zip(some, flat, starts, strict=True)]
+    pressure = np.stack(
+        [own[0].pressure if own else np.zeros(len(cells)) for own in found], axis=1
+    )
+    lost = np.where(flat.T, cells.slopes_of(pressure), 0.0)
+    settled = problem.system.matrix @ pressure
+    if cells.sloping is not None:
+        settled = settled - cells.sloping.apply(lost)
+    for i, own, cut, start, w in zip(some, found, flat, starts, settled.T, strict=True):
+        given = many.constraints[i]
+        if own is None:
+            answers.append(problem.flattened(given, cut, start, how))
+            continue
+        system, rows = many.without(cut)[0], cells.flattened_rows(verify.exact, cut)
+        check = replace(verify, constraints=given, system=system, exact=rows)
+        answers.append((check(*own, w), own[1]))
+    return answers

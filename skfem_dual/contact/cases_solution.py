@@ -15,6 +15,7 @@ from .bearing import Circles
 from .footprint import Footprint
 from .load import Load
 from .solution import PunchSolution
+from .together import prepare
 
 #: columns of `CasesSolution.table`
 COLUMNS = (
@@ -121,12 +122,12 @@ class CasesSolution:
     @computed_once
     def settlement(self) -> ndarray:
         """Settlements W0 of the origin, positive into the ground; shape (k,)."""
-        return self._of(lambda s: s.settlement, ())
+        return self._of(lambda s: s.settlement, (), lifting=True)
 
     @computed_once
     def tilt(self) -> ndarray:
         """Inclinations (Lx, Ly); shape (2, k)."""
-        return self._of(lambda s: s.tilt, (2,)).T
+        return self._of(lambda s: s.tilt, (2,), lifting=True).T
 
     @computed_once
     def slope(self) -> ndarray:
@@ -157,7 +158,7 @@ class CasesSolution:
     def contact_share(self) -> ndarray:
         """Parts of the plan's area in contact; shape (k,)."""
         area = self.footprint.partition.areas.sum()
-        return self._of(lambda s: s.contact_area / area, ())
+        return self._of(lambda s: s.contact_area / area, (), lifting=True)
 
     @computed_once
     def sliding(self) -> ndarray:
@@ -170,9 +171,20 @@ class CasesSolution:
 
         return self._of(position, (3,)).T
 
-    def _of(self, quantity: Callable[[PunchSolution], Any], shape: tuple[int, ...]) -> ndarray:
-        nothing = np.full(shape, np.nan)
-        found = [nothing if s is None else quantity(s) for s in self.solutions]
+    @computed_once
+    def _prepared(self) -> tuple[PunchSolution | None, ...]:
+        """The solutions, with what is found in all that lift off together."""
+        prepare([each for each in self.solutions if each is not None])
+        return self.solutions
+
+    def _of(
+        self,
+        quantity: Callable[[PunchSolution], Any],
+        shape: tuple[int, ...],
+        lifting: bool = False,
+    ) -> ndarray:
+        nothing, solutions = np.full(shape, np.nan), self._prepared if lifting else self.solutions
+        found = [nothing if s is None else quantity(s) for s in solutions]
         return readonly(np.array(found, dtype=float).reshape(-1, *shape))
 
     def envelope(self) -> tuple[Extreme, ...]:

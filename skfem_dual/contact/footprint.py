@@ -122,11 +122,13 @@ class LoadedCells:
         return replace(self, slopes=self.slopes.without(flat))
 
     def turning(self, pressure: ndarray) -> ndarray:
-        """Cells in a part of which slopes make positive pressures negative, (n,) array of bool."""
-        if self.slopes is None:
-            return np.zeros(len(self), dtype=bool)
-        sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
-        return sloped & ((pressure <= 0) | (self.slopes.lowest(pressure) < 0))
+        """Cells in a part of which slopes make positive pressures negative, (n,) or (n, k) array
+        of bool as the pressures."""
+        out = np.zeros(pressure.shape, dtype=bool)
+        if self.slopes is not None:
+            sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
+            out[sloped] = ((pressure <= 0) | (self.slopes.lowest(pressure) < 0))[sloped]
+        return out
 
     def slopes_of(self, pressure: ndarray) -> ndarray:
         """Slopes of the pressure in each cell, shape (2, n)."""
@@ -139,9 +141,8 @@ class LoadedCells:
 
     def unit_slopes(self) -> ndarray:
         """Settlement of the collocation points by unit slopes along x, then along y, (n, 2 n)."""
-        if self.sloping is None:
-            return np.zeros((len(self), 2 * len(self)))
-        return self.sloping.to_dense()
+        nothing = np.zeros((len(self), 2 * len(self)))
+        return nothing if self.sloping is None else self.sloping.to_dense()
 
     def flattened_operator(self, operator: Operator, flat: ndarray) -> Ground:
         """From `flattened` cells to their collocation points, by the ``operator`` of these."""
@@ -189,9 +190,7 @@ class LoadedCells:
     def symmetric_matrix(self, symmetry: Symmetry) -> SymmetricMatrix:
         """The matrix by the rows of one cell of each orbit."""
         x = self.collocation_points
-        return SymmetricMatrix.from_rows(
-            symmetry, lambda i: self.influence(np.ascontiguousarray(x[:, i]))
-        )
+        return SymmetricMatrix.from_rows(symmetry, lambda i: self.influence(x[:, i]))
 
     @computed_once
     def exact_rows(self) -> "ExactRows | None":
@@ -199,7 +198,7 @@ class LoadedCells:
         if isinstance(self.substrate, PeriodicGround):
             return None
         i = some_rows(len(self), len(self), ALIKE if self.regular else SAMPLES)
-        return ExactRows(i, self.influence(np.ascontiguousarray(self.collocation_points[:, i])))
+        return ExactRows(i, self.influence(self.collocation_points[:, i]))
 
     def usable_symmetry(self) -> Symmetry | None:
         """The symmetry of the cells; None if they have none, or too little for their number."""
@@ -268,12 +267,11 @@ class Footprint(LoadedCells):
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition, edge == "singular"):
             warn(coarse, ResolutionWarning, stacklevel=2)
-        weights, slopes = None, None
+        law: tuple[EdgeWeights | None, Slopes | None] = None, None
         if edge == "singular":
             weights = weights_of(substrate, basis, partition, edge_boundaries)
-            slopes = Slopes.from_weights(weights)
+            law = weights, Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
-        law = weights, slopes
         return cls(substrate, partition, *law, points, basis, edge, collocation, origin, rtol)
 
     @computed_once

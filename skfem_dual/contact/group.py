@@ -29,6 +29,7 @@ from .group_solution import PunchesSolution, answers_of
 from .load import Constraints, Load, load_of, require_vertical
 from .neighbours import (
     checked_joined,
+    checked_names,
     free_of,
     punches_on,
     require_apart,
@@ -64,6 +65,8 @@ class RigidPunches(RigidBodies):
         Of a frame on the m bodies, against their positions (W0, Lx, Ly) one after the other, from
         their origins: what a frame program condenses to its supports. Symmetric and positive
         semidefinite; rows of zeros are hinges. Loads then act on bodies and frame together.
+    names : sequence of str, optional
+        What messages call the punches; by default their numbers.
 
     Raises
     ------
@@ -90,6 +93,7 @@ class RigidPunches(RigidBodies):
     punches: Sequence[RigidPunch]
     joined: Sequence[Sequence[int]] = ()
     stiffness: Any = None
+    names: Sequence[str] = ()
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -97,9 +101,10 @@ class RigidPunches(RigidBodies):
         bad = [shown(p) for p in punches if not isinstance(p, RigidPunch)]
         if bad or not punches:
             raise TypeError(f"expected some RigidPunch, got {bad[0] if bad else 'none'}")
-        require_one_ground(punches)
+        names = checked_names(self.names, len(punches))
+        require_one_ground(punches, names)
         groups = checked_joined(self.joined, len(punches))
-        require_apart(punches)
+        require_apart(punches, names)
         for group in groups:
             parts = [punches[i].partition for i in group]
             free = [free_of(punches[i], parts) for i in group]
@@ -108,6 +113,7 @@ class RigidPunches(RigidBodies):
             )
         object.__setattr__(self, "punches", punches)
         object.__setattr__(self, "joined", tuple(groups))
+        object.__setattr__(self, "names", names)
         if self.stiffness is not None:
             matrix = checked_stiffness(self.stiffness, len(self.bodies))
             object.__setattr__(self, "stiffness", readonly(matrix))
@@ -145,7 +151,8 @@ class RigidPunches(RigidBodies):
         ValueError
             If a subdomain does not exist.
         """
-        return cls(punches_on(substrate, mesh, names, grid), joined)
+        found, punches = punches_on(substrate, mesh, names, grid)
+        return cls(punches, joined, names=found)
 
     @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:
@@ -291,11 +298,10 @@ class RigidPunches(RigidBodies):
         system: ContactSystem,
         exact: ExactRows | None,
         start: ndarray | None,
-        known: tuple[Contact, ndarray] | None = None,
     ) -> tuple[Contact, ndarray]:
         """Of bodies under a frame with it."""
         if self.stiffness is None:
-            return super().answer(constraints, how, system, exact, start, known)
+            return super().answer(constraints, how, system, exact, start)
         framed = FramedSystem(system, self.stiffness, constraints)
         return framed.solve(how.unilateral, how.method, start, how.gap_rtol, self._rtol)
 
@@ -329,13 +335,14 @@ class RigidPunches(RigidBodies):
         parts = []
         for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
             origin = self.punches[body[0]].origin - self.centres[number]
-            require_vertical(f"body {number}", load)
+            called = "body " + "+".join(self.names[i] for i in body)
+            require_vertical(called, load)
             if unilateral and self.stiffness is None:
                 members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
                 try:
                     require_balance(members, self.centres[number], load, origin, alone)
                 except ValueError as error:
-                    raise ValueError(f"body {number}: {error}") from None
+                    raise ValueError(f"{called}: {error}") from None
             parts.append(load.constraints(origin))
         return Constraints.together(parts)
 
@@ -385,7 +392,8 @@ class RigidPunches(RigidBodies):
         return np.array(factors)
 
     def __repr__(self) -> str:
-        lines = [f"  Punch {i}: {p.grid_description}" for i, p in enumerate(self.punches)]
-        bodies = ", ".join("+".join(map(str, body)) for body in self.bodies)
+        named = zip(self.names, self.punches, strict=True)
+        lines = [f"  Punch {name}: {punch.grid_description}" for name, punch in named]
+        bodies = ", ".join("+".join(self.names[i] for i in body) for body in self.bodies)
         head = f"<skfem_dual RigidPunches object>\n  Substrate: {self.punches[0].substrate}"
         return "\n".join([head, *lines, f"  Bodies: {bodies}"])

@@ -10,13 +10,14 @@ those of the cells in contact wherever contact is the greater part.
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
 
+from ..elements.slopes import Slopes
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
 from .footprint import LoadedCells
@@ -38,15 +39,12 @@ class Law(NamedTuple):
 
     Attributes
     ----------
-    matrix : (n, n) array of float
-        Settlements by unit pressures.
     acting : (m, n) array of float
-        Forces on the unit motions likewise.
+        Forces on the unit motions by unit pressures.
     lost : (2 n, n) csr_matrix
         The slopes that are lost, likewise.
     """
 
-    matrix: Any
     acting: ndarray
     lost: csr_matrix
 
@@ -151,41 +149,75 @@ class ManyLoads:
         return Responses(np.ones(len(pressure), dtype=bool), pressure, np.zeros(pressure.shape))
 
     @computed_once
+    def _columns(self) -> ndarray:
+        """Settlements of the collocation points by unit pressures, those of a cell together."""
+        return np.ascontiguousarray(np.asarray(self.system.matrix).T)
+
+    @computed_once
     def _inverse(self) -> ndarray:
-        """Pressures by unit settlements of the collocation points, shape (n, n)."""
-        return self.system.factors.solve(np.eye(len(self.system.areas)))
+        """Pressures by unit settlements of the collocation points, those of a point together."""
+        return np.ascontiguousarray(self.system.factors.solve(np.eye(len(self._columns))).T)
+
+    @computed_once
+    def _sloping(self) -> ndarray:
+        """Settlements by unit slopes, those of a slope together, shape (2 n, n)."""
+        return np.ascontiguousarray(self.cells.unit_slopes().T)
+
+    @computed_once
+    def _spread(self) -> ndarray:
+        """Pressures by these settlements, shape (2 n, n)."""
+        return self._sloping @ self._inverse
 
     @computed_once
     def _whole(self) -> Law:
         """That with all slopes."""
         n = len(self.system.areas)
-        acting = self.system.resultants * self._units[:, None]
-        return Law(self.system.matrix, acting, csr_matrix((2 * n, n)))
+        return Law(self.system.resultants * self._units[:, None], csr_matrix((2 * n, n)))
+
+    @property
+    def _slopes(self) -> Slopes:
+        if self.cells.slopes is None:
+            raise ValueError("expected cells with slopes, got none")
+        return self.cells.slopes
 
     @computed_once
-    def _spread(self) -> ndarray:
-        """Pressures by the settlements under unit slopes, shape (n, 2 n)."""
-        return self._inverse @ self.cells.unit_slopes()
+    def _arms(self) -> ndarray:
+        """Moments on the tilts of the bodies by unit slopes, shape (m, 2 n)."""
+        m, n = self.system.planes.shape
+        moments, arms = self._slopes.second_moments.reshape(2, 2, n), np.zeros((m, 2, n))
+        for body in range(0, m, 3):
+            own = self.system.planes[body] != 0
+            arms[body + 1 : body + 3, :, own] = moments[..., own]
+        return arms.reshape(m, 2 * n)
+
+    def without(self, flat: ndarray) -> tuple[ContactSystem, csr_matrix]:
+        """The forces and moments where some cells are flat, in a system, and the slopes that are
+        lost."""
+        lost = self._slopes.without(~flat).matrix
+        return replace(self.system, resultants=self.system.resultants - self._arms @ lost), lost
 
     def _responses(self, law: Law, contact: ndarray) -> Responses:
         """Those of some cells in contact, by the lesser number of equations."""
         inside, outside = np.nonzero(contact)[0], np.nonzero(~contact)[0]
         pressure, gap = np.zeros((2, *self._motions.shape))
-        k, felt = len(outside), np.nonzero(abs(law.lost) @ contact.astype(float))[0]
+        felt = np.nonzero(abs(law.lost) @ contact.astype(float))[0] if law.lost.nnz else inside[:0]
+        k, lost = len(outside), law.lost[felt]
         if k + len(felt) <= len(inside):
-            lost, spread = law.lost[felt], self._inverse[:, outside]
+            spread = self._inverse[outside]
             if len(felt):
-                spread = np.hstack([spread, self._spread[:, felt]])
-            equations = np.vstack([spread[outside], lost @ spread])
-            equations[k:, k:] -= np.eye(len(felt))
+                spread = np.vstack([spread, self._spread[felt]])
+            transposed = np.hstack([spread[:, outside], (lost @ spread.T).T])
+            transposed[k:, k:] -= np.eye(len(felt))
             full = self._full.pressure
-            unknown = np.linalg.solve(equations, -np.vstack([full[outside], lost @ full]))
-            pressure = full + spread @ unknown
+            unknown = np.linalg.solve(transposed.T, -np.vstack([full[outside], lost @ full]))
+            pressure = full + spread.T @ unknown
             pressure[outside], gap[outside] = 0.0, unknown[:k]
         else:
-            matrix = np.asarray(law.matrix)[:, inside]
-            pressure[inside] = np.linalg.solve(matrix[inside], self._motions[inside])
-            gap = matrix @ pressure[inside] - self._motions
+            settled = self._columns[inside]
+            if len(felt):
+                settled -= lost[:, inside].T @ self._sloping[felt]
+            pressure[inside] = np.linalg.solve(settled[:, inside].T, self._motions[inside])
+            gap = settled.T @ pressure[inside] - self._motions
             gap[inside] = 0.0
         return Responses(contact, pressure, gap)
 
@@ -194,26 +226,24 @@ class ManyLoads:
         stiffness, held = np.hsplit(law.acting @ responses.pressure, [-1])
         return solve_scaled(stiffness, given - held.reshape(-1, *[1] * (given.ndim - 1)))
 
-    def flattened(
-        self, k: int, system: ContactSystem, flat: ndarray, start: ndarray | None
-    ) -> tuple[Contact, ndarray] | None:
-        """Contact and position in a case where some cells are flat, from pressures to begin with.
-
-        ``system`` has the equations of these; None if the case is to be solved alone.
-        """
-        shares = self.method == "auto" and self._loaded[k] and isinstance(system.matrix, ndarray)
-        if start is None or self.cells.slopes is None or not shares:
+    def flattened(self, k: int, flat: ndarray, start: ndarray) -> tuple[Contact, ndarray] | None:
+        """Contact and position in a case where some cells are flat, from pressures to begin with;
+        None if the case is to be solved alone."""
+        if self.method != "auto" or not self._loaded[k] or not self.dense:
             return None
-        contact = start > 0
-        acting = system.resultants * self._units[:, None]
-        law = Law(system.matrix, acting, self.cells.slopes.without(~flat).matrix)
-        answer = self._pivoted(law, self._responses(law, contact), self._given[:, k])
+        system, lost = self.without(flat)
+        law = Law(system.resultants * self._units[:, None], lost)
+        answer = self._pivoted(law, self._responses(law, start > 0), self._given[:, k])
         return None if answer is None else (answer[0], answer[0].motion * self._units)
+
+    @property
+    def dense(self) -> bool:
+        """Whether the equations have a matrix whose inverse serves all."""
+        return isinstance(self.system.matrix, np.ndarray)
 
     def _lifting_off(self, cases: ndarray) -> dict[int, tuple[Contact, ndarray]]:
         """Contact and position in some cases, each from that of the load nearest to it."""
         found: dict[int, tuple[Contact, ndarray]] = {}
-        dense = isinstance(self.system.matrix, np.ndarray)
         size = np.linalg.norm(self._given, axis=0)
         size[size == 0] = 1.0
         place = self._given / size
@@ -226,9 +256,9 @@ class ManyLoads:
             if kept:
                 others = place[:, [i for i, _ in kept]]
                 start = kept[int(np.argmin(np.abs(others.T - place[:, k]).sum(axis=1)))][1]
-            answer = self._pivoted(self._whole, start, self._given[:, k]) if dense else None
+            answer = self._pivoted(self._whole, start, self._given[:, k]) if self.dense else None
             if answer is None:
-                found[k] = self._alone(k, start=None if dense else last)
+                found[k] = self._alone(k, start=None if self.dense else last)
                 last = found[k][0].pressure if found[k][0].success else None
                 continue
             found[k] = answer[0], answer[0].motion * self._units

@@ -27,8 +27,8 @@ def punches_on(
     mesh: MeshTri,
     names: Sequence[str] | None,
     grid: Literal["dual", "triangles"],
-) -> list[RigidPunch]:
-    """A flat punch on each subdomain of a mesh; arguments as of `RigidPunches.from_subdomains`.
+) -> tuple[list[str], list[RigidPunch]]:
+    """Names of subdomains and a flat punch on each, as `RigidPunches.from_subdomains`.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def punches_on(
     names = [checked_text("names", name) for name in names]
     if missing := [name for name in names if name not in known] or not names:
         raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
-    return [_punch_on(substrate, mesh.restrict(name), grid) for name in names]
+    return names, [_punch_on(substrate, mesh.restrict(name), grid) for name in names]
 
 
 def _punch_on(
@@ -81,17 +81,17 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
 
 
-def require_one_ground(punches: Sequence[Any]) -> None:
+def require_one_ground(punches: Sequence[Any], names: Sequence[str]) -> None:
     """Refuse bodies on different substrates."""
-    for number, punch in enumerate(punches):
+    for name, punch in zip(names, punches, strict=True):
         if punch.substrate != punches[0].substrate:
             raise ValueError(
                 f"expected all punches on one substrate, got {punches[0].substrate} under "
-                f"punch 0 and {punch.substrate} under punch {number}"
+                f"punch {names[0]} and {punch.substrate} under punch {name}"
             )
 
 
-def require_apart(punches: Sequence[Any]) -> None:
+def require_apart(punches: Sequence[Any], names: Sequence[str]) -> None:
     """Refuse plans that overlap; they may touch."""
     points: list[ndarray] = []
     facets, inside, owner = [], [], []
@@ -109,11 +109,26 @@ def require_apart(punches: Sequence[Any]) -> None:
         owner.append(np.full(len(outer), number))
     bad = covered_twice(np.hstack(points), np.hstack(facets), np.hstack(inside))
     if len(bad):
-        numbers = np.unique(np.concatenate(owner)[bad])
+        called = [names[i] for i in np.unique(np.concatenate(owner)[bad])]
         raise ValueError(
-            f"expected plans that do not overlap, got punches {some(numbers)} that do. Remedy: "
+            f"expected plans that do not overlap, got punches {some(called)} that do. Remedy: "
             "move them apart"
         )
+
+
+def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
+    """What messages call n punches: names that differ, or their numbers if there are none.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If these are no names, not as many, or two are the same.
+    """
+    called = tuple(checked_text("names", name) for name in checked_sequence("names", names))
+    called = called or tuple(map(str, range(n)))
+    if len(called) != n or len(set(called)) < n:
+        raise ValueError(f"expected {n} names that differ, one for each punch, got {called}")
+    return called
 
 
 def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, ...]]:

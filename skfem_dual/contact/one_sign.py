@@ -5,9 +5,9 @@ and a slope would make that of the cell negative in a part of it: such a cell st
 equations are solved with all slopes, then without those that turn the sign, until none is left.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 from numpy import ndarray
@@ -20,6 +20,8 @@ from .system import ContactSystem, Method
 
 #: solutions after which all cells are flat
 MOST = 5
+#: cases that are looked at together
+TOGETHER = 16
 
 
 class Flattening(Protocol):
@@ -27,12 +29,12 @@ class Flattening(Protocol):
 
     def __len__(self) -> int: ...
 
-    def flattened(self, flat: ndarray, /) -> Self: ...
-
     def turning(self, pressure: ndarray, /) -> ndarray: ...
 
 
-Solve = Callable[[ndarray, ndarray | None], tuple[Contact, ndarray]]
+Answer = tuple[Contact, ndarray]
+Solve = Callable[[ndarray, ndarray | None], Answer]
+SolveEach = Callable[[list[int], ndarray, ndarray], list[Answer]]
 
 
 def contact_of(
@@ -60,12 +62,8 @@ def contact_of(
 
 
 def solved(
-    cells: Flattening,
-    solve: Solve,
-    unilateral: bool,
-    start: ndarray | None = None,
-    found: tuple[Contact, ndarray] | None = None,
-) -> tuple[Contact, ndarray]:
+    cells: Flattening, solve: Solve, unilateral: bool, start: ndarray | None = None
+) -> Answer:
     """Contact whose pressures are nowhere negative, unless the ground may pull, and position.
 
     Parameters
@@ -79,21 +77,45 @@ def solved(
         Whether the ground does not pull.
     start : (n,) array of float, optional
         Pressures to begin with.
-    found : Contact and (m,) array of float, optional
-        What `solve` answers where no cell is flat, if that is known.
     """
-    flat = np.zeros(len(cells), dtype=bool)
-    history: tuple[float, ...] = ()
-    for number in range(MOST):
-        contact, position = found or solve(flat, start)
-        found = None
-        history += contact.history
-        if not (unilateral and contact.success):
+    found = solve(np.zeros(len(cells), dtype=bool), start)
+    if not unilateral:
+        return found
+    return solved_each(cells, [found], lambda _, flat, starts: [solve(flat[0], starts[0])])[0]
+
+
+def solved_each(cells: Flattening, found: Sequence[Answer], solve: SolveEach) -> list[Answer]:
+    """The same in several cases, from what was found with all slopes.
+
+    Parameters
+    ----------
+    cells : Flattening
+        The n cells.
+    found : sequence of Contact and (m,) array of float
+        With no cell flat.
+    solve : callable
+        Contact and positions in the cases with some numbers, for cells of which some are flat,
+        (k, n) array of bool, from pressures (k, n).
+    """
+    answers, history = list(found), [contact.history for contact, _ in found]
+    flat = np.zeros((len(answers), len(cells)), dtype=bool)
+    some = np.arange(len(answers))
+    for number in range(1, MOST):
+        some = some[[answers[i][0].success for i in some]]
+        pressure = np.array([answers[i][0].pressure for i in some]).reshape(-1, len(cells))
+        turning = [
+            cells.turning(pressure[k : k + TOGETHER].T).T for k in range(0, len(some), TOGETHER)
+        ]
+        turns = np.concatenate([flat[:0], *turning]) & ~flat[some]
+        left = turns.any(axis=1)
+        some = some[left]
+        if not len(some):
             break
-        turning = cells.flattened(flat).turning(contact.pressure)
-        if not turning.any():
-            break
-        flat = flat | turning if number < MOST - 2 else np.ones_like(flat)
-        start = contact.pressure
-    known = readonly(flat) if flat.any() else None
-    return replace(contact, history=history, flat=known), position
+        flat[some] |= turns[left] if number < MOST - 1 else True
+        new = solve(some.tolist(), flat[some], pressure[left])
+        for i, answer in zip(some.tolist(), new, strict=True):
+            answers[i], history[i] = answer, history[i] + answer[0].history
+    return [
+        (replace(contact, history=own, flat=readonly(cut) if cut.any() else None), position)
+        for (contact, position), own, cut in zip(answers, history, flat, strict=True)
+    ]

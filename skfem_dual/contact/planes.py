@@ -32,11 +32,20 @@ class PlaneFit:
     def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
         """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
         near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
+        return cls.to(x, at, near)
+
+    @classmethod
+    def to(cls, x: ndarray, at: ndarray, near: ndarray) -> "PlaneFit":
+        """The same by the numbers of those that each follows, (m, around)."""
         inverse = np.empty((len(near), 3, near.shape[1]))
         for begin in range(0, len(near), CHUNK):
             some = slice(begin, begin + CHUNK)
             inverse[some] = _planes(x[:, near[some]] - at[:, some, None])
         return cls(near, inverse)
+
+    def values(self, values: ndarray) -> ndarray:
+        """Values of the planes by some, or by each of k rows of them; shape (m,) or (k, m)."""
+        return np.sum(self.inverse[:, 0] * values[..., self.near], axis=-1)
 
     def __call__(self, values: ndarray) -> ndarray:
         """Value and both slopes of each plane, shape (3, m)."""

@@ -83,10 +83,15 @@ class CellPressures:
     @computed_once
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
-        triangles, pressure = self.punch.footprint.triangles, self.pressure
-        if self.line is not None:
-            pressure = np.where(self.gap == 0, self.line.at_points(pressure), 0.0)
-        return triangles.region(pressure, self.gap, self.contact_modulus)
+        known = self.pressure_in_points, self.gap, self.contact_modulus
+        return self.punch.footprint.triangles.region(*known)
+
+    @property
+    def pressure_in_points(self) -> ndarray:
+        """Pressures that tell where contact ends: those in the collocation points, (n,)."""
+        if self.line is None:
+            return self.pressure
+        return np.where(self.gap == 0, self.line.at_points(self.pressure), 0.0)
 
     @property
     def contact_modulus(self) -> float:

@@ -29,7 +29,7 @@ from .elastic_solution import ElasticSolution
 from .footprint import Ground, LoadedCells
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
-from .neighbours import require_apart, require_one_ground
+from .neighbours import checked_names, require_apart, require_one_ground
 from .one_sign import contact_of, solved
 from .pressed import Pressed
 from .problem import Contact, Share, warn_of
@@ -91,8 +91,9 @@ class Punches:
         if bad or not punches:
             came = shown(bad[0]) if bad else "none"
             raise TypeError(f"expected some RigidPunch or ElasticPunch, got {came}")
-        require_one_ground(punches)
-        require_apart(punches)
+        numbers = checked_names((), len(punches))
+        require_one_ground(punches, numbers)
+        require_apart(punches, numbers)
         object.__setattr__(self, "punches", punches)
 
     def __getstate__(self) -> dict:

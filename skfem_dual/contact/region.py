@@ -14,22 +14,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import signed_areas
-from ..grids.lines import signed_distance
+from ..grids.lines import Segments
 from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .contact_line import moved_line
-from .planes import AROUND, PlaneFit
+from .contact_line import AROUND, edge_distance, mean_of_nearest, moved_line
+from .planes import PlaneFit
 
-#: points of a line over which its way is averaged
-NEAREST = 3
 #: sizes of a cell, farther than which the sign of the distance is all that counts
 FAR = 3.0
 #: of more cells only those up to so many from the edge of contact are looked at, for points on
@@ -106,15 +103,18 @@ class ContactRegion:
         return (self.level > 0)[self.t]
 
     @computed_once
+    def _crossed(self) -> ndarray:
+        """Whether the edge runs through each triangle."""
+        return np.asarray(self._inside.any(axis=0) & ~self._inside.all(axis=0))
+
+    @computed_once
     def _cut(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
         """Triangles the edge runs through, turned so that one vertex is alone on its side.
 
         Their vertices, whether that one is in contact, and where on the sides from it to the
         second and third vertex the edge passes, in parts of them.
         """
-        inside = self._inside
-        crossed = inside.any(axis=0) & ~inside.all(axis=0)
-        t, inside = self.t[:, crossed], inside[:, crossed]
+        t, inside = self.t[:, self._crossed], self._inside[:, self._crossed]
         alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
         t = np.take_along_axis(t, (alone + np.arange(3)[:, None]) % 3, axis=0)
         a, b, c = self.level[t]
@@ -130,24 +130,36 @@ class ContactRegion:
         return float(signed_areas(self.p, whole).sum() + parts.sum())
 
     @computed_once
+    def _sides(self) -> tuple[ndarray, ndarray, ndarray]:
+        """Pieces of the edge, the region to their left: the sides of triangles they run between,
+        shape (2, 2, m), and their begins and ends, (2, m) each; triangles ascending."""
+        (lone, second, third), inside, *_ = self._cut
+        a, b = np.where(inside, [second, third], [third, second])
+        sides = np.sort([[lone, a], [lone, b]], axis=1).astype(np.int64)
+        # from one end of each side, whichever triangle it is seen from: closed lines close
+        first, last = sides.swapaxes(0, 1)
+        share = self.level[first] / (self.level[first] - self.level[last])
+        ends = self.p[:, first] + share * (self.p[:, last] - self.p[:, first])
+        return sides, *np.moveaxis(ends, 1, 0)
+
+    def segments(self, k: int) -> Segments:
+        """The edge, of a region that is made of k pictures of one plan."""
+        triangle = np.nonzero(self._crossed)[0]
+        picture = triangle // max(self.t.shape[1] // k, 1)
+        return Segments.from_ends(*self._sides[1:], picture, k)
+
+    @computed_once
     def edge(self) -> list[ndarray]:
         """The edge of contact inside the plan: lines of shape (2, k), the region to their left.
 
         Where contact reaches the edge of the plan, that edge is not part of it; a line that ends
         there is open, others end where they begin.
         """
-        (lone, second, third), inside, *_ = self._cut
-        if len(lone) == 0:
+        sides, begin, end = self._sides
+        if begin.shape[1] == 0:
             return []
-        a, b = np.where(inside, [second, third], [third, second])
-        sides = np.sort([[lone, a], [lone, b]], axis=1).astype(np.int64)
-        number, order = contours(sides[:, 0] * self.p.shape[1] + sides[:, 1], np.zeros(len(lone)))
-        # from one end of each side, whichever triangle it is seen from: closed lines close
-        first, last = sides.swapaxes(0, 1)
-        share = self.level[first] / (self.level[first] - self.level[last])
-        begin, end = np.moveaxis(
-            self.p[:, first] + share * (self.p[:, last] - self.p[:, first]), 1, 0
-        )
+        keys = sides[:, 0] * self.p.shape[1] + sides[:, 1]
+        number, order = contours(keys, np.zeros(begin.shape[1]))
         lines = np.split(order, np.nonzero(np.diff(number))[0] + 1)
         return [readonly(np.hstack([begin[:, i], end[:, i[-1:]]])) for i in lines]
 
@@ -239,13 +251,18 @@ class PlanTriangles:
 
     def fitted(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
         """The part of the region with cells enough for the law of its edge to be seen."""
-        if (gap <= 0).all():
-            return self._whole
-        level = np.full(self.p.shape[1], -1.0)
-        if (pressure > 0).any():
-            opening = gap * 0.75 * modulus / self.law
-            level = self._level(pressure / self.law, opening)
-        return ContactRegion(self.p, self.t, readonly(level))
+        return self.fitted_each(pressure[None], gap[None], modulus)[0]
+
+    def fitted_each(self, pressure: ndarray, gap: ndarray, modulus: float) -> list[ContactRegion]:
+        """The same of k pictures of the cells, (k, n) each."""
+        level = np.full((len(pressure), self.p.shape[1]), -1.0)
+        whole = np.asarray((gap <= 0).all(axis=1))
+        drawn = (pressure > 0).any(axis=1) & ~whole
+        level[drawn] = self._levels(
+            pressure[drawn] / self.law, gap[drawn] * 0.75 * modulus / self.law
+        )
+        regions = [ContactRegion(self.p, self.t, readonly(own)) for own in level]
+        return [self._whole if all_of_it else own for own, all_of_it in zip(regions, whole)]
 
     def with_thin(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
         """With the edge drawn around cells of thin contact, where no law is seen."""
@@ -277,28 +294,53 @@ class PlanTriangles:
         corners[self.t[:, triangles]] = True
         return corners & ~self.own
 
-    def _level(self, pressure: ndarray, opening: ndarray) -> ndarray:
-        """``level`` of the region, from pressures and openings over the law of the plan's edge."""
-        cells, inside = self.partition, pressure > 0
-        x, sizes = cells.centroids, np.sqrt(cells.areas)
-        sides = cells.f2c[:, cells.f2c[1] >= 0]
-        pairs = sides[:, inside[sides[0]] != inside[sides[1]]]
-        level = np.where(inside[self.cell], FAR, -FAR) * sizes[self.cell]
-        points = np.arange(len(level))
-        if len(cells) <= MANY:
-            planes = self._planes
-        else:
+    def edges(self, level: ndarray) -> Segments:
+        """Those of regions by their levels, (k, N)."""
+        k, points = level.shape
+        t = np.moveaxis(self.t + points * np.arange(k)[:, None, None], 0, 1).reshape(3, -1)
+        return ContactRegion(np.tile(self.p, k), t, level.ravel()).segments(k)
+
+    def _levels(self, pressure: ndarray, opening: ndarray) -> ndarray:
+        """``level`` of the regions, (k, N), from pressures and openings over the law of the plan's
+        edge."""
+        sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
+        unit, inside = pressure.max(axis=1, keepdims=True), pressure > 0
+        square, gaps = (pressure / unit) ** 2, (opening.clip(0) / unit) ** (2 / 3)
+        level = np.where(inside, FAR, -FAR) * np.sqrt(self.partition.areas)
+        level = level[:, self.cell]
+        unlike = inside[:, sides[0]] != inside[:, sides[1]]
+        # pictures with as many pairs of cells to look at are drawn together
+        pairs = np.minimum(unlike.sum(axis=1), AROUND)
+        for number in np.unique(pairs[pairs > 0]):
+            some = np.nonzero(pairs == number)[0]
+            level[some] = self._drawn(sides, unlike[some], level[some], square[some], gaps[some])
+        return level
+
+    def _drawn(
+        self, sides: ndarray, unlike: ndarray, level: ndarray, square: ndarray, gaps: ndarray
+    ) -> ndarray:
+        """``level`` of pictures by those of far cells, between some neighbours ``sides``."""
+        k, n = square.shape
+        picture, side = np.nonzero(unlike)
+        pairs, points = sides[:, side], np.arange(level.shape[1])
+        x, sizes, planes = self.partition.centroids, np.sqrt(self.partition.areas), self._planes
+        if n > MANY:
             near, points = self._near(sides, pairs)
-            pairs = np.searchsorted(near, pairs)
-            x, sizes, pressure, opening = x[:, near], sizes[near], pressure[near], opening[near]
+            pairs, n = np.searchsorted(near, pairs), len(near)
+            x, sizes, square, gaps = x[:, near], sizes[near], square[:, near], gaps[:, near]
             planes = PlaneFit.to_nearest(x, self.p[:, points])
-        level[points] = planes(_edge_distance(x, sizes, pairs, pressure, opening))[0]
-        if not (lines := ContactRegion(self.p, self.t, level).edge):
-            return level
-        on_line, moved = moved_line(lines, x, sizes, pressure, opening)
-        distance = np.copysign(signed_distance(self.p[:, points], lines), level[points])
-        nearest = cKDTree(on_line.T).query(self.p[:, points].T, min(NEAREST, len(moved)))[1]
-        level[points] = distance + moved[nearest.reshape(len(points), -1)].mean(axis=1)
+        cells = np.tile(x, k), np.tile(sizes, k), square.ravel(), gaps.ravel()
+        starts = np.searchsorted(picture, np.arange(k + 1))
+        distance = edge_distance(n, pairs + n * picture, starts, *cells)
+        distance = np.clip(distance, -FAR * cells[1], FAR * cells[1])
+        level[:, points] = planes.values(distance.reshape(k, n))
+        lines = self.edges(level)
+        moved = moved_line(lines, n * np.arange(k + 1), *cells)
+        at, of = np.tile(self.p[:, points], k), np.repeat(np.arange(k), len(points))
+        found = np.copysign(lines.signed_distance(at, of), level[:, points].ravel())
+        found += mean_of_nearest(lines, moved, at, of)
+        lined = np.diff(lines.starts) > 0
+        level[np.ix_(lined, points)] = found.reshape(k, -1)[lined]
         return level
 
 
@@ -313,39 +355,3 @@ def _thin(sides: ndarray, inside: ndarray, held: ndarray) -> ndarray:
         near[sides[:, near[sides[0]] != near[sides[1]]]] = True
         near &= inside
     return inside & ~near
-
-
-def _edge_distance(
-    x: ndarray, sizes: ndarray, pairs: ndarray, pressure: ndarray, opening: ndarray
-) -> ndarray:
-    """About the distance of each cell to the edge of contact, positive in contact.
-
-    ``pairs`` are neighbours, one in contact and one not: their distances to the edge add up.
-    ``opening`` is 3 E* / 4 times the gap.
-    """
-    inside = pressure > 0
-    opening = (opening.clip(0) / pressure.max()) ** (2 / 3)
-    pressure = pressure / pressure.max()
-    i = np.where(inside[pairs[0]], *pairs)
-    j = pairs.sum(axis=0) - i
-    step, middle = x[:, i] - x[:, j], (x[:, i] + x[:, j]) / 2
-    near = cKDTree(middle.T).query(x.T, min(AROUND, len(i)))[1].reshape(x.shape[1], -1)
-    across = 0.8 * np.hypot(*step)
-    distance, planes = np.empty(len(pressure)), PlaneFit.to_nearest(x, middle, 2 * AROUND)
-    for _ in range(3):  # the direction across the edge follows from the distances
-        strength = np.median(_strength(pressure[i] ** 2, opening[j], across)[near], axis=1)
-        distance = np.where(inside, pressure**2 * strength**3, -opening * strength)
-        slope = planes(distance)[1:]
-        normal = slope / np.hypot(*slope)
-        across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))
-    # the law holds nearby only; far from the edge the sign is all that counts
-    return np.clip(distance, -FAR * sizes, FAR * sizes)
-
-
-def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:
-    """The root z = K^(-2/3) of ``f z^3 + g z = across``, by Newton's method from above."""
-    with np.errstate(divide="ignore"):
-        z = np.minimum(np.cbrt(across / f), across / g)
-    for _ in range(30):
-        z = z - (f * z**3 + g * z - across) / (3 * f * z**2 + g)
-    return z

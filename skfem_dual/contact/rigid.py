@@ -1,7 +1,7 @@
 """Rigid bodies on the ground, one or several: contact under loads, found and verified."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -20,9 +20,6 @@ from .problem import Contact
 from .solution import PunchSolution
 from .system import ContactSystem, Method
 from .verify import Verification
-
-#: contact and position by equations with some flat cells, from pressures to begin with, if any
-Shared = Callable[[ContactSystem, ndarray, ndarray | None], tuple[Contact, ndarray] | None]
 
 
 class How(NamedTuple):
@@ -128,41 +125,36 @@ class RigidBodies(ABC):
         constraints: Constraints,
         how: How,
         start: ndarray | None = None,
-        found: tuple[Contact, ndarray] | None = None,
-        shared: Shared | None = None,
     ) -> tuple[Contact, ndarray]:
-        """Contact and positions, verified; ``start`` and ``found`` as of `solved`.
-
-        What many loads have shared answers first where some cells are flat.
-        """
-        on_line = how._replace(method="active-set")
+        """Contact and positions, verified; ``start`` as of `solved`."""
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            return self._find(constraints, flat, start, how, shared)
+            return self.flattened(constraints, flat, start, how)
 
         rows = 0 if self.cells.regular else len(self.cells)
         # infinite loads are refused there
         with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(rows):
-            answer = solved(self.cells, find, how.unilateral, start, found)
-            if not how.unilateral:
-                return answer
-            return with_line_law(
-                self, lambda *system: self.answer(constraints, on_line, *system), answer
-            )
+            answer = solved(self.cells, find, how.unilateral, start)
+            return self.along_lines(constraints, how, answer)
 
-    def _find(
-        self,
-        constraints: Constraints,
-        flat: ndarray,
-        start: ndarray | None,
-        how: How,
-        shared: Shared | None,
+    def along_lines(
+        self, constraints: Constraints, how: How, found: tuple[Contact, ndarray]
+    ) -> tuple[Contact, ndarray]:
+        """The same with the law of the line of contact, where it has one."""
+        on_line = how._replace(method="active-set")
+        if not how.unilateral:
+            return found
+        return with_line_law(
+            self, lambda *system: self.answer(constraints, on_line, *system), found
+        )
+
+    def flattened(
+        self, constraints: Constraints, flat: ndarray, start: ndarray | None, how: How
     ) -> tuple[Contact, ndarray]:
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
         system = self.flattened_system(flat) if flat.any() else self.system
-        known = None if shared is None else shared(system, flat, start)
         rows = self.cells.flattened_rows(self.exact_rows, flat)
-        return self.answer(constraints, how, system, rows, start, known)
+        return self.answer(constraints, how, system, rows, start)
 
     def answer(
         self,
@@ -171,11 +163,10 @@ class RigidBodies(ABC):
         system: ContactSystem,
         exact: ExactRows | None,
         start: ndarray | None,
-        known: tuple[Contact, ndarray] | None = None,
     ) -> tuple[Contact, ndarray]:
         """Contact and positions by the equations of a ``system``, verified by ``exact`` rows of
-        its matrix; ``known`` is what they answer, if that is."""
-        contact, position = known or contact_of(
+        its matrix."""
+        contact, position = contact_of(
             system, constraints, how.unilateral, how.method, start, how.gap_rtol
         )
         verify = self.verification(constraints, how)

@@ -26,7 +26,7 @@ from ..operators.factors import Factors
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import Footprint
-from .line_work import Points, Regions, on_lines, region_of
+from .line_work import Compliances, Points, Position, has_law, on_each, regions_of
 from .load import Constraints, Load
 from .problem import DOZEN, Contact
 from .region import ContactRegion
@@ -124,6 +124,11 @@ class Work:
         return Points(cells.collocation_points, np.asarray(self.problem.operator), cells.sloping)
 
     @computed_once
+    def columns(self) -> ndarray:
+        """Settlements of these by unit pressure on each cell, one after the other, (n, n)."""
+        return np.ascontiguousarray(self.at_cells.rows.T)
+
+    @computed_once
     def slopes(self) -> tuple[ndarray, ndarray, ndarray]:
         """Rows, columns and values of the matrix of `Slopes`, ascending in the first."""
         matrix = self.problem.cells.slopes.matrix
@@ -143,7 +148,7 @@ class Work:
         constraints: Constraints,
         contact: Contact,
         frame: ndarray | None = None,
-        drawn: Callable[[], Regions] | None = None,
+        on_line: Callable[[], Compliances | None] | None = None,
     ) -> ndarray | None:
         """Positions under a load with contact on some cells.
 
@@ -155,8 +160,8 @@ class Work:
             What was found.
         frame : (m, m) array of float, optional
             Forces that a frame takes from the loads by the position.
-        drawn : callable, optional
-            Gives the regions of contact, if they serve others too.
+        on_line : callable, optional
+            Gives what `along_line` has, if that serves others too.
 
         Returns
         -------
@@ -168,18 +173,26 @@ class Work:
         touching = contact.touching
         if touching.sum() < min(DOZEN, len(touching)):
             return None
-        position = partial(self._position, constraints, frame)
+        position = partial(self.position, constraints, frame)
         if touching.all() and contact.flat is None:
             compliances = self._in_full_contact
-        elif (on_line := on_lines(self, contact, position, drawn)) is not None:
-            compliances = on_line
+        elif (lined := on_line() if on_line else self.along_line(contact, position)) is not None:
+            compliances = lined
         elif (pressures := self._pressures(contact)) is not None:
             compliances = self._compliances(pressures, touching, contact.flat)
         else:
             return None
         return np.array([position(compliance) / self.unit for compliance in compliances])
 
-    def _position(
+    def along_line(self, contact: Contact, position: Position) -> Compliances | None:
+        """Motions of unit size by forces on them, of pressures that end along lines, if they do:
+        see `on_each`."""
+        if not has_law(self, contact):
+            return None
+        footprints = [part.footprint for part in self.parts]
+        return on_each(self, [contact], [position], regions_of(footprints, self.own, [contact]))[0]
+
+    def position(
         self, constraints: Constraints, frame: ndarray | None, compliance: ndarray
     ) -> ndarray:
         """Motions of unit size under the load, (m,), by what forces on them do."""
@@ -240,8 +253,8 @@ class Work:
         """Settlement of the sectors under some pressures, shape (m, nsectors)."""
         settled = self._with_slopes(pressures, full)
         if flat is not None and self._sloping is not None:
-            for row, slopes in zip(settled, self._slopes(pressures), strict=True):
-                row -= self._sloping.apply(np.where(flat, slopes, 0.0))
+            lost = np.where(flat, self._slopes(pressures), 0.0)
+            settled = settled - self._sloping.apply(np.moveaxis(lost, 0, -1)).T
         return settled
 
     def _with_slopes(self, pressures: ndarray, full: bool) -> ndarray:
@@ -327,20 +340,38 @@ class Alone:
     @computed_once
     def region(self) -> ContactRegion:
         """Where it touches the ground."""
-        gap = np.where(self.contact.touching, 0.0, self.contact.gap.clip(0))
-        return region_of(self.punch.footprint, self.contact.pressure, gap)
+        return regions_of([self.punch.footprint], [slice(None)], [self.contact])[0][0]
+
+    @computed_once
+    def on_line(self) -> Compliances | None:
+        """See `Work.along_line`."""
+        work = self.punch.work
+        if not has_law(work, self.contact):
+            return None
+        return on_each(work, [self.contact], [self.position], [[self.region]])[0]
+
+    @computed_once
+    def constraints(self) -> Constraints:
+        """What the load imposes."""
+        return self.load.constraints(self.punch.origin - self.punch.centre)
+
+    def position(self, compliance: ndarray) -> ndarray:
+        """As `Work.position`."""
+        return self.punch.work.position(self.constraints, None, compliance)
+
+    @property
+    def works(self) -> bool:
+        """Whether its position follows from the work."""
+        return self.punch.gap is None and self.punch.weights is not None
 
     @property
     def positions(self) -> ndarray | None:
         """(W0, Lx, Ly), see `Work.positions`; shape (2, 3)."""
-        punch = self.punch
-        if punch.gap is not None or punch.weights is None:
+        if not self.works:
             return None
-        shift = punch.centre - punch.origin
-        found = punch.work.positions(
-            self.load.constraints(-shift), self.contact, drawn=lambda: [self.region]
-        )
-        return None if found is None else moved(found, -shift)
+        punch = self.punch
+        found = punch.work.positions(self.constraints, self.contact, on_line=lambda: self.on_line)
+        return None if found is None else moved(found, punch.origin - punch.centre)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,31 +9,29 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 5.1.
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy import ndarray
 
+from ..grids.corners import signed_areas
 from ..grids.fan import Fan
-from ..grids.lines import signed_distance
+from ..grids.lines import Segments
 from ..grids.partition import Partition
+from ..grids.planar import ragged
 from ..grids.polygons import Polygons
 from ..ground.substrates import Substrate
-from ..kernels.compiled import compiled, inputs, vectorised
-from ..kernels.once import computed_once
+from ..kernels.compiled import inputs
 from ..kernels.threads import Threads
+from .crossed_loads import Loads, fill
 from .edge_weights import EdgeWeights, mean_weight
-from .graded_rule import graded
-from .moments import far_influence, load_moments, series_terms
-from .pieces import Pieces
+from .moments import radii
 from .remainder import add_rows, remainder_blocks
-from .ribs import rib_integral
 
 #: cells farther from the line than so many times their size are not looked at
 REACH = 4.0
-#: sizes of a cell from which on its pressures act by a series, and of a triangle up to which it is
-#: integrated over its sides; between them it acts by its second moments
-FAR, EXACT = 5.0, 4.0
+#: lines cross cells whose centroids are not farther than their corners, but for rounding
+ROUNDED = 1.000001
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +63,7 @@ class CrossedCells:
 
     Attributes
     ----------
-    triangles : Polygons
+    loads : Loads
         The m triangles, those of a cell one after the other.
     cells : (k,) array of int
         The cells, ascending.
@@ -77,13 +75,13 @@ class CrossedCells:
         Pressures like ``s^(1/2)`` and like ``s^(-1/2)``.
     """
 
-    triangles: Polygons
+    loads: Loads
     cells: ndarray
     cell: ndarray
     part: ndarray
     crossed: ndarray
     in_contact: ndarray
-    laws: tuple[LineLaw, LineLaw]
+    laws: tuple[LineLaw, ...]
 
     @classmethod
     def from_lines(
@@ -91,10 +89,10 @@ class CrossedCells:
         partition: Partition,
         fan: Fan,
         weights: EdgeWeights,
-        lines: list[ndarray],
+        lines: Segments,
         touching: ndarray,
-    ) -> Self | None:
-        """Those of some lines; None if they cross no cell.
+    ) -> list[Self | None]:
+        """Those of the lines in some pictures; None where they cross no cell.
 
         Parameters
         ----------
@@ -104,178 +102,121 @@ class CrossedCells:
             Triangles of all of them.
         weights : EdgeWeights
             The law of the edge of the plan.
-        lines : list of (2, k) array of float
+        lines : Segments
             Lines with contact to their left.
-        touching : (n,) array of bool
+        touching : (k, n) array of bool
             Cells in contact, as far from the lines as they are not crossed.
         """
-        size = np.sqrt(partition.areas)
-        middle = signed_distance(partition.centroids, lines)
+        k, n = touching.shape
+        size, each = np.sqrt(partition.areas), np.repeat(np.arange(k), n)
+        middle = lines.signed_distance(np.tile(partition.centroids, k), each).reshape(k, n)
         near = np.abs(middle) < REACH * size
-        own = near[fan.cell]
-        used = np.unique(fan.t[:, own])
-        depth = np.zeros(fan.p.shape[1])
-        depth[used] = signed_distance(fan.p[:, used], lines)
+        in_contact = np.where(near, middle > 0, touching)
+        reached = near & (np.abs(middle) <= ROUNDED * radii(partition.polygons))
+        fan, depth = _fan_of(fan, reached, lines)
         depth[np.abs(depth) < 1e-9 * size.min()] = 0.0
-        crossed = near.copy()
+        crossed = reached.ravel()
         for side in (depth > 0, depth < 0):
-            crossed &= np.bincount(fan.cell, own & side[fan.t].any(axis=0), len(near)) > 0
+            crossed &= np.bincount(fan.cell, side[fan.t].any(axis=0), k * n) > 0
         if not crossed.any():
-            return None
+            return [None] * k
         own = crossed[fan.cell]
         fan = replace(fan, t=fan.t[:, own], cell=fan.cell[own], part=fan.part[own])
         fan, depth = fan.cut_at_zero(depth)
         own = (depth[fan.t] > 0).any(axis=0)
-        t = fan.t[:, own]
-        p, t, of = _quarters(fan.p, t)
+        p, t, of = _quarters(fan.p, fan.t[:, own])
         cell, part = fan.cell[own][of], fan.part[own][of]
-        in_contact = np.where(near, middle > 0, touching)
-        depth = np.append(depth, signed_distance(p[:, len(depth) :], lines))
+        new = p[:, len(depth) :], np.tile(fan.cell[own] // n, 3)
+        depth = np.append(depth, lines.signed_distance(*new))
         depth = depth.clip(1e-12 * size.min())  # never zero, as is the root of the law of the edge
-        square, law = depth[t], _edge_law(weights, p, t, cell)
-        rising, growing = _roots(square)
-        triangles = Polygons(p, t.T.ravel(), np.arange(0, t.size + 1, 3))
-        at_middle = np.where(in_contact, np.abs(middle), np.nan)
-        pairs = _carrying(partition, crossed & ~in_contact, in_contact)
-        laws = []
-        for values, power in ((rising, 0.5), (growing, -0.5)):
-            load = np.bincount(cell, values * law * triangles.areas, len(near))
-            mean = np.where(crossed, load / partition.areas, np.nan)
-            there = at_middle**power * weights.in_cells
-            density = values * law / mean[cell]
-            laws.append(_law(partition, pairs, density, mean, there))
-        known = np.nonzero(crossed)[0], cell, part, crossed, in_contact
-        return cls(triangles, *known, (laws[0], laws[1]))
+        square, law = depth[t], _edge_law(weights, p, t, cell % n)
+        inner, areas = in_contact.ravel(), np.tile(partition.areas, k)
+        pairs = _carrying(partition, crossed & ~inner, inner)
+        laws, over = [], signed_areas(p, t)
+        for values, power in zip(_roots(square), (0.5, -0.5), strict=True):
+            load = np.bincount(cell, values * law * over, k * n)
+            mean = np.where(crossed, load / areas, np.nan)
+            there = np.where(in_contact, np.abs(middle), np.nan) ** power * weights.in_cells
+            laws.append(_law(partition, pairs, values * law / mean[cell], mean, there.ravel()))
+        (cells,) = np.nonzero(crossed)
+        starts = np.append(np.searchsorted(cell, cells), len(cell))
+        loads = Loads.of(p, t, starts, np.stack([law.density for law in laws]))
+        whole = cls(loads, cells, cell, part, crossed, inner, tuple(laws))
+        return [whole._picture(i, n) for i in range(k)]
+
+    def _picture(self, i: int, n: int) -> Self | None:
+        """Those of one picture of n cells."""
+        some = slice(*np.searchsorted(self.cells, [i * n, i * n + n]).tolist())
+        if some.start == some.stop:
+            return None
+        own, all_of_it = (
+            slice(*self.loads.starts[[some.start, some.stop]]),
+            slice(i * n, i * n + n),
+        )
+        pairs = slice(*np.searchsorted(self.laws[0].pairs[0], [i * n, i * n + n]))
+        laws = tuple(
+            LineLaw(
+                law.density[own],
+                law.pairs[:, pairs] - i * n,
+                law.share[pairs],
+                law.relative[all_of_it],
+            )
+            for law in self.laws
+        )
+        return replace(
+            self,
+            loads=self.loads.part(some),
+            cells=self.cells[some] - i * n,
+            cell=self.cell[own] - i * n,
+            part=self.part[own],
+            crossed=self.crossed[all_of_it],
+            in_contact=self.in_contact[all_of_it],
+            laws=laws,
+        )
+
+    @property
+    def centroids(self) -> ndarray:
+        """Of the triangles, (2, m)."""
+        return self.loads.inertia[:2]
+
+    @property
+    def areas(self) -> ndarray:
+        """Of the triangles, (m,)."""
+        return self.loads.inertia[2]
 
     def influence(self, substrate: Substrate, x: ndarray) -> ndarray:
         """Settlements of points of shape (2, m) under unit mean pressures of each law on the k
-        cells, shape (2, m, k)."""
-        out, loads = np.empty((2, len(self.cells), x.shape[1])), self._loads
+        cells, shape (2, k, m)."""
+        out, loads = np.empty((2, len(self.cells), x.shape[1])), self.loads
         (points,), c = inputs(x), substrate.singular_coefficient
         with Threads() as run:
-            run(lambda k: _fill(k.start, k.stop, points, c, loads, out), len(self.cells))
-        out = out.swapaxes(1, 2)
+            run(lambda k: fill(k.start, k.stop, points, c, loads, out), len(self.cells))
         if substrate.remainder is not None:
-            rest = np.zeros((x.shape[1], len(self.cell)))
-            none = np.empty((2, 0), dtype=int)
-            cells = Partition(self.triangles, none, none, self.triangles.centroids, none[0])
+            rest, m = np.zeros((x.shape[1], len(self.cell))), len(self.cell)
+            none, offsets = np.empty((2, 0), dtype=int), np.arange(0, 3 * m + 1, 3)
+            triangles = Polygons(loads.corners.reshape(2, -1), np.arange(3 * m), offsets)
+            cells = Partition(triangles, none, none, triangles.centroids, none[0])
             with Threads() as run:
                 for some, add in remainder_blocks(substrate, cells, None, x):
                     run(partial(add_rows, add, rest[:, some]), x.shape[1])
-            out = out + np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
+            added = np.add.reduceat(rest * loads.density[:, None], loads.starts[:-1], axis=2)
+            out += added.swapaxes(1, 2)
         return out
 
-    @computed_once
-    def _loads(self) -> "Loads":
-        triangles, ends = self.triangles, np.searchsorted(self.cell, self.cells, "right")
-        starts = np.append(0, ends)
-        corners = triangles.p[:, triangles.indices.reshape(-1, 3)]
-        centroids, areas = triangles.centroids, triangles.areas
-        radii = np.hypot(*(corners - centroids[..., None])).max(axis=1)
-        total = np.add.reduceat(areas, starts[:-1])
-        middles = np.add.reduceat(areas * centroids, starts[:-1], axis=1) / total
-        of = np.repeat(np.arange(len(self.cells)), np.diff(starts))
-        each, density = np.arange(len(of)), np.stack([law.density for law in self.laws])
-        pieces = Pieces(
-            corners.reshape(2, -1), triangles.offsets, np.ones(len(of)), each, each + 1
-        )
-        reach = np.hypot(*(corners - middles[:, of, None])).max(axis=1)
-        far = (FAR * np.maximum.reduceat(reach, starts[:-1])) ** 2
-        moments = load_moments(pieces, middles[:, of], 4)[:, :, None] * density
-        moments = np.add.reduceat(moments, starts[:-1], axis=3)
-        inertia = np.vstack([centroids, areas, triangles.second_moments])
-        terms = series_terms(moments).swapaxes(0, 1)
-        known = corners, inertia, (EXACT * radii) ** 2, density, starts, middles, far
-        return Loads(*inputs(*known, moments[0, 0], terms))
 
-
-class Loads(NamedTuple):
-    """Triangles and cells, as kernels take them.
-
-    Attributes
-    ----------
-    corners : (2, m, 3) array of float
-        Of the triangles.
-    inertia : (6, m) array of float
-        Their centroids, areas and second moments.
-    exact : (m,) array of float
-        Squares of distances up to which they are integrated over their sides.
-    density : (2, m) array of float
-        Of both laws.
-    starts : (k + 1,) array of int
-        First triangles of the cells.
-    middles : (2, k) array of float
-        Points of the cells.
-    far : (k,) array of float
-        Squares of distances from these from which on series serve.
-    mass, terms : (2, k) and (2, 14, k) array of float
-        Series of both laws, see `series_terms`.
-    """
-
-    corners: ndarray
-    inertia: ndarray
-    exact: ndarray
-    density: ndarray
-    starts: ndarray
-    middles: ndarray
-    far: ndarray
-    mass: ndarray
-    terms: ndarray
-
-
-@vectorised
-def _fill(begin, end, x, c, loads, out):
-    """Settlements under both laws on some cells, ``out`` of shape (2, k, m)."""
-    corners, inertia, exact, density, starts, middles, far, mass, terms = loads
-    m = x.shape[1]
-    near, x0, y0 = np.empty(m, np.int64), np.empty(m), np.empty(m)
-    value, one, two = np.empty(m), np.empty(m), np.empty(m)
-    for j in range(begin, end):
-        for law in range(2):
-            own = terms[law]
-            for i in range(m):
-                dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-                r = np.sqrt(dx * dx + dy * dy)
-                out[law, j, i] = c * (mass[law, j] / r + far_influence(dx, dy, far[j], own, j))
-        count = 0
-        for i in range(m):
-            dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
-            if dx * dx + dy * dy < far[j]:
-                near[count], x0[count], y0[count] = i, x[0, i], x[1, i]
-                one[count], two[count] = 0.0, 0.0
-                count += 1
-        for k in range(starts[j], starts[j + 1]):
-            cx, cy, area = inertia[0, k], inertia[1, k], inertia[2, k]
-            xx, xy, yy = inertia[3, k], inertia[4, k], inertia[5, k]
-            for i in range(count):
-                dx, dy = x0[i] - cx, y0[i] - cy
-                f = 1 / (dx * dx + dy * dy)
-                turned = 3 * f * (xx * dx * dx + 2 * xy * dx * dy + yy * dy * dy) - xx - yy
-                value[i] = np.sqrt(f) * (area + f * turned / 2)
-            for i in range(count):
-                dx, dy = x0[i] - cx, y0[i] - cy
-                if dx * dx + dy * dy < exact[k]:
-                    value[i] = _over_triangle(x0[i], y0[i], corners, k)
-            for i in range(count):
-                one[i] += density[0, k] * value[i]
-                two[i] += density[1, k] * value[i]
-        for i in range(count):
-            out[0, j, near[i]], out[1, j, near[i]] = c * one[i], c * two[i]
-
-
-@compiled
-def _over_triangle(x, y, corners, k):
-    """Integral of 1/r over a triangle."""
-    total = 0.0
-    ax, ay = corners[0, k, 2], corners[1, k, 2]
-    r1 = np.sqrt((x - ax) ** 2 + (y - ay) ** 2)
-    for end in range(3):
-        bx, by = corners[0, k, end], corners[1, k, end]
-        r2 = np.sqrt((x - bx) ** 2 + (y - by) ** 2)
-        lx, ly = bx - ax, by - ay
-        total += rib_integral(x, y, ax, ay, lx, ly, np.sqrt(lx * lx + ly * ly), r1, r2)
-        ax, ay, r1 = bx, by, r2
-    return total
+def _fan_of(fan: Fan, reached: ndarray, lines: Segments) -> tuple[Fan, ndarray]:
+    """Triangles of some cells in each of k pictures, (k, n) array of bool, and the distances of
+    their points to lines; cells count on from one picture to the next."""
+    (cells,), (n, points) = np.nonzero(reached.ravel()), (reached.shape[1], fan.p.shape[1])
+    firsts = fan.starts[cells % n]
+    owner, position = ragged(fan.starts[cells % n + 1] - firsts)
+    triangle, cell = firsts[owner] + position, cells[owner]
+    t = fan.t[:, triangle] + points * (cell // n)
+    used = np.zeros(points * len(reached), dtype=bool)
+    used[t] = True
+    (which,) = np.nonzero(used)
+    t, p = (np.cumsum(used) - 1)[t], fan.p[:, which % points]
+    return Fan(p, t, cell, fan.part[triangle]), lines.signed_distance(p, which // points)
 
 
 def _quarters(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray, ndarray]:
@@ -290,28 +231,33 @@ def _quarters(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray, ndarray]:
 
 def _edge_law(weights: EdgeWeights, p: ndarray, t: ndarray, cell: ndarray) -> ndarray:
     """Mean of the law of the edge over triangles."""
-    used, at = np.unique(t, return_inverse=True)
-    root = np.sqrt(weights.phi_at(p[:, used]))[at.reshape(t.shape)]
-    root = root.clip(1e-10 * root.max())
+    used = np.zeros(p.shape[1], dtype=bool)
+    used[t] = True
+    root = np.empty(len(used))
+    root[used] = np.sqrt(weights.phi_at(p[:, used]))
+    root = root[t].clip(1e-10 * root[used].max())
     return mean_weight(*root) * weights.factor(cell, np.sqrt(np.mean(root**2, axis=0)))
 
 
 def _roots(square: ndarray) -> tuple[ndarray, ndarray]:
     """Means over triangles of the root of what is linear, (3, m), and of its inverse."""
-    whole = np.repeat(np.eye(3)[..., None], square.shape[1], axis=2)
-    root, inverse = np.zeros((2, square.shape[1]))
-    for at, load in graded(whole, square, 2):  # exact
-        root += np.sum(load * np.einsum("ikq,ik->kq", at, square), axis=1)
-        inverse += load.sum(axis=1)
-    return root, inverse
+    a, b, c = np.sqrt(square)
+    ab, bc, ca = a * b, b * c, c * a
+    # as of `mean_weight`, a divided difference of 4/15 of the fifth power
+    top = ab * (a * a + ab + b * b) + bc * (b * b + bc + c * c) + ca * (c * c + ca + a * a)
+    top += 2 * ab * c * (a + b + c)
+    return 8 / 15 * top / ((a + b) * (b + c) * (c + a)), mean_weight(a, b, c)
 
 
 def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
-    """Some cells and their neighbours among others, both (n,) array of bool; shape (2, k)."""
-    n, f2c = len(partition), partition.f2c
-    pairs = np.hstack([f2c, f2c[::-1]])
-    pairs = pairs[:, (pairs.min(axis=0) >= 0) & outer[pairs[0]] & inner[pairs[1]]]
-    return np.stack(np.divmod(np.unique(pairs[0].astype(np.int64) * n + pairs[1]), n))
+    """Some cells and their neighbours among others in k pictures, both (k n,) array of bool;
+    shape (2, m)."""
+    n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
+    own, other = np.hstack([f2c, f2c[::-1]])
+    picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
+    keys = (picture * n + own[pair]) * n + other[pair]
+    cell, beside = np.divmod(np.unique(keys), n)
+    return np.stack([cell, cell - cell % n + beside])
 
 
 def _law(
@@ -319,7 +265,8 @@ def _law(
 ) -> LineLaw:
     """From means over crossed cells, and values at centroids in contact, else NaN each."""
     (own, other), x, crossed = pairs, partition.centroids, ~np.isnan(mean)
-    share = 1 / np.sum((x[:, own] - x[:, other]) ** 2, axis=0)
+    n = len(partition)
+    share = 1 / np.sum((x[:, own % n] - x[:, other % n]) ** 2, axis=0)
     of_all = np.bincount(own, share, len(mean))[own]
     share *= mean[own] / np.where(crossed, mean, there)[other] / of_all
     inside = crossed & ~np.isnan(there)

@@ -14,6 +14,7 @@ Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -28,7 +29,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
-from ..kernels.compiled import inputs
+from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from .graded_rule import graded
 from .law_moments import Factors, Triangles, law_moments
@@ -115,46 +116,34 @@ class EdgeWeights:
 
     def with_fan(self, fan: Fan) -> Self:
         """On other triangles that fill the cells, halved next to corners."""
-        weights = replace(self, fan=fan)
-        known = 0
-        for _ in range(HALVES):
-            sides = weights._bent(known)
-            if sides.shape[1] == 0:
-                break
-            known = weights.fan.p.shape[1]
-            weights = replace(weights, fan=weights.fan.halved(sides))
-        return weights
+        if self.corners is not None and len(self.corners.node):
+            fan = fan.halved(partial(self._bent, self.corners.x), HALVES)
+        return replace(self, fan=fan)
 
-    def _bent(self, known: int) -> ndarray:
-        """Sides of triangles next to corners along which phi is far from linear, shape (2, k).
+    def _bent(self, corners: ndarray, p: ndarray, t: ndarray) -> ndarray:
+        """Keys of the sides of triangles next to corners along which phi is far from linear."""
+        beside = np.zeros(t.shape[1], dtype=bool)
+        _next_to(*inputs(p, t, corners), beside)
+        n = p.shape[1]
+        keys = np.unique(side_keys(t[:, beside], n))
+        a, b = (p[:, end] for end in np.divmod(keys, n))
+        begin, end, middle = self.phi_at(np.hstack([a, b, (a + b) / 2])).reshape(3, -1)
+        return keys[np.abs(2 * middle - begin - end) > 2 * BENT * middle]
 
-        Of triangles that have not only vertices that were ``known`` before.
-        """
-        fan, corners = self.fan, self.corners
-        if corners is None or len(corners.node) == 0:
-            return np.empty((2, 0), dtype=int)
-        t = fan.t[:, (fan.t >= known).any(axis=0)]
-        v, n = fan.p[:, t], fan.p.shape[1]
-        longest = np.hypot(*(v[:, [1, 2, 0]] - v)).max(axis=0)
-        used = np.unique(t)
-        nearest = np.empty(n)
-        nearest[used] = cKDTree(corners.x).query(fan.p[:, used].T)[0]
-        t = t[:, nearest[t].min(axis=0) < BESIDE * longest]
-        a, b = np.divmod(np.unique(side_keys(t, n)), n)
-        begin, end, middle = self.phi_at(
-            np.hstack([fan.p[:, a], fan.p[:, b], (fan.p[:, a] + fan.p[:, b]) / 2])
-        ).reshape(3, -1)
-        bent = np.abs(2 * middle - begin - end) > 2 * BENT * middle
-        return np.stack([a, b])[:, bent]
+    @computed_once
+    def _edge(self) -> tuple[ndarray, ndarray, float]:
+        """Ends of the ribs, and how far points on the edge are from it, at most."""
+        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
+        # by rounding, more at site coordinates
+        off = 1e-12 * np.sqrt(self.partition.areas.sum()) + ROUNDING * np.abs(p).max()
+        return p[:, 0], p[:, 1], float(off)
 
     def phi_at(self, x: ndarray) -> ndarray:
         """phi in points of shape (2, m): their distance to the edge, but next to corners."""
-        p = self.partition.polygons.p[:, self.partition.facets[:, self.ribs]]
-        # points on the edge are so far from it by rounding, more at site coordinates
-        on_edge = 1e-12 * np.sqrt(self.partition.areas.sum()) + ROUNDING * np.abs(p).max()
-        distance = distance_to_segments(x, p[:, 0], p[:, 1])
-        distance = np.where(distance > on_edge, distance, 0.0)
-        if self.corners is None:
+        a, b, off = self._edge
+        distance = distance_to_segments(x, a, b)
+        distance[distance <= off] = 0.0
+        if self.corners is None or len(self.corners.node) == 0:
             return distance
         return distance * wedge_factor(self.corners, x, distance)
 
@@ -299,6 +288,19 @@ class EdgeWeights:
         with np.errstate(divide="ignore"):
             factor = self.factor(np.broadcast_to(cells, root.shape), root)
             return np.where(self.weighted[cells], factor / (root * self.mean[cells]), 1.0)
+
+
+@compiled
+def _next_to(p, t, corners, beside):
+    """Mark triangles with a vertex nearer to a corner than `BESIDE` times their longest side."""
+    for k in range(t.shape[1]):
+        longest, nearest = 0.0, np.inf
+        for i in range(3):
+            x, y, onward = p[0, t[i, k]], p[1, t[i, k]], t[(i + 1) % 3, k]
+            longest = max(longest, (p[0, onward] - x) ** 2 + (p[1, onward] - y) ** 2)
+            for c in range(corners.shape[0]):
+                nearest = min(nearest, (corners[c, 0] - x) ** 2 + (corners[c, 1] - y) ** 2)
+        beside[k] = nearest < BESIDE**2 * longest
 
 
 def _rolled(v: ndarray) -> list[ndarray]:

@@ -89,9 +89,7 @@ def law_moments(triangles: Triangles, centres: ndarray, cells: ndarray, degree: 
     """
     out = np.zeros((degree + 1, degree + 1, len(cells)))
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
-    (tau, along_tau), (u, along_u) = gauss(degree + 2), gauss(degree // 2 + 1)
-    weights = np.outer(along_tau, along_u).ravel()
-    rule = inputs(np.repeat(tau, len(u)), np.tile(u, len(tau)), weights)
+    rule = inputs(*gauss(degree + 2), *gauss(degree // 2 + 1))
     _add_moments(triangles, *inputs(centres, cells, factorials), rule, out)
     return out
 
@@ -125,7 +123,7 @@ def by_distance(piece, triangles):
 def _add_moments(triangles, centres, cells, factorials, rule, out):
     p, root, starts = triangles.p, triangles.root, triangles.starts
     orders = factorials.shape[0]
-    room, own = np.empty((4, rule[0].shape[0])), np.empty((orders, orders))
+    room, own = (np.empty(orders), np.empty((orders, orders))), np.empty((orders, orders))
     for k in range(cells.shape[0]):
         j = cells[k]
         own[:] = 0.0
@@ -148,26 +146,42 @@ def _add_moments(triangles, centres, cells, factorials, rule, out):
 
 @vectorised
 def _add_half(corners, at_apex, at_side, triangles, j, rule, room, own):
-    """Add integrals over a triangle with constant phi along the side opposite to its apex."""
+    """Add integrals over a triangle with constant phi along the side opposite to its apex.
+
+    In parts t of the way from the apex to that side, they are products of integrals over t and
+    along the side, first about the apex.
+    """
     ax, ay, bx, by, ox, oy = corners
-    tau, u, weight = rule
-    x, y, power, value = room
-    total = max(at_apex + at_side, TINY)
+    tau, along_tau, u, along_u = rule
+    onward, about = room
+    orders, total = own.shape[0], max(at_apex + at_side, TINY)
     size = 2 * abs((bx - ax) * (oy - ay) - (by - ay) * (ox - ax)) / total
+    onward[:], about[:] = 0.0, 0.0
     for k in range(tau.shape[0]):
         root = at_apex + (at_side - at_apex) * tau[k]
         t = tau[k] * (at_apex + root) / total
         over = factor_at(triangles.factors, j, root) / triangles.mean[j] - root
-        power[k] = size * t * weight[k] * over
-        x[k] = ax + t * (bx + u[k] * (ox - bx) - ax)
-        y[k] = ay + t * (by + u[k] * (oy - by) - ay)
-    for a in range(own.shape[0]):
-        for k in range(tau.shape[0]):
-            value[k] = power[k]
-            power[k] *= x[k]
-        for b in range(own.shape[0] - a):
-            integral = 0.0
-            for k in range(tau.shape[0]):
-                integral += value[k]
-                value[k] *= y[k]
-            own[a, b] += integral
+        power = size * t * along_tau[k] * over
+        for a in range(orders):
+            onward[a] += power
+            power *= t
+    for k in range(u.shape[0]):
+        x, y, power = bx + u[k] * (ox - bx) - ax, by + u[k] * (oy - by) - ay, along_u[k]
+        for a in range(orders):
+            value = power
+            for b in range(orders - a):
+                about[a, b] += value
+                value *= y
+            power *= x
+    for a in range(orders):
+        for b in range(orders - a):
+            about[a, b] *= onward[a + b]
+    for c in range(orders):  # moved to the origin
+        for k in range(1, orders - c):
+            for a in range(orders - c - 1, k - 1, -1):
+                about[a, c] += ax * about[a - 1, c]
+    for c in range(orders):
+        for k in range(1, orders - c):
+            for b in range(orders - c - 1, k - 1, -1):
+                about[c, b] += ay * about[c, b - 1]
+    own += about

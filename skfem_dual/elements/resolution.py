@@ -15,6 +15,7 @@ to rectangles and discs of 60 and 240 cells on layers of 0.001 to 0.03 half widt
 import numpy as np
 from numpy import ndarray
 
+from ..errors import MeshError
 from ..grids.partition import Partition
 from ..ground.stratified import Stratified
 from ..ground.substrates import Substrate
@@ -26,6 +27,8 @@ FACTOR, POWER = 3.5e-5, 2.5
 #: how many times as soft as the ground under a cell a surface without end would be where the error
 #: is that of the whole
 CANCELLED = 150.0
+#: sizes of cells whose moments remain numbers, and those of the ground's waves
+SIZES = 1e-20, 1e20
 #: cells smaller than so many lengths of the ground need not be looked at
 FINE = 0.5
 
@@ -54,7 +57,18 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     """What to warn of if the cells are too coarse for the ground, else None.
 
     ``sloped`` tells whether the pressure varies linearly over them.
+
+    Raises
+    ------
+    MeshError
+        If they are so large or small that their moments are no numbers.
     """
+    largest = float(np.sqrt(partition.areas.max()))
+    if not SIZES[0] < largest < SIZES[1]:
+        raise MeshError(
+            f"expected cells of sizes from {SIZES[0]:g} to {SIZES[1]:g}, got {largest:.3g}. "
+            "Remedy: choose units in which sizes are near 1"
+        )
     # of graded meshes the largest cells follow waves worst; parts cancel over all of the plan
     h, usual = (
         float(np.sqrt(np.average(partition.areas, weights=partition.areas**i))) for i in (2, 1)

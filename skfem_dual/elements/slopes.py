@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.compiled import compiled, inputs
+from ..kernels.compiled import compiled, inlined, inputs
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
 
@@ -96,33 +96,13 @@ class Slopes:
         return readonly((self.matrix.T @ ones.T).T)
 
     def lowest(self, pressure: ndarray) -> ndarray:
-        """Least value of ``q + g . (x - y)`` in each cell, shape (n,): where it is negative the
-        pressure changes its sign."""
+        """Least value of ``q + g . (x - y)`` in each cell, shape (n,) or (n, k): where it is
+        negative the pressure changes its sign."""
         polygons = self.partition.polygons
         cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
         arm = polygons.p[:, polygons.indices] - self.centroids[:, cell]
-        rise = np.sum(self.of(pressure)[:, cell] * arm, axis=0)
+        rise = np.einsum("iv...,iv->v...", self.of(pressure)[:, cell], arm)
         return pressure + np.minimum.reduceat(rise, polygons.offsets[:-1])
-
-
-def _around(partition: Partition, weights: EdgeWeights | None) -> tuple[ndarray, ndarray]:
-    """Cells that share a vertex with each, itself among them, ascending; where each list begins,
-    and the lists."""
-    polygons = partition.polygons
-    place = _places(partition)[polygons.indices]
-    at = np.ones(len(place), dtype=bool), place, polygons.offsets
-    vertices = csr_matrix(at, shape=(len(polygons), polygons.p.shape[1]))
-    around = vertices @ vertices.T
-    around.sort_indices()
-    starts, others = around.indptr, around.indices
-    if weights is not None:
-        # where the law of the edge is not known there, a weighted cell cannot compare itself
-        left_out = np.isnan(weights.mean)[others]
-        left_out &= np.repeat(weights.weighted, np.diff(starts))
-        if left_out.any():
-            starts = np.concatenate([[0], np.cumsum(~left_out)])[starts]
-            others = others[~left_out]
-    return starts, others
 
 
 def _places(partition: Partition) -> ndarray:
@@ -138,47 +118,97 @@ def _places(partition: Partition) -> ndarray:
 
 
 def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matrix:
-    n, c = len(partition), partition.centroids
-    starts, others = _around(partition, weights)
-    law = c, np.zeros(n, dtype=bool), np.ones(n)
+    n, polygons = len(partition), partition.polygons
+    vertices = inputs(_places(partition)[polygons.indices], polygons.offsets)
+    y, mean, weighted = partition.centroids, np.ones(n), np.zeros(n, dtype=bool)
     if weights is not None:
-        law = weights.centroids, weights.weighted, weights.mean
-    values = np.empty((2, len(others)))
-    _fit_planes(*inputs(starts, others, c, *law), values)
-    rows = np.append(starts, starts[-1] + starts[1:])
-    return csr_matrix((values.ravel(), np.tile(others, 2), rows), shape=(2 * n, n))
+        weighted, mean = weights.weighted, weights.mean
+        y = weights.centroids
+    given = inputs(partition.centroids, y, mean, weighted)
+    starts = np.zeros(n + 1, np.int64)
+    columns = _around(*vertices, polygons.p.shape[1], *given[2:], starts)
+    values = np.empty((2, len(columns)))
+    _fill_slopes(columns, starts, *given, values)
+    starts = np.append(starts, starts[1:] + len(columns))
+    return csr_matrix((values.ravel(), np.tile(columns, 2), starts), shape=(2 * n, n))
 
 
 @compiled
-def _fit_planes(starts, others, c, y, weighted, mean, values):
-    """Slopes of planes through each cell, nearest to those around it, by unit mean pressures."""
+def _around(places, offsets, npoints, mean, weighted, starts):
+    """Each cell and those that share a vertex with it, ascending; the first of each in ``starts``.
+
+    Where the law of the edge is not known in them, a weighted cell cannot compare itself.
+    """
+    n = offsets.shape[0] - 1
+    first, of_cell = np.zeros(npoints + 1, np.int64), np.empty(places.shape[0], np.int64)
+    for place in places:
+        first[place + 1] += 1
+    for k in range(npoints):
+        first[k + 1] += first[k]
+    at = first.copy()
+    for j in range(n):
+        for place in places[offsets[j] : offsets[j + 1]]:
+            of_cell[at[place]] = j
+            at[place] += 1
+    columns, seen = np.empty(0, np.int32), np.full(n, -1)
+    for room in (False, True):  # counted before they are put
+        if room:
+            for j in range(n):
+                starts[j + 1] += starts[j]
+            columns, at, seen[:] = np.empty(starts[n], np.int32), starts.copy(), -1
+        for j in range(n):
+            for place in places[offsets[j] : offsets[j + 1]]:
+                for i in of_cell[first[place] : first[place + 1]]:
+                    if seen[i] == j:
+                        continue
+                    seen[i] = j
+                    if i != j and weighted[i] and np.isnan(mean[j]):
+                        continue
+                    if room:
+                        columns[at[i]] = j
+                        at[i] += 1
+                    else:
+                        starts[i + 1] += 1
+    return columns
+
+
+@compiled
+def _fill_slopes(columns, starts, centroids, y, mean, weighted, values):
+    """Values of the matrix of slopes along x and along y."""
     for i in range(starts.shape[0] - 1):
-        middles = y if weighted[i] else c
+        begin, end = starts[i], starts[i + 1]
+        c = y if weighted[i] else centroids
         xx, xy, yy = 0.0, 0.0, 0.0
-        for at in range(starts[i], starts[i + 1]):
-            j = others[at]
-            dx, dy = middles[0, j] - middles[0, i], middles[1, j] - middles[1, i]
-            xx, xy, yy = xx + dx * dx, xy + dx * dy, yy + dy * dy
-        # the inverse of the moments, by their eigenvalues
-        mid, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-        most = mid + half
-        least = (xx * yy - xy * xy) / most if most > 0.0 else 0.0
-        if least > ON_A_LINE * most:
-            det = most * least
-            xx, xy, yy = yy / det, -xy / det, xx / det
-        elif most > 0.0:
-            over = most * (2 * half)
-            xx, xy, yy = (xx - mid + half) / over, xy / over, (yy - mid + half) / over
-        own, along, across = 0, 0.0, 0.0
-        for at in range(starts[i], starts[i + 1]):
-            j = others[at]
-            own = at if j == i else own
-            dx, dy = middles[0, j] - middles[0, i], middles[1, j] - middles[1, i]
-            u, v = xx * dx + xy * dy, xy * dx + yy * dy
+        for k in range(begin, end):
+            ax, ay = c[0, columns[k]] - c[0, i], c[1, columns[k]] - c[1, i]
+            xx, xy, yy = xx + ax * ax, xy + ax * ay, yy + ay * ay
+        xx, xy, yy = _pseudoinverse(xx, xy, yy)
+        own, own_x, own_y = begin, 0.0, 0.0
+        for k in range(begin, end):
+            j = columns[k]
+            ax, ay = c[0, j] - c[0, i], c[1, j] - c[1, i]
+            gx, gy = xx * ax + xy * ay, xy * ax + yy * ay
+            own_x, own_y = own_x - gx, own_y - gy
             ratio = mean[i] / mean[j] if weighted[i] else 1.0
-            values[0, at], values[1, at] = u * ratio, v * ratio
-            along, across = along + u, across + v
-        values[0, own], values[1, own] = -along, -across
+            values[0, k], values[1, k] = gx * ratio, gy * ratio
+            if j == i:
+                own = k
+        values[0, own], values[1, own] = own_x, own_y
+
+
+@inlined
+def _pseudoinverse(xx, xy, yy):
+    """Of a symmetric matrix that is not negative."""
+    half = np.hypot((xx - yy) / 2, xy)
+    most = (xx + yy) / 2 + half
+    least = max(most - 2 * half, 0.0)
+    if most == 0.0:
+        return 0.0, 0.0, 0.0
+    if least > ON_A_LINE * most:
+        det = xx * yy - xy * xy
+        return yy / det, -xy / det, xx / det
+    scale = most * (most - least)
+    return (xx - least) / scale, xy / scale, (yy - least) / scale
 
 
 def second_moments(weights: EdgeWeights) -> ndarray:

@@ -21,8 +21,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.outline import Wedges
-from ..grids.planar import cross
-from .segments import Pairs
+from ..kernels.compiled import compiled, inlined, inputs
 
 #: points so much beside a corner, in radians, are in it
 TOLERANCE = 0.3
@@ -61,11 +60,21 @@ def exponent(angle: ndarray) -> ndarray:
     return np.interp(np.degrees(angle), TABLE[:, 0], TABLE[:, 1])
 
 
-def across(angle: float | ndarray, near: ndarray) -> ndarray:
+def across(angle: float, near: ndarray) -> ndarray:
     """``f^(-2)`` at angles from the nearer edge, shape (m,)."""
-    square = (4 * near / angle * (1 - near / angle)).clip(0.0)
-    c = [np.interp(np.degrees(angle), TABLE[:, 0], column) for column in TABLE[:, 2:].T]
-    return angle / 4 * square * (1 + square * (c[0] + square * (c[1] + square * c[2])))
+    return _across(angle, near, *_bends(angle))
+
+
+def _bends(angle: float | ndarray) -> list[ndarray]:
+    return [np.interp(np.degrees(angle), TABLE[:, 0], column) for column in TABLE[:, 2:].T]
+
+
+def _across(angle, near, c1, c2, c3):
+    square = 4 * near / angle * (1 - near / angle)
+    return angle / 4 * square * (1 + square * (c1 + square * (c2 + square * c3)))
+
+
+_across_in_kernels = inlined(_across)
 
 
 def wedge_factor(wedges: Wedges, x: ndarray, distance: ndarray) -> ndarray:
@@ -80,21 +89,28 @@ def wedge_factor(wedges: Wedges, x: ndarray, distance: ndarray) -> ndarray:
     distance : (m,) array of float
         Theirs to the edge.
     """
-    k = len(wedges.angle)
-    pairs = Pairs.within(REACH * wedges.reach, np.arange(k), wedges.x.T, x)
-    corner = np.repeat(np.arange(k), np.diff(pairs.offsets))[distance[pairs.points] > 0]
-    point = pairs.points[distance[pairs.points] > 0]
-    bisector, angle = wedges.bisector[corner].T, wedges.angle[corner]
-    arm = x[:, point] - wedges.x[corner].T
-    r = np.hypot(*arm)
-    ratio, s = distance[point] / r, r / (REACH * wedges.reach[corner])
-    turn = np.arctan2(cross(bisector, arm), np.sum(bisector * arm, axis=0))
-    near = angle / 2 - np.abs(turn)
-    inside = near > -TOLERANCE
-    # sides may be curved
-    near = np.where(near < np.pi / 2, np.arcsin(ratio.clip(max=1.0)), near)
-    near = np.minimum(near, angle / 2)
-    own = across(angle, near) / ratio * s ** (1 - 2 * exponent(angle))
-    factor = np.ones(x.shape[1])
-    np.multiply.at(factor, point, np.where(inside, own, 1.0) ** (1 - s))
+    angle, factor = wedges.angle, np.ones(x.shape[1])
+    law = np.array([angle, REACH * wedges.reach, 1 - 2 * exponent(angle), *_bends(angle)])
+    _multiply(*inputs(x, distance, wedges.x, wedges.bisector, law), factor)
     return factor
+
+
+@compiled
+def _multiply(x, distance, corners, bisectors, law, factor):
+    """Multiply the factor by that of each corner at the points in its reach."""
+    for k in range(corners.shape[0]):
+        angle, reach, power, c1, c2, c3 = law[:, k]
+        cx, cy, bx, by = corners[k, 0], corners[k, 1], bisectors[k, 0], bisectors[k, 1]
+        for i in range(x.shape[1]):
+            dx, dy, d = x[0, i] - cx, x[1, i] - cy, distance[i]
+            if dx * dx + dy * dy > reach * reach or d <= 0.0:
+                continue
+            r = np.hypot(dx, dy)
+            near = angle / 2 - abs(np.arctan2(bx * dy - by * dx, bx * dx + by * dy))
+            if near <= -TOLERANCE:
+                continue
+            if near < np.pi / 2:  # sides may be curved
+                near = np.arcsin(min(d / r, 1.0))
+            own = _across_in_kernels(angle, min(near, angle / 2), c1, c2, c3) * r / d
+            s = r / reach
+            factor[i] *= (own * s**power) ** (1 - s)

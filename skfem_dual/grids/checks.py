@@ -12,6 +12,7 @@ from ..arguments import LARGEST, SMALLEST
 from ..errors import MeshError
 from ..messages import shown
 from .corners import Corners, signed_areas
+from .facets import number_facets
 from .planar import covered_twice
 from .polygons import readonly
 from .quality import MeshQuality
@@ -125,8 +126,13 @@ def array_conditions(mesh: MeshTri) -> Iterator[Condition]:
 
 def triangulation_conditions(corners: Corners) -> Iterator[Condition]:
     """What makes a MeshTri a triangulation of a domain; later ones build on earlier ones."""
+    yield from array_conditions(corners.mesh)
+    yield from _structure_conditions(corners)
+
+
+def _structure_conditions(corners: Corners) -> Iterator[Condition]:
+    """What is asked of a triangulation beside `array_conditions`."""
     mesh = corners.mesh
-    yield from array_conditions(mesh)
     p, t = mesh.p, mesh.t
     yield Condition(
         "three different vertices in every triangle",
@@ -149,6 +155,7 @@ def triangulation_conditions(corners: Corners) -> Iterator[Condition]:
         np.nonzero(np.abs(signed_areas(p, t)) <= FLAT * longest**2)[0],
         "remove or remesh the triangles whose vertices lie on one line",
     )
+    number_facets(mesh)
     yield from _tag_conditions(mesh)
     yield from _surface_conditions(corners)
 
@@ -202,8 +209,8 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
 
 
 def dual_conditions(corners: Corners) -> Iterator[Condition]:
-    """`triangulation_conditions` and `crossing_condition`."""
-    yield from triangulation_conditions(corners)
+    """What is asked of a mesh with a dual grid beside `array_conditions`."""
+    yield from _structure_conditions(corners)
     yield crossing_condition(corners)
 
 

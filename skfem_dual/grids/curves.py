@@ -8,7 +8,8 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_points
-from .outline import distance_to_segments
+from ..kernels.once import computed_once
+from .outline import distance_to_segments, inside_loops
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,11 @@ class Polygon:
 
     corners: ndarray
 
-    @property
+    @computed_once
     def _ends(self) -> ndarray:
         return np.roll(self.corners, -1, axis=1)
 
-    @property
+    @computed_once
     def _lengths(self) -> ndarray:
         return np.hypot(*(self._ends - self.corners))
 
@@ -85,14 +86,8 @@ class Polygon:
 
     def depth(self, x: ndarray) -> ndarray:
         """Distance of points to the boundary, negative outside."""
-        inside = np.zeros(x.shape[1], dtype=bool)
-        for (ax, ay), (bx, by) in zip(self.corners.T, self._ends.T):
-            if ay != by:  # a ray to the right of the point meets the side
-                inside ^= ((ay > x[1]) != (by > x[1])) & (
-                    x[0] < ax + (x[1] - ay) * (bx - ax) / (by - ay)
-                )
         distance = distance_to_segments(x, self.corners, self._ends)
-        return np.where(inside, distance, -distance)
+        return np.where(inside_loops(x, self.corners, self._ends), distance, -distance)
 
 
 class Curve(Protocol):

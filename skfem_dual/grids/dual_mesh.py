@@ -93,7 +93,6 @@ class DualMesh:
             _boundaries=user_tags(mesh.boundaries) or None,
             _subdomains=user_tags(mesh.subdomains) or None,
         )
-        _number_facets(mesh)
         corners = Corners(mesh)
         require(dual_conditions(corners))
         mesh.doflocs.setflags(write=False)
@@ -265,17 +264,6 @@ class DualMesh:
         from .cellwise import CellwiseBasis
 
         return CellwiseBasis(self, "primal", intorder=intorder)
-
-
-def _number_facets(mesh: MeshTri) -> None:
-    """Facets as skfem numbers them when first asked, in a tenth of the time."""
-    n = mesh.p.shape[1]
-    ends = np.sort(
-        np.stack([mesh.t[pair].astype(np.int64) for pair in mesh.elem.refdom.facets]), axis=1
-    )
-    keys, t2f = np.unique(ends[:, 0] * n + ends[:, 1], return_inverse=True)
-    mesh._facets = np.stack(np.divmod(keys, n)).astype(mesh.t.dtype)
-    mesh._t2f = t2f.reshape(mesh.t.shape)
 
 
 def _dual_partition(corners: Corners, crossings: ndarray) -> Partition:

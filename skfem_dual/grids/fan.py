@@ -1,5 +1,6 @@
 """Cells of a partition cut into triangles, on which fields inside the cells live."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,33 +96,46 @@ class Fan:
             readonly(part[order], np.int32),
         )
 
-    def halved(self, sides: ndarray) -> "Fan":
-        """With some sides of triangles, k > 0 pairs of ascending points (2, k), cut in halves:
-        their triangles in two, or in four with those halved too that have a triangle with two
-        others. Middles follow the other points."""
-        n = self.p.shape[1]
-        cut, more = np.empty(0, np.int64), sides.astype(np.int64).T @ [n, 1]
-        while len(more):
-            cut, ends = np.union1d(cut, more), np.zeros(n, dtype=bool)
-            ends[np.concatenate(np.divmod(cut, n))] = True
-            beside = np.nonzero(ends[self.t].sum(axis=0) >= 2)[0]
-            old = self.t[:, beside]
-            keys = side_keys(old, n)
-            place = np.searchsorted(cut, keys)
-            halved = np.append(cut, -1)[place] == keys
-            more = keys[~halved & (halved.sum(axis=0) == 2)]
-        p = np.hstack([self.p, self.p[:, np.divmod(cut, n)].mean(axis=1)])
-        middle = n + place
-        half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (1, 3))
-        whole = np.delete(np.arange(self.t.shape[1]), beside[halved.any(axis=0)])
-        a, b, c = old[:, quarters]
-        ab, bc, ca = middle[:, quarters]
-        turn = (halved[:, half].argmax(axis=0) + np.arange(3)[:, None]) % 3, half
-        (d, e, f), de = old[turn], middle[turn][0]
-        parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
-        t = np.hstack([self.t[:, whole], *map(np.array, parts)])
-        of = np.concatenate([whole, *[beside[quarters]] * 4, beside[half], beside[half]])
-        return Fan._by_cell(p, t, self.cell[of], self.part[of])
+    def halved(self, found: Callable[[ndarray, ndarray], ndarray], times: int) -> "Fan":
+        """With some sides of triangles cut in halves, so often.
+
+        Parameters
+        ----------
+        found : callable
+            Of the points and of the triangles (3, k) that are new, all in the beginning, to the
+            `side_keys` of the sides to cut, ascending.
+        times : int
+            How often at most.
+
+        Returns
+        -------
+        Fan
+            Triangles are cut in two, or in four with those halved too that have a triangle with
+            two others. Middles follow the other points.
+        """
+        p, t, cell, part = self.p, self.t, self.cell, self.part
+        new = t
+        for _ in range(times):
+            n, more = p.shape[1], found(p, new)
+            if len(more) == 0:
+                break
+            cut, ends = np.empty(0, np.int64), np.zeros(n, dtype=bool)
+            while len(more):
+                cut = np.union1d(cut, more)
+                ends[np.concatenate(np.divmod(cut, n))] = True
+                a, b, c = ends[t]
+                beside = np.nonzero((a & b) | (b & c) | (c & a))[0]
+                keys = side_keys(t[:, beside], n)
+                place = np.searchsorted(cut, keys)
+                halved = np.append(cut, -1)[place] == keys
+                more = keys[~halved & (halved.sum(axis=0) == 2)]
+            p = np.hstack([p, p[:, np.divmod(cut, n)].mean(axis=1)])
+            new, of = _cut(t[:, beside], n + place, halved)
+            whole = np.ones(t.shape[1], dtype=bool)
+            whole[beside[halved.any(axis=0)]] = False
+            of = np.append(np.nonzero(whole)[0], beside[of])
+            t, cell, part = np.hstack([t[:, whole], new]), cell[of], part[of]
+        return self if p is self.p else Fan._by_cell(p, t, cell, part)
 
     def cut_at_zero(self, values: ndarray) -> tuple["Fan", ndarray]:
         """With triangles cut where a function is zero that is given at the points and linear in
@@ -188,6 +202,20 @@ class Fan:
         order = order[inside[order] > -1e-9]
         deepest[point[order]] = triangle[order]
         return deepest
+
+
+def _cut(t: ndarray, middle: ndarray, halved: ndarray) -> tuple[ndarray, ndarray]:
+    """Parts of triangles of which one side is halved, or all are, and the triangle of each.
+
+    ``middle`` has the points in the middles of the sides, (3, m), ``halved`` which are halved.
+    """
+    half, quarters = (np.nonzero(halved.sum(axis=0) == k)[0] for k in (1, 3))
+    (a, b, c), (ab, bc, ca) = t[:, quarters], middle[:, quarters]
+    turn = (halved[:, half].argmax(axis=0) + np.arange(3)[:, None]) % 3, half
+    (d, e, f), de = t[turn], middle[turn][0]
+    parts = [a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca], [d, de, f], [de, e, f]
+    new = np.hstack([*map(np.array, parts)]).astype(t.dtype)
+    return new, np.concatenate([*[quarters] * 4, half, half])
 
 
 def side_keys(t: ndarray, n: int) -> ndarray:

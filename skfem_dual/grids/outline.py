@@ -60,6 +60,24 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     return distance
 
 
+def inside_loops(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """Whether a ray from each point, of shape (2, m), meets an odd number of segments ``ab``."""
+    inside = np.zeros(x.shape[1], dtype=bool)
+    _met_by_rays(*inputs(x, a, b), inside)
+    return inside
+
+
+@vectorised
+def _met_by_rays(x, a, b, odd):
+    """Flip ``odd`` for each segment that a ray to the right meets."""
+    for k in range(a.shape[1]):
+        ax, ay, by = a[0, k], a[1, k], b[1, k]
+        slope = (b[0, k] - ax) / (by - ay) if ay != by else 0.0
+        for i in range(x.shape[1]):
+            between = (ay > x[1, i]) != (by > x[1, i])
+            odd[i] ^= between & (x[0, i] < ax + (x[1, i] - ay) * slope)
+
+
 def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     """Distance of each point to its segment."""
     along, offset = b - a, x - a

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 from skfem import MeshTri
 
@@ -15,6 +16,8 @@ from .planar import cross
 ROUNDNESS = 0.01
 #: places of the nodes from which the next are extrapolated
 WINDOW = 8
+#: entries of banded matrices up to which these are factorised sooner than sparse ones
+BANDED = 2**18
 
 Show = Callable[[int, float], None]
 
@@ -36,15 +39,17 @@ def to_means(
         What was not reached, if anything.
     """
     held = ~free
-    laplacian = _laplacian(mesh)
     admissible = _Admissible(mesh)
     p, iteration = mesh.p, 0
     bad = np.full(mesh.nelements, bool(free.any()))
     while bad.any() and not held.all() and iteration < maxiter:
         iteration += 1
         p = mesh.p.copy()
-        rows = laplacian[~held]
-        p[:, ~held] = _solver(rows[:, ~held], p[:, ~held])(-(rows[:, held] @ p[:, held].T)).T
+        a, b = mesh.facets
+        ends, others = np.append(a, b), np.append(b, a)
+        beside = held[others]
+        right = [np.bincount(ends[beside], x[others[beside]], len(held))[~held] for x in p]
+        p[:, ~held] = _solver(mesh, ~held)(np.stack(right, axis=1)).T
         bad = admissible.violated(p)
         show(iteration, float(np.count_nonzero(held & free)))
         held[mesh.t[:, bad]] = True
@@ -68,9 +73,8 @@ def to_centroids(
     """
     if not free.any():
         return mesh.p, 0, ""
-    laplacian = _laplacian(mesh)
-    degree = laplacian.diagonal()[free]
-    solve = _solver(laplacian[free][:, free], mesh.p[:, free])
+    degree = np.bincount(mesh.facets.ravel())[free].astype(float)
+    solve = _solver(mesh, free)
     admissible = _Admissible(mesh)
     centroids = _CellCentroids(mesh)
     p = best = mesh.p
@@ -166,35 +170,39 @@ class _CellCentroids:
         return p + np.divide(moment, area, out=np.zeros_like(p), where=area != 0), area
 
 
-def _laplacian(mesh: MeshTri) -> csr_matrix:
-    """Neighbours of each node minus their number times the node, negated; sparse."""
-    (a, b), each = mesh.facets, np.arange(mesh.p.shape[1])
-    degree = np.bincount(mesh.facets.ravel(), minlength=len(each))
-    values = np.concatenate([np.full(2 * len(a), -1.0), degree])
-    at = np.concatenate([a, b, each]), np.concatenate([b, a, each])
-    return coo_matrix((values, at), shape=(len(each), len(each))).tocsr()
+def _solver(mesh: MeshTri, free: ndarray) -> Callable[[ndarray], ndarray]:
+    """Solves for values at the nodes where ``free``, the others being zero, whose number of
+    neighbours times value less those of the neighbours is given; shape (k, 2)."""
+    n, number = np.count_nonzero(free), np.cumsum(free) - 1
+    degree = np.bincount(mesh.facets.ravel(), minlength=len(free))[free]
+    i, j = number[mesh.facets[:, free[mesh.facets].all(axis=0)]]
+    # along the longer side of the domain neighbours are near each other
+    x = mesh.p[:, free]
+    order, place = np.argsort(x[np.argmax(np.ptp(x, axis=1))]), np.empty(n, dtype=int)
+    place[order] = np.arange(n)
+    first, last = np.sort([place[i], place[j]], axis=0)
+    width = int(np.max(last - first, initial=0))
+    if n * width <= BANDED:
+        band = np.zeros((width + 1, n))
+        band[0], band[last - first, first] = degree[order], -1.0
+        factor = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+        return lambda right: cho_solve_banded((factor, True), right[order])[place]
+    order = _dissection(i, j, x)
+    place[order] = np.arange(n)
+    values = np.concatenate([np.full(2 * len(i), -1.0), degree[order]])
+    at = [np.concatenate([place[k], place[m], np.arange(n)]) for k, m in ((i, j), (j, i))]
+    factors = splu(csc_matrix((values, at), shape=(n, n)), permc_spec="NATURAL")
+    return lambda right: factors.solve(right[order])[place]
 
 
-def _solver(matrix: csr_matrix, p: ndarray) -> Callable[[ndarray], ndarray]:
-    """Solves systems whose unknowns at ``p`` are coupled to neighbours only."""
-    order = _dissection(matrix.tocoo(), p)
-    factors = splu(matrix[order][:, order].tocsc(), permc_spec="NATURAL")
-
-    def solve(right: ndarray) -> ndarray:
-        solution = np.empty_like(right)
-        solution[order] = factors.solve(right[order])
-        return solution
-
-    return solve
-
-
-def _dissection(matrix: coo_matrix, p: ndarray, leaf: int = 64) -> ndarray:
+def _dissection(i: ndarray, j: ndarray, p: ndarray, leaf: int = 64) -> ndarray:
     """Order of elimination: halves, then the nodes between them, and the halves likewise.
 
-    Fills in O(n log n) entries, fewer than orders found without coordinates.
+    Fills in O(n log n) entries, fewer than orders found without coordinates. Nodes ``i`` and
+    ``j`` are neighbours.
     """
     n = p.shape[1]
-    i, j = matrix.row, matrix.col
+    i, j = np.append(i, j), np.append(j, i)
     part = np.zeros(n, dtype=int)
     level = np.full(n, 64)  # of the separator a node belongs to
     for depth in range(int(np.log2(max(n / leaf, 1)))):

@@ -4,20 +4,20 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 from skfem import MeshTri
 
 from ..arguments import checked_integer, checked_number, checked_size
 from ..errors import MeshError
-from .checks import dual_conditions
+from .checks import crossing_condition
 from .corners import Corners, signed_areas, unit
 from .curves import Curve, shares
-from .general import facet_numbers
-from .preprocess import Quality, silent
+from .facets import number_facets
+from .outline import inside_loops
+from .planar import cross
+from .preprocess import silent
+from .quality import smallest_angles
 from .relocation import to_means
-from .report import require
 
 #: nodes of the largest triangulations that are tried
 MOST = 10**8
@@ -29,6 +29,8 @@ STARTS = 0.137 + 0.071j, 0.31 + 0.22j, 0.05 + 0.4j, 0.43 + 0.13j
 GOOD = 30.0
 #: number of nodes above which one start must do
 MANY = 20000
+#: areas over squares of lengths, and sines of angles, that rounding may make of nothing
+ROUND = 1e-10
 #: sparse systems solved for the means of neighbours
 ROUNDS = 30
 #: height of an equilateral triangle over its side
@@ -110,18 +112,17 @@ def triangulated(
                     points, loops = _wanted(curves, n, finer * ratio, nboundary, start)
                 else:
                     points, loops = _points(curves, size, finer * ratio, nboundary, start)
-                mesh, quality = _relaxed(points, loops)
+                mesh, angle = _relaxed(points, loops)
             except MeshError as error:
                 trouble = error
                 continue
             missed = max(abs(points.shape[1] - n) - 1, 0) / n if size is None else 0.0
             # a node of a hundred too many is as bad as twenty degrees
-            if quality.uncrossed == 0 and quality.smallest_angle - 2000 * missed > merit:
-                best, merit = (mesh, loops), quality.smallest_angle - 2000 * missed
+            if angle - 2000 * missed > merit:
+                best, merit = (mesh, loops), angle - 2000 * missed
             if best and (merit > GOOD or points.shape[1] > MANY):
                 break
         if best:
-            require(dual_conditions(Corners(best[0])))
             return _tagged(*best)
         if nboundary is not None:
             break
@@ -212,7 +213,9 @@ def _lattice(
         return np.floor(0.5 - 2 * np.log(wanted(np.maximum(d, 0)) / size) / np.log(3))
 
     def chosen(z: ndarray, d: ndarray, level: int) -> ndarray:
-        here = (d > HEIGHT * edge + 0.5 * wanted(d)) & (level_of(d) >= level)
+        here = d > HEIGHT * edge + 0.5 * wanted(d)
+        if level:
+            here &= level_of(d) >= level
         return np.stack([z.real[here], z.imag[here]])
 
     def at(z: ndarray) -> ndarray:
@@ -222,7 +225,7 @@ def _lattice(
     middle = complex((left + right) / 2, (bottom + top) / 2)
     m = int(np.ceil((top - bottom) / 2 / (size * HEIGHT))) + 2
     k = int(np.ceil((right - left) / 2 / size)) + 2
-    rows, columns = np.mgrid[-m : m + 1, -k : k + 1]
+    rows, columns = np.arange(-m, m + 1)[:, None], np.arange(-k, k + 1)
     basis = complex(size)
     z = middle + size * start + basis * (columns + rows % 2 / 2 + 1j * HEIGHT * rows).ravel()
     d = at(z)
@@ -238,22 +241,72 @@ def _lattice(
     return np.hstack(points)
 
 
-def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, Quality]:
-    """The better of two triangulations, the second of the relocated points of the first."""
+def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, float]:
+    """The better of two triangulations, the second of the relocated points of the first, and its
+    smallest angle in degrees, -inf if it has no dual grid."""
     first = _at_means(_inside(points, loops), loops)
-    quality = Quality.of(first)
-    second = _inside(first.p, loops)
-    if np.array_equal(second.facets, first.facets):
-        return first, quality
-    second = _at_means(second, loops)
-    again = Quality.of(second)
-    return (second, again) if again.better(quality) else (first, quality)
+    angle = _angle(first)
+    if _delaunay(first):
+        return first, angle
+    second = _at_means(_inside(first.p, loops), loops)
+    again = _angle(second)
+    return (second, again) if again > angle + 1e-9 else (first, angle)
+
+
+def _angle(mesh: MeshTri) -> float:
+    """Smallest angle in degrees, -inf if a facet is not crossed by its rib."""
+    if len(crossing_condition(Corners(mesh)).offending):
+        return -np.inf
+    return float(np.degrees(smallest_angles(mesh.p, mesh.t).min()))
+
+
+def _delaunay(mesh: MeshTri) -> bool:
+    """Whether the angles that face a facet nowhere add up to more than two right ones."""
+    inner = np.nonzero(mesh.f2t[1] != -1)[0]
+    ends, pair = mesh.facets[:, inner], mesh.f2t[:, inner]
+    p, facing = mesh.p * unit(mesh.p), mesh.t[:, pair].sum(axis=0) - ends.sum(axis=0)
+    arms = p[:, ends][:, :, None] - p[:, facing][:, None]
+    sine, cosine = np.abs(cross(arms[:, 0], arms[:, 1])), np.sum(arms[:, 0] * arms[:, 1], axis=0)
+    sum_of_angles = sine[0] * cosine[1] + cosine[0] * sine[1]
+    return bool((sum_of_angles >= -ROUND * np.hypot(sine, cosine).prod(axis=0)).all())
 
 
 def _at_means(mesh: MeshTri, loops: ndarray) -> MeshTri:
     """The mesh with its inner nodes at the means of their neighbours."""
     free = np.arange(mesh.p.shape[1]) >= loops[-1]
-    return MeshTri(np.ascontiguousarray(to_means(mesh, free, 0.0, ROUNDS, silent)[0]), mesh.t)
+    p = np.ascontiguousarray(to_means(mesh, free, 0.0, ROUNDS, silent)[0])
+    return _numbered(p, mesh.t)
+
+
+def _numbered(p: ndarray, t: ndarray) -> MeshTri:
+    mesh = MeshTri(p, np.ascontiguousarray(t))
+    number_facets(mesh)
+    return mesh
+
+
+def _inside(points: ndarray, loops: ndarray) -> MeshTri:
+    """Delaunay's triangles to the left of the loops.
+
+    Raises MeshError if a boundary facet or a node is lost.
+    """
+    # qhull loses digits far from the origin and overflows at some sizes
+    local = (points - points.mean(axis=1, keepdims=True)) * unit(points)
+    t = np.ascontiguousarray(Delaunay(local.T).simplices.T, dtype=np.int32)
+    # triangles with nodes of the boundary alone may lie outside, or be flat
+    only = np.nonzero((t < loops[-1]).all(axis=0))[0]
+    start, end = _boundary(loops)
+    v = local[:, t[:, only]]
+    outside = ~inside_loops(v.mean(axis=1), local[:, start], local[:, end])
+    longest = np.max(np.ptp(v, axis=1), axis=0)
+    outside |= np.abs(signed_areas(local, t[:, only])) < ROUND * longest**2
+    mesh = _numbered(points, np.delete(t, only[outside], axis=1))
+    along = np.sort([start, end], axis=0)
+    edge = mesh.facets[:, mesh.f2t[1] == -1]
+    if not np.array_equal(edge, along[:, np.lexsort(along[::-1])]):
+        raise MeshError("facets on the boundary are lost")
+    if len(np.unique(mesh.facets)) < points.shape[1]:
+        raise MeshError("nodes are lost")
+    return mesh
 
 
 def _boundary(loops: ndarray) -> ndarray:
@@ -263,49 +316,9 @@ def _boundary(loops: ndarray) -> ndarray:
     return np.stack([np.arange(loops[-1]), ends])
 
 
-def _inside(points: ndarray, loops: ndarray) -> MeshTri:
-    """Delaunay's triangles to the left of the loops.
-
-    Raises MeshError if a boundary facet or a node is lost.
-    """
-    # qhull loses digits far from the origin and overflows at some sizes
-    t = Delaunay(((points - points.mean(axis=1, keepdims=True)) * unit(points)).T).simplices.T
-    mesh = MeshTri(points, np.ascontiguousarray(t, dtype=np.int32))
-    ends = _boundary(loops)
-    facets = facet_numbers(mesh, *ends)
-    if np.any(facets < 0):
-        raise MeshError(f"{np.count_nonzero(facets < 0)} boundary facets are lost")
-    open_ = mesh.f2t[1] != -1
-    open_[facets] = False
-    joined = coo_matrix(
-        (np.ones(np.count_nonzero(open_)), mesh.f2t[:, open_]), (mesh.nelements,) * 2
-    )
-    label = connected_components(joined, directed=False)[1]
-    # flat triangles of boundary nodes in line may lie outside: the fuller side is the left one
-    first, second = mesh.f2t[:, facets]
-    second = np.where(second == -1, first, second)
-    size = [
-        signed_areas(points, np.stack([*ends, mesh.t[:, side].sum(axis=0) - ends.sum(axis=0)]))
-        for side in (first, second)
-    ]
-    left = np.where(size[0] > size[1], first, second)
-    kept = np.isin(label, label[left])
-    if len(np.unique(mesh.t[:, kept])) != points.shape[1]:
-        raise MeshError("nodes are lost")
-    along = points[:, ends[0]] - points[:, ends[1]]
-    if np.any(np.maximum(*size) < 1e-10 * np.sum(along**2, axis=0)):
-        raise MeshError("triangles at the boundary are flat")
-    return MeshTri(points, np.ascontiguousarray(mesh.t[:, kept]))
-
-
 def _tagged(mesh: MeshTri, loops: ndarray) -> MeshTri:
-    facets = facet_numbers(mesh, *_boundary(loops))
-    if len(loops) == 2:
-        names = ["edge"]
-    elif len(loops) == 3:
-        names = ["edge", "hole"]
-    else:
-        names = ["edge", *(f"hole{i}" for i in range(len(loops) - 2))]
-    return mesh.with_boundaries(
-        {name: np.sort(facets[a:b]) for name, a, b in zip(names, loops, loops[1:])}
-    )
+    facets = np.nonzero(mesh.f2t[1] == -1)[0]
+    loop = np.searchsorted(loops, mesh.facets[0, facets], side="right") - 1
+    holes = len(loops) - 2
+    names = ["edge", *(["hole"] if holes == 1 else [f"hole{i}" for i in range(holes)])]
+    return mesh.with_boundaries({name: facets[loop == i] for i, name in enumerate(names)})

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
-from skfem.io.meshio import HEX_MAPPING
 
 from ..arguments import checked_instance, checked_number
 from ..contact.elastic_solution import ElasticSolution
@@ -14,12 +13,13 @@ from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
 from .writing import PathLike, write_whole
 
-#: what VTK calls the elements, and the order of their vertices
+#: what VTK calls the elements, and the order of their vertices; the last is that of
+#: skfem.io.meshio, whose import takes long
 KINDS: dict[type, tuple[str, Any]] = {
     MeshTri: ("triangle", slice(None)),
     MeshQuad: ("quad", slice(None)),
     MeshTet: ("tetra", slice(None)),
-    MeshHex: ("hexahedron", HEX_MAPPING[:8]),
+    MeshHex: ("hexahedron", [0, 3, 6, 2, 1, 5, 7, 4]),
 }
 
 

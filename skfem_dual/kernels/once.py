@@ -49,6 +49,14 @@ class computed_once(cached_property[_T]):
             return known[name]
 
 
+def remember(instance: object, name: str, value: Any) -> None:
+    """Keep what has been computed for a `computed_once` of an object, with that of others."""
+    if not isinstance(getattr(type(instance), name), computed_once):
+        raise TypeError(f"expected the name of what is computed once, got {name!r}")
+    with _Held(instance, name):
+        instance.__dict__.setdefault(name, value)
+
+
 class _Held:
     """The lock of one property of one object, kept while some thread holds or awaits it."""
 

@@ -15,6 +15,7 @@ from typing import Self
 import numpy as np
 import scipy
 from numpy import ndarray
+from numpy.lib.stride_tricks import as_strided
 
 from ..elements.influence import influence_matrix
 from ..grids.lattice import Lattice
@@ -32,8 +33,8 @@ ROOM = 1.25
 #: a symbol that is dear is computed so many times an octave of wave numbers (to 1e-10) for
 #: products, and for approximate inverses
 FINE, COARSE = 256, 8
-#: rows of a dense matrix that are made together
-ROWS = 64
+#: cells up to which a matrix multiplies sooner than transforms do
+FEW = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +142,8 @@ class BlockToeplitz:
 
     def __matmul__(self, q: ndarray) -> ndarray:
         """Settlements under pressures of shape (n,) or (n, k)."""
+        if self._few is not None:
+            return self._few @ q
         if q.ndim == 2:
             return np.stack([self.convolution @ column for column in q.T], axis=1)
         return self.convolution @ q
@@ -156,11 +159,23 @@ class BlockToeplitz:
 
     def to_dense(self) -> ndarray:
         """The matrix."""
-        n = len(self.lattice)
-        out = np.empty((n, n))
-        for start in range(0, n, ROWS):
-            out[start : start + ROWS] = self.rows(np.arange(start, min(start + ROWS, n)))
-        return out
+        nx, ny = self.lattice.shape
+        x, y = np.abs(np.arange(1 - nx, nx)), np.abs(np.arange(1 - ny, ny))
+        offsets = self.entries[x[:, None], y]
+        # places of cells, then of points
+        dx, dy = offsets.strides
+        every = as_strided(
+            offsets[nx - 1 :, ny - 1 :], (nx, ny, nx, ny), (-dx, -dy, dx, dy), writeable=False
+        )
+        if self.lattice.full:
+            return every.reshape(nx * ny, nx * ny)
+        x, y = np.divmod(self.lattice.places, ny)
+        return every[x[:, None], y[:, None], x, y]
+
+    @computed_once
+    def _few(self) -> ndarray | None:
+        """The matrix, if it multiplies sooner than transforms do."""
+        return self.to_dense() if len(self.lattice) <= FEW and not self.singular else None
 
 
 def _rectangle(dx: float, dy: float) -> Partition:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from skfem import MeshTri
 
-from ..arguments import Pair
+from ..arguments import Pair, checked_number
 from ..contact.load import Hull, Load, require_compression
 from ..contact.punch import RigidPunch
 from ..contact.solution import PunchSolution
@@ -143,9 +143,21 @@ class Problem:
     origin: Pair
     unilateral: bool
     progress: bool
+    time_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.time_limit is not None:
+            checked_number("time_limit", self.time_limit, above=0)
 
     def on_coarsest(self) -> Attempt:
-        """On the coarsest mesh that will do."""
+        """On the coarsest mesh that will do.
+
+        Raises
+        ------
+        TimeoutError
+            If that alone takes longer than the time limit: a solution takes about as long as its
+            mesh.
+        """
         if self.unilateral:  # what no mesh can balance
             hull = Hull.of(self.plan.around)
             for load in self.loads:
@@ -154,10 +166,20 @@ class Problem:
         for coarser in LARGEST_STEP ** np.arange(TRIES):
             begin = perf_counter()
             try:
-                return self.on(self.mesh(coarser * size), coarser * size, begin)
+                mesh = self.mesh(coarser * size)
+                self._require_time(mesh, 2 * (perf_counter() - begin))
+                return self.on(mesh, coarser * size, begin)
             except ValueError as error:  # the outline, or a load near its edge, takes finer ones
                 trouble = error
         raise trouble
+
+    def _require_time(self, mesh: MeshTri, seconds: float) -> None:
+        if self.time_limit is not None and seconds > self.time_limit:
+            raise TimeoutError(
+                f"expected a time limit above the {seconds:.2g} s or so that the coarsest mesh of "
+                f"the plan takes, of {mesh.p.shape[1]} cells, got {self.time_limit:g} s. Remedy: "
+                "time_limit=; slender plans take many cells"
+            )
 
     def finer(self, last: Attempt, step: float) -> tuple[Attempt, float]:
         """On a mesh with facets ``step`` times as long, and that step.
@@ -221,9 +243,7 @@ def governing(problem: Problem) -> Problem:
     return replace(problem, loads=tuple(problem.loads[k] for k in sorted(judged)))
 
 
-def search(
-    problem: Problem, accuracy: float, time_limit: float | None, memory: float
-) -> tuple[Attempt, Accuracy]:
+def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, Accuracy]:
     """Finer meshes until the error is small enough, or one would take too much; see `Accuracy`."""
     layered = problem.substrate.remainder is not None  # its table is not the first mesh's time
     last = problem.on_coarsest()
@@ -232,7 +252,7 @@ def search(
     while not (error <= accuracy and last.trusted):
         aim = np.sqrt(AIM * accuracy / error) if error > accuracy else LARGEST_STEP
         step = float(np.clip(aim if len(trials) > 1 else 1, SMALLEST_STEP, LARGEST_STEP))
-        if reason := _beyond(trials, step, time_limit, memory, layered):
+        if reason := _beyond(trials, step, problem.time_limit, memory, layered):
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
         finer, step = problem.finer(last, step)

@@ -95,7 +95,7 @@ def solve_plan(
         As `RigidPunch.solve`, or if an argument is out of range.
     MeshError
         If no mesh of the plan was found.
-    MemoryError
+    MemoryError, TimeoutError
         If the coarsest mesh is too much.
 
     Warns
@@ -134,8 +134,9 @@ def solve_plan(
         origin,
         checked_flag("unilateral", unilateral),
         checked_flag("progress", progress),
+        time_limit,
     )
-    found, accuracy_found = reached(problem, accuracy, time_limit, memory)
+    found, accuracy_found = reached(problem, accuracy, memory)
     (solution,) = found.solutions
     parts = {f.name: getattr(solution, f.name) for f in fields(solution)}
     answer = PlanSolution(**parts, plan=plan, accuracy=accuracy_found)
@@ -144,17 +145,12 @@ def solve_plan(
 
 
 def reached(
-    problem: Problem,
-    accuracy: float,
-    time_limit: float | None = None,
-    memory: float | None = None,
+    problem: Problem, accuracy: float, memory: float | None = None
 ) -> tuple[Attempt, Accuracy]:
     """`search` by arguments of `solve_plan`, with its warnings told to the caller's caller."""
     accuracy = checked_number("accuracy", accuracy, at_least=1e-5, at_most=0.1)
-    if time_limit is not None:
-        time_limit = checked_number("time_limit", time_limit, above=0)
     memory = available_memory() if memory is None else checked_number("memory", memory, above=0)
-    found, record = search(problem, accuracy, time_limit, memory)
+    found, record = search(problem, accuracy, memory)
     for told in found.warned:
         warn(told.message, told.category, stacklevel=3)
     if not record.reached:

@@ -230,8 +230,8 @@ def _written(figure: Figure, vector: bool) -> Picture:
     if not vector:
         return Picture("data:image/png;base64," + b64encode(buffer.getvalue()).decode(), width)
     # a hundredth of a point is enough
-    short = re.compile(r"(\.\d\d)\d+")
-    text = re.sub(r' d="[^"]*"', lambda d: short.sub(r"\1", d[0]), buffer.getvalue().decode())
+    beyond = re.compile(r"(?<=\.\d\d)\d+")
+    text = re.sub(r' d="[^"]*"', lambda d: beyond.sub("", d[0]), buffer.getvalue().decode())
     return Picture("data:image/svg+xml;base64," + b64encode(text.encode()).decode(), width)
 
 

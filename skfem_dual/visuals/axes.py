@@ -89,7 +89,9 @@ def draw_segments(
 
 def data_per_point(ax: Axes) -> float:
     """How much of the coordinates a point of type is, in the axes as they are laid out now."""
-    ax.figure.draw_without_rendering()  # type: ignore[union-attr]
+    if layout := ax.figure.get_layout_engine():
+        layout.execute(ax.figure)  # type: ignore[arg-type]
+    ax.apply_aspect()
     pixels = ax.transData.transform([[0.0, 0.0], [1.0, 0.0]])
     return float(ax.figure.dpi / 72 / np.ptp(pixels[:, 0]))
 

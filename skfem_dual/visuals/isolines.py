@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy import ndarray
-from scipy.interpolate import splev, splprep
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -118,6 +117,8 @@ def smooth_line(line: ndarray) -> ndarray:
     (2, n) array of float
         A smoothing spline, about a tenth of a segment from the points, with the same ends.
     """
+    from scipy.interpolate import splev, splprep  # takes long
+
     step = np.hypot(*np.diff(line, axis=1))
     closed = bool(np.all(line[:, 0] == line[:, -1]))
     kept = np.append(True, step > 0.2 * np.median(step))
