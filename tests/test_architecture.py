@@ -156,6 +156,7 @@ LAYERS = [
         "contact.planes",
         "contact.contact_line",
         "contact.region",
+        "contact.edges",
         "contact.footprint",
         "contact.many",
         "contact.body",

@@ -2,6 +2,7 @@
 
 import importlib
 import sys
+import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
@@ -220,6 +221,64 @@ def test_choice():
     assert "dense summation from 41 cells" in repr(small)
     assert "fast summation" in repr(large)
     assert large.estimate.memory / 4 < large.memory < large.estimate.memory
+
+
+@pytest.mark.parametrize("name", ["steep dual cells", "triangles"])
+def test_other_points_take_what_is_known_of_the_cells(name):
+    """Points anywhere in the plan, in boxes that held none, beyond it: as exact as others are."""
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES[name], 1e-6, "fast")
+    p = operator.partition.polygons.p
+    rng = np.random.default_rng(0)
+    for x in (p, p.mean(axis=1, keepdims=True) + 3 * rng.uniform(-1, 1, (2, 50))):
+        other = operator.at(x)
+        assert other.method == "dense" or other.summation is not None
+        other = InfluenceOperator(
+            operator.substrate, operator.partition, 1e-6, "fast", edge=operator.slopes,
+            collocation=x, like=operator,
+        )  # fmt: skip
+        q = rng.random(len(operator.partition))
+        exact = other.rows(np.arange(0, x.shape[1], 7)) @ q
+        assert (other @ q)[::7] == pytest.approx(exact, rel=3e-6)
+        # beyond the root there are no boxes
+        shared = other.summation.far_fields[0].p2m is operator.summation.far_fields[0].p2m
+        assert shared == (x is p)
+    strange = InfluenceOperator(HalfSpace(1.0, 0.0), BASES[name], 1e-4, "fast")
+    with pytest.raises(ValueError, match=r"another ground.*Remedy: operator\.at"):
+        InfluenceOperator(
+            operator.substrate, operator.partition, edge=operator.slopes, like=strange
+        )
+
+
+def test_vectors_one_by_one(monkeypatch):
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], 1e-6, "fast")
+    q = np.random.default_rng(0).random((len(operator.partition), 3))
+    together = operator @ q
+    monkeypatch.setattr(attempts, "ONE_BY_ONE", 100)
+    assert operator @ q == pytest.approx(together, rel=1e-13)
+
+
+def test_the_whole_way_is_refused_where_its_memory_is_missing(monkeypatch):
+    punch = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(6)).basis(), rtol=1e-6)
+    n = len(punch.partition)
+    needed = resources.whole(n, 1e-6, False) - resources.BEFORE * n
+    monkeypatch.setattr(resources, "available_memory", lambda: 0.5 * needed)
+    with pytest.raises(MemoryError, match=rf"{n} cells take.*at most {n // 2} cells"):
+        punch.solve(1.0)
+
+
+@pytest.mark.parametrize("n", [6, pytest.param(8, marks=pytest.mark.slow)])
+def test_memory_of_the_whole_way(n):
+    mesh = disc(n)
+    RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(6)).basis(), rtol=1e-6).solve(1.0)
+    tracemalloc.start()
+    try:
+        punch = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(mesh).basis(), rtol=1e-6)
+        assert punch.solve(1.0).settlement > 0
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    expected = resources.whole(len(punch.partition), 1e-6, False)
+    assert expected / 1.5 < most < 1.5 * expected
 
 
 def test_memory_is_refused_before_it_is_taken(monkeypatch):

@@ -33,8 +33,9 @@ from ..kernels.once import computed_once
 from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
 from .body import Body
+from .edges import EdgeBoundaries
 from .elastic_solution import ElasticSolution
-from .footprint import Edge, EdgeBoundaries, Footprint
+from .footprint import Edge, Footprint
 from .load import Constraints, Pair
 from .one_sign import contact_of, solved
 from .pressed import Pressed

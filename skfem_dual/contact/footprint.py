@@ -25,7 +25,6 @@ from ..elements.slopes import Slopes
 from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
-from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
@@ -33,8 +32,10 @@ from ..kernels.once import computed_once
 from ..operators.entries import ALIKE, SAMPLES, Entries, some_rows
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
+from ..operators.resources import require_memory
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
+from .edges import EdgeBoundaries, weights_of
 from .load import Hull
 from .region import PlanTriangles
 from .system import DENSE
@@ -46,7 +47,6 @@ Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
 Ground = ndarray | InfluenceOperator | FlattenedOperator
 Operator = Ground | SymmetricMatrix
-EdgeBoundaries = str | Sequence[str] | ndarray
 
 
 class ExactRows(NamedTuple):
@@ -174,7 +174,15 @@ class LoadedCells:
         return InfluenceOperator.from_partition(self.substrate, self.partition, x, law, rtol)
 
     def operator(self, rtol: float) -> ndarray | InfluenceOperator:
-        """From the cells to their collocation points; a matrix where that is small and sooner."""
+        """From the cells to their collocation points; a matrix where that is small and sooner.
+
+        Raises
+        ------
+        MemoryError
+            If the memory at hand will not do until the answer.
+        """
+        if not self.few and not self.regular:
+            require_memory(len(self), rtol, self.substrate.remainder is not None)
         operator = self.fast_operator(self.collocation_points, rtol)
         return operator.to_dense() if self.few and operator.method == "dense" else operator
 
@@ -260,7 +268,7 @@ class Footprint(LoadedCells):
             warn(coarse, ResolutionWarning, stacklevel=2)
         law: tuple[EdgeWeights | None, Slopes | None] = None, None
         if edge == "singular":
-            weights = _weights(substrate, basis, partition, edge_boundaries)
+            weights = weights_of(substrate, basis, partition, edge_boundaries)
             law = weights, Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
         return cls(substrate, partition, *law, points, basis, edge, collocation, origin, rtol)
@@ -366,35 +374,3 @@ def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:
     acting = np.hstack([part.acting for part in parts])
     corners = np.hstack([part.partition.polygons.p for part in parts])
     return Hull.of(acting - centre[:, None]), Hull.of(corners - centre[:, None])
-
-
-def _weights(
-    substrate: Substrate,
-    basis: CellBasis,
-    partition: Partition,
-    boundaries: EdgeBoundaries | None,
-) -> EdgeWeights:
-    """Weights that grow to the edge of the plan, or to the part of it on some boundaries."""
-    ribs = edge_ribs(partition)
-    if boundaries is not None:
-        ribs = ribs[np.isin(partition.boundary[ribs], _named_facets(basis, boundaries))]
-        if len(ribs) == 0:
-            raise ValueError(
-                f"expected boundaries with facets on the edge of the plan, got {boundaries!r}. "
-                'Remedy: edge="constant" if there is no such edge'
-            )
-    return EdgeWeights.from_basis(basis, partition, ribs, substrate)
-
-
-def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
-    if isinstance(names, np.ndarray) and np.issubdtype(names.dtype, np.integer):
-        return names
-    if not isinstance(names, (str, Sequence)):
-        raise TypeError(f"expected names or facets for edge_boundaries, got {names!r}")
-    names = [names] if isinstance(names, str) else list(names)
-    known = nodal_mesh(basis).boundaries or {}
-    if missing := [name for name in names if name not in list(known)]:
-        raise ValueError(
-            f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
-        )
-    return np.concatenate([np.empty(0), *(known[name] for name in names)])

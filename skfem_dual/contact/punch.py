@@ -20,7 +20,8 @@ from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import Collocation, Edge, EdgeBoundaries, Footprint
+from .edges import EdgeBoundaries
+from .footprint import Collocation, Edge, Footprint
 from .kern import kern
 from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import holding

@@ -55,21 +55,24 @@ class CellRibs(NamedTuple):
 
     @classmethod
     def from_partition(cls, partition: Partition, cells: ndarray) -> Self:
-        """Of all ``cells`` of a partition, in the order given."""
-        n = len(partition)
-        number = np.empty(n + 1, np.int32)
-        number[cells] = np.arange(n)
-        number[n] = -1
+        """Of ``cells`` of a partition, all or some, in the order given."""
+        number = np.full(len(partition) + 1, -1, np.int32)
+        number[cells] = np.arange(len(cells))
         left, right = number[partition.f2c]
-        order = np.argsort(left, kind="stable")
-        a, b = partition.polygons.p[:, partition.facets[:, order]].swapaxes(0, 1)
+        order = np.argsort(left, kind="stable").astype(np.int32)
+        order = order[(left[order] >= 0) | (right[order] >= 0)]
         left, right = left[order], right[order]
         both = np.concatenate([left, right])
-        around = np.argsort(both, kind="stable")[np.count_nonzero(both < 0) :]
-        starts = np.searchsorted(both[around], np.arange(n + 1))
-        along = b - a
-        geometry = np.vstack([a, along, np.hypot(*along)[None]]).T
-        around = (around % len(left)).astype(np.int32)
+        around = np.argsort(both, kind="stable").astype(np.int32)[np.count_nonzero(both < 0) :]
+        starts = np.searchsorted(both[around], np.arange(len(cells) + 1))
+        del both
+        around %= len(left)
+        geometry, p = np.empty((len(left), 5)), partition.polygons.p
+        begin, end = partition.facets[:, order]
+        for axis in range(2):
+            geometry[:, axis] = p[axis, begin]
+            geometry[:, 2 + axis] = p[axis, end] - p[axis, begin]
+        geometry[:, 4] = np.hypot(geometry[:, 2], geometry[:, 3])
         return cls(*inputs(geometry, left, right, around, starts))
 
 
@@ -143,7 +146,7 @@ class NearField:
         cells: ndarray,
         rtol: float | None = None,
     ) -> Self:
-        """Of the ``cells`` of a partition in the order given, all of them.
+        """Of ``cells`` of a partition, all or some, in the order given.
 
         The remainder has the error ``rtol`` relative to c / r; without it there is none.
         """
@@ -151,7 +154,7 @@ class NearField:
         remainder = None
         if rtol is not None and (table := substrate.remainder) is not None:
             remainder = _remainder(substrate, table, partition, weights, cells, rtol)
-        far, number = None, np.full(len(cells), -1, np.int32)
+        far, number = None, np.full(len(partition), -1, np.int32)
         if weights is not None:
             far = Series.from_weights(weights, c)
             number[weights.cells] = np.arange(len(weights.cells))

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import cast
 
+import numpy as np
 from numpy import ndarray
 
 from ..errors import ConvergenceError
@@ -13,6 +14,7 @@ from ..ground.periodic import PeriodicGround
 from .dense import moment_matrix
 from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
+from .resources import ONE_BY_ONE
 from .toeplitz import BlockToeplitz
 
 #: the error of sampled rows in the 2-norm may be so many times the tolerance
@@ -111,6 +113,8 @@ def product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> nd
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
+    if q.ndim == 2 and len(q) > ONE_BY_ONE:
+        return np.stack([product(entries, kept, column, rough) for column in q.T], axis=1)
     if entries.slopes is None:
         return entries.summed(kept, q, None, rough)
     return entries.summed(kept, q, entries.slopes.matrix @ q, rough)

@@ -11,6 +11,13 @@ from .fmm.summation import SINGLE, order_for
 
 #: products after which the faster operator is to be ready
 PRODUCTS = 20
+#: from so many cells on vectors are multiplied one by one: what is between takes less memory
+ONE_BY_ONE = 4_000_000
+#: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; after it, for
+#: an approximate inverse and iterations; and for products of three vectors together
+BEFORE, AFTER, TOGETHER = 850.0, 100.0, 350.0
+#: what the cells on the edge of a plan take besides, over the root of the number of all
+EDGE = 2e5
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,31 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
     memory = each * (120.0 * size + kernels * (terms * size + 60) + 2 * terms * 1.5 + 500)
     setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
+
+
+def whole(cells: int, rtol: float, layered: bool) -> float:
+    """Bytes that fast summations take from a mesh to the answer."""
+    operator = estimate("fast", cells, cells, rtol, layered).memory
+    each = BEFORE + AFTER + (TOGETHER if cells <= ONE_BY_ONE else 0.0)
+    return operator + each * cells + EDGE * cells**0.5
+
+
+def require_memory(cells: int, rtol: float, layered: bool) -> None:
+    """Whether operator and answer of cells, whose law is known, fit into the memory at hand.
+
+    Raises
+    ------
+    MemoryError
+        If they do not.
+    """
+    memory, needed = available_memory(), whole(cells, rtol, layered) - BEFORE * cells
+    if needed > memory:
+        most = int(memory / needed * cells)
+        raise MemoryError(
+            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; {cells} cells take "
+            f"about {needed / 2**20:.4g} MiB until their answer with rtol={rtol:g}. Remedy: at "
+            f"most {most} cells, or a machine with more memory"
+        )
 
 
 def transforms(places: int, layered: bool) -> Estimate:

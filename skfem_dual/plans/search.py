@@ -15,7 +15,7 @@ from ..contact.system import DENSE
 from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
-from ..operators.resources import estimate
+from ..operators.resources import whole
 from .plan import Plan
 
 #: length of the facets on the edge over that of the largest
@@ -281,10 +281,7 @@ def _beyond(
     if len(trials) == MESHES:
         return f"{so_far} on the last of {MESHES} meshes"
     cells = round(last.cells * step**-GROWTH)
-    if cells <= DENSE:
-        needed = ENTRY * cells**2
-    else:
-        needed = estimate("fast", cells, cells, RTOL, layered).memory
+    needed = ENTRY * cells**2 if cells <= DENSE else whole(cells, RTOL, layered)
     if needed > memory:
         return (
             f"{so_far}; about {cells} would take {needed / 2**20:.4g} MiB of the "

@@ -91,19 +91,26 @@ def p2m_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: type) 
 
 
 def p2p_blocks(
-    near: NearField, x: ndarray, rows: ndarray, lists: Lists, dtype: type
+    near: NearField, x: ndarray, rows: ndarray, lists: Lists, place: ndarray, dtype: type
 ) -> SparseBlocks:
-    """From cells to points, exactly; ``rows`` are the points of each list."""
-    layout = Layout.from_lists(rows, lists.starts, lists.items)
+    """From cells to points, exactly; ``rows`` are the points of each list, and ``place`` where
+    each cell is among those of ``near``."""
+    layout, starts = Layout.from_lists(rows, lists.starts, lists.items), lists.starts
 
     def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
-        near.fill(x, rows[:, k], (lists.starts[k.start : k.stop + 1], lists.items), part)
+        own, first = place[lists.items[starts[k.start] : starts[k.stop]]], starts[k.start]
+        near.fill(x, rows[:, k], (starts[k.start : k.stop + 1] - first, own), part)
 
     return SparseBlocks(layout, _filled(layout, dtype, fill))
 
 
 def p2l_blocks(
-    tree: Quadtree, chebyshev: Chebyshev, near: NearField, lists: Lists, dtype: type
+    tree: Quadtree,
+    chebyshev: Chebyshev,
+    near: NearField,
+    lists: Lists,
+    place: ndarray,
+    dtype: type,
 ) -> SparseBlocks:
     """From cells to local expansions, by the exact settlements of the points of interpolation."""
     points, terms = chebyshev.grid.shape[1], chebyshev.terms
@@ -111,7 +118,7 @@ def p2l_blocks(
     x = middle[:, :, None] + half[:, None] * chebyshev.grid[:, None]
     first = np.arange(len(lists.boxes))
     rows = np.stack([first * points, (first + 1) * points])
-    settled = p2p_blocks(near, x.reshape(2, -1), rows, lists, np.float64)
+    settled = p2p_blocks(near, x.reshape(2, -1), rows, lists, place, np.float64)
     parts = [
         (chebyshev.coefficients.T @ settled.values[begin:end].reshape(points, -1)).ravel()
         for begin, end in pairwise(settled.layout.offsets)

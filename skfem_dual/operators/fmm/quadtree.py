@@ -108,7 +108,7 @@ class Quadtree:
         corner = (low + high) / 2 - size / 2
         with np.errstate(divide="ignore"):
             depth = np.floor(np.log2(size / (2 * slack * radii))).clip(0, DEEPEST).astype(np.int32)
-        cells, points = np.arange(centres.shape[1]), np.arange(x.shape[1])
+        cells, points = (np.arange(a.shape[1], dtype=np.int32) for a in (centres, x))
         rows = _divide(*inputs(centres, depth, x, corner), size, leaf, cells, points)
         level, parent, first, nchildren, column, row, s0, s1, own, t0, t1 = rows.T.copy()
         place = np.stack([column, row])
@@ -152,7 +152,7 @@ class Quadtree:
         if (np.abs(x - self.middle[:, :1]) > self.half[0]).any():
             return None
         targets = np.empty((2, len(self)), np.int64)
-        points = np.empty(x.shape[1], np.int64)
+        points = np.empty(x.shape[1], np.int32)
         _place(*inputs(x), self.boxes, targets, points)
         return replace(self, targets=targets, points=points)
 

@@ -146,12 +146,16 @@ class FastSummation:
         dtype = np.float32 if rtol >= SINGLE else np.float64
         chebyshev = Chebyshev(order_for(rtol))
         cells, x = tree.cells, x[:, tree.points]
-        reach = radii(partition.polygons)[cells]
-        lists = near_lists(tree, partition.centroids[:, cells], reach, chebyshev.terms)
-        near = NearField.from_partition(substrate, partition, weights, cells, 10 * rtol)
-        p2p = p2p_blocks(near, x, tree.targets[:, lists.p2p.boxes], lists.p2p, dtype)
-        p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, dtype)
-        del near  # gives back its memory first
+        reach = radii(partition.polygons)
+        lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
+        used = np.zeros(len(cells), dtype=bool)
+        used[lists.p2p.items] = used[lists.p2l.items] = True
+        place = np.cumsum(used, dtype=np.int32) - 1
+        near = NearField.from_partition(substrate, partition, weights, cells[used], 10 * rtol)
+        rows = tree.targets[:, lists.p2p.boxes]
+        p2p = p2p_blocks(near, x, rows, lists.p2p, place, dtype)
+        p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
+        del near, place  # gives back its memory first
         shared = substrate, partition, p2p.layout, lists.p2l
         laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
         p2m = p2m or tuple(p2m_blocks(tree, chebyshev, loads, dtype) for loads, *_ in laws)

@@ -1,0 +1,47 @@
+"""The edge of a plan, or the part of it that is named, and weights that grow towards it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy import ndarray
+from skfem import CellBasis
+
+from ..elements.edge_weights import EdgeWeights
+from ..grids.cellwise import nodal_mesh
+from ..grids.outline import edge_ribs
+from ..grids.partition import Partition
+from ..ground.substrates import Substrate
+
+EdgeBoundaries = str | Sequence[str] | ndarray
+
+
+def weights_of(
+    substrate: Substrate,
+    basis: CellBasis,
+    partition: Partition,
+    boundaries: EdgeBoundaries | None,
+) -> EdgeWeights:
+    """Weights that grow to the edge of the plan, or to the part of it on some boundaries."""
+    ribs = edge_ribs(partition)
+    if boundaries is not None:
+        ribs = ribs[np.isin(partition.boundary[ribs], _named_facets(basis, boundaries))]
+        if len(ribs) == 0:
+            raise ValueError(
+                f"expected boundaries with facets on the edge of the plan, got {boundaries!r}. "
+                'Remedy: edge="constant" if there is no such edge'
+            )
+    return EdgeWeights.from_basis(basis, partition, ribs, substrate)
+
+
+def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
+    if isinstance(names, np.ndarray) and np.issubdtype(names.dtype, np.integer):
+        return names
+    if not isinstance(names, (str, Sequence)):
+        raise TypeError(f"expected names or facets for edge_boundaries, got {names!r}")
+    names = [names] if isinstance(names, str) else list(names)
+    known = nodal_mesh(basis).boundaries or {}
+    if missing := [name for name in names if name not in list(known)]:
+        raise ValueError(
+            f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
+        )
+    return np.concatenate([np.empty(0), *(known[name] for name in names)])
