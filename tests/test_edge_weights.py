@@ -186,8 +186,13 @@ def test_cells_far_from_the_edge_are_left_out(name):
     assert np.array_equal(some.weighted, full.weighted)
     assert some.mean[full.weighted] == pytest.approx(full.mean[full.weighted], rel=1e-14)
     assert some.moment == pytest.approx(full.moment, rel=1e-12, abs=1e-15)
-    used = np.unique(some.fan.t)
-    assert some.root[used] == pytest.approx(full.root[used], rel=1e-14)
+    triangles = np.nonzero(some.weighted[full.fan.cell])[0]
+    roots = some.roots_in(full.fan, triangles)
+    assert roots == pytest.approx(full.root[full.fan.t[:, triangles]], rel=1e-14)
+    assert some.fan.p.shape[1] == len(np.unique(some.fan.t))
+    nodes = np.intersect1d(some.fan.numbers, basis.mesh.t)
+    at_nodes = some.fan.p[:, some.fan.places(nodes)]
+    assert np.array_equal(at_nodes, full.fan.p[:, nodes])
 
 
 def test_law_of_the_ground_in_the_weight():

@@ -344,12 +344,16 @@ class Footprint(LoadedCells):
         triangle = self.fan.locate(x)
         inside = triangle >= 0
         cell = self.fan.cell[triangle[inside]]
-        if self.weights is None:
-            return inside, cell, np.ones(len(cell))
-        phi = self.weights.root[self.fan.t[:, triangle[inside]]] ** 2
-        phi = np.sum(self.fan.coordinates(triangle[inside], x[:, inside]) * phi, axis=0)
-        phi[phi < 1e-12 * self.weights.root.max() ** 2] = 0.0  # on the edge but for rounding
-        return inside, cell, self.weights.relative(cell, np.sqrt(phi))
+        ratio, weights = np.ones(len(cell)), self.weights
+        if weights is None:
+            return inside, cell, ratio
+        own = weights.weighted[cell]
+        (point,), triangle = np.nonzero(inside), triangle[inside][own]
+        at = self.fan.coordinates(triangle, x[:, point[own]])
+        phi = np.sum(at * weights.roots_in(self.fan, triangle) ** 2, axis=0)
+        phi[phi < 1e-12 * weights.root.max() ** 2] = 0.0  # on the edge but for rounding
+        ratio[own] = weights.relative(cell[own], np.sqrt(phi))
+        return inside, cell, ratio
 
     @property
     def tolerance(self) -> float:

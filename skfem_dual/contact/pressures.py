@@ -257,11 +257,12 @@ class CellPressures:
         basis, weights = self.footprint.basis, self.footprint.weights
         pressure = self.pressure
         if weights is not None:
-            # the nodes of the mesh are the first points of the fan; dual cell i is that of node i
+            # the nodes of the mesh are the first points of a fan; dual cell i is that of node i
             mesh, on_dual = nodal_mesh(basis), self.footprint.on_dual_cells
             nodes = np.arange(len(pressure)) if on_dual else mesh.t
             cells = np.broadcast_to(np.arange(len(pressure)), nodes.shape)
-            root = weights.root[nodes]
+            own, root = weights.weighted[cells], np.full(nodes.shape, np.inf)
+            root[own] = weights.root[weights.fan.places(nodes[own])]
             inner = (root > 1e-9 * weights.root.max()) | (self.line is not None)
             inside = self._over_law(cells, mesh.p[:, nodes])
             pressure = np.where(inner, weights.relative(cells, root) * inside, pressure)

@@ -154,15 +154,15 @@ class EdgeWeights:
 
         phi is exact there and linear in the triangles: between the nodes of the mesh alone it
         would miss how far the sides of a curved plan's polygon lie from its corners.
-        At points of no triangle it has its greatest value.
         """
-        fan = self.fan
-        own = self.phi_at(fan.p[:, fan.used])
-        phi = np.full(fan.p.shape[1], own.max())
-        phi[fan.used] = own
         size = np.sqrt(self.partition.areas.sum())
         # never zero: the means below are sums of positive terms, and a tiny root is as good
-        return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
+        return readonly(np.sqrt(self.phi_at(self.fan.p)).clip(1e-20 * np.sqrt(size)))
+
+    def roots_in(self, fan: Fan, triangle: ndarray) -> ndarray:
+        """The same at the vertices of triangles in weighted cells, shape (3, m), which another
+        fan may have too."""
+        return self.root[self.fan.t[:, fan.same(triangle, self.fan)]]
 
     @computed_once
     def factors(self) -> Factors:

@@ -52,7 +52,7 @@ def load_matrix(
     weights : EdgeWeights, optional
         How the pressure varies inside them; uniform without.
     fan : Fan
-        Triangles that fill all the cells.
+        Triangles that fill all the cells, those of the weights among them.
     basis : CellBasis or FacetBasis
         Any scikit-fem basis on a mesh of triangles or convex quadrilaterals that covers the
         cells, or on facets of a 3-D mesh in a plane z = const that do. Its mesh and that of the
@@ -167,7 +167,7 @@ def points_in_pieces(
     load = np.broadcast_to(2 * W, at.shape[1:])
     parts = [(uniform, at, load * area_of(vertices[..., uniform])[:, None])]
     if weights is not None and len(varying):
-        square = weights.root[fan.t[:, triangle[varying]]] ** 2
+        square = weights.roots_in(fan, triangle[varying]) ** 2
         mean = weights.mean[fan.cell[triangle[varying]]]
         for at, load in graded(vertices[..., varying], square, order):
             root = np.sqrt(np.einsum("ikq,ik->kq", at, square))

@@ -1,7 +1,7 @@
 """Cells of a partition cut into triangles, on which fields inside the cells live."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import ndarray
@@ -31,21 +31,27 @@ class Fan:
     part : (m,) array of int
         Of dual cells the element of the mesh in which each triangle lies; around the middle of an
         element that, and the number of elements for each side before the triangle's own.
+    numbers : (k,) array of int, optional
+        Of some cells, whose vertices alone are kept: numbers of the first points in the fan of
+        all cells. The others are new.
     """
 
     p: ndarray
     t: ndarray
     cell: ndarray
     part: ndarray
+    numbers: ndarray | None = None
 
     @classmethod
     def from_basis(cls, basis: CellBasis, cells: ndarray | None = None) -> "Fan":
         """Of a basis that is a partition, see `Partition.from_basis`; of ``cells`` only."""
         if not isinstance(basis, CellwiseBasis):
-            return cls.from_mesh(basis.mesh, cells)
-        if basis.grid == "dual":
-            return cls.from_dual(basis.dual, cells)
-        return cls.from_mesh(basis.dual.mesh, cells)
+            fan = cls.from_mesh(basis.mesh, cells)
+        elif basis.grid == "dual":
+            fan = cls.from_dual(basis.dual, cells)
+        else:
+            fan = cls.from_mesh(basis.dual.mesh, cells)
+        return fan if cells is None else fan._compact()
 
     @classmethod
     def from_dual(cls, dual: DualMesh, cells: ndarray | None = None) -> "Fan":
@@ -97,6 +103,14 @@ class Fan:
             readonly(part[order], np.int32),
         )
 
+    def _compact(self) -> "Fan":
+        """With the vertices of its triangles only."""
+        used = np.zeros(self.p.shape[1], dtype=bool)
+        used[self.t] = True
+        t = (np.cumsum(used, dtype=np.int32) - 1)[self.t]
+        numbers = readonly(np.nonzero(used)[0], np.int32)
+        return replace(self, p=readonly(self.p[:, used]), t=readonly(t), numbers=numbers)
+
     def halved(self, found: Callable[[ndarray, ndarray], ndarray], times: int) -> "Fan":
         """With some sides of triangles cut in halves, so often.
 
@@ -127,7 +141,9 @@ class Fan:
             whole[beside] = False
             of = np.append(np.nonzero(whole)[0], beside[of])
             t, cell, part = np.hstack([t[:, whole], new]), cell[of], part[of]
-        return self if p is self.p else Fan._by_cell(p, t, cell, part)
+        if p is self.p:
+            return self
+        return replace(Fan._by_cell(p, t, cell, part), numbers=self.numbers)
 
     def cut_at_zero(self, values: ndarray) -> tuple["Fan", ndarray]:
         """With triangles cut where a function is zero that is given at the points and linear in
@@ -153,19 +169,27 @@ class Fan:
         """With the triangles of another fan in the cells that it has: one of the same cells, or of
         some of them, with triangles cut."""
         own = np.nonzero(~np.isin(self.cell, other.cell))[0]
-        t = np.hstack([self.t[:, own], other.t])
+        n, k = self.p.shape[1], other.p.shape[1]
+        numbers = np.arange(n) if other.numbers is None else other.numbers
+        new = np.arange(len(numbers), k)
+        t = np.append(numbers, n + new - len(numbers))[other.t]
+        t, p = np.hstack([self.t[:, own], t]), np.hstack([self.p, other.p[:, new]])
         cell, part = np.append(self.cell[own], other.cell), np.append(self.part[own], other.part)
-        return Fan._sorted(other.p, t, cell, part)
+        return Fan._by_cell(p, t, cell, part)
+
+    def places(self, points: ndarray) -> ndarray:
+        """Where it has some points of the fan of all cells."""
+        return points if self.numbers is None else np.searchsorted(self.numbers, points)
+
+    def same(self, triangle: ndarray, other: "Fan") -> ndarray:
+        """Numbers that triangles have in another fan, which cuts their cells as this one."""
+        cell = self.cell[triangle]
+        return triangle - self.starts[cell] + other.starts[cell]
 
     @computed_once
     def areas(self) -> ndarray:
         """Area of each triangle."""
         return readonly(signed_areas(self.p, self.t))
-
-    @computed_once
-    def used(self) -> ndarray:
-        """Points that are vertices of triangles, ascending."""
-        return readonly(np.nonzero(np.bincount(self.t.ravel(), minlength=self.p.shape[1]))[0])
 
     @computed_once
     def starts(self) -> ndarray:
