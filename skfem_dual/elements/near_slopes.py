@@ -37,21 +37,27 @@ class NearSlopes(NamedTuple):
 
     @classmethod
     def from_sums(
-        cls, slopes: Slopes, m: int, coefficient: float, sums: Iterable[NearSums]
+        cls,
+        slopes: Slopes,
+        m: int,
+        coefficient: float,
+        sums: Iterable[NearSums],
+        dtype: type = float,
     ) -> Self:
-        """Of m points and what is known near some cells at a time, each in one of the ``sums``."""
+        """Of m points and what is known near some cells at a time, each in one of the ``sums``;
+        settlements are kept as ``dtype``."""
         partition = slopes.partition
         known = inputs(
             slopes.centroids, partition.centroids, slopes.second_moments, partition.areas / np.pi
         )
         parts, starts = [], np.zeros(m + 1, np.int64)
         for near in sums:
-            values = np.empty((2, len(near.column)))
+            values: ndarray = np.empty((2, len(near.column)), dtype)
             _less_dipoles(coefficient, near.column, near.pairs.x, *known, near.sums, values)
             starts[1:] += np.bincount(near.pairs.points, minlength=m)
             parts.append((near.pairs.points, near.column.astype(np.int32), values))
         np.cumsum(starts, out=starts)
-        cells, values = np.empty(starts[-1], np.int32), np.empty((2, starts[-1]))
+        cells, values = np.empty(starts[-1], np.int32), np.empty((2, starts[-1]), dtype)
         place = starts[:-1].copy()
         while parts:
             _put_by_points(*inputs(*parts.pop(0)), place, cells, values)

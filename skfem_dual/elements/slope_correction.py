@@ -117,11 +117,16 @@ class SlopeCorrection:
 
     @classmethod
     def from_sums(
-        cls, slopes: Slopes, substrate: Substrate, x: ndarray, sums: Iterable[NearSums]
+        cls,
+        slopes: Slopes,
+        substrate: Substrate,
+        x: ndarray,
+        sums: Iterable[NearSums],
+        dtype: type = float,
     ) -> Self:
-        """The same by what is known near all cells, some at a time."""
+        """The same by what is known near all cells, some at a time, kept as ``dtype``."""
         partition, c = slopes.partition, substrate.singular_coefficient
-        near = NearSlopes.from_sums(slopes, x.shape[1], c, sums)
+        near = NearSlopes.from_sums(slopes, x.shape[1], c, sums, dtype)
         fall, moments = Fall.from_substrate(substrate), slopes.second_moments
         return cls(x, partition.centroids, partition.areas, near, moments, fall)
 

@@ -1,7 +1,7 @@
 """The matrix of settlements by its exact entries, and samples of it as a measure of errors."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -46,6 +46,8 @@ class Entries:
         How the pressure varies inside the cells.
     slopes : Slopes or None
         How it follows the cells around.
+    single : bool
+        Whether single precision will do for what slopes add near by.
     """
 
     substrate: Substrate
@@ -53,6 +55,7 @@ class Entries:
     x: ndarray
     weights: EdgeWeights | None
     slopes: Slopes | None = None
+    single: bool = False
 
     @computed_once
     def _corrections(self) -> tuple[EdgeCorrection | None, SlopeCorrection | None]:
@@ -67,9 +70,10 @@ class Entries:
         (others,) = np.nonzero(~weighted)
         parts = (self._near(cells, reach) for cells in np.array_split(others, PARTS))
         ground, sums = self.substrate, chain([edge], parts)
+        dtype = np.float32 if self.single else float
         return (
             EdgeCorrection.from_sums(self.weights, c, self.x, edge),
-            SlopeCorrection.from_sums(self.slopes, ground, self.x, sums),
+            SlopeCorrection.from_sums(self.slopes, ground, self.x, sums, dtype),
         )
 
     def _near(self, cells: ndarray, reach: float) -> NearSums:
@@ -107,12 +111,7 @@ class Entries:
     def rows(self, i: ndarray) -> ndarray:
         """Those of the points with the numbers ``i``, (len(i), n)."""
         x = np.ascontiguousarray(self.x[:, i])
-        matrix = influence_matrix(self.substrate, self.partition, x, self.weights)
-        if self.correction is not None:
-            self.correction.at(i).add_to(matrix)
-        if self.slopes is not None and self.sloping is not None:
-            self.sloping.at(i).add_to(matrix, self.slopes)
-        return matrix
+        return replace(self, x=x, single=False).matrix()
 
     def diagonal(self) -> ndarray:
         """Those of each cell and its own point, (n,)."""

@@ -25,7 +25,7 @@ from ..ground.substrates import Substrate
 from ..messages import shown
 from .attempts import fixed, product, within
 from .entries import EXACT, Entries
-from .fmm.summation import FastSummation
+from .fmm.summation import SINGLE, FastSummation
 from .resources import choose
 from .toeplitz import BlockToeplitz, require_period
 
@@ -148,7 +148,8 @@ class InfluenceOperator(LinearOperator):
         self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
         known = None if like is None else self._expansions(like)
         start = perf_counter()
-        self._entries = Entries(substrate, partition, x, weights, slopes)
+        single = self.method == "fast" and rtol >= SINGLE
+        self._entries = Entries(substrate, partition, x, weights, slopes, single)
         self.correction, self.sloping = self._entries.correction, self._entries.sloping
         asked = self._entries, self.method, self.rtol, known
         self._kept, self.error, self.row_error = within(*asked)
