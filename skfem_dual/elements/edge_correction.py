@@ -5,7 +5,7 @@ by the series of 1 / r. The matrix of edge-weighted cells is the sum of uniform 
 near and a smooth far correction, each of which any operator can take.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -77,10 +77,6 @@ class EdgeCorrection:
         (terms,) = inputs(coefficient * unit.terms)
         matrix = csc_matrix(columns, shape=(x.shape[1], n)).tocsr()
         return cls(x, cells, unit._replace(terms=terms), matrix)
-
-    def at(self, i: ndarray) -> Self:
-        """At the points with the numbers ``i`` only."""
-        return replace(self, x=np.ascontiguousarray(self.x[:, i]), near=self.near[i])
 
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""

@@ -15,7 +15,7 @@ PRODUCTS = 20
 ONE_BY_ONE = 4_000_000
 #: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; after it, for
 #: an approximate inverse and iterations; and for products of three vectors together
-BEFORE, AFTER, TOGETHER = 850.0, 100.0, 350.0
+BEFORE, AFTER, TOGETHER = 730.0, 100.0, 350.0
 #: what the cells on the edge of a plan take besides, over the root of the number of all
 EDGE = 2e5
 
@@ -48,7 +48,7 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
     each, kernels = max(points, cells), 2 if layered else 1
     # near entries and moments of every cell, two expansions and a table for every box; twice the
     # former while they are made
-    memory = each * (120.0 * size + kernels * (terms * size + 60) + 2 * terms * 1.5 + 500)
+    memory = each * (120.0 * size + kernels * (terms * size + 60) + 2 * terms * 1.5 + 430)
     setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
 
