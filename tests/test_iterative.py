@@ -87,12 +87,13 @@ def test_preconditioner_is_an_approximate_inverse():
 
 
 def test_on_a_single_group_it_is_the_inverse():
+    """To the four digits that it keeps."""
     basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
     operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, 1e-8)
-    found = solve_many(operator, np.ones((9, 1)), 1e-6)
+    found = solve_many(operator, np.ones((9, 1)), 1e-5)
     assert found.success
     assert found.iterations[0] <= 2
-    assert operator @ found.solution == pytest.approx(np.ones((9, 1)), rel=1e-5)
+    assert operator @ found.solution == pytest.approx(np.ones((9, 1)), rel=2e-5)
 
 
 def test_scales():

@@ -158,7 +158,11 @@ class CasesSolution:
     def contact_share(self) -> ndarray:
         """Parts of the plan's area in contact; shape (k,)."""
         area = self.footprint.partition.areas.sum()
-        return self._of(lambda s: s.contact_area / area, (), lifting=True)
+
+        def share(solution: PunchSolution) -> float:  # all of it is 1, not less by rounding
+            return solution.contact_area / area if solution.gap.any() else 1.0
+
+        return self._of(share, (), lifting=True)
 
     @computed_once
     def sliding(self) -> ndarray:

@@ -8,6 +8,8 @@ from ..kernels.compiled import inputs, vectorised
 
 #: pairs of points that are looked at one by one, in some milliseconds
 ONE_BY_ONE = 2**20
+#: squares of distances that differ by a smaller part are equal, and the first point is the nearer
+TIE = 1e-9
 
 
 def nearest(
@@ -51,9 +53,10 @@ def _nearest(x, starts, at, of, near, square):
         for j in range(starts[of[i]], starts[of[i] + 1]):
             dx, dy = x[0, j] - x0, x[1, j] - y0
             r = dx * dx + dy * dy
-            if r < farthest:
+            least = r * (1 + TIE)  # rounding decides nothing on mirror lines
+            if least < farthest:
                 k = count - 1
-                while k > 0 and square[i, k - 1] > r:
+                while k > 0 and square[i, k - 1] > least:
                     square[i, k], near[i, k] = square[i, k - 1], near[i, k - 1]
                     k -= 1
                 square[i, k], near[i, k] = r, j

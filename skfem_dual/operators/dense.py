@@ -27,7 +27,7 @@ THIRD = 30.0
 #: cells that are looked at together
 CLUSTER = 16
 #: points that are looked at together
-BLOCK = 16
+BLOCK = 32
 
 
 def moment_matrix(
