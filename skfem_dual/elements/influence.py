@@ -25,6 +25,8 @@ from .ribs import Ribs, rib_integrals
 #: points that are looked at together, of fewer ones multiples of the second, and their distances
 #: from vertices that are kept at a time
 BLOCK, STEP, ROOM = 64, 8, 2**22
+#: nanoseconds that a rib takes, about
+RIB = 2
 
 
 def influence_matrix(
@@ -63,8 +65,9 @@ def influence_matrix(
     x = as_points(x)
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
+    each = RIB * len(ribs.length)
     with Threads() as run:
-        run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1])
+        run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1], each)
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix
@@ -87,9 +90,10 @@ def surface_displacement(
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
     out = np.empty((x.shape[1], *pressure.shape[1:]))
     columns, ribs = out.reshape(len(out), -1), Ribs.from_partition(partition)
+    each = RIB * len(ribs.length)
     (jump,) = inputs(jump.reshape(len(jump), columns.shape[1]).T)
     with Threads() as run:
-        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1])
+        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1], each)
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(_add_product, add, pressure[cells], out), x.shape[1])
     return out
