@@ -11,6 +11,7 @@ from skfem.mapping import MappingAffine
 
 from skfem_dual import DualMesh, HalfSpace, LayeredHalfSpace, Paraboloid, RigidPunch, RigidPunches
 from skfem_dual.ground.layered import Layer
+from skfem_dual.kernels.threads import Threads
 from skfem_dual.sweeps.run import sweep
 
 SOIL = HalfSpace(1.0, 0.25)
@@ -174,3 +175,19 @@ def test_mappings_are_filled_by_one_thread(monkeypatch):
     area = dual.partition.areas.sum()
     assert np.allclose(found[:, :2], area, rtol=1e-12)
     assert np.ptp(found[:, 2]) == 0
+
+
+def test_short_work_is_cut_into_few_pieces():
+    """All items are in one piece each, in order; quick ones in fewer pieces."""
+    for m in (0, 1, 64, 217, 5000):
+        counts = []
+        for each in (10**6, 2000, 1):
+            slices = []
+            with Threads() as run:
+                run(slices.append, m, each)
+            slices.sort(key=lambda piece: piece.start)
+            items = [i for piece in slices for i in range(piece.start, piece.stop)]
+            assert items == list(range(m))
+            counts.append(len(slices))
+        assert counts == sorted(counts, reverse=True)
+    assert counts[-1] == 20

@@ -7,7 +7,6 @@ from numpy import ndarray
 
 from ..elements.edge_weights import EdgeWeights
 from ..elements.load_matrix import points_in_pieces
-from ..elements.slopes import second_moments
 
 #: cells over which the weight varies by less than this factor have no sectors
 VARIATION = 1.5
@@ -66,7 +65,7 @@ def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
     """Three points in each of some cells where thirds of its load have its second moments, one
     from the load's centroid towards the edge; shape (2, 3 k), the first of all cells first."""
     centroid, areas = weights.centroids[:, cells], weights.partition.areas[cells]
-    xx, xy, yy = (second_moments(weights)[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
+    xx, xy, yy = (weights.second_moments[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
     # the root of a matrix of two rows, by Cayley and Hamilton
     det = np.sqrt(xx * yy - xy * xy)
     root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)

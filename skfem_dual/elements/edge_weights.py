@@ -282,6 +282,17 @@ class EdgeWeights:
         return readonly(self.partition.centroids + self.moment / self.partition.areas)
 
     @computed_once
+    def second_moments(self) -> ndarray:
+        """Integrals of ``w / mean(w)`` over all cells times products of the coordinates from the
+        centroids of w, shape (2, 2, n)."""
+        cells, m = self.cells, self.moments
+        out = self.partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+        off = self.centroids[:, cells] - self.partition.centroids[:, cells]
+        out[..., cells] += np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
+        out[..., cells] -= self.partition.areas[cells] * off[:, None] * off
+        return readonly(out)
+
+    @computed_once
     def in_cells(self) -> ndarray:
         """Mean of w over weighted cells, w in the centroids of the others, shape (n,)."""
         root = np.sqrt(self.phi_at(self.partition.centroids))

@@ -22,8 +22,11 @@ from .edge_weights import EdgeWeights
 from .remainder import Add, add_rows, remainder_blocks
 from .ribs import Ribs, rib_integrals
 
-#: points that are looked at together, and their distances from vertices that are kept at a time
-BLOCK, ROOM = 64, 2**22
+#: points that are looked at together, of fewer ones multiples of the second, and their distances
+#: from vertices that are kept at a time
+BLOCK, STEP, ROOM = 64, 8, 2**22
+#: nanoseconds that a rib takes, about
+RIB = 2
 
 
 def influence_matrix(
@@ -62,8 +65,9 @@ def influence_matrix(
     x = as_points(x)
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
+    each = RIB * len(ribs.length)
     with Threads() as run:
-        run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1])
+        run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1], each)
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix
@@ -86,9 +90,10 @@ def surface_displacement(
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
     out = np.empty((x.shape[1], *pressure.shape[1:]))
     columns, ribs = out.reshape(len(out), -1), Ribs.from_partition(partition)
+    each = RIB * len(ribs.length)
     (jump,) = inputs(jump.reshape(len(jump), columns.shape[1]).T)
     with Threads() as run:
-        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1])
+        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1], each)
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(_add_product, add, pressure[cells], out), x.shape[1])
     return out
@@ -133,6 +138,12 @@ def _within(points: ndarray) -> ndarray:
 
 
 @compiled
+def _width(points, nodes):
+    """How many points are looked at together."""
+    return min(BLOCK, -(-points // STEP) * STEP, max(ROOM // nodes, 1))
+
+
+@compiled
 def _block(x, first, x0, y0):
     """The points from the number ``first`` on, the last again and again; returns how many."""
     count = min(len(x0), x.shape[1] - first)
@@ -156,7 +167,7 @@ def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
     p, facets, f2c, along, length = ribs
     n = matrix.shape[1]
-    width = min(BLOCK, max(ROOM // p.shape[1], 1))
+    width = _width(x.shape[1], p.shape[1])
     x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
     r = np.empty((p.shape[1], width))
     entries = np.empty((n + 1, width))  # the last: outside of the plan
@@ -181,7 +192,7 @@ def _fill(x, ribs, c, matrix):
 def _sum(x, ribs, jump, out):
     """Integrals of 1/r with weights of each rib, ``jump`` of shape (k, nribs), to (m, k)."""
     p, facets, _, along, length = ribs
-    width = min(BLOCK, max(ROOM // p.shape[1], 1))
+    width = _width(x.shape[1], p.shape[1])
     x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
     r = np.empty((p.shape[1], width))
     total = np.empty((jump.shape[0], width))

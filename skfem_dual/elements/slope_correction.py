@@ -29,6 +29,8 @@ from .slopes import Slopes
 ROWS = 16
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 EXACT_RADII = 2.5
+#: nanoseconds that the dipole of a cell takes, about
+CELL = 4
 
 
 class Fall(NamedTuple):
@@ -165,7 +167,7 @@ class SlopeCorrection:
             add_near_dipoles(0, 1, x, rows, ends, some, circles, self.fall, dipoles, out)
 
         with Threads() as run:
-            run(work, self.x.shape[1])
+            run(work, self.x.shape[1], CELL * len(self.areas))
         return out.T.reshape(-1, *slopes.shape[2:])
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
@@ -199,7 +201,7 @@ class SlopeCorrection:
             _add_near(k.start, k.stop, self.near, rows, matrix)
 
         with Threads() as run:
-            run(work, self.x.shape[1])
+            run(work, self.x.shape[1], CELL * len(self.areas))
 
 
 def _arrays(matrix: csr_matrix | csc_matrix) -> tuple[ndarray, ...]:

@@ -55,8 +55,8 @@ class Slopes:
     @classmethod
     def from_weights(cls, weights: EdgeWeights) -> Self:
         """Of all cells, from those around them."""
-        own, moments = weights.partition, second_moments(weights)
-        return cls(own, weights, _slope_matrix(own, weights), readonly(moments))
+        own = weights.partition
+        return cls(own, weights, _slope_matrix(own, weights), weights.second_moments)
 
     @classmethod
     def from_partition(cls, partition: Partition) -> Self:
@@ -216,13 +216,3 @@ def _pseudoinverse(xx, xy, yy):
         return yy / det, -xy / det, xx / det
     scale = most * (most - least)
     return (xx - least) / scale, xy / scale, (yy - least) / scale
-
-
-def second_moments(weights: EdgeWeights) -> ndarray:
-    """Those of `Slopes`, of all cells."""
-    cells, m = weights.cells, weights.moments
-    out = weights.partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
-    off = weights.centroids[:, cells] - weights.partition.centroids[:, cells]
-    out[..., cells] += np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
-    out[..., cells] -= weights.partition.areas[cells] * off[:, None] * off
-    return out

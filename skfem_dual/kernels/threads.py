@@ -12,6 +12,9 @@ PIECES = 16
 #: items of a piece are a multiple of the first, and not more than the second: arrays for
 #: temporary use stay small
 GRAIN, MOST = 64, 256
+#: nanoseconds that a piece lasts at least, if there are items for it: a kernel's call takes some
+#: ten thousand
+LEAST = 500_000
 #: seconds of work after which other threads start: beside other work that takes milliseconds
 LONG = 0.005
 #: transforms of up to so many items take less than a millisecond
@@ -26,7 +29,8 @@ def threads_for(items: int) -> int:
 class Threads:
     """As a context, a function that calls ``work`` on slices of ``range(m)`` from threads.
 
-    The slices depend on ``m`` alone. Other threads start once the work has lasted some
+    The slices depend on ``m`` alone, and on the third argument: how many nanoseconds an item takes
+    about, by its size, where that may be little. Other threads start once the work has lasted some
     milliseconds. The first exception of ``work`` comes through.
 
     Examples
@@ -49,8 +53,9 @@ class Threads:
             self._pool.shutdown()
             self._pool = None
 
-    def __call__(self, work: Callable[[slice], None], m: int) -> None:
-        size = min(GRAIN * max(-(-m // (GRAIN * PIECES)), 1), MOST)
+    def __call__(self, work: Callable[[slice], None], m: int, each: int = LEAST) -> None:
+        size = GRAIN * max(-(-m // (GRAIN * PIECES)), -(-LEAST // (GRAIN * max(each, 1))))
+        size = min(size, MOST)
         pieces = [slice(start, min(start + size, m)) for start in range(0, m, size)]
         threads = numba.config.NUMBA_NUM_THREADS
         begin, first = perf_counter(), 0

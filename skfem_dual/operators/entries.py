@@ -21,8 +21,9 @@ from .fmm.summation import FastSummation
 
 #: tolerances below it are for exact entries
 EXACT = 1e-8
-#: parts of the cells near which sums are known at a time, those on the edge apart
-PARTS = 4
+#: more cells than the first are looked at in parts, so many and those on the edge apart: what is
+#: known near all of them takes memory
+MANY_CELLS, PARTS = 1000, 4
 #: rows that are compared with exact ones, and entries from which on they are fewer
 SAMPLES, MANY = 16, 2**22
 #: rows on a regular grid, which are all alike
@@ -65,18 +66,20 @@ class Entries:
         c = self.substrate.singular_coefficient
         if self.slopes is None:
             return EdgeCorrection.from_weights(self.weights, c, self.x), None
-        reach, weighted = max(IN_STRIPS, EXACT_RADII), self.weights.weighted
-        edge = self._near(self.weights.cells, reach)
-        (others,) = np.nonzero(~weighted)
-        parts = (self._near(cells, reach) for cells in np.array_split(others, PARTS))
-        ground, sums = self.substrate, chain([edge], parts)
+        first, others = np.arange(len(self.partition)), []
+        if len(first) > MANY_CELLS:
+            first, rest = self.weights.cells, np.nonzero(~self.weights.weighted)[0]
+            others = np.array_split(rest, PARTS)
+        edge = self._near(first)
+        sums = chain([edge], map(self._near, others))
         dtype = np.float32 if self.single else float
         return (
             EdgeCorrection.from_sums(self.weights, c, self.x, edge),
-            SlopeCorrection.from_sums(self.slopes, ground, self.x, sums, dtype),
+            SlopeCorrection.from_sums(self.slopes, self.substrate, self.x, sums, dtype),
         )
 
-    def _near(self, cells: ndarray, reach: float) -> NearSums:
+    def _near(self, cells: ndarray) -> NearSums:
+        reach = max(IN_STRIPS, EXACT_RADII)
         return NearSums.from_cells(self.partition, self.weights, cells, reach, self.x)
 
     @property
