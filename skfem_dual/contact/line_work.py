@@ -170,11 +170,12 @@ class LineWork:
         # those out of contact have neither rows nor slopes of their own
         without = _part(rows, outer, touching) + change[np.searchsorted(columns, outer)]
         parts = np.zeros((self.nlaws, len(special), len(touching)))
+        share = np.zeros((len(special), len(outer)))
+        at = np.searchsorted(special, inner), np.arange(len(outer))
         for law, part in enumerate(parts):
             part[np.searchsorted(special, cells[own])] = by[law, own]
-            carried = without + by[law, np.searchsorted(cells, outer)]
-            share = self._carried(law)[2][:, None]
-            np.add.at(part, np.searchsorted(special, inner), carried * share)
+            share[at] = self._carried(law)[2]
+            part += share @ (without + by[law, np.searchsorted(cells, outer)])
         transposed[place[special]] += parts[0]
         factors = Factors.from_matrix(transposed.T)
         return touching, factors, place[special], (parts[-1] - parts[0]).T

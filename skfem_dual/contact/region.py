@@ -29,6 +29,7 @@ from .planes import PlaneFit
 
 #: sizes of a cell, farther than which the sign of the distance is all that counts
 FAR = 3.0
+MOVED = 2.5
 #: of more cells only those up to so many from the edge of contact are looked at, for points on
 #: triangles up to so many from it
 MANY, CELLS, POINTS = 20_000, 9, 3
@@ -336,11 +337,13 @@ class PlanTriangles:
         level[:, points] = planes.values(distance.reshape(k, n))
         lines = self.edges(level)
         moved = moved_line(lines, n * np.arange(k + 1), *cells)
-        at, of = np.tile(self.p[:, points], k), np.repeat(np.arange(k), len(points))
-        found = np.copysign(lines.signed_distance(at, of), level[:, points].ravel())
-        found += mean_of_nearest(lines, moved, at, of)
-        lined = np.diff(lines.starts) > 0
-        level[np.ix_(lined, points)] = found.reshape(k, -1)[lined]
+        # points farther from the edge keep their distance to where it was
+        near = np.abs(level[:, points]) < MOVED * np.sqrt(self.partition.areas[self.cell[points]])
+        of, point = np.nonzero(near & (np.diff(lines.starts) > 0)[:, None])
+        point = points[point]
+        at = self.p[:, point]
+        found = np.copysign(lines.signed_distance(at, of), level[of, point])
+        level[of, point] = found + mean_of_nearest(lines, moved, at, of)
         return level
 
 
