@@ -25,7 +25,6 @@ LAYERS = [
         "grids.polygons",
         "grids.planar",
         "grids.corners",
-        "grids.facets",
         "grids.report",
         "grids.quality",
         "grids.checks",
@@ -78,6 +77,7 @@ LAYERS = [
     ],
     [
         "elements.graded_rule",
+        "elements.polygon_moments",
         "elements.law_moments",
         "elements.law_polynomials",
         "elements.nearby",

@@ -186,15 +186,6 @@ def test_random_triangulations(mesh):
     )
 
 
-def test_facets_are_those_of_skfem(case):
-    mesh = case[0].mesh
-    afresh = MeshTri(np.array(mesh.p), np.array(mesh.t))
-    for name in ("facets", "t2f", "f2t"):
-        found, expected = getattr(mesh, name), getattr(afresh, name)
-        assert np.array_equal(found, expected)
-        assert found.dtype == expected.dtype
-
-
 def test_renumbering_renumbers_the_cells():
     mesh = disc(3)
     rng = np.random.default_rng(0)

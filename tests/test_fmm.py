@@ -8,7 +8,8 @@ from numpy.polynomial import chebyshev
 from plans import disc, perturbed, rectangle
 
 from skfem_dual import DualMesh
-from skfem_dual.elements.moments import polygon_moments, radii
+from skfem_dual.elements.moments import radii
+from skfem_dual.elements.polygon_moments import polygon_moments
 from skfem_dual.kernels.compiled import inputs
 from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev
 from skfem_dual.operators.fmm.lists import near_lists

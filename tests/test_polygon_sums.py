@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skfem_dual.elements.law_polynomials import LOWER_TERMS, TERMS, law_polynomials
-from skfem_dual.elements.moments import polygon_moments
+from skfem_dual.elements.polygon_moments import polygon_moments
 from skfem_dual.elements.polygon_sums import KNOWN, LANES, STEP, add_sides, put_side
 from skfem_dual.grids.polygons import Polygons
 

@@ -148,7 +148,7 @@ def _verified(
             find = partial(_flattened, problem, many, verify, how)
             answers = solved_each(problem.cells, answers, find)
         every = zip(imposed, given, answers, strict=True)
-        return {k: problem.along_lines(c, how, own) for k, c, own in every}
+        return {k: problem.with_line_law(c, how, own) for k, c, own in every}
 
 
 def _flattened(

@@ -135,9 +135,9 @@ class RigidBodies(ABC):
         # infinite loads are refused there
         with np.errstate(over="ignore", invalid="ignore"), threads_for_matrix(rows):
             answer = solved(self.cells, find, how.unilateral, start)
-            return self.along_lines(constraints, how, answer)
+            return self.with_line_law(constraints, how, answer)
 
-    def along_lines(
+    def with_line_law(
         self, constraints: Constraints, how: How, found: tuple[Contact, ndarray]
     ) -> tuple[Contact, ndarray]:
         """The same with the law of the line of contact, where it has one."""

@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
-from .graded_rule import gauss
+from .polygon_moments import polygon_moments
 
 #: degree of the polynomial for the settlement, and of that for the first moments of the law
 DEGREE, LOWER = 4, 2
@@ -38,60 +38,41 @@ def law_polynomials(polygons: Polygons, moments: ndarray, cells: ndarray) -> nda
         the area.
     """
     out = np.empty((len(cells), TERMS + LOWER_TERMS))
-    outlines = polygons.p, polygons.indices, polygons.offsets
-    size = np.sqrt(polygons.areas)
-    given = inputs(cells, *outlines, polygons.centroids, size, moments, *gauss(DEGREE + 1))
-    _fit(*given, out)
+    whole = polygon_moments(polygons, 2 * DEGREE, cells)
+    factorials = np.cumprod(np.arange(2 * DEGREE + 1).clip(1)).astype(float)
+    _fit(*inputs(np.sqrt(polygons.areas[cells]), whole, moments, factorials), out)
     return out
 
 
 @vectorised
-def _fit(cells, p, indices, offsets, centroids, size, moments, gauss, along, out):
-    top = 2 * DEGREE + 1
-    own, gram, value = np.empty((top, top)), np.empty((TERMS, TERMS)), np.empty(TERMS)
-    for cell in range(cells.shape[0]):
-        j = cells[cell]
-        own[:] = 0.0
-        scale, cx, cy = 1 / size[j], centroids[0, j], centroids[1, j]
-        last = indices[offsets[j + 1] - 1]
-        vx, vy = scale * (p[0, last] - cx), scale * (p[1, last] - cy)
-        for at in range(offsets[j], offsets[j + 1]):
-            wx, wy = scale * (p[0, indices[at]] - cx), scale * (p[1, indices[at]] - cy)
-            cross = vx * wy - vy * wx
-            for g in range(gauss.shape[0]):
-                x, y = vx + gauss[g] * (wx - vx), vy + gauss[g] * (wy - vy)
-                power = along[g] * cross
-                for a in range(top):
-                    monomial = power
-                    for b in range(top - a):
-                        own[a, b] += monomial
-                        monomial *= y
-                    power *= x
-            vx, vy = wx, wy
-        _products(own, gram)
-        row = 0
-        for degree in range(DEGREE + 1):
+def _fit(size, whole, moments, factorials, out):
+    gram, value = np.empty((TERMS, TERMS)), np.empty(TERMS)
+    own = np.empty((2 * DEGREE + 1, 2 * DEGREE + 1))
+    for cell in range(size.shape[0]):
+        power = 1 / size[cell] ** 2
+        for degree in range(2 * DEGREE + 1):
             for b in range(degree + 1):
-                value[row] = moments[degree - b, b, cell] * scale ** (degree + 2)
-                for k in range(2, max(degree - b, b) + 1):
-                    value[row] *= (k if k <= b else 1) * (k if k <= degree - b else 1)
-                row += 1
+                factor = power * factorials[degree - b] * factorials[b]
+                own[degree - b, b] = whole[degree - b, b, cell] * factor
+                if degree <= DEGREE:
+                    value[degree * (degree + 1) // 2 + b] = moments[degree - b, b, cell] * factor
+            power /= size[cell]
+        _put_products(own, gram)
         _factorise(gram, value)
         _substitute(gram, value, out[cell, :TERMS])
         _substitute(gram, value, out[cell, TERMS:])
 
 
 @compiled
-def _products(own, gram):
-    """Integrals of products of monomials, from those along the sides."""
+def _put_products(own, gram):
+    """Integrals of products of monomials, from those of monomials."""
     row = 0
     for degree in range(DEGREE + 1):
         for b in range(degree + 1):
             column = 0
             for other in range(degree + 1):
                 for d in range(other + 1):
-                    whole = own[degree - b + other - d, b + d]
-                    gram[row, column] = whole / (degree + other + 2)
+                    gram[row, column] = own[degree - b + other - d, b + d]
                     column += 1
             row += 1
 

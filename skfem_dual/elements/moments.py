@@ -1,8 +1,4 @@
-"""Cells under pressure as forces, dipoles and higher moments about one point of each cell.
-
-Source of the moments of a polygon as sums over its sides: C. Steger, On the calculation of
-arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (1996).
-"""
+"""Cells under pressure as forces, dipoles and higher moments about one point of each cell."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Self
@@ -13,9 +9,9 @@ from numpy import ndarray
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons
 from ..kernels.compiled import inlined, inputs, vectorised
-from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .pieces import Pieces
+from .polygon_moments import moments_about, polygon_moments
 
 #: moments up to this degree are kept
 DEGREE = 5
@@ -146,7 +142,7 @@ def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:
     cell = np.repeat(np.arange(len(pieces.first)), pieces.last - pieces.first)
     indices = np.arange(offsets[0], offsets[-1])
     outline = pieces.vertices, indices, offsets - offsets[0]
-    moments = _about(*outline, centres[:, cell], degree) * pieces.density[begin:end]
+    moments = moments_about(*outline, centres[:, cell], degree) * pieces.density[begin:end]
     return np.add.reduceat(moments, pieces.first - begin, axis=2)
 
 
@@ -157,81 +153,6 @@ def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:
     starts = pieces.offsets[pieces.first] - pieces.offsets[begin]
     sizes = np.diff(np.append(starts, vertices.shape[1]))
     return np.maximum.reduceat(np.hypot(*(vertices - np.repeat(centres, sizes, axis=1))), starts)
-
-
-def polygon_moments(polygons: Polygons, degree: int, cells: ndarray | None = None) -> ndarray:
-    """Integrals of ``x^i y^j / (i! j!)`` about the centroid of each polygon.
-
-    Parameters
-    ----------
-    polygons : Polygons
-    degree : int
-        The greatest sum of i and j.
-    cells : (k,) array of int, optional
-        Polygons that are meant; by default all.
-
-    Returns
-    -------
-    (degree + 1, degree + 1, k) array of float
-        Zero where the sum is greater.
-    """
-    cells = np.arange(len(polygons)) if cells is None else cells
-    outline = polygons.p, polygons.indices, polygons.offsets
-    out = _about(*outline, polygons.centroids, degree, cells)
-    out[1:2, 0] = out[0, 1:2] = 0.0  # about the centroid they vanish
-    return out
-
-
-def _about(
-    p: ndarray,
-    indices: ndarray,
-    offsets: ndarray,
-    centres: ndarray,
-    degree: int,
-    some: ndarray | None = None,
-) -> ndarray:
-    """Moments of polygons, all or some, about one point of each.
-
-    Over the triangle of the point and a side, a monomial's integral is one along the side.
-    """
-    some = np.arange(len(offsets) - 1) if some is None else some
-    n = len(some)
-    out = np.zeros((degree + 1, degree + 1, n))
-    factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
-    gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
-    args = *inputs(some, p, indices, offsets, centres), factorials, *gauss
-    with Threads() as run:
-        run(lambda k: _moments(k.start, k.stop, *args, out), n)
-    return out
-
-
-@vectorised
-def _moments(begin, end, some, p, indices, offsets, centroids, factorials, gauss, weights, out):
-    n = factorials.shape[0]
-    own = np.empty((n, n))
-    for k in range(begin, end):
-        own[:] = 0.0
-        cell = some[k]
-        cx, cy = centroids[0, cell], centroids[1, cell]
-        last = indices[offsets[cell + 1] - 1]
-        vx, vy = p[0, last] - cx, p[1, last] - cy
-        for at in range(offsets[cell], offsets[cell + 1]):
-            wx, wy = p[0, indices[at]] - cx, p[1, indices[at]] - cy
-            cross = vx * wy - vy * wx
-            for g in range(gauss.shape[0]):
-                s = (1 + gauss[g]) / 2
-                x, y = vx + s * (wx - vx), vy + s * (wy - vy)
-                power = weights[g] / 2 * cross
-                for i in range(n):
-                    value = power
-                    for j in range(n - i):
-                        own[i, j] += value
-                        value *= y
-                    power *= x
-            vx, vy = wx, wy
-        for i in range(n):
-            for j in range(n - i):
-                out[i, j, k] = own[i, j] / ((i + j + 2) * factorials[i] * factorials[j])
 
 
 def radii(polygons: Polygons) -> ndarray:

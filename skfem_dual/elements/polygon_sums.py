@@ -22,14 +22,14 @@ import numpy as np
 from ..kernels.compiled import compiled, vectorised
 from .law_polynomials import DEGREE, TERMS
 from .ribs import FAR, atanh_series
-from .segments import LOG2, ROOT_HALF
+from .segments import LOG2, ROOT_HALF, from_point
 
 #: points that are looked at together at most, always a multiple of the second
 LANES, STEP = 32, 8
 #: what is known of a side: where it begins, the unit vector to its end and its length; values of
 #: P, of its normal derivative, of Q, of its normal derivative and S; values of the polynomial for
 #: first moments, of its derivatives along and across the side, and the normal ones of these
-PLACE, VALUE, NORMAL, SECOND, THIRD, FOURTH = 0, 5, 10, 14, 17, 19
+VALUE, NORMAL, SECOND, THIRD, FOURTH = 5, 10, 14, 17, 19
 FIRST, RISES, BENDS, KNOWN = 20, 23, 27, 29
 #: terms of one degree of a polynomial from here on
 STARTS = tuple(d * (d + 1) // 2 for d in range(DEGREE + 1))
@@ -148,17 +148,8 @@ def add_sides(x, y, sides, count, room, sums):
         w1, w2, g0, g1 = sides[s, 21], sides[s, 22], sides[s, 23], sides[s, 24]
         e0, e1, c0, c1 = sides[s, 25], sides[s, 26], sides[s, 27], sides[s, 28]
         for i in range(x.shape[0]):
-            dx, dy = x[i] - ax, y[i] - ay
-            ex, ey = dx - length * ux, dy - length * uy
-            d1, d2 = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
-            h, t1 = ux * dy - uy * dx, -(ux * dx + uy * dy)
-            t2 = t1 + length
-            on_line = abs(h) <= 1e-17 * length or d1 == 0.0 or d2 == 0.0
-            h = 0.0 if on_line else h
-            u1, u2 = d1 + abs(t1), d2 + abs(t2)
-            above = u2 if t1 >= 0 else (u1 if t2 <= 0 else u1 * u2)
-            below = u1 if t1 >= 0 else (u2 if t2 <= 0 else h * h)
-            room[0, i] = 1.0 if on_line else above / below
+            h, t1, d1, d2, ratio = from_point(x[i] - ax, y[i] - ay, ux, uy, length)
+            room[0, i] = ratio
             room[1, i], room[2, i], room[3, i], room[4, i] = h, t1, d1, d2
         for i in range(x.shape[0]):
             power = (bits[0, i] - ROOT_HALF) >> 52

@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
-from ..kernels.compiled import compiled, inputs, vectorised
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from .nearby import in_circles
 from .ribs import FAR, atanh_series
 
@@ -68,6 +68,25 @@ def put_segment(segments, count, ax, ay, bx, by, load):
     return count + 1
 
 
+@inlined
+def from_point(dx, dy, ux, uy, length):
+    """Where a segment along (ux, uy) lies from a point at (dx, dy) from where it begins.
+
+    Its height over the point, how far along it begins, the distances of both its ends, and the
+    ratio whose logarithm is the integral of 1 / r along it, one where that is multiplied by zero.
+    """
+    ex, ey = dx - length * ux, dy - length * uy
+    d1, d2 = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
+    h, t1 = ux * dy - uy * dx, -(ux * dx + uy * dy)
+    t2 = t1 + length
+    on_line = abs(h) <= 1e-17 * length or d1 == 0.0 or d2 == 0.0
+    h = 0.0 if on_line else h
+    u1, u2 = d1 + abs(t1), d2 + abs(t2)
+    above = u2 if t1 >= 0 else (u1 if t2 <= 0 else u1 * u2)
+    below = u1 if t1 >= 0 else (u2 if t2 <= 0 else h * h)
+    return h, t1, d1, d2, 1.0 if on_line else above / below
+
+
 @vectorised
 def add_segments(x, begin, end, segments, count, sums):
     """Add to ``sums`` what some segments give to integrals at the points from begin to end.
@@ -99,17 +118,9 @@ def add_segments(x, begin, end, segments, count, sums):
                 dx, dy = x0 - segments[0, first + i], y0 - segments[1, first + i]
                 ux, uy = segments[2, first + i], segments[3, first + i]
                 length = segments[4, first + i]
-                ex, ey = dx - length * ux, dy - length * uy
-                d1, d2 = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
-                h, t1 = ux * dy - uy * dx, -(ux * dx + uy * dy)
-                t2 = t1 + length
-                on_line = abs(h) <= 1e-17 * length or d1 == 0.0 or d2 == 0.0
-                h = 0.0 if on_line else h
-                u1, u2 = d1 + abs(t1), d2 + abs(t2)
-                above = u2 if t1 >= 0 else (u1 if t2 <= 0 else u1 * u2)
-                below = u1 if t1 >= 0 else (u2 if t2 <= 0 else h * h)
-                room[0, i] = 1.0 if on_line else above / below
-                room[1, i], room[2, i], room[3, i] = h, t2 * d2 - t1 * d1, d1 + d2
+                h, t1, d1, d2, ratio = from_point(dx, dy, ux, uy, length)
+                room[0, i] = ratio
+                room[1, i], room[2, i], room[3, i] = h, (t1 + length) * d2 - t1 * d1, d1 + d2
                 room[6, i] = (d2 * d2 * d2 - d1 * d1 * d1) / 3
             # no logarithm of several numbers is known: that of 2^k m is k log(2) + log(m)
             for i in range(WIDTH):

@@ -12,7 +12,6 @@ from ..arguments import LARGEST, SMALLEST
 from ..errors import MeshError
 from ..messages import shown
 from .corners import Corners, signed_areas
-from .facets import number_facets
 from .planar import covered_twice
 from .polygons import readonly
 from .quality import MeshQuality
@@ -155,7 +154,6 @@ def _structure_conditions(corners: Corners) -> Iterator[Condition]:
         np.nonzero(np.abs(signed_areas(p, t)) <= FLAT * longest**2)[0],
         "remove or remesh the triangles whose vertices lie on one line",
     )
-    number_facets(mesh)
     yield from _tag_conditions(mesh)
     yield from _surface_conditions(corners)
 

@@ -11,7 +11,6 @@ from ..errors import MeshError
 from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
-from .facets import number_facets
 from .lattice import Lattice
 from .planar import covered_twice, cross
 from .polygons import Polygons, readonly
@@ -150,7 +149,6 @@ class Partition:
 
 def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
     yield from array_conditions(mesh)
-    number_facets(mesh)
     v = mesh.p[:, mesh.t]
     onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
     turns = onward[0] * back[1] - onward[1] * back[0]

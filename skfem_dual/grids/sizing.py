@@ -12,7 +12,6 @@ from ..errors import MeshError
 from .checks import crossing_condition
 from .corners import Corners, signed_areas, unit
 from .curves import Curve, shares
-from .facets import number_facets
 from .outline import inside_loops
 from .planar import cross
 from .preprocess import silent
@@ -275,13 +274,7 @@ def _at_means(mesh: MeshTri, loops: ndarray) -> MeshTri:
     """The mesh with its inner nodes at the means of their neighbours."""
     free = np.arange(mesh.p.shape[1]) >= loops[-1]
     p = np.ascontiguousarray(to_means(mesh, free, 0.0, ROUNDS, silent)[0])
-    return _numbered(p, mesh.t)
-
-
-def _numbered(p: ndarray, t: ndarray) -> MeshTri:
-    mesh = MeshTri(p, np.ascontiguousarray(t))
-    number_facets(mesh)
-    return mesh
+    return MeshTri(p, mesh.t)
 
 
 def _inside(points: ndarray, loops: ndarray) -> MeshTri:
@@ -299,7 +292,7 @@ def _inside(points: ndarray, loops: ndarray) -> MeshTri:
     outside = ~inside_loops(v.mean(axis=1), local[:, start], local[:, end])
     longest = np.max(np.ptp(v, axis=1), axis=0)
     outside |= np.abs(signed_areas(local, t[:, only])) < ROUND * longest**2
-    mesh = _numbered(points, np.delete(t, only[outside], axis=1))
+    mesh = MeshTri(points, np.ascontiguousarray(np.delete(t, only[outside], axis=1)))
     along = np.sort([start, end], axis=0)
     edge = mesh.facets[:, mesh.f2t[1] == -1]
     if not np.array_equal(edge, along[:, np.lexsort(along[::-1])]):

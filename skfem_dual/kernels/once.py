@@ -46,10 +46,7 @@ class computed_once(cached_property[_T]):
         with _Held(instance, name):
             # only now is it certain that no other thread has computed it
             if name not in known:
-                value: Any = self.func(instance)
-                if isinstance(value, ndarray):  # all who ask share it
-                    value = value.view()
-                    value.flags.writeable = False
+                value = _shared(self.func(instance))
                 # setting up an object may have stored more than was asked for
                 known.setdefault(name, value)
             return known[name]
@@ -66,7 +63,15 @@ def remember(instance: object, name: str, value: Any) -> None:
     if not isinstance(getattr(type(instance), name, None), computed_once):
         raise TypeError(f"expected the name of what is computed once, got {name!r}")
     with _Held(instance, name):
-        instance.__dict__.setdefault(name, value)
+        instance.__dict__.setdefault(name, _shared(value))
+
+
+def _shared(value: Any) -> Any:
+    """The value, an array read-only: all who ask share it."""
+    if isinstance(value, ndarray):
+        value = value.view()
+        value.flags.writeable = False
+    return value
 
 
 class _Held:

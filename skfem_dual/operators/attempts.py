@@ -76,10 +76,6 @@ def _dense(entries: Entries, tolerance: float, rtol: float) -> ndarray:
             matrix[near.row, near.col] += near.data
         if entries.sloping is not None and entries.slopes is not None:
             entries.sloping.add_to(matrix, entries.slopes)
-    return fixed(matrix)
-
-
-def fixed(matrix: ndarray) -> ndarray:
     matrix.setflags(write=False)
     return matrix
 

@@ -23,7 +23,7 @@ from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..messages import shown
-from .attempts import fixed, product, within
+from .attempts import product, within
 from .entries import EXACT, Entries
 from .fmm.summation import SINGLE, FastSummation
 from .resources import choose
@@ -241,7 +241,9 @@ class InfluenceOperator(LinearOperator):
         if isinstance(self._kept, ndarray):
             return self._kept
         if isinstance(self._kept, BlockToeplitz):
-            return fixed(self._kept.to_dense())
+            matrix = self._kept.to_dense()
+            matrix.setflags(write=False)
+            return matrix
         cells = self.substrate, self.partition, self.x, self._law
         return self.from_partition(*cells, self.rtol, "dense").to_dense()
 

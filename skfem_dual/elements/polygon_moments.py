@@ -1,0 +1,87 @@
+"""Moments of polygons.
+
+Source of the moments of a polygon as sums over its sides: C. Steger, On the calculation of
+arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (1996).
+"""
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.polygons import Polygons
+from ..kernels.compiled import inputs, vectorised
+from ..kernels.threads import Threads
+
+
+def polygon_moments(polygons: Polygons, degree: int, cells: ndarray | None = None) -> ndarray:
+    """Integrals of ``x^i y^j / (i! j!)`` about the centroid of each polygon.
+
+    Parameters
+    ----------
+    polygons : Polygons
+    degree : int
+        The greatest sum of i and j.
+    cells : (k,) array of int, optional
+        Polygons that are meant; by default all.
+
+    Returns
+    -------
+    (degree + 1, degree + 1, k) array of float
+        Zero where the sum is greater.
+    """
+    cells = np.arange(len(polygons)) if cells is None else cells
+    outline = polygons.p, polygons.indices, polygons.offsets
+    out = moments_about(*outline, polygons.centroids, degree, cells)
+    out[1:2, 0] = out[0, 1:2] = 0.0  # about the centroid they vanish
+    return out
+
+
+def moments_about(
+    p: ndarray,
+    indices: ndarray,
+    offsets: ndarray,
+    centres: ndarray,
+    degree: int,
+    some: ndarray | None = None,
+) -> ndarray:
+    """Moments of polygons, all or some, about one point of each.
+
+    Over the triangle of the point and a side, a monomial's integral is one along the side.
+    """
+    some = np.arange(len(offsets) - 1) if some is None else some
+    n = len(some)
+    out = np.zeros((degree + 1, degree + 1, n))
+    factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
+    gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
+    args = *inputs(some, p, indices, offsets, centres), factorials, *gauss
+    with Threads() as run:
+        run(lambda k: _moments(k.start, k.stop, *args, out), n)
+    return out
+
+
+@vectorised
+def _moments(begin, end, some, p, indices, offsets, centroids, factorials, gauss, weights, out):
+    n = factorials.shape[0]
+    own = np.empty((n, n))
+    for k in range(begin, end):
+        own[:] = 0.0
+        cell = some[k]
+        cx, cy = centroids[0, cell], centroids[1, cell]
+        last = indices[offsets[cell + 1] - 1]
+        vx, vy = p[0, last] - cx, p[1, last] - cy
+        for at in range(offsets[cell], offsets[cell + 1]):
+            wx, wy = p[0, indices[at]] - cx, p[1, indices[at]] - cy
+            cross = vx * wy - vy * wx
+            for g in range(gauss.shape[0]):
+                s = (1 + gauss[g]) / 2
+                x, y = vx + s * (wx - vx), vy + s * (wy - vy)
+                power = weights[g] / 2 * cross
+                for i in range(n):
+                    value = power
+                    for j in range(n - i):
+                        own[i, j] += value
+                        value *= y
+                    power *= x
+            vx, vy = wx, wy
+        for i in range(n):
+            for j in range(n - i):
+                out[i, j, k] = own[i, j] / ((i + j + 2) * factorials[i] * factorials[j])
