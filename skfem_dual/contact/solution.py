@@ -135,8 +135,7 @@ class PunchSolution(CellPressures):
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
         if isinstance(self.member, Alone) and self.line is None:
-            triangles = self.punch.footprint.triangles
-            return triangles.with_thin(self.member.region, self.pressure > 0)
+            return self.region_of(self.member.region)
         return super().contact_region
 
     @property
