@@ -181,6 +181,8 @@ class PunchSolution(CellPressures):
             is that of one grid's cells only, or the equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
+        ConvergenceError
+            If there is no solution on the other grid, as on one or two triangles.
 
         Examples
         --------
