@@ -20,6 +20,7 @@ from tqdm import tqdm
 
 from ..arguments import checked_number
 from ..errors import ConvergenceError
+from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
 from .problem import Contact, ContactProblem, Product
 
@@ -29,6 +30,8 @@ COARSEST = 1e-2
 MOST = 1000
 #: few equations are told apart from singular ones by the determinant over the diagonal
 CLEAR = 1e-8
+#: forces that are summed up one after the other
+TOGETHER = 1024
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
@@ -197,8 +200,9 @@ class CellForces:
         return self.acting * self.scale
 
     @computed_once
-    def _extent(self) -> ndarray:
-        return np.abs(self.acting)
+    def _all(self) -> ndarray:
+        """Resultants of what multipliers press on all cells, (k, k)."""
+        return self.sides @ self.acting.T
 
     @computed_once
     def _spread(self) -> ndarray:
@@ -272,38 +276,71 @@ class CellForces:
         They are ``max(force + scale * (mu @ acting), 0)``; the few multipliers mu maximise a
         concave function, by Newton's method. None if there are no such forces.
         """
-        acting, scale, given = self.acting, self.scale, self.problem.given
-        sides, extent = self.sides, self._extent
-        # a little of all cells: those pressed on may be too few to balance anything
-        spare = 1e-8 * sides @ acting.T
-
-        def state(mu: ndarray) -> tuple[ndarray, ndarray]:
-            pressed = (force + mu @ sides).clip(0)
-            # pairwise sums: those of BLAS lose four digits of millions of forces
-            return pressed, (acting * pressed).sum(axis=1) - given
+        scale, given = self.scale, self.problem.given
+        known = inputs(force, self.acting, self.sides)
 
         def dual(mu: ndarray, pressed: ndarray) -> float:
             return 0.5 * np.sum(pressed**2 / scale) - mu @ given
 
         mu = np.zeros(len(given))
-        pressed, error = state(mu)
+        pressed, felt, borne, stiffness = _pressed(*known, mu)
         for _ in range(200):
-            size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
+            error = felt - given
+            size = np.abs(given).max(initial=0.0) + borne.max(initial=0.0)
             if (off := np.abs(error).max(initial=0.0)) <= 1e-14 * size:
                 break
-            # from nothing on all cells are pressed on
-            free = np.where(pressed > 0, sides, 0.0) if pressed.any() else sides
-            step = _least(free @ acting.T + spare, error)
+            # from nothing on all cells are pressed on; a little of them always: those that are may
+            # be too few to balance anything
+            free = stiffness if pressed.any() else self._all
+            step = _least(free + 1e-8 * self._all, error)
             for _ in range(40 if off > 1e-12 * size else 1):  # rounding is not searched
-                trial = state(mu - step)
-                if np.abs(trial[1]).max() < off or dual(mu - step, trial[0]) < dual(mu, pressed):
+                trial = _pressed(*known, mu - step)
+                nearer = np.abs(trial[1] - given).max() < off
+                if nearer or dual(mu - step, trial[0]) < dual(mu, pressed):
                     break
                 step = step / 2
             else:
                 break  # as near as rounding lets
             mu = mu - step
-            pressed, error = trial
-        return pressed if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
+            pressed, felt, borne, stiffness = trial
+        return pressed if np.abs(felt - given).max(initial=0.0) <= 1e-12 * size else None
+
+
+@vectorised
+def _pressed(force, acting, sides, mu):
+    """Forces ``max(force + mu @ sides, 0)`` on the cells, and sums over them.
+
+    Their resultants, the same of the sizes of ``acting``, and what multipliers add to resultants
+    on the cells pressed on, (k, k). Sums of some cells at a time: one after the other, millions
+    of forces would lose four digits.
+    """
+    k, n = acting.shape
+    pressed, felt, borne, stiffness = np.empty(n), np.zeros(k), np.zeros(k), np.zeros((k, k))
+    for first in range(0, n, TOGETHER):
+        own = pressed[first : first + TOGETHER]
+        own[:] = force[first : first + TOGETHER]
+        for a in range(k):
+            side, m = sides[a][first : first + TOGETHER], mu[a]
+            for j in range(own.shape[0]):
+                own[j] += m * side[j]
+        for j in range(own.shape[0]):
+            own[j] = max(own[j], 0.0)
+        for a in range(k):
+            arm, total, size = acting[a][first : first + TOGETHER], 0.0, 0.0
+            for j in range(own.shape[0]):
+                total += arm[j] * own[j]
+                size += abs(arm[j]) * own[j]
+            felt[a] += total
+            borne[a] += size
+            for b in range(a + 1):
+                side, total = sides[b][first : first + TOGETHER], 0.0
+                for j in range(own.shape[0]):
+                    total += arm[j] * side[j] if own[j] > 0 else 0.0
+                stiffness[a, b] += total
+    for a in range(k):
+        for b in range(a):
+            stiffness[b, a] = stiffness[a, b]
+    return pressed, felt, borne, stiffness
 
 
 def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:
