@@ -292,7 +292,7 @@ class ContactSystem:
     def _problem(self, constraints: Constraints) -> ContactProblem:
         motions, balance, unit = self._scaled(constraints)
         return ContactProblem(
-            matrix=self.matrix,
+            matrix=self.matrix if self._regular is None else self._regular,
             areas=self.areas,
             gap=self.gap - constraints.fixed @ self.planes,
             planes=motions.T @ self.planes,

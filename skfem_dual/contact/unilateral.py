@@ -11,6 +11,7 @@ which only multiply by D.
 """
 
 from dataclasses import dataclass
+from math import prod
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -307,7 +308,9 @@ class CellForces:
 
 
 @vectorised
-def _pressed(force, acting, sides, mu):
+def _pressed(
+    force: ndarray, acting: ndarray, sides: ndarray, mu: ndarray
+) -> tuple[ndarray, ndarray, ndarray, ndarray]:
     """Forces ``max(force + mu @ sides, 0)`` on the cells, and sums over them.
 
     Their resultants, the same of the sizes of ``acting``, and what multipliers add to resultants
@@ -356,7 +359,8 @@ def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
         return rhs
     # a third of the time of numpy's, which copies and checks
     factors, _, solution, failed = dgesv(matrix, rhs)
-    if not failed and abs(factors.diagonal().prod()) > CLEAR * matrix.diagonal().prod():
+    pivots, diagonal = (prod(a.diagonal().tolist()) for a in (factors, matrix))
+    if not failed and abs(pivots) > CLEAR * diagonal:
         return solution
     return np.linalg.pinv(matrix) @ rhs
 
