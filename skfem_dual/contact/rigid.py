@@ -21,7 +21,6 @@ from .solution import PunchSolution
 from .system import ContactSystem, Method
 from .verify import Verification
 
-
 #: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
 #: the law of its line moves bodies on some hundred cells
 COARSE = 1e-3

@@ -26,13 +26,13 @@ from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import TOO_SOFT, YieldingOperator
+from .cell_forces import CellForces
 from .load import Constraints
 from .positions import apart, by_force, noise, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
     MOST,
-    CellForces,
     active_set,
     beginning,
     conjugate_gradients,
