@@ -163,6 +163,12 @@ class CellsOnLines:
         own = [identity(len(cells)) if line is None else line.carried() for cells, line in each]
         return csr_matrix(block_diag(own))
 
+    def by_carried(self, matrix: ndarray) -> ndarray:
+        """``matrix @ carried``: few cells carry anything but their own pressure."""
+        others = csr_matrix(self.carried - identity(len(self)))
+        few = np.nonzero(np.diff(others.indptr))[0]
+        return matrix + matrix[:, few] @ others[few]
+
     def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
         """Pressures in the collocation points by means over the cells; zero out of contact."""
         out = pressure.copy()
@@ -180,11 +186,11 @@ class CellsOnLines:
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             cells = self.flattened(flat)
-            acting = self.problem.resultants_of(cells.parts) @ self.carried
-            matrix = self.matrix_with(flat) @ self.carried
+            acting = self.by_carried(self.problem.resultants_of(cells.parts))
+            matrix = self.by_carried(self.matrix_with(flat))
             system = replace(self.problem.system, matrix=matrix, resultants=acting)
             numbers, rows = rows_of(cells.parts)
-            contact, position = solve(system, ExactRows(numbers, rows @ self.carried), begin)
+            contact, position = solve(system, ExactRows(numbers, self.by_carried(rows)), begin)
             return replace(contact, pressure=self.carried @ contact.pressure), position
 
         try:
