@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import block_diag, csr_matrix, identity
+from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
@@ -165,9 +165,13 @@ class CellsOnLines:
 
     def by_carried(self, matrix: ndarray) -> ndarray:
         """``matrix @ carried``: few cells carry anything but their own pressure."""
-        others = csr_matrix(self.carried - identity(len(self)))
-        few = np.nonzero(np.diff(others.indptr))[0]
-        return matrix + matrix[:, few] @ others[few]
+        shares = (self.carried - identity(len(self))).tocoo()
+        few, row = np.unique(shares.row, return_inverse=True)
+        beside, column = np.unique(shares.col, return_inverse=True)
+        dense = coo_matrix((shares.data, (row, column)), (len(few), len(beside))).toarray()
+        out = matrix.copy()
+        out[:, beside] += matrix[:, few] @ dense
+        return out
 
     def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
         """Pressures in the collocation points by means over the cells; zero out of contact."""
