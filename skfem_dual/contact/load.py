@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 #: points from which on those inside are left out before their convex hull is looked for
 MANY = 100
 #: eight directions, counter-clockwise
-EIGHT = np.array([[1, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]]).T
+EIGHT = np.array([[1.0, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]]).T
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ class Hull:
         """That of the farthest points in eight directions: inside is ``normals @ x > offsets``,
         shapes (8, 2) and (8,)."""
         corners = self.points[:, np.argmax(EIGHT @ self.points, axis=1)]
-        along = np.roll(corners, -1, axis=1) - corners
+        along = np.diff(corners, axis=1, append=corners[:, :1])
         area = np.ptp(corners, axis=1).prod()
         offsets = cross(along, corners) + ROUNDING * area
         offsets[~along.any(axis=0)] = -np.inf if area > 0 else np.inf

@@ -117,9 +117,8 @@ class BlockToeplitz:
     def from_substrate(cls, substrate: Substrate, lattice: Lattice) -> Self:
         """By the exact entries of a rectangle for all offsets."""
         (nx, ny), (dx, dy) = lattice.shape, lattice.spacing
-        x = np.stack(np.meshgrid(dx * np.arange(nx), dy * np.arange(ny), indexing="ij"))
-        cell = _rectangle(dx, dy)
-        entries = influence_matrix(substrate, cell, x.reshape(2, -1)).reshape(nx, ny)
+        x = np.array([np.repeat(dx * np.arange(nx), ny), np.tile(dy * np.arange(ny), nx)])
+        entries = influence_matrix(substrate, _rectangle(dx, dy), x).reshape(nx, ny)
         shape = _fast(2 * nx - 1), _fast(2 * ny - 1)
         threads = threads_for(shape[0] * shape[1])
         spectrum = scipy.fft.rfft2(_even(entries, shape), workers=threads, overwrite_x=True).real
