@@ -150,6 +150,7 @@ LAYERS = [
         "contact.load",
         "contact.shapes",
         "contact.problem",
+        "contact.cell_forces",
         "contact.unilateral",
         "contact.positions",
         "contact.system",
