@@ -103,6 +103,7 @@ LAYERS = [
         "elements.shape_functions",
         "elements.load_matrix",
         "elements.slopes",
+        "elements.moment_sums",
         "elements.curvature",
         "elements.near_slopes",
         "elements.slope_correction",
