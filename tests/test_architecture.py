@@ -140,6 +140,7 @@ LAYERS = [
         "operators.preconditioner",
         "operators.flattened",
         "operators.iterative",
+        "operators.dense_solver",
         "operators.compliance",
         "operators.yielding",
         "operators.representations",
