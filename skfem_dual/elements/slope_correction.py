@@ -28,6 +28,8 @@ from .slopes import Slopes
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
 #: columns
 ROWS, COLUMNS = 32, 8
+#: with more cells the fields of less than so many rows are found one by one, which takes less room
+FEW = 2**14
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 EXACT_RADII = 2.5
 #: nanoseconds that the dipole of a cell takes, about
@@ -186,7 +188,7 @@ class SlopeCorrection:
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        if x.shape[1] <= ROWS:
+        if x.shape[1] <= ROWS and len(self.areas) > FEW:
             to_pressures = slopes.T
             field = np.empty((2, len(self.areas)))
             for i, row in enumerate(matrix):
@@ -318,10 +320,10 @@ def _combine(numbers, values, begin, end, rows, total):
         a, b, c, d = at, min(at + 1, end - 1), min(at + 2, end - 1), min(at + 3, end - 1)
         one, two = values[a], values[b] if b > a else 0.0
         three, four = values[c] if c > b else 0.0, values[d] if d > c else 0.0
-        j, k, l, m = numbers[a], numbers[b], numbers[c], numbers[d]
+        a, b, c, d = numbers[a], numbers[b], numbers[c], numbers[d]
         for i in range(ROWS):
-            low = rows[j, i] * one + rows[k, i] * two
-            total[i] += low + rows[l, i] * three + rows[m, i] * four
+            low = rows[a, i] * one + rows[b, i] * two
+            total[i] += low + rows[c, i] * three + rows[d, i] * four
 
 
 @compiled
