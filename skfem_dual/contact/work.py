@@ -273,7 +273,7 @@ class Work:
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
         for (cells, *_), own in parts:
             if few:
-                settled += cells.settlements(self.sectors.x, pressures[own]).T
+                settled += cells.settlements(self.sectors.x, pressures[own], rough=True).T
                 continue
             operator = cells.fast_operator(self.sectors.x, cells.tolerance)
             for row, part in zip(settled, pressures[own].T):
