@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 from plans import annulus, disc, ellipse, polar, rectangle
-from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP2, MeshQuad, MeshTri
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    MeshQuad,
+    MeshTri,
+)
 
 from skfem_dual import (
     DualMesh,
@@ -14,7 +22,8 @@ from skfem_dual import (
     evaluate,
     postprocess,
 )
-from skfem_dual.elements.balance import field_resultant
+from skfem_dual.elements.balance import balanced, field_resultant
+from skfem_dual.errors import ConvergenceError
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.outline import distance_to_segments
@@ -160,6 +169,19 @@ def test_field_of_a_sphere():
         assert np.sqrt(np.mean((p - exact) ** 2)) < 0.03 * exact.max()
         assert not p[r > a * 1.05].any()
         assert_carries(solution, field, p)
+
+
+def test_one_node_carries_no_moments():
+    """It has a force and no arm: refused at every node, whatever rounding makes of the matrix."""
+    basis = CellBasis(disc(2), ElementTriP1())
+    for k in range(basis.N):
+        x, values = basis.doflocs[:, k], np.zeros(basis.N)
+        values[k] = 1.0
+        with pytest.raises(ConvergenceError, match="too few nodes have pressures"):
+            balanced(basis, values, np.array([1.0, 0.3, -0.2]), (0.1, 0.0))
+        own = field_resultant(basis, values)
+        assert balanced(basis, values, 2 * own, (0.0, 0.0)) == pytest.approx(2 * values)
+        assert own[1:] == pytest.approx(own[0] * x, abs=0.2 * own[0])
 
 
 def test_wrong_refinements():

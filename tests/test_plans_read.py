@@ -165,6 +165,7 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),
         ("a.dxf", "what", "expected a DXF drawing in"),
+        ("a.dxf", "0\nSECTION\n", "expected a DXF drawing in .*: the file ends too soon"),
         ("a.xyz", "", "a file ending in .csv, .txt, .wkt"),
     ],
 )
@@ -181,6 +182,18 @@ def test_degrees_are_refused(tmp_path):
     path.write_text(json.dumps({"crs": degrees, **shapely.geometry.mapping(APART)}))
     with pytest.raises(MeshError, match=r"coordinates as lengths in .*, got degrees"):
         Plan.read(path)
+
+
+def test_damaged_entities(tmp_path):
+    """A line without an end, and one that is of no known kind."""
+    path = drawing(tmp_path / "a.dxf", lambda space, layer: space.add_line((0, 0), (1, 0)))
+    text = path.read_text()
+    path.write_text(text.replace(" 11\n1.0\n 21\n0.0\n 31\n0.0\n", ""))
+    with pytest.raises(MeshError, match=r"expected a LINE with end in .*a.dxf, got one without"):
+        Plan.read(path)
+    path.write_text(text.replace("AcDbEntity\n  8\n0\n100\nAcDbLine", "?").replace("LINE", "?"))
+    with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles on the layer '0'"):
+        Plan.read(path, layer="0")
 
 
 def test_a_drawing_without_an_outline(tmp_path):

@@ -9,6 +9,9 @@ from skfem import CellBasis, LinearForm
 
 from ..errors import ConvergenceError
 
+#: parts of a resultant that rounding leaves
+LEFT = 1e-9
+
 
 def field_resultant(basis: CellBasis, values: ndarray, origin: ArrayLike = (0.0, 0.0)) -> ndarray:
     """Integrals of a field, and of it times x and y from an origin, shape (3,)."""
@@ -52,7 +55,7 @@ def balanced(
     Raises
     ------
     ConvergenceError
-        If the field vanishes where it would have to change.
+        If what does not vanish of it, and may change, cannot carry them.
     """
     centre = np.asarray(origin, dtype=float)
     integrals = _integrals(basis, centre)
@@ -66,12 +69,15 @@ def balanced(
     if part is not None and can_balance(basis.doflocs, part & (values != 0)):
         free = np.where(part, free, 0.0)
     shares = np.vstack([np.ones(x.shape[1]), x / size]) * free
-    try:
-        factor = np.linalg.solve(integrals @ shares.T / scale[:, None], missing / scale)
-    except np.linalg.LinAlgError:
+    matrix, missing = integrals @ shares.T / scale[:, None], missing / scale
+    factor = np.linalg.lstsq(matrix, missing)[0]
+    left = np.abs(matrix @ factor - missing).max()
+    if left > LEFT * np.abs(resultant / scale).max():
         raise ConvergenceError(
-            "no pressures are left to carry force and moments. Remedy: conserve=False"
-        ) from None
+            "too few nodes have pressures that could carry force and moments. Remedy: smaller "
+            "cells where contact is; or pressure_field with a larger refine, nodal_pressure with "
+            "conserve=False"
+        )
     return values + factor @ shares
 
 

@@ -17,6 +17,12 @@ from .tables import Corner
 NEAR = 1e-6
 #: shapes that make rings
 SHAPES = {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"}
+#: what some of them must have
+NEEDED = {
+    "LINE": ("start", "end"),
+    "ARC": ("center", "radius", "start_angle", "end_angle"),
+    "CIRCLE": ("center", "radius"),
+}
 
 #: a piece of an outline: corners (2, n), bulges of the sides between them
 Piece = tuple[ndarray, ndarray]
@@ -55,8 +61,9 @@ def _shapes(path: Path) -> list[Any]:
         ) from error
     try:
         drawing = ezdxf.readfile(path)
-    except (ezdxf.DXFError, OSError, ValueError, LookupError) as error:
-        raise MeshError(f"expected a DXF drawing in {path}: {error}") from error
+    except (ezdxf.DXFError, OSError, ValueError, LookupError, StopIteration) as error:
+        why = str(error) or "the file ends too soon"
+        raise MeshError(f"expected a DXF drawing in {path}: {why}") from error
     return list(drawing.modelspace())
 
 
@@ -67,7 +74,8 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
     had = ", ".join(f"{name!r} ({n} shape{'s' * (n > 1)})" for name, n in sorted(layers.items()))
     if layer is not None:
         shapes = [e for e in shapes if e.dxf.layer.lower() == layer.lower()]
-        entities = [e for e in entities if e.dxf.layer.lower() == layer.lower()]
+        known = [e for e in entities if e.dxf.is_supported("layer")]
+        entities = [e for e in known if e.dxf.layer.lower() == layer.lower()]
     elif len(layers) > 1:
         raise MeshError(
             f"expected the layer of the outline in {path}, which has {had}. Remedy: layer= with "
@@ -91,6 +99,8 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
 def _piece(entity: Any, path: Path) -> tuple[ndarray, ndarray, bool]:
     """Corners, bulges of the sides that start in them, and whether the last one closes a ring."""
     kind, up = entity.dxftype(), float(entity.dxf.extrusion.z)
+    if missing := [name for name in NEEDED.get(kind, ()) if not entity.dxf.hasattr(name)]:
+        raise MeshError(f"expected a {kind} with {missing[0]} in {path}, got one without")
     if abs(up) < 1 - 1e-9:
         raise MeshError(
             f"expected a plan in the x, y plane, got a {kind} out of it in {path}. Remedy: draw "

@@ -74,6 +74,8 @@ def pressure_field(
         If ``refine`` is not a whole number from 0 to 6, or the solutions are no couple.
     MeshError
         If a part of the plan with a singular edge is one triangle.
+    ConvergenceError
+        If contact on a few cells leaves too few nodes to carry force and moments.
 
     Examples
     --------
