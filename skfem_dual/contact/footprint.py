@@ -96,9 +96,10 @@ class LoadedCells:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
         return self.entries(x).matrix()
 
-    def settlements(self, x: ndarray, pressure: ndarray) -> ndarray:
-        """The same times mean pressures of the cells, (n,) or (n, k), with no matrix."""
-        return self.entries(x).settlements(pressure)
+    def settlements(self, x: ndarray, pressure: ndarray, rough: bool = False) -> ndarray:
+        """The same times mean pressures of the cells, (n,) or (n, k), with no matrix; ``rough`` as
+        of `Entries.settlements`."""
+        return self.entries(x).settlements(pressure, rough)
 
     def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
         """What the variation of the pressure inside the cells adds to settlements at ``x``."""

@@ -187,6 +187,7 @@ class RigidPunch(Movable, RigidBodies):
             self.initial_gap,
             self.partition.areas,
             self.timings,
+            partition=self.partition,
         )
 
     def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:

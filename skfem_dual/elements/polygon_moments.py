@@ -4,6 +4,8 @@ Source of the moments of a polygon as sums over its sides: C. Steger, On the cal
 arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (1996).
 """
 
+from functools import cache
+
 import numpy as np
 from numpy import ndarray
 
@@ -51,11 +53,16 @@ def moments_about(
     n, numbers = len(some), [np.asarray(a, np.int32) for a in (some, indices, offsets)]
     out = np.zeros((degree + 1, degree + 1, n))
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
-    gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
-    args = *inputs(*numbers, p, centres), factorials, *gauss
+    args = *inputs(*numbers, p, centres), factorials, *_gauss(degree // 2 + 1)
     with Threads() as run:
         run(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
+
+
+@cache
+def _gauss(n: int) -> tuple[ndarray, ndarray]:
+    """Points and weights; eigenvalues that take longer than the moments of some hundred cells."""
+    return np.polynomial.legendre.leggauss(n)
 
 
 @vectorised

@@ -25,8 +25,11 @@ from .near_slopes import AT_REST, NearSlopes
 from .near_sums import NearSums
 from .slopes import Slopes
 
-#: rows of a matrix that are added to together, enough for the compiler to take eight at once
-ROWS = 16
+#: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
+#: columns
+ROWS, COLUMNS = 32, 8
+#: with more cells the fields of less than so many rows are found one by one, which takes less room
+FEW = 2**14
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 EXACT_RADII = 2.5
 #: nanoseconds that the dipole of a cell takes, about
@@ -185,7 +188,7 @@ class SlopeCorrection:
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        if x.shape[1] <= ROWS:
+        if x.shape[1] <= ROWS and len(self.areas) > FEW:
             to_pressures = slopes.T
             field = np.empty((2, len(self.areas)))
             for i, row in enumerate(matrix):
@@ -284,8 +287,8 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
     middles, squares = circles
     starts, numbers, values = slopes
     n = squares.shape[0]
-    local = np.empty((2 * n, ROWS))
-    total, x0, y0 = np.empty(ROWS), np.zeros(ROWS), np.zeros(ROWS)
+    local, tile = np.zeros((2 * n, ROWS)), np.empty((COLUMNS, ROWS))
+    x0, y0 = np.zeros(ROWS), np.zeros(ROWS)
     for first in range(begin, end, ROWS):
         count = min(ROWS, end - first)
         for i in range(count):
@@ -300,14 +303,28 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
                 f = _fall(dx * dx + dy * dy, square, fall)
                 local[j, i] = f * (xx * dx + xy * dy)
                 local[n + j, i] = f * (xy * dx + yy * dy)
-        for k in range(matrix.shape[1]):
-            total[:] = 0.0
-            for at in range(starts[k], starts[k + 1]):
-                j, slope = numbers[at], values[at]
-                for i in range(ROWS):
-                    total[i] += local[j, i] * slope
+        for start in range(0, matrix.shape[1], COLUMNS):
+            width = min(COLUMNS, matrix.shape[1] - start)
+            for k in range(width):
+                _combine(numbers, values, starts[start + k], starts[start + k + 1], local, tile[k])
             for i in range(count):
-                matrix[first + i, k] += total[i]
+                for k in range(width):
+                    matrix[first + i, start + k] += tile[k, i]
+
+
+@inlined
+def _combine(numbers, values, begin, end, rows, total):
+    """Put the sum of some ``rows`` times values into ``total``, four at a time: so many are added
+    before they go back to the memory."""
+    total[:] = 0.0
+    for at in range(begin, end, 4):
+        a, b, c, d = at, min(at + 1, end - 1), min(at + 2, end - 1), min(at + 3, end - 1)
+        one, two = values[a], values[b] if b > a else 0.0
+        three, four = values[c] if c > b else 0.0, values[d] if d > c else 0.0
+        a, b, c, d = numbers[a], numbers[b], numbers[c], numbers[d]
+        for i in range(ROWS):
+            low = rows[a, i] * one + rows[b, i] * two
+            total[i] += low + rows[c, i] * three + rows[d, i] * four
 
 
 @compiled

@@ -10,6 +10,7 @@ from numpy import ndarray
 from ..elements.edge_correction import IN_STRIPS, EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import influence_matrix, surface_displacement
+from ..elements.moment_sums import settled_by_moments
 from ..elements.near import NearField
 from ..elements.near_sums import NearSums
 from ..elements.slope_correction import EXACT_RADII, SlopeCorrection
@@ -103,8 +104,14 @@ class Entries:
             self.sloping.add_to(matrix, self.slopes)
         return matrix
 
-    def settlements(self, pressure: ndarray) -> ndarray:
-        """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k)."""
+    def settlements(self, pressure: ndarray, rough: bool = False) -> ndarray:
+        """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k).
+
+        ``rough``: to 1e-6 on homogeneous ground, in a third of the time.
+        """
+        if rough and self.substrate.remainder is None:
+            law, c = (self.weights, self.slopes), self.substrate.singular_coefficient
+            return settled_by_moments(c, self.partition, *law, pressure, self.x)
         known = self.substrate, self.partition, pressure, self.x, self.weights
         settled = surface_displacement(*known)
         if self.correction is not None:
