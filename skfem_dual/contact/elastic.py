@@ -43,7 +43,7 @@ from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 from .shapes import Gap
-from .system import DENSE, ContactSystem, Method, progress_bars, timed
+from .system import ContactSystem, Method, progress_bars, timed
 from .verify import Verification
 
 #: deflections of the ground's surface below so many times the largest are none
@@ -229,12 +229,8 @@ class ElasticPunch(Body):
         """What ground and structure yield together under unit pressure on each cell."""
         cells = self.footprint
         with timed(self.timings, "assembly"):
-            small = cells.rtol is None and len(cells) <= DENSE
-            ground = (
-                self.influence(self.collocation_points)
-                if small
-                else cells.operator(cells.tolerance)
-            )
+            exact, x = cells.rtol is None and cells.few, self.collocation_points
+            ground = cells.influence(x) if exact else cells.operator(cells.tolerance)
         return YieldingOperator(ground, self.compliance, self.trace, self.loads)
 
     @computed_once
@@ -295,10 +291,7 @@ class ElasticPunch(Body):
         if start is not None:
             checked_instance("start", start, CellPressures)
         begin = perf_counter()
-        sloped, constraints = (
-            np.zeros(len(self.partition), dtype=bool),
-            self.share(f, held).constraints,
-        )
+        constraints, sloped = self.share(f, held).constraints, np.zeros(len(self.partition), bool)
         if unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
             raise ValueError(NO_BALANCE)
         pressures = None if start is None else start.pressures_on(self.footprint)

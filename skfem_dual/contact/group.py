@@ -197,10 +197,9 @@ class RigidPunches(RigidBodies):
         """
         with timed(self.timings, "assembly"):
             symmetric = all(punch.symmetry is not None for punch in self.punches)
-            if symmetric and self.stiffness is None:
-                symmetry = self.cells.usable_symmetry()
-                if symmetry is not None:
-                    return self.cells.symmetric_matrix(symmetry)
+            found = self.cells.usable_symmetry() if symmetric and self.stiffness is None else None
+            if found is not None:
+                return self.cells.symmetric_matrix(found)
             return joint_operator(self.footprints, self.cells)
 
     @computed_once

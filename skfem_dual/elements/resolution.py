@@ -69,11 +69,13 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
             f"expected cells of sizes from {SIZES[0]:g} to {SIZES[1]:g}, got {largest:.3g}. "
             "Remedy: choose units in which sizes are near 1"
         )
+    if not isinstance(substrate, Stratified):
+        return None
     # of graded meshes the largest cells follow waves worst; parts cancel over all of the plan
     h, usual = (
         float(np.sqrt(np.average(partition.areas, weights=partition.areas**i))) for i in (2, 1)
     )
-    if not isinstance(substrate, Stratified) or h < FINE * substrate.lengths[0]:
+    if h < FINE * substrate.lengths[0]:
         return None
     finer = h * 2.0 ** (-np.arange(41) / 4)
     error = coarseness(substrate, finer)

@@ -48,7 +48,8 @@ def moment_matrix(
     loads = Multipoles.about_centroids(partition, weights, 4)
     m = substrate.singular_coefficient * loads.moments
     sources = inputs(loads.centres, m[0, 0], series_terms(m))
-    near = EXACT_RADII * (1e-6 / rtol) ** 0.2 * radii(partition.polygons)
+    # the series converges outside of the circle around a cell
+    near = max(EXACT_RADII * (1e-6 / rtol) ** 0.2, 1.0) * radii(partition.polygons)
     limits = inputs(loads.centres, near, *_clusters(loads.centres, near))
     direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))
