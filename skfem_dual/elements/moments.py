@@ -84,6 +84,11 @@ class Series(NamedTuple):
     terms: ndarray
 
     @classmethod
+    def none(cls) -> Self:
+        """Of no cells."""
+        return cls(*inputs(np.empty((2, 0)), np.empty(0), np.empty((14, 0))))
+
+    @classmethod
     def from_weights(cls, weights: EdgeWeights, coefficient: float) -> Self:
         """Of the weighted cells, ascending, for the influence function ``coefficient / r``."""
         partition, cells = weights.partition, weights.cells

@@ -160,7 +160,7 @@ class SlopeCorrection:
         columns = slopes.reshape(2 * len(self.areas), -1)
         each = np.ascontiguousarray(columns.T).reshape(-1, 2, len(self.areas))
         dipoles = self.dipoles(each)
-        some = np.nonzero(dipoles.any(axis=(0, 1)))[0]
+        some = np.nonzero(dipoles.any(axis=(0, 1)))[0].astype(np.int32)
         x, dipoles, some, ends = inputs(self.x, dipoles, some, np.array([0, len(some)]))
         out, circles = np.zeros((len(each), self.x.shape[1])), self._circles
         self.near.add_product(each, out)
@@ -291,7 +291,8 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
     x0, y0 = np.zeros(ROWS), np.zeros(ROWS)
     for first in range(begin, end, ROWS):
         count = min(ROWS, end - first)
-        x0[:count], y0[:count] = x[0, first : first + count], x[1, first : first + count]
+        for i in range(count):
+            x0[i], y0[i] = x[0, first + i], x[1, first + i]
         for j in range(n):
             if not sloped[j]:
                 continue
