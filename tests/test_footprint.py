@@ -151,11 +151,12 @@ def test_rough_settlements_by_moments(edge, monkeypatch):
     pressure = np.stack([np.ones(len(footprint)), footprint.collocation_points[0]], axis=1)
     exact = footprint.settlements(x, pressure)
     errors = []
-    for reach in (2.5, 5.0):
+    for reach in (3.0, 6.0):
         monkeypatch.setattr("skfem_dual.elements.moment_sums.REACH", reach)
         found = footprint.settlements(x, pressure, rough=True)
         errors.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
-    assert errors[0] < 2e-5
+    # slopes are dipoles beyond 2.5 radii in what is called exact
+    assert errors[0] < (5e-5 if edge == "singular" else 1e-5)
     assert edge == "singular" or errors[1] < errors[0] / 10
     one = footprint.settlements(x, pressure[:, 0], rough=True)
     assert one == pytest.approx(found[:, 0], rel=1e-14)

@@ -16,7 +16,7 @@ from .near_sums import NearSums
 from .slopes import Slopes
 
 #: cells nearer than so many of their radii are integrated
-REACH = 2.5
+REACH = 3.0
 #: points that are looked at together
 WIDTH = 64
 #: nanoseconds that a cell takes, about
@@ -31,7 +31,7 @@ def settled_by_moments(
     pressure: ndarray,
     x: ndarray,
 ) -> ndarray:
-    """Settlements to about 1e-5 of themselves, those of many cells closer.
+    """Settlements under mean pressures, to some 1e-5, of many cells to 1e-6 on average.
 
     Parameters
     ----------

@@ -60,9 +60,9 @@ def moments_about(
 
 
 @cache
-def _gauss(n: int) -> tuple[ndarray, ndarray]:
+def _gauss(n: int) -> tuple[ndarray, ...]:
     """Points and weights; eigenvalues that take longer than the moments of some hundred cells."""
-    return np.polynomial.legendre.leggauss(n)
+    return inputs(*np.polynomial.legendre.leggauss(n))
 
 
 @vectorised

@@ -107,7 +107,7 @@ class Entries:
     def settlements(self, pressure: ndarray, rough: bool = False) -> ndarray:
         """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k).
 
-        ``rough``: to 1e-6 on homogeneous ground, in a third of the time.
+        ``rough``: as by `settled_by_moments` on homogeneous ground, in a third of the time.
         """
         if rough and self.substrate.remainder is None:
             law, c = (self.weights, self.slopes), self.substrate.singular_coefficient
