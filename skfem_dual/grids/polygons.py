@@ -14,7 +14,10 @@ from ..kernels.once import computed_once
 
 
 def readonly(a: ArrayLike, dtype: DTypeLike | None = None) -> ndarray:
-    """A C-contiguous, read-only copy of ``a``."""
+    """A C-contiguous, read-only copy of ``a``, or ``a`` itself if it is one already."""
+    if isinstance(a, ndarray) and a.flags.owndata and a.flags.c_contiguous:
+        if not a.flags.writeable and (dtype is None or a.dtype == dtype):
+            return a
     out = np.array(a, dtype=dtype, order="C")
     out.setflags(write=False)
     return out
