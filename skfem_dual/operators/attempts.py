@@ -111,6 +111,4 @@ def product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> nd
         return kept @ q
     if q.ndim == 2 and len(q) > ONE_BY_ONE:
         return np.stack([product(entries, kept, column, rough) for column in q.T], axis=1)
-    if entries.slopes is None:
-        return entries.summed(kept, q, None, rough)
-    return entries.summed(kept, q, entries.slopes.matrix @ q, rough)
+    return entries.summed(kept, q, entries.slopes and entries.slopes.of_rows, rough)

@@ -129,11 +129,15 @@ class Entries:
         return out
 
     def summed(
-        self, fast: FastSummation, q: ndarray, slopes: ndarray | None, rough: bool = False
+        self,
+        fast: FastSummation,
+        q: ndarray,
+        slopes: Callable[[ndarray], ndarray] | None,
+        rough: bool = False,
     ) -> ndarray:
         """Settlements under mean pressures (n,) or (n, k) by a fast summation.
 
-        Slopes are of shape (2 n,) or (2 n, k), along x of all cells, then along y; ``rough`` as of
+        ``slopes`` takes them, as (k, n), to slopes, as `Slopes.of_rows` does; ``rough`` as of
         `FastSummation.apply`.
         """
         columns = q.reshape(len(q), -1)
@@ -141,11 +145,10 @@ class Entries:
         if self.correction is not None:
             settled += (self.correction.near @ columns).T
         if slopes is not None and self.sloping is not None:
-            each = np.ascontiguousarray(slopes.reshape(2 * len(q), -1).T).reshape(-1, 2, len(q))
-            del slopes  # gives back its memory first
+            each = slopes(columns.T)
             self.sloping.near.add_product(each, settled)
             dipoles = self.sloping.dipoles(each)
-            del each
+            del each  # gives back its memory first
         settled += fast.apply(columns.T, dipoles, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
