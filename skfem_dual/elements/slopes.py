@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.compiled import compiled, inlined, inputs
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
@@ -166,12 +166,16 @@ class Slopes:
         """With no slope in some cells, given as (n,) array of bool."""
         return replace(self, around=self.around.without(cells))
 
+    def transposed(self, fields: ndarray) -> ndarray:
+        """The transpose of the matrix times ``fields`` of shape (k, 2, n), shape (k, n)."""
+        out = np.zeros((len(fields), fields.shape[2]))
+        _transposed(self.around, *inputs(fields), out)
+        return out
+
     @computed_once
     def first_moments(self) -> ndarray:
         """Integrals of what unit pressures add by slopes, times x and y; shape (2, n)."""
-        out = np.zeros(self.second_moments.shape[1:])
-        _transposed(self.around, *inputs(self.second_moments), out)
-        return out
+        return self.transposed(self.second_moments)
 
     def lowest(self, pressure: ndarray) -> ndarray:
         """Least value of ``q + g . (x - y)`` in each cell, shape (n,) or (n, k): where it is
@@ -247,25 +251,30 @@ def _room(starts):
 def _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy):
     """Put what the slope of a cell along x and along y takes from the cells around it; returns
     where these begin and how many they are."""
-    begin, end = starts[i], starts[i + 1]
-    c = y if weighted[i] else centroids
+    begin, width, own = starts[i], starts[i + 1] - starts[i], 0
     xx, xy, yy = 0.0, 0.0, 0.0
-    for k in range(begin, end):
-        ax, ay = c[0, columns[k]] - c[0, i], c[1, columns[k]] - c[1, i]
+    for k in range(width):
+        j = columns[begin + k]
+        if weighted[i]:
+            ax, ay = y[0, j] - y[0, i], y[1, j] - y[1, i]
+        else:
+            ax, ay = centroids[0, j] - centroids[0, i], centroids[1, j] - centroids[1, i]
         xx, xy, yy = xx + ax * ax, xy + ax * ay, yy + ay * ay
-    xx, xy, yy = _pseudoinverse(xx, xy, yy)
-    own, own_x, own_y = 0, 0.0, 0.0
-    for k in range(begin, end):
-        j = columns[k]
-        ax, ay = c[0, j] - c[0, i], c[1, j] - c[1, i]
-        g, h = xx * ax + xy * ay, xy * ax + yy * ay
-        own_x, own_y = own_x - g, own_y - h
-        ratio = mean[i] / mean[j] if weighted[i] else 1.0
-        gx[k - begin], gy[k - begin] = g * ratio, h * ratio
+        gx[k], gy[k] = ax, ay
         if j == i:
-            own = k - begin
+            own = k
+    xx, xy, yy = _pseudoinverse(xx, xy, yy)
+    own_x, own_y = 0.0, 0.0
+    for k in range(width):
+        ax, ay = gx[k], gy[k]
+        gx[k], gy[k] = xx * ax + xy * ay, xy * ax + yy * ay
+        own_x, own_y = own_x - gx[k], own_y - gy[k]
+    if weighted[i]:
+        for k in range(width):
+            ratio = mean[i] / mean[columns[begin + k]]
+            gx[k], gy[k] = gx[k] * ratio, gy[k] * ratio
     gx[own], gy[own] = own_x, own_y
-    return begin, end - begin
+    return begin, width
 
 
 @compiled
@@ -278,7 +287,7 @@ def _fill(around, values):
         values[0, begin : begin + width], values[1, begin : begin + width] = gx[:width], gy[:width]
 
 
-@compiled
+@vectorised
 def _slopes(first, last, around, pressures, out):
     """Put slopes of some cells under pressures (s, n), shape (s, 2, n)."""
     starts, columns, centroids, y, mean, weighted = around
@@ -294,16 +303,15 @@ def _slopes(first, last, around, pressures, out):
 
 
 @compiled
-def _transposed(around, moments, out):
-    """Add the transpose of the matrix of slopes times ``moments`` (2, 2, n) to (2, n)."""
+def _transposed(around, fields, out):
+    """Add the transpose of the matrix of slopes times ``fields`` (s, 2, n) to (s, n)."""
     starts, columns, centroids, y, mean, weighted = around
     gx, gy = _room(starts)
     for i in range(starts.shape[0] - 1):
         begin, width = _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy)
         for k in range(width):
-            for s in range(2):
-                share = gx[k] * moments[s, 0, i] + gy[k] * moments[s, 1, i]
-                out[s, columns[begin + k]] += share
+            for s in range(fields.shape[0]):
+                out[s, columns[begin + k]] += gx[k] * fields[s, 0, i] + gy[k] * fields[s, 1, i]
 
 
 @compiled
@@ -321,7 +329,7 @@ def _lower(p, indices, offsets, centroids, slopes, out):
 @inlined
 def _pseudoinverse(xx, xy, yy):
     """Of a symmetric matrix that is not negative."""
-    half = np.hypot((xx - yy) / 2, xy)
+    half = np.sqrt((xx - yy) ** 2 / 4 + xy * xy)
     most = (xx + yy) / 2 + half
     least = max(most - 2 * half, 0.0)
     if most == 0.0:

@@ -111,4 +111,5 @@ def product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> nd
         return kept @ q
     if q.ndim == 2 and len(q) > ONE_BY_ONE:
         return np.stack([product(entries, kept, column, rough) for column in q.T], axis=1)
-    return entries.summed(kept, q, entries.slopes and entries.slopes.of_rows, rough)
+    slopes = None if entries.slopes is None else entries.slopes.of_rows
+    return entries.summed(kept, q, slopes, rough)

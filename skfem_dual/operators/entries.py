@@ -147,7 +147,7 @@ class Entries:
         if slopes is not None and self.sloping is not None:
             each = slopes(columns.T)
             self.sloping.near.add_product(each, settled)
-            dipoles = self.sloping.dipoles(each)
+            dipoles = self.sloping.dipoles(each, fast.tree.cells)
             del each  # gives back its memory first
         settled += fast.apply(columns.T, dipoles, rough)
         return settled.T.reshape(-1, *q.shape[1:])
@@ -208,8 +208,9 @@ class Sample:
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
-        q = np.ones((self.rows.shape[1], 3))
-        q[:, 1:] = np.random.default_rng(0).choice([-1.0, 1.0], (len(q), 2))
-        uniform, *mixed = (product(q)[self.numbers] - self.rows @ q).T
+        rng, n = np.random.default_rng(0), self.rows.shape[1]
+        q = (np.ones(n), *rng.choice([-1.0, 1.0], (2, n)))
+        # one by one, as single precision will not do: that takes less memory
+        uniform, *mixed = (product(v)[self.numbers] - self.rows @ v for v in q)
         squares = np.sum(np.square(mixed), axis=0) / 2 / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -8,7 +8,7 @@ of their own, and the field points. Who does what:
 ====  ================================================  ======================  ===============
 step  from, to                                          matrices                product
 ====  ================================================  ======================  ===============
-P2M   cells, multipole expansion of their box           `assembly.p2m_blocks`   `SparseBlocks`
+P2M   cells, multipole expansion of their box           moments                 `CellExpansions`
 M2M   multipole expansions of children, of parent       `Chebyshev.m2m`         `Translation`
 M2L   multipole, local expansion of boxes of one level  `Chebyshev.m2l`         `Translation`
 L2L   local expansion of parent, of children            `Chebyshev.l2l`         `Translation`

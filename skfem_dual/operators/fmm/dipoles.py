@@ -1,7 +1,7 @@
 """Dipoles of cells in the fast summation.
 
-They act through the expansions of the pressures. What takes them there, and what they do near by,
-is computed in every product: that takes no memory.
+They act through the expansions of the pressures, see `CellExpansions`. What they do near by is
+computed in every product: that takes no memory.
 """
 
 from dataclasses import dataclass
@@ -14,11 +14,10 @@ from ...elements.slope_correction import Circles, Fall, add_near_dipoles
 from ...grids.partition import Partition
 from ...ground.substrates import Substrate
 from ...kernels.compiled import inputs
-from .assembly import clusters_of
 from .chebyshev import Chebyshev
 from .linear_maps import Run
 from .lists import Lists
-from .loops import Clusters, Layout, add_dipoles
+from .loops import Layout
 from .quadtree import Quadtree
 
 
@@ -28,12 +27,6 @@ class DipoleSummation:
 
     Attributes
     ----------
-    boxes : (k,) array of int
-        Those that hold cells themselves.
-    clusters : Clusters
-        What they hold.
-    order : int
-        Of the expansions.
     near : Layout
         Which cells act on which points one by one.
     beside : Lists
@@ -48,9 +41,6 @@ class DipoleSummation:
         How dipoles act.
     """
 
-    boxes: ndarray
-    clusters: Clusters
-    order: int
     near: Layout
     beside: Lists
     grid: ndarray
@@ -69,12 +59,9 @@ class DipoleSummation:
         beside: Lists,
     ) -> Self:
         """Of the cells of a partition; ``near`` is the layout of P2P, ``beside`` lists of P2L."""
-        cells, (boxes, clusters) = tree.cells, clusters_of(tree)
+        cells = tree.cells
         middle, half = tree.middle[:, beside.boxes], tree.half[beside.boxes]
         return cls(
-            boxes,
-            clusters,
-            chebyshev.order,
             near,
             beside,
             middle[:, :, None] + half[:, None] * chebyshev.grid[:, None],
@@ -86,13 +73,7 @@ class DipoleSummation:
     @property
     def nbytes(self) -> int:
         """Memory beside what is shared."""
-        return self.grid.nbytes + sum(a.nbytes for a in (*self.clusters, *self.circles))
-
-    def add_far(self, dipoles: ndarray, multipole: ndarray, run: Run) -> None:
-        """Add dipoles (s, 2, n) to multipole expansions (s, nboxes, terms)."""
-        boxes, own, centres = self.boxes, self.clusters, self.circles.middles
-        args = *inputs(boxes), own, centres, *inputs(dipoles), self.order, multipole
-        run(lambda k: add_dipoles(k.start, k.stop, *args), len(boxes))
+        return self.grid.nbytes + sum(a.nbytes for a in self.circles)
 
     def add_near(
         self, x: ndarray, dipoles: ndarray, local: ndarray, out: ndarray, run: Run

@@ -8,8 +8,8 @@ from numpy import ndarray
 from ...ground.hankel import table_value
 from ...kernels.compiled import compiled, inputs, vectorised
 
-#: cells whose multipole expansions are computed together
-CELLS = 16
+#: cells whose multipole expansions are computed together at most
+CELLS = 32
 #: boxes of which expansions are translated together, and multiplications of a product that BLAS
 #: does in one thread
 MOST, ALONE = 256, 2**18
@@ -31,11 +31,23 @@ class Clusters(NamedTuple):
     half: ndarray
 
 
-class Moments(NamedTuple):
-    """Loads as in `elements.moments`: ``centres`` (2, n) and ``moments`` (k, k, n) about them."""
+class Loads(NamedTuple):
+    """Cells under unit pressure, as `add_multipoles` takes them.
+
+    Attributes
+    ----------
+    centres : (2, n) array of float
+    areas : (n,) array of float
+    moments : (k, n) array of float
+        Those of `elements.moments.Multipoles` about the centres in units of area and box, row by
+        row of degrees that add up to less than ``orders``.
+    orders : int
+    """
 
     centres: ndarray
+    areas: ndarray
     moments: ndarray
+    orders: int
 
 
 class Layout(NamedTuple):
@@ -67,94 +79,93 @@ class Layout(NamedTuple):
 
 
 @vectorised
-def _chebyshev(s, t):
-    """T_a(s) and its derivatives for several s, shape (order, degrees, CELLS)."""
+def _chebyshev(s, count, t):
+    """T_a(s) and its derivatives for ``count`` values of s, one degree after the other in a row
+    of ``t``."""
+    degrees = t.shape[1] // count
     t[:2] = 0.0
-    for c in range(CELLS):
-        t[0, 0, c], t[1, 0, c], t[1, 1, c] = 1.0, s[c], 1.0
+    for c in range(count):
+        t[0, c], t[1, c], t[1, count + c] = 1.0, s[c], 1.0
     for a in range(1, t.shape[0] - 1):
-        for c in range(CELLS):
-            t[a + 1, 0, c] = 2 * s[c] * t[a, 0, c] - t[a - 1, 0, c]
-        for d in range(1, t.shape[1]):
-            for c in range(CELLS):
-                t[a + 1, d, c] = 2 * (s[c] * t[a, d, c] + d * t[a, d - 1, c]) - t[a - 1, d, c]
-
-
-@vectorised
-def p2m(begin, end, clusters, loads, degrees, offsets, values):
-    """Blocks that take pressures of cells to the multipole expansion of their box.
-
-    Block ``k`` has a row for each term, of the ``degrees`` in x and y, and a column for each cell
-    of `Clusters` ``clusters``; ``loads`` are `Moments`.
-    """
-    cells, middle, half = clusters.cells, clusters.middle, clusters.half
-    centres, moments = loads.centres, loads.moments
-    a, b = degrees[0], degrees[1]
-    orders, order = moments.shape[0], a.max() + 1
-    shape = (order, orders, CELLS)
-    x, y, v = np.empty(shape), np.empty(shape), np.empty(shape)
-    sx, sy, weight = np.zeros(CELLS), np.zeros(CELLS), np.empty(CELLS)
-    total = np.empty(CELLS)
-    for k in range(begin, end):
-        f, width = 1 / half[k], cells[1, k] - cells[0, k]
-        for start in range(0, width, CELLS):
-            count, first = min(CELLS, width - start), cells[0, k] + start
+        for c in range(count):
+            t[a + 1, c] = 2 * s[c] * t[a, c] - t[a - 1, c]
+        for d in range(1, degrees):
+            at, f = d * count, t.dtype.type(d)
             for c in range(count):
-                sx[c] = (centres[0, first + c] - middle[0, k]) * f
-                sy[c] = (centres[1, first + c] - middle[1, k]) * f
-            _chebyshev(sx, x)
-            _chebyshev(sy, y)
-            v[:] = 0.0
-            for i in range(orders):
-                for j in range(orders - i):
-                    scale = f ** (i + j)
-                    for c in range(count):
-                        weight[c] = scale * moments[i, j, first + c]
-                    for m in range(order):
-                        for c in range(CELLS):
-                            v[m, i, c] += weight[c] * y[m, j, c]
-            for term in range(a.shape[0]):
-                total[:] = 0.0
-                for i in range(orders):
-                    for c in range(CELLS):
-                        total[c] += x[a[term], i, c] * v[b[term], i, c]
-                at = offsets[k] + term * width + start
-                for c in range(count):
-                    values[at + c] = total[c]
+                other = s[c] * t[a, at + c] + f * t[a, at - count + c]
+                t[a + 1, at + c] = 2 * other - t[a - 1, at + c]
 
 
 @vectorised
-def add_dipoles(begin, end, boxes, clusters, centres, dipoles, order, multipole):
-    """Add dipoles of cells to the multipole expansions of their boxes.
+def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multipole):
+    """Add pressures and dipoles of cells to the multipole expansions of their boxes.
 
-    Box ``boxes[k]`` has the cells of `Clusters` number ``k``, with their ``centres`` (2, n) and
-    ``dipoles`` (s, 2, n); ``multipole`` is of shape (s, nboxes, terms).
+    Box ``boxes[k]`` has the cells of `Clusters` number ``k``, of `Loads` ``loads``. Pressures
+    ``q`` are of shape (s, n), dipoles (s, 2, n), or (s, 2, 0) if there are none; ``multipole`` is
+    of shape (s, nboxes, terms).
     """
     cells, middle, half = clusters.cells, clusters.middle, clusters.half
-    x, y = np.empty((order, 2, CELLS)), np.empty((order, 2, CELLS))
-    sx, sy, px, py = np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS)
+    centres, areas = loads.centres, loads.areas
+    sets, some, kind = q.shape[0], dipoles.shape[2] > 0, multipole.dtype
+    # of the polynomials in x, and of the loads times those in y: a matrix product of both
+    room = np.empty((2 + 2 * sets, order * loads.orders * CELLS), kind)
+    place, product = np.empty((2, CELLS), kind), np.empty((order, sets * order), kind)
+    load = np.empty((sets, 3, CELLS), kind)
     for k in range(begin, end):
         f, box = 1 / half[k], boxes[k]
         for first in range(cells[0, k], cells[1, k], CELLS):
             count = min(CELLS, cells[1, k] - first)
+            width = loads.orders * count
             for c in range(count):
-                sx[c] = (centres[0, first + c] - middle[0, k]) * f
-                sy[c] = (centres[1, first + c] - middle[1, k]) * f
-            px[:], py[:] = 0.0, 0.0
-            _chebyshev(sx, x)
-            _chebyshev(sy, y)
-            for s in range(dipoles.shape[0]):
+                j = first + c
+                place[0, c] = (centres[0, j] - middle[0, k]) * f
+                place[1, c] = (centres[1, j] - middle[1, k]) * f
+                for s in range(sets):
+                    load[s, 0, c] = areas[j] * q[s, j]
+                    if some:
+                        load[s, 1, c] = f * dipoles[s, 0, j]
+                        load[s, 2, c] = f * dipoles[s, 1, j]
+            x = room[0, : order * width].reshape(order, width)
+            y = room[1, : order * width].reshape(order, width)
+            _chebyshev(place[0], count, x)
+            _chebyshev(place[1], count, y)
+            flat = room[2:].ravel()[: sets * order * width]
+            loaded = flat.reshape(sets * order, width)
+            _load(first, count, loads, y, load, some, loaded)
+            np.dot(x, loaded.T, product)
+            for s in range(sets):
                 term = 0
-                for i in range(order):
-                    for c in range(count):
-                        along = f * dipoles[s, 0, first + c] * x[i, 1, c]
-                        px[c], py[c] = along, f * dipoles[s, 1, first + c] * x[i, 0, c]
-                    for j in range(order - i):
-                        total = 0.0
-                        for c in range(CELLS):
-                            total += px[c] * y[j, 0, c] + py[c] * y[j, 1, c]
-                        multipole[s, box, term] += total
+                for a in range(order):
+                    for b in range(order - a):
+                        multipole[s, box, term] += product[a, s * order + b]
                         term += 1
+
+
+@vectorised
+def _load(first, count, loads, y, load, some, out):
+    """Put what derivatives of polynomials in x are multiplied with, a row for each load and each
+    polynomial in y."""
+    moments, orders, order = loads.moments, loads.orders, y.shape[0]
+    unit = np.empty(count, y.dtype)
+    for b in range(order):
+        row = 0
+        for i in range(orders):
+            unit[:] = 0.0
+            for j in range(orders - i):
+                at = j * count
+                for c in range(count):
+                    unit[c] += moments[row, first + c] * y[b, at + c]
+                row += 1
+            at = i * count
+            for s in range(load.shape[0]):
+                r = s * order + b
+                for c in range(count):
+                    out[r, at + c] = load[s, 0, c] * unit[c]
+                if some and i < 2:
+                    kind = 2 - i
+                    away = (1 - i) * count
+                    for c in range(count):
+                        out[r, at + c] += load[s, kind, c] * y[b, away + c]
 
 
 @compiled

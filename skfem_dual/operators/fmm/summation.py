@@ -6,7 +6,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
-from ...elements.moments import Multipoles, radii
+from ...elements.moments import DEGREE, Multipoles, pressure_moments, radii
 from ...elements.near import NearField
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
@@ -14,17 +14,16 @@ from ...ground.substrates import Substrate
 from ...kernels.threads import Threads
 from .assembly import (
     Factors,
-    Loads,
     l2l_translation,
     m2l_translations,
     m2m_translation,
     m2p_blocks,
     p2l_blocks,
-    p2m_blocks,
     p2p_blocks,
 )
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
+from .expansions import CellExpansions, Moments
 from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
@@ -51,7 +50,7 @@ class FarField:
 
     Attributes
     ----------
-    p2m : SparseBlocks
+    p2m : CellExpansions
         From cells to multipole expansions of their boxes.
     m2l : tuple of CompressedTranslation
         From multipole to local expansions of each level.
@@ -59,7 +58,7 @@ class FarField:
         From multipole expansions to single points.
     """
 
-    p2m: SparseBlocks
+    p2m: CellExpansions
     m2l: tuple[CompressedTranslation, ...]
     m2p: SparseBlocks
 
@@ -141,11 +140,11 @@ class FastSummation:
         x: ndarray,
         weights: EdgeWeights | None,
         rtol: float,
-        p2m: tuple[SparseBlocks, ...] = (),
+        p2m: tuple[CellExpansions, ...] = (),
     ) -> "FastSummation":
         dtype = np.float32 if rtol >= SINGLE else np.float64
         chebyshev = Chebyshev(order_for(rtol))
-        cells, x = tree.cells, x[:, tree.points]
+        cells, x = tree.cells, np.ascontiguousarray(x[:, tree.points])
         reach = radii(partition.polygons)
         lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
         used = np.zeros(len(cells), dtype=bool)
@@ -158,7 +157,8 @@ class FastSummation:
         del near, place  # gives back its memory first
         shared = substrate, partition, p2p.layout, lists.p2l
         laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
-        p2m = p2m or tuple(p2m_blocks(tree, chebyshev, loads, dtype) for loads, *_ in laws)
+        known = tree, chebyshev.order, partition
+        p2m = p2m or tuple(CellExpansions.of(*known, moments, dtype) for moments, *_ in laws)
         levels = range(len(tree.levels) - 1)
         far_lists = [tree.far_lists(level) for level in levels]
         return cls(
@@ -192,49 +192,41 @@ class FastSummation:
     def apply(self, q: ndarray, dipoles: ndarray | None = None, rough: bool = False) -> ndarray:
         """Settlements at the points under several loads, shape (s, m).
 
-        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells (s, 2, n). Expansions
-        are in single precision if ``rough``.
+        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells, in the order of the
+        tree, (s, 2, n). Expansions are in single precision if ``rough``.
         """
-        tree, sets = self.tree, len(q)
-        q = q[:, tree.cells]
-        dipoles = None if dipoles is None else dipoles[..., tree.cells]
-        out = np.zeros((sets, self.x.shape[1]))
-        local = np.zeros((sets, len(tree), self.chebyshev.terms), np.float32 if rough else float)
+        tree = self.tree
+        q = np.array([row[tree.cells] for row in q])
+        out = np.zeros((len(q), self.x.shape[1]))
         with Threads() as run:
-            for far in self.far_fields:
-                self._add_far_field(far, q, dipoles, local, out, run)
-            self.p2l.add_product(q, local.reshape(sets, -1), run)
-            if dipoles is not None:
-                self.dipoles.add_near(self.x, dipoles, local, out, run)
-            for translation in self.l2l:
-                translation.add(local, local, run)
-            args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
-            run(lambda k: l2p(k.start, k.stop, *args), len(tree.leaves))
+            self._add_expansions(q, dipoles, out, np.float32 if rough else float, run)
             self.p2p.add_product(q, out, run)
         settled = np.empty_like(out)
         settled[:, tree.points] = out
         return settled
 
-    def _add_far_field(
-        self,
-        far: FarField,
-        q: ndarray,
-        dipoles: ndarray | None,
-        local: ndarray,
-        out: ndarray,
-        run: Run,
+    def _add_expansions(
+        self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
     ) -> None:
-        """Add what acts through one kernel to local expansions, and to some points."""
-        multipole = np.zeros_like(local)
-        flat = multipole.reshape(len(q), -1)
-        far.p2m.add_product(q, flat, run)
+        """Add what acts through expansions, and what dipoles do near by."""
+        tree, sets = self.tree, len(q)
+        local: ndarray = np.zeros((sets, len(tree), self.chebyshev.terms), dtype)
+        for far in self.far_fields:
+            multipole = np.zeros_like(local)
+            far.p2m.add(q, dipoles, multipole, run)
+            for translation in self.m2m:
+                translation.add(multipole, multipole, run)
+            for level in far.m2l:
+                level.add(multipole, local, run)
+            far.m2p.add_product(multipole.reshape(sets, -1), out, run)
+            del multipole  # gives back its memory first
+        self.p2l.add_product(q, local.reshape(sets, -1), run)
         if dipoles is not None:
-            self.dipoles.add_far(dipoles, multipole, run)
-        for translation in self.m2m:
-            translation.add(multipole, multipole, run)
-        for compressed_translation in far.m2l:
-            compressed_translation.add(multipole, local, run)
-        far.m2p.add_product(flat, out, run)
+            self.dipoles.add_near(self.x, dipoles, local, out, run)
+        for translation in self.l2l:
+            translation.add(local, local, run)
+        args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
+        run(lambda k: l2p(k.start, k.stop, *args), len(tree.leaves))
 
 
 def _laws(
@@ -244,15 +236,15 @@ def _laws(
     weights: EdgeWeights | None,
     chebyshev: Chebyshev,
     tolerance: float,
-) -> list[tuple[Loads, Kernel, Factors]]:
-    """The loads, the kernel and the M2L of c / r, and of the remainder if there is one."""
+) -> list[tuple[Moments, Kernel, Factors]]:
+    """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
     every = np.ones(len(OFFSETS), bool)
     singular = substrate.surface.influence
     left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
     # it scales with the boxes
-    laws: list[tuple[Loads, Kernel, Factors]] = [
+    laws: list[tuple[Moments, Kernel, Factors]] = [
         (
-            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells),
+            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells).moments,
             singular,
             lambda h, _: (left, core / h, right),
         )
@@ -261,9 +253,10 @@ def _laws(
         reached = np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1))
         table.evaluate(table.omega, reached)  # refuses what is beyond the table
         kernel = _remainder(table, substrate.surface.young)
+        of_pieces = pressure_moments(partition, weights, DEGREE)
         laws.append(
             (
-                Multipoles.from_weights(partition, weights).of,
+                lambda cells: of_pieces[..., cells],
                 kernel,
                 lambda h, needed: compressed(chebyshev.m2l(kernel, h, needed), tolerance),
             )
