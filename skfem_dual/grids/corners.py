@@ -1,6 +1,8 @@
 """The corners of a triangulation and their order around each node."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy import ndarray
@@ -66,15 +68,16 @@ class Corners:
 
         0 at the first node of the facet, 1 at the second; 1/2 on the boundary.
         """
-        return self.parameters_of(np.arange(self.mesh.nfacets))
+        every = np.arange(self.mesh.nfacets)
+        return self._parameters(every, lambda elements: self.barycentres[:, elements])
 
-    def parameters_of(self, facets: ndarray) -> ndarray:
-        """`crossing_parameters` of some facets."""
+    def _parameters(self, facets: ndarray, barycentres: Callable[[ndarray], ndarray]) -> ndarray:
+        """Those of some facets by the barycentres of some triangles."""
         mesh, s = self.mesh, np.full(len(facets), 0.5)
         inner = np.nonzero(mesh.f2t[1, facets] != -1)[0]
         facets = facets[inner]
         a, d = mesh.p[:, mesh.facets[0, facets]], mesh.p[:, mesh.facets[1, facets]]
-        first, second = (barycentres(mesh, side) - a for side in mesh.f2t[:, facets])
+        first, second = (barycentres(side) - a for side in mesh.f2t[:, facets])
         d = (d - a) * self._unit  # fourth powers follow
         first, second = first * self._unit, second * self._unit
         height, other = (np.abs(d[0] * c[1] - d[1] * c[0]) for c in (first, second))
@@ -83,9 +86,9 @@ class Corners:
         return s
 
     def crossings_of(self, facets: ndarray) -> ndarray:
-        """The places of these on some facets, shape (2, k)."""
+        """Where that is on some facets, shape (2, k)."""
         start, end = (self.mesh.p[:, node] for node in self.mesh.facets[:, facets])
-        return start + self.parameters_of(facets) * (end - start)
+        return start + self._parameters(facets, partial(barycentres, self.mesh)) * (end - start)
 
     @property
     def triangle(self) -> ndarray:

@@ -13,7 +13,7 @@ from skfem.generic_utils import OrientedBoundary
 from ..arguments import checked_indices
 from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, dual_conditions, user_tags
-from .corners import Corners, barycentres
+from .corners import Corners
 from .partition import Partition
 from .polygons import Polygons, readonly
 from .report import require
@@ -290,7 +290,7 @@ def _dual_partition(corners: Corners) -> Partition:
     nb = len(boundary)
     middle, rank = m + np.arange(2 * nb, dtype=np.int32).reshape(2, -1)
     middles = corners.crossings_of(boundary)
-    p = np.hstack([barycentres(mesh), middles, mesh.p[:, onset]])
+    p = np.hstack([corners.barycentres, middles, mesh.p[:, onset]])
 
     on_boundary = np.zeros(n, dtype=bool)
     on_boundary[onset] = True

@@ -12,7 +12,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.moments import DEGREE
-from ...grids.partition import Partition
+from ...elements.slope_correction import Circles
 from ...kernels.compiled import inputs
 from ...kernels.threads import Threads
 from .chebyshev import PADDING
@@ -35,7 +35,7 @@ class CellExpansions:
     clusters : Clusters
         What they hold.
     loads : Loads
-        The cells.
+        The cells, with the centres and areas of their circles.
     order : int
         Of the expansions.
     """
@@ -47,13 +47,13 @@ class CellExpansions:
 
     @classmethod
     def of(
-        cls, tree: Quadtree, order: int, partition: Partition, moments: Moments, dtype: type
+        cls, tree: Quadtree, order: int, circles: Circles, moments: Moments, dtype: type
     ) -> Self:
-        """Of the cells of a partition, with their ``moments``; they are kept as ``dtype``."""
+        """Of cells with these circles and ``moments``, which are kept as ``dtype``."""
         boxes = np.nonzero(tree.own > tree.sources[0])[0]
         boxes = boxes[np.argsort(tree.sources[0, boxes])]
         own, half = np.stack([tree.sources[0, boxes], tree.own[boxes]]), PADDING * tree.half[boxes]
-        centres, areas = partition.centroids[:, tree.cells], partition.areas[tree.cells]
+        areas = np.pi * circles.squares
         orders = min(DEGREE, order // 2) + 1
         degrees = np.array([(i, j) for i in range(orders) for j in range(orders - i)]).T
         kept: ndarray = np.empty((degrees.shape[1], len(areas)), dtype)
@@ -67,13 +67,13 @@ class CellExpansions:
         with Threads() as run:
             run(work, len(boxes))
         clusters = Clusters(*inputs(own, tree.middle[:, boxes], half))
-        boxes, centres, areas, kept = inputs(boxes, centres, areas, kept)
-        return cls(boxes, clusters, Loads(centres, areas, kept, orders), order)
+        boxes, areas, kept = inputs(boxes, areas, kept)
+        return cls(boxes, clusters, Loads(circles.middles, areas, kept, orders), order)
 
     @property
     def nbytes(self) -> int:
         """Memory."""
-        return sum(a.nbytes for a in (self.boxes, *self.clusters, *self.loads[:3]))
+        return sum(a.nbytes for a in (self.boxes, *self.clusters, *self.loads[1:3]))
 
     def add(self, q: ndarray, dipoles: ndarray | None, multipole: ndarray, run: Run) -> None:
         """Add pressures (s, n) and dipoles (s, 2, n) to expansions (s, nboxes, terms)."""

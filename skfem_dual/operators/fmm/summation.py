@@ -8,6 +8,7 @@ from numpy import ndarray
 from ...elements.edge_weights import EdgeWeights
 from ...elements.moments import DEGREE, Multipoles, pressure_moments, radii
 from ...elements.near import NearField
+from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
@@ -19,7 +20,6 @@ from .assembly import (
     m2m_translation,
     m2p_blocks,
     p2l_blocks,
-    p2p_blocks,
 )
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
@@ -27,6 +27,7 @@ from .expansions import CellExpansions, Moments
 from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
+from .near_entries import NearEntries
 from .quadtree import OFFSETS, Quadtree
 
 #: cells, or points, of a box that is not divided
@@ -37,6 +38,8 @@ SLACK = 1.3
 OCCUPANCY = 11.0
 #: from this tolerance on entries are kept in single precision
 SINGLE = 1e-7
+#: and from this one on, on homogeneous ground, near ones in short integers
+SHORT = 5e-7
 
 
 def order_for(rtol: float) -> int:
@@ -84,14 +87,14 @@ class FastSummation:
     chebyshev : Chebyshev
     m2m, l2l : tuple of Translation
         Of multipole expansions to larger boxes, of local expansions to smaller ones.
-    p2p : SparseBlocks
-        Entries of near cells, exact.
+    p2p : NearEntries
+        Entries of near cells, exact, and their dipoles.
     p2l : SparseBlocks
         From cells to local expansions of boxes too near to theirs.
     far_fields : tuple of FarField
         For c / r, and for the remainder; they share the local expansions.
     dipoles : DipoleSummation
-        What takes dipoles of the cells beside their pressures.
+        From dipoles of cells to local expansions, beside their pressures.
     """
 
     tree: Quadtree
@@ -100,7 +103,7 @@ class FastSummation:
     chebyshev: Chebyshev
     m2m: tuple[Translation, ...]
     l2l: tuple[Translation, ...]
-    p2p: SparseBlocks
+    p2p: NearEntries
     p2l: SparseBlocks
     far_fields: tuple[FarField, ...]
     dipoles: DipoleSummation
@@ -143,6 +146,7 @@ class FastSummation:
         p2m: tuple[CellExpansions, ...] = (),
     ) -> "FastSummation":
         dtype = np.float32 if rtol >= SINGLE else np.float64
+        short = np.int16 if rtol >= SHORT and substrate.remainder is None else dtype
         chebyshev = Chebyshev(order_for(rtol))
         cells, x = tree.cells, np.ascontiguousarray(x[:, tree.points])
         reach = radii(partition.polygons)
@@ -152,12 +156,13 @@ class FastSummation:
         place = np.cumsum(used, dtype=np.int32) - 1
         near = NearField.from_partition(substrate, partition, weights, cells[used], 10 * rtol)
         rows = tree.targets[:, lists.p2p.boxes]
-        p2p = p2p_blocks(near, x, rows, lists.p2p, place, dtype)
+        circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
+        fall = Fall.from_substrate(substrate)
+        p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, short)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
         del near, place  # gives back its memory first
-        shared = substrate, partition, p2p.layout, lists.p2l
         laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
-        known = tree, chebyshev.order, partition
+        known = tree, chebyshev.order, circles
         p2m = p2m or tuple(CellExpansions.of(*known, moments, dtype) for moments, *_ in laws)
         levels = range(len(tree.levels) - 1)
         far_lists = [tree.far_lists(level) for level in levels]
@@ -178,7 +183,7 @@ class FastSummation:
                 )
                 for own, (_, kernel, factors) in zip(p2m, laws, strict=True)
             ),
-            DipoleSummation.from_tree(tree, chebyshev, *shared),
+            DipoleSummation.from_tree(tree, chebyshev, lists.p2l, circles, fall),
         )
 
     @property
@@ -200,7 +205,7 @@ class FastSummation:
         out = np.zeros((len(q), self.x.shape[1]))
         with Threads() as run:
             self._add_expansions(q, dipoles, out, np.float32 if rough else float, run)
-            self.p2p.add_product(q, out, run)
+            self.p2p.add(q, dipoles, out, run)
         settled = np.empty_like(out)
         settled[:, tree.points] = out
         return settled
@@ -208,7 +213,7 @@ class FastSummation:
     def _add_expansions(
         self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
     ) -> None:
-        """Add what acts through expansions, and what dipoles do near by."""
+        """Add what acts through expansions."""
         tree, sets = self.tree, len(q)
         local: ndarray = np.zeros((sets, len(tree), self.chebyshev.terms), dtype)
         for far in self.far_fields:
@@ -222,7 +227,7 @@ class FastSummation:
             del multipole  # gives back its memory first
         self.p2l.add_product(q, local.reshape(sets, -1), run)
         if dipoles is not None:
-            self.dipoles.add_near(self.x, dipoles, local, out, run)
+            self.dipoles.add_to(local, dipoles, run)
         for translation in self.l2l:
             translation.add(local, local, run)
         args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
