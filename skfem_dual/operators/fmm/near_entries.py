@@ -1,8 +1,8 @@
 """What cells do to points beside them, P2P, with their dipoles.
 
-Where single precision will do with room to spare, entries are kept in half of its memory: those of
-charges in the centroids are computed anew in every product, as those of dipoles are, and what is
-beyond them is far smaller, but for the greatest of a row, in short integers.
+Where single precision will do with room to spare, entries are kept in half of its memory: what
+charges in the centroids do is computed anew in every product, as it is of dipoles, and what is
+beyond that, far less but for the greatest of a row, is kept in short integers.
 """
 
 from dataclasses import dataclass

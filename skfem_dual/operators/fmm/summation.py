@@ -38,7 +38,7 @@ SLACK = 1.3
 OCCUPANCY = 11.0
 #: from this tolerance on entries are kept in single precision
 SINGLE = 1e-7
-#: and from this one on, on homogeneous ground, near ones in short integers
+#: and from this one on, in centroids on homogeneous ground, near ones in short integers
 SHORT = 5e-7
 
 
@@ -146,7 +146,9 @@ class FastSummation:
         p2m: tuple[CellExpansions, ...] = (),
     ) -> "FastSummation":
         dtype = np.float32 if rtol >= SINGLE else np.float64
-        short = np.int16 if rtol >= SHORT and substrate.remainder is None else dtype
+        # beside the middles of cells entries differ little from those of charges
+        regular = substrate.remainder is None and np.array_equal(x, partition.centroids)
+        near_dtype = np.int16 if rtol >= SHORT and regular else dtype
         chebyshev = Chebyshev(order_for(rtol))
         cells, x = tree.cells, np.ascontiguousarray(x[:, tree.points])
         reach = radii(partition.polygons)
@@ -158,7 +160,7 @@ class FastSummation:
         rows = tree.targets[:, lists.p2p.boxes]
         circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
         fall = Fall.from_substrate(substrate)
-        p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, short)
+        p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, near_dtype)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
         del near, place  # gives back its memory first
         laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
