@@ -8,8 +8,8 @@ from numpy import ndarray
 from ...ground.hankel import table_value
 from ...kernels.compiled import compiled, inputs, vectorised
 
-#: cells whose multipole expansions are computed together at most
-CELLS = 32
+#: cells whose multipole expansions are computed together
+CELLS = 16
 #: boxes of which expansions are translated together, and multiplications of a product that BLAS
 #: does in one thread
 MOST, ALONE = 256, 2**18
@@ -79,21 +79,19 @@ class Layout(NamedTuple):
 
 
 @vectorised
-def _chebyshev(s, count, t):
-    """T_a(s) and its derivatives for ``count`` values of s, one degree after the other in a row
-    of ``t``."""
-    degrees = t.shape[1] // count
+def _chebyshev(s, t):
+    """T_a(s) and its derivatives for several s, `CELLS` for each degree, in the rows of ``t``."""
     t[:2] = 0.0
-    for c in range(count):
-        t[0, c], t[1, c], t[1, count + c] = 1.0, s[c], 1.0
+    for c in range(CELLS):
+        t[0, c], t[1, c], t[1, CELLS + c] = 1.0, s[c], 1.0
     for a in range(1, t.shape[0] - 1):
-        for c in range(count):
+        for c in range(CELLS):
             t[a + 1, c] = 2 * s[c] * t[a, c] - t[a - 1, c]
-        for d in range(1, degrees):
-            at, f = d * count, t.dtype.type(d)
-            for c in range(count):
-                other = s[c] * t[a, at + c] + f * t[a, at - count + c]
-                t[a + 1, at + c] = 2 * other - t[a - 1, at + c]
+        for d in range(1, t.shape[1] // CELLS):
+            at, f = d * CELLS, t.dtype.type(2 * d)
+            for c in range(CELLS):
+                before = f * t[a, at - CELLS + c] - t[a - 1, at + c]
+                t[a + 1, at + c] = 2 * s[c] * t[a, at + c] + before
 
 
 @vectorised
@@ -105,33 +103,36 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
     of shape (s, nboxes, terms).
     """
     cells, middle, half = clusters.cells, clusters.middle, clusters.half
-    centres, areas = loads.centres, loads.areas
+    centres, areas, moments = loads.centres, loads.areas, loads.moments
     sets, some, kind = q.shape[0], dipoles.shape[2] > 0, multipole.dtype
     # of the polynomials in x, and of the loads times those in y: a matrix product of both
-    room = np.empty((2 + 2 * sets, order * loads.orders * CELLS), kind)
-    place, product = np.empty((2, CELLS), kind), np.empty((order, sets * order), kind)
-    load = np.empty((sets, 3, CELLS), kind)
+    x = np.empty((order, loads.orders * CELLS), kind)
+    y = np.empty_like(x)
+    loaded = np.empty((sets * order, loads.orders * CELLS), kind)
+    product = np.empty((order, sets * order), kind)
+    place, own = np.zeros((2, CELLS), kind), np.zeros((len(moments), CELLS), kind)
+    load, unit = np.empty((sets, 3, CELLS), kind), np.empty(CELLS, kind)
     for k in range(begin, end):
         f, box = 1 / half[k], boxes[k]
         for first in range(cells[0, k], cells[1, k], CELLS):
             count = min(CELLS, cells[1, k] - first)
-            width = loads.orders * count
-            for c in range(count):
-                j = first + c
-                place[0, c] = (centres[0, j] - middle[0, k]) * f
-                place[1, c] = (centres[1, j] - middle[1, k]) * f
-                for s in range(sets):
-                    load[s, 0, c] = areas[j] * q[s, j]
-                    if some:
-                        load[s, 1, c] = f * dipoles[s, 0, j]
-                        load[s, 2, c] = f * dipoles[s, 1, j]
-            x = room[0, : order * width].reshape(order, width)
-            y = room[1, : order * width].reshape(order, width)
-            _chebyshev(place[0], count, x)
-            _chebyshev(place[1], count, y)
-            flat = room[2:].ravel()[: sets * order * width]
-            loaded = flat.reshape(sets * order, width)
-            _load(first, count, loads, y, load, some, loaded)
+            load[:] = 0.0
+            for i in range(2):
+                for c in range(count):
+                    place[i, c] = (centres[i, first + c] - middle[i, k]) * f
+            for s in range(sets):
+                for c in range(count):
+                    load[s, 0, c] = areas[first + c] * q[s, first + c]
+                if some:
+                    for i in range(2):
+                        for c in range(count):
+                            load[s, 1 + i, c] = f * dipoles[s, i, first + c]
+            for row in range(len(moments)):
+                for c in range(count):
+                    own[row, c] = moments[row, first + c]
+            _chebyshev(place[0], x)
+            _chebyshev(place[1], y)
+            _load(own, y, load, unit, loaded)
             np.dot(x, loaded.T, product)
             for s in range(sets):
                 term = 0
@@ -142,30 +143,30 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
 
 
 @vectorised
-def _load(first, count, loads, y, load, some, out):
+def _load(moments, y, load, unit, out):
     """Put what derivatives of polynomials in x are multiplied with, a row for each load and each
     polynomial in y."""
-    moments, orders, order = loads.moments, loads.orders, y.shape[0]
-    unit = np.empty(count, y.dtype)
+    order, orders = y.shape[0], y.shape[1] // CELLS
     for b in range(order):
         row = 0
         for i in range(orders):
-            unit[:] = 0.0
-            for j in range(orders - i):
-                at = j * count
-                for c in range(count):
-                    unit[c] += moments[row, first + c] * y[b, at + c]
-                row += 1
-            at = i * count
+            for c in range(CELLS):
+                unit[c] = moments[row, c] * y[b, c]
+            for j in range(1, orders - i):
+                for c in range(CELLS):
+                    unit[c] += moments[row + j, c] * y[b, j * CELLS + c]
+            row += orders - i
+            # those along y go with no derivative in x, those along x with the first
+            at, other, derivative = i * CELLS, max(2 - i, 0), max(1 - i, 0) * CELLS
             for s in range(load.shape[0]):
                 r = s * order + b
-                for c in range(count):
-                    out[r, at + c] = load[s, 0, c] * unit[c]
-                if some and i < 2:
-                    kind = 2 - i
-                    away = (1 - i) * count
-                    for c in range(count):
-                        out[r, at + c] += load[s, kind, c] * y[b, away + c]
+                if other > 0:
+                    for c in range(CELLS):
+                        dipole = load[s, other, c] * y[b, derivative + c]
+                        out[r, at + c] = load[s, 0, c] * unit[c] + dipole
+                else:
+                    for c in range(CELLS):
+                        out[r, at + c] = load[s, 0, c] * unit[c]
 
 
 @compiled
