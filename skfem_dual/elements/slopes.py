@@ -69,23 +69,24 @@ class Around(NamedTuple):
             y, mean, weighted = weights.centroids, weights.mean, weights.weighted
         known, starts = inputs(partition.centroids, y, mean, weighted), np.zeros(n + 1, np.int64)
         columns = _around(*vertices, polygons.p.shape[1], *known[2:], starts)
-        return cls(*inputs(starts, columns), *known)
+        return cls(*inputs(starts.astype(np.int32), columns), *known)
 
     @classmethod
     def together(cls, parts: Sequence[Self]) -> Self:
         """Of some cells and others, none of which are around these."""
         first = np.cumsum([0, *(len(part.mean) for part in parts)])
         begin = np.cumsum([0, *(len(part.columns) for part in parts)])
-        starts = [part.starts[1:] + k for part, k in zip(parts, begin)]
+        ends = [part.starts[1:] + k for part, k in zip(parts, begin)]
         columns = [part.columns + np.int32(k) for part, k in zip(parts, first)]
         others = (np.concatenate(arrays, axis=-1) for arrays in list(zip(*parts))[2:])
-        return cls(*inputs(np.concatenate([[0], *starts]), np.concatenate(columns), *others))
+        starts = np.concatenate([[0], *ends]).astype(np.int32)
+        return cls(*inputs(starts, np.concatenate(columns), *others))
 
     def without(self, cells: ndarray) -> Self:
         """With none around some cells, given as (n,) array of bool."""
         counts = np.where(cells, 0, np.diff(self.starts))
         columns = self.columns[~np.repeat(cells, np.diff(self.starts))]
-        starts = np.concatenate([[0], np.cumsum(counts)])
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         return self._replace(**dict(zip(("starts", "columns"), inputs(starts, columns))))
 
 

@@ -35,7 +35,7 @@ class CellExpansions:
     clusters : Clusters
         What they hold.
     loads : Loads
-        The cells, with the centres and areas of their circles.
+        The cells, by their circles.
     order : int
         Of the expansions.
     """
@@ -53,27 +53,26 @@ class CellExpansions:
         boxes = np.nonzero(tree.own > tree.sources[0])[0]
         boxes = boxes[np.argsort(tree.sources[0, boxes])]
         own, half = np.stack([tree.sources[0, boxes], tree.own[boxes]]), PADDING * tree.half[boxes]
-        areas = np.pi * circles.squares
         orders = min(DEGREE, order // 2) + 1
         degrees = np.array([(i, j) for i in range(orders) for j in range(orders - i)]).T
-        kept: ndarray = np.empty((degrees.shape[1], len(areas)), dtype)
+        kept: ndarray = np.empty((degrees.shape[1], len(circles.squares)), dtype)
 
         def work(k: slice) -> None:
             some = slice(own[0, k.start], own[1, k.stop - 1])
             unit = np.repeat(half[k], own[1, k] - own[0, k])
-            known = moments(tree.cells[some])[*degrees]
-            kept[:, some] = known / areas[some] / unit ** degrees.sum(axis=0)[:, None]
+            known = moments(tree.cells[some])[*degrees] / (np.pi * circles.squares[some])
+            kept[:, some] = known / unit ** degrees.sum(axis=0)[:, None]
 
         with Threads() as run:
             run(work, len(boxes))
         clusters = Clusters(*inputs(own, tree.middle[:, boxes], half))
-        boxes, areas, kept = inputs(boxes, areas, kept)
-        return cls(boxes, clusters, Loads(circles.middles, areas, kept, orders), order)
+        boxes, kept = inputs(boxes, kept)
+        return cls(boxes, clusters, Loads(*circles, kept, orders), order)
 
     @property
     def nbytes(self) -> int:
         """Memory."""
-        return sum(a.nbytes for a in (self.boxes, *self.clusters, *self.loads[1:3]))
+        return sum(a.nbytes for a in (self.boxes, *self.clusters, self.loads.moments))
 
     def add(self, q: ndarray, dipoles: ndarray | None, multipole: ndarray, run: Run) -> None:
         """Add pressures (s, n) and dipoles (s, 2, n) to expansions (s, nboxes, terms)."""

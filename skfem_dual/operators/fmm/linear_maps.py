@@ -94,13 +94,13 @@ class CompressedTranslation:
 
     def add(self, multipole: ndarray, local: ndarray, run: Run) -> None:
         """Add what becomes of multipole expansions to local ones."""
-        nboxes = len(self.left.sources)
-        for own, out in zip(multipole[:, None], local[:, None]):  # what is between takes memory
-            taken = np.zeros((1, nboxes, self.left.matrices.shape[2]), own.dtype)
-            self.left.add(own, taken, run)
-            given = np.zeros((1, nboxes, self.right.matrices.shape[1]), own.dtype)
-            self.core.add(taken, given, run)
-            self.right.add(given, out, run)
+        shape = len(multipole), len(self.left.sources)
+        taken = np.zeros((*shape, self.left.matrices.shape[2]), multipole.dtype)
+        self.left.add(multipole, taken, run)
+        given = np.zeros((*shape, self.right.matrices.shape[1]), multipole.dtype)
+        self.core.add(taken, given, run)
+        del taken  # gives back its memory first
+        self.right.add(given, local, run)
 
     @property
     def nbytes(self) -> int:

@@ -37,7 +37,8 @@ class Loads(NamedTuple):
     Attributes
     ----------
     centres : (2, n) array of float
-    areas : (n,) array of float
+    squares : (n,) array of float
+        Areas over pi.
     moments : (k, n) array of float
         Those of `elements.moments.Multipoles` about the centres in units of area and box, row by
         row of degrees that add up to less than ``orders``.
@@ -45,7 +46,7 @@ class Loads(NamedTuple):
     """
 
     centres: ndarray
-    areas: ndarray
+    squares: ndarray
     moments: ndarray
     orders: int
 
@@ -103,7 +104,7 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
     of shape (s, nboxes, terms).
     """
     cells, middle, half = clusters.cells, clusters.middle, clusters.half
-    centres, areas, moments = loads.centres, loads.areas, loads.moments
+    centres, squares, moments = loads.centres, loads.squares, loads.moments
     sets, some, kind = q.shape[0], dipoles.shape[2] > 0, multipole.dtype
     # of the polynomials in x, and of the loads times those in y: a matrix product of both
     x = np.empty((order, loads.orders * CELLS), kind)
@@ -122,7 +123,7 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
                     place[i, c] = (centres[i, first + c] - middle[i, k]) * f
             for s in range(sets):
                 for c in range(count):
-                    load[s, 0, c] = areas[first + c] * q[s, first + c]
+                    load[s, 0, c] = np.pi * squares[first + c] * q[s, first + c]
                 if some:
                     for i in range(2):
                         for c in range(count):
