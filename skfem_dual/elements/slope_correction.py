@@ -178,8 +178,7 @@ class SlopeCorrection:
         if len(matrix) > ROWS:
             self.add(matrix, sign * slopes.matrix)
             return
-        for i, row in enumerate(matrix):
-            row += sign * slopes.transposed(self._field(i)[None])[0]
+        matrix += sign * slopes.transposed(np.array([self._field(i) for i in range(len(matrix))]))
 
     def _field(self, i: int) -> ndarray:
         """Settlements of a point under unit slopes of all cells, (2, n)."""

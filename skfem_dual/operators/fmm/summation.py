@@ -215,43 +215,29 @@ class FastSummation:
     def _add_expansions(
         self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
     ) -> None:
-        """Add what acts through expansions, local ones of one vector at a time to save memory."""
-        multipoles = [self._multipole(far, q, dipoles, out, dtype, run) for far in self.far_fields]
-        tree = self.tree
-        for k in range(len(q)):
-            one = slice(k, k + 1)
-            local: ndarray = np.zeros((1, len(tree), self.chebyshev.terms), dtype)
+        """Add what acts through expansions."""
+        tree, sets = self.tree, len(q)
+        # the local expansions of a vector are where the multipole ones of that before were
+        room: ndarray = np.zeros((sets + 1, len(tree), self.chebyshev.terms), dtype)
+        multipoles = [room[1:], *(np.zeros_like(room[1:]) for _ in self.far_fields[1:])]
+        for far, multipole in zip(self.far_fields, multipoles, strict=True):
+            far.p2m.add(q, dipoles, multipole, run)
+            for translation in self.m2m:
+                translation.add(multipole, multipole, run)
+            far.m2p.add_product(multipole.reshape(sets, -1), out, run)
+        for k in range(sets):
+            room[k] = 0.0
             for far, multipole in zip(self.far_fields, multipoles, strict=True):
                 for level in far.m2l:
-                    level.add(multipole[one], local, run)
-            self.p2l.add_product(q[one], local.reshape(1, -1), run)
-            if dipoles is not None:
-                self.dipoles.add_to(local, dipoles[one], run)
-            self._add_local(local, out[one], run)
-
-    def _add_local(self, local: ndarray, out: ndarray, run: Run) -> None:
-        """Add local expansions to those of smaller boxes, and those of leaves at the points."""
+                    level.add(multipole[k : k + 1], room[k : k + 1], run)
+        local = room[:-1]
+        self.p2l.add_product(q, local.reshape(sets, -1), run)
+        if dipoles is not None:
+            self.dipoles.add_to(local, dipoles, run)
         for translation in self.l2l:
             translation.add(local, local, run)
-        args = self.tree.leaves, self.tree.boxes, self.x, self.chebyshev.order, local, out
-        run(lambda k: l2p(k.start, k.stop, *args), len(self.tree.leaves))
-
-    def _multipole(
-        self,
-        far: FarField,
-        q: ndarray,
-        dipoles: ndarray | None,
-        out: ndarray,
-        dtype: type,
-        run: Run,
-    ) -> ndarray:
-        """Multipole expansions of all boxes; what they do to single points is added to ``out``."""
-        multipole: ndarray = np.zeros((len(q), len(self.tree), self.chebyshev.terms), dtype)
-        far.p2m.add(q, dipoles, multipole, run)
-        for translation in self.m2m:
-            translation.add(multipole, multipole, run)
-        far.m2p.add_product(multipole.reshape(len(q), -1), out, run)
-        return multipole
+        args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
+        run(lambda k: l2p(k.start, k.stop, *args), len(tree.leaves))
 
 
 def _laws(
