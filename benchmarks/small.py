@@ -5,9 +5,9 @@
     python benchmarks/small.py --beside TREE    the same with another tree of the package, in turn
 
 Milliseconds, the least of some runs: the mesh, its dual grid with the law of the edge, the exact
-matrix under uniform cells, what weights and slopes add to it, factors and solution, and all from
-the mesh to the printed answer. Then nanoseconds for an entry, the import beyond that of
-scikit-fem, and a command from start to end, which find bytecode and compiled code on disk.
+matrix under uniform cells, what weights and slopes add to it, pressures by settlement and tilts,
+and all from the mesh to the printed answer. Then nanoseconds for an entry, the import beyond that
+of scikit-fem, and a command from start to end, which find bytecode and compiled code on disk.
 """
 
 import argparse
@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -59,7 +60,6 @@ def stages(n: int, runs: int) -> dict[str, float]:
     from skfem_dual import DualMesh, HalfSpace, RigidPunch
     from skfem_dual.elements.influence import influence_matrix
     from skfem_dual.grids.generate import disc, polygon
-    from skfem_dual.operators.factors import Factors
 
     mesh, soil = disc(n=n), HalfSpace(1.0, 0.0)
 
@@ -68,7 +68,7 @@ def stages(n: int, runs: int) -> dict[str, float]:
         return RigidPunch(soil, DualMesh.from_mesh(fresh).basis())
 
     ready = punch()
-    cells, matrix = ready.footprint, ready.matrix
+    cells, system = ready.footprint, ready.system
     uniform = soil, cells.partition, cells.collocation_points
     square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
     entries = best(lambda: influence_matrix(*uniform), runs)
@@ -79,7 +79,7 @@ def stages(n: int, runs: int) -> dict[str, float]:
         "dual grid, edge law": best(lambda: punch().footprint, runs),
         "uniform cells": entries,
         "edge and slopes": every - entries,
-        "factors": best(lambda: Factors.from_matrix(matrix), runs),
+        "unit pressures": best(lambda: replace(system).unit_pressures, runs),
         "dual grid to answer": best(lambda: repr(punch().solve(1.0)), runs),
     }
     table = {name: 1e3 * seconds for name, seconds in found.items()}

@@ -5,16 +5,19 @@ import shlex
 import signal
 import subprocess
 import sys
+from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
 import meshio
+import numba
 import numpy as np
 import pytest
 from skfem import MeshTri
 
 from skfem_dual import RigidPunch, __version__
 from skfem_dual.cli import main
+from skfem_dual.cli.messages import COMPILING, progress_of_compilation
 from skfem_dual.io import read_dual, read_polygons
 
 DATA = Path(__file__).parent / "data"
@@ -464,3 +467,11 @@ def test_a_reader_that_leaves_early():
         timeout=120,
     )
     assert found.stderr == ""
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_compilation_is_told_where_progress_is(capsys, shown):
+    with progress_of_compilation(Namespace(progress=shown)):
+        assert numba.njit(lambda x: x + 1.0)(1.0) == 2.0
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [f"skfem-dual: {COMPILING}"] * shown

@@ -139,3 +139,23 @@ def test_settlements_are_the_matrix_times_the_pressures(x):
     matrix, found = footprint.influence(x), footprint.settlements(x, pressures)
     assert found == pytest.approx(matrix @ pressures, abs=1e-13 * np.abs(matrix).sum(axis=1).max())
     assert footprint.settlements(x, pressures[:, 0]) == pytest.approx(found[:, 0], abs=1e-14)
+
+
+@pytest.mark.parametrize("edge", ["singular", "constant"])
+def test_rough_settlements_by_moments(edge, monkeypatch):
+    """In cells, beside them and far off; constant pressures more closely the farther cells are
+    integrated."""
+    footprint = Footprint.from_basis(SOIL, DualMesh.from_mesh(disc(4)).basis(), edge)
+    rng = np.random.default_rng(0)
+    x = np.hstack([footprint.collocation_points[:, ::9], rng.uniform(-1.5, 1.5, (2, 100))])
+    pressure = np.stack([np.ones(len(footprint)), footprint.collocation_points[0]], axis=1)
+    exact = footprint.settlements(x, pressure)
+    errors = []
+    for reach in (2.5, 5.0):
+        monkeypatch.setattr("skfem_dual.elements.moment_sums.REACH", reach)
+        found = footprint.settlements(x, pressure, rough=True)
+        errors.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
+    assert errors[0] < 2e-5
+    assert edge == "singular" or errors[1] < errors[0] / 10
+    one = footprint.settlements(x, pressure[:, 0], rough=True)
+    assert one == pytest.approx(found[:, 0], rel=1e-14)

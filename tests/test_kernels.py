@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from skfem_dual.kernels import compiled as module
-from skfem_dual.kernels.compiled import compiled, inlined, inputs, vectorised
+from skfem_dual.kernels.compiled import compiled, inlined, inputs, vectorised, when_compiling
 from skfem_dual.kernels.threads import Threads
 
 SCRIPT = """
@@ -144,3 +144,16 @@ def test_caches_of_classes_that_have_moved_are_compiled_anew(tmp_path, monkeypat
         cubed = found["cubed"](getattr(found["moved_classes"], name)(3.0))
         assert cubed == 27.0
     monkeypatch.delitem(sys.modules, "moved_classes")
+
+
+def test_when_compiling_calls_once():
+    calls = []
+    with when_compiling(lambda: calls.append("begun")):
+        assert not calls
+        assert numba.njit(lambda x: x + 1.0)(1.0) == 2.0
+        assert numba.njit(lambda x: x + 2.0)(1.0) == 3.0
+    assert calls == ["begun"]
+    with when_compiling(lambda: calls.append("begun")):
+        pass
+    numba.njit(lambda x: x + 3.0)(1.0)
+    assert calls == ["begun"]

@@ -7,7 +7,7 @@ from functools import partial
 from ..startup import end_of_imports
 from ..terminal import print_table, tell
 from .files import check_files
-from .messages import one_line, show_warning
+from .messages import one_line, progress_of_compilation, show_warning
 from .parser import build_parser
 
 #: what may come of bad input or a bad environment; anything else is a fault of the program
@@ -47,7 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             options.warned = []
             warnings.showwarning = partial(show_warning, options.warned)
             check_files(options)
-            code, table = options.run(options)
+            with progress_of_compilation(options):
+                code, table = options.run(options)
             if table:
                 print_table(table)
             return code

@@ -1,8 +1,12 @@
 """Errors and warnings in one line each, with remedies in words of the command line."""
 
+import argparse
 import re
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 
-from ..terminal import tell
+from ..kernels.compiled import when_compiling
+from ..terminal import is_watched, tell
 
 #: how arguments of the library are called here
 OPTIONS = (
@@ -17,6 +21,17 @@ OPTIONS = (
     (r"edge=\"constant\"", "--edge constant"),
     (r"\b(force|at|moments|settlement|tilt|origin|collocation|accuracy|layer)=(?!=)", r"--\1 "),
 )
+
+
+#: what takes the time of a first run
+COMPILING = "compiling for up to half a minute, once after an installation"
+
+
+def progress_of_compilation(options: argparse.Namespace) -> AbstractContextManager:
+    """Tells of compilation where progress is shown."""
+    if getattr(options, "progress", False) or is_watched():
+        return when_compiling(partial(tell, COMPILING))
+    return nullcontext()
 
 
 def show_warning(warned: list[str], message: Warning | str, *where: object) -> None:

@@ -228,6 +228,7 @@ class RigidPunches(RigidBodies):
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
+            partition=self.cells.partition,
         )
 
     def _by_bodies(self, parts: list[ndarray]) -> ndarray:

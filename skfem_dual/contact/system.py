@@ -10,14 +10,16 @@ from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_choice, checked_number
+from ..grids.partition import Partition
 from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
+from ..operators.dense_solver import ITERATED, DenseSolver
 from ..operators.factors import Factors
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import InfluenceOperator
@@ -26,13 +28,13 @@ from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import TOO_SOFT, YieldingOperator
+from .cell_forces import CellForces
 from .load import Constraints
 from .positions import apart, by_force, noise, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
     MOST,
-    CellForces,
     active_set,
     beginning,
     conjugate_gradients,
@@ -70,6 +72,8 @@ class ContactSystem:
         Takes the seconds of the factorisation.
     nearby : matrix-like, optional
         Inverse of a matrix that differs in few cells, an approximate one or factors.
+    partition : Partition, optional
+        The cells, if they tell how to do without factors.
     """
 
     matrix: ndarray | SymmetricMatrix | InfluenceOperator | FlattenedOperator | YieldingOperator
@@ -79,12 +83,18 @@ class ContactSystem:
     areas: ndarray
     timings: dict[str, float] = field(default_factory=dict)
     nearby: Any = None
+    partition: Partition | None = None
 
     @computed_once
-    def factors(self) -> Factors:
-        """Factors of the matrix, if that is an array."""
+    def factors(self) -> Any:
+        """Factors of the matrix, or what does without, if that is an array."""
         with timed(self.timings, "factorisation"):
-            return Factors.from_matrix(np.asarray(self._array))
+            if isinstance(self.matrix, SymmetricMatrix):
+                return self.matrix.factors
+            matrix = np.asarray(self._array)
+            if self.partition is None or len(matrix) < ITERATED:
+                return Factors.from_matrix(matrix)
+            return DenseSolver.from_matrix(matrix, self.partition)
 
     @computed_once
     def preconditioner(self) -> Any:
@@ -92,11 +102,9 @@ class ContactSystem:
         if self.nearby is not None:
             return self.nearby
         with timed(self.timings, "preconditioner"):
-            if isinstance(self.matrix, (YieldingOperator, FlattenedOperator)):
-                return self.matrix.preconditioner
             if isinstance(self.matrix, InfluenceOperator):
                 return approximate_inverse(self.matrix)
-        raise TypeError("expected an operator, got a matrix, which is factorised")
+            return cast(FlattenedOperator, self.matrix).preconditioner
 
     @property
     def _dense(self) -> bool:
@@ -137,11 +145,9 @@ class ContactSystem:
             return self.nearby
         if self._regular is not None:
             return self._regular.inverse
-        if not self._given:
-            return self.preconditioner
-        if self.gap.any():  # shaped punches do without full contact, and begin with none
+        if self._given and self.gap.any():  # shaped punches begin with no contact
             return None
-        return self.matrix.factors if isinstance(self.matrix, SymmetricMatrix) else self.factors
+        return self.factors if self._given else self.preconditioner
 
     @property
     def unit_pressures(self) -> ndarray:
@@ -177,16 +183,12 @@ class ContactSystem:
                 "expected ground without a period: on a PeriodicGround settlements do not tell "
                 "the pressures. Remedy: solve under a force"
             )
-        if isinstance(self.matrix, SymmetricMatrix):
-            with timed(self.timings, "factorisation"):
-                factors = self.matrix.factors
-            return factors.solve(rhs), ""
-        if self._dense or isinstance(self.matrix, np.ndarray):
+        if self._dense:
             return self.factors.solve(rhs), ""
-        rtol = max(self.matrix.rtol, 1e-12)  # no more accurate than the operator
-        preconditioner = self.preconditioner
+        operator, preconditioner = cast(InfluenceOperator, self.matrix), self.preconditioner
+        rtol = max(operator.rtol, 1e-12)  # no more accurate than the operator
         with timed(self.timings, "iterations"):
-            answer = solve_many(self.matrix, rhs, rtol, _bars.get(), preconditioner=preconditioner)
+            answer = solve_many(operator, rhs, rtol, _bars.get(), preconditioner=preconditioner)
         return answer.solution, "" if answer.success else answer.message
 
     @computed_once
@@ -245,12 +247,10 @@ class ContactSystem:
         start: ndarray | None = None,
         gap_rtol: float = 1e-10,
     ) -> tuple[Contact, ndarray]:
-        """Contact that is found, and the position.
+        """Contact that is found, and the position, under what the ``constraints`` impose.
 
         Parameters
         ----------
-        constraints : Constraints
-            What is imposed.
         method : {"auto", "active-set", "cg"}
             ``"auto"``: conjugate gradients, with a matrix to rounding errors; the active set
             where they do not end soon, unless there are too many cells.
@@ -292,7 +292,7 @@ class ContactSystem:
     def _problem(self, constraints: Constraints) -> ContactProblem:
         motions, balance, unit = self._scaled(constraints)
         return ContactProblem(
-            matrix=self.matrix,
+            matrix=self.matrix if self._regular is None else self._regular,
             areas=self.areas,
             gap=self.gap - constraints.fixed @ self.planes,
             planes=motions.T @ self.planes,

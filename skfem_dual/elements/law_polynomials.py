@@ -100,7 +100,8 @@ def _factorise(matrix, value):
 def _substitute(factor, value, out):
     """The solution by the transposed factor, of as many rows as ``out`` has."""
     n = out.shape[0]
-    out[:] = value[:n]
+    for i in range(n):
+        out[i] = value[i]
     for i in range(n - 1, -1, -1):
         out[i] *= factor[i, i]
         for k in range(i):

@@ -34,7 +34,7 @@ def strip_segments(triangles, j, most, room):
     Puts them into the ``room`` of `strips_room` and returns their number.
     """
     levels, segments = room
-    count, top = 0, 0.0
+    count, top = np.int64(0), 0.0
     for piece in range(triangles.starts[j], triangles.starts[j + 1]):
         for vertex in triangles.t[:, piece]:
             top = max(top, triangles.root[vertex])

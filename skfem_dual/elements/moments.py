@@ -74,6 +74,11 @@ class Series(NamedTuple):
     terms: ndarray
 
     @classmethod
+    def none(cls) -> Self:
+        """Of no cells."""
+        return cls(*inputs(np.empty((2, 0)), np.empty(0), np.empty((14, 0))))
+
+    @classmethod
     def from_weights(cls, weights: EdgeWeights, coefficient: float) -> Self:
         """Of the weighted cells, ascending, for the influence function ``coefficient / r``."""
         partition, cells = weights.partition, weights.cells
@@ -99,14 +104,23 @@ def series_terms(m: ndarray) -> ndarray:
 
 @inlined
 def far_influence(dx, dy, square, terms, k):
-    """Settlement at (dx, dy) from the centroid of a cell by its `Series`; zero in the circle.
+    """Settlement at (dx, dy) from the centroid of a cell by its `Series`; zero in the circle."""
+    f, x, y, xx, xy = arms(dx, dy, square)
+    return along_arms(f, x, y, xx, xy, terms, k)
 
-    The derivatives of 1 / r along (x, y) / r, x^2 + y^2 = r^2, as polynomials of x^2 / r^2.
-    """
+
+@inlined
+def arms(dx, dy, square):
+    """The inverse of the distance, zero in a circle, and products of the direction."""
     r2 = dx * dx + dy * dy
     f = 1 / np.sqrt(r2) if r2 >= square else 0.0
     x, y = f * dx, f * dy
-    xx, xy = x * x, x * y
+    return f, x, y, x * x, x * y
+
+
+@inlined
+def along_arms(f, x, y, xx, xy, terms, k):
+    """The derivatives of 1 / r along (x, y) / r, x^2 + y^2 = r^2, as polynomials of x^2 / r^2."""
     first = terms[0, k] * x + terms[1, k] * y
     second = terms[2, k] + terms[3, k] * xx + terms[4, k] * xy
     third = x * (terms[5, k] + terms[6, k] * xx) + y * (terms[7, k] + terms[8, k] * xx)

@@ -123,8 +123,8 @@ class NearField:
     ribs : CellRibs
     coefficient : float
         c of the part c / r.
-    far : Series or None
-        What edge-weighted cells add, None if there are none.
+    far : Series
+        What edge-weighted cells add.
     number : (n,) array of int
         Number of each cell among these, -1 of the others.
     remainder : Remainder or None
@@ -133,7 +133,7 @@ class NearField:
 
     ribs: CellRibs
     coefficient: float
-    far: Series | None
+    far: Series
     number: ndarray
     remainder: Remainder | None
 
@@ -154,7 +154,7 @@ class NearField:
         remainder = None
         if rtol is not None and (table := substrate.remainder) is not None:
             remainder = _remainder(substrate, table, partition, weights, cells, rtol)
-        far, number = None, np.full(len(partition), -1, np.int32)
+        far, number = Series.none(), np.full(len(partition), -1, np.int32)
         if weights is not None:
             far = Series.from_weights(weights, c)
             number[weights.cells] = np.arange(len(weights.cells))
@@ -252,8 +252,7 @@ def _fill_singular(blocks, ribs, c, far, number, column, values):
         for k in range(width):
             column[some[k]] = k + 1
         _add_cells(x0, y0, some, column, ribs, c, entries, part, r)
-        if far is not None:
-            _add_series(x0, y0, number[some], far, entries)
+        _add_series(x0, y0, some, number, far, entries)
         for k in range(width):
             column[some[k]] = 0
         for i in range(height):
@@ -292,11 +291,11 @@ def _add_cells(x, y, cells, column, ribs, c, entries, part, r):
 
 
 @vectorised
-def _add_series(x, y, number, far, entries):
+def _add_series(x, y, cells, number, far, entries):
     """Add what edge-weighted cells add outside of their circles."""
     middles, squares, terms = far
-    for k in range(number.shape[0]):
-        j = number[k]
+    for k in range(cells.shape[0]):
+        j = number[cells[k]]
         if j >= 0:
             for i in range(x.shape[0]):
                 dx, dy = x[i] - middles[0, j], y[i] - middles[1, j]

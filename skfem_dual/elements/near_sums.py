@@ -78,7 +78,7 @@ class NearSums(NamedTuple):
 
         with Threads() as run:
             run(work, len(cells), CELL)
-        return cls(pairs, np.repeat(cells, np.diff(pairs.offsets)), law, sums)
+        return cls(pairs, np.repeat(pairs.cells, np.diff(pairs.offsets)), law, sums)
 
 
 class Law(NamedTuple):
@@ -190,7 +190,7 @@ def _sides(j, outlines, terms, middle, size, room, sides):
     """Put the sides of a cell; returns how many."""
     p, indices, offsets = outlines
     cx, cy = middle
-    count, last = 0, indices[offsets[j + 1] - 1]
+    count, last = np.int64(0), indices[offsets[j + 1] - 1]
     ax, ay = p[0, last], p[1, last]
     for at in range(offsets[j], offsets[j + 1]):
         bx, by = p[0, indices[at]], p[1, indices[at]]

@@ -142,15 +142,18 @@ def _clip(at, beside, triangles, cells, rounding, found, count):
                 last = (i - 1) % n
                 if (d[i] > 0 and d[last] < 0) or (d[i] < 0 and d[last] > 0):
                     s = d[last] / (d[last] - d[i])
-                    b[m] = a[last] + s * (a[i] - a[last])
+                    for k in range(3):
+                        b[m, k] = a[last, k] + s * (a[i, k] - a[last, k])
                     m += 1
                 if d[i] >= 0:
-                    b[m] = a[i]
+                    for k in range(3):
+                        b[m, k] = a[i, k]
                     m += 1
-            n = m
-            a[:n] = b[:n]
+            n, a, b = m, b, a
             if n < 3:
                 break
         if n >= 3:
             count[pair] = n
-            found[pair, :n] = a[:n]
+            for i in range(n):
+                for k in range(3):
+                    found[pair, i, k] = a[i, k]

@@ -4,6 +4,8 @@ Source of the moments of a polygon as sums over its sides: C. Steger, On the cal
 arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (1996).
 """
 
+from functools import cache
+
 import numpy as np
 from numpy import ndarray
 
@@ -48,18 +50,23 @@ def moments_about(
     Over the triangle of the point and a side, a monomial's integral is one along the side.
     """
     some = np.arange(len(offsets) - 1) if some is None else some
-    n = len(some)
+    n, numbers = len(some), [np.asarray(a, np.int32) for a in (some, indices, offsets)]
     out = np.zeros((degree + 1, degree + 1, n))
     factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
-    gauss = np.polynomial.legendre.leggauss(degree // 2 + 1)
-    args = *inputs(some, p, indices, offsets, centres), factorials, *gauss
+    args = *inputs(*numbers, p, centres), factorials, *_gauss(degree // 2 + 1)
     with Threads() as run:
         run(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
 
 
+@cache
+def _gauss(n: int) -> tuple[ndarray, ndarray]:
+    """Points and weights; eigenvalues that take longer than the moments of some hundred cells."""
+    return np.polynomial.legendre.leggauss(n)
+
+
 @vectorised
-def _moments(begin, end, some, p, indices, offsets, centroids, factorials, gauss, weights, out):
+def _moments(begin, end, some, indices, offsets, p, centroids, factorials, gauss, weights, out):
     n = factorials.shape[0]
     own = np.empty((n, n))
     for k in range(begin, end):

@@ -25,8 +25,11 @@ from .near_slopes import AT_REST, NearSlopes
 from .near_sums import NearSums
 from .slopes import Slopes
 
-#: rows of a matrix that are added to together, enough for the compiler to take eight at once
-ROWS = 16
+#: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
+#: columns
+ROWS, COLUMNS = 32, 8
+#: with more cells the fields of less than so many rows are found one by one, which takes less room
+FEW = 2**14
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 EXACT_RADII = 2.5
 #: nanoseconds that the dipole of a cell takes, about
@@ -160,7 +163,7 @@ class SlopeCorrection:
         columns = slopes.reshape(2 * len(self.areas), -1)
         each = np.ascontiguousarray(columns.T).reshape(-1, 2, len(self.areas))
         dipoles = self.dipoles(each)
-        some = np.nonzero(dipoles.any(axis=(0, 1)))[0]
+        some = np.nonzero(dipoles.any(axis=(0, 1)))[0].astype(np.int32)
         x, dipoles, some, ends = inputs(self.x, dipoles, some, np.array([0, len(some)]))
         out, circles = np.zeros((len(each), self.x.shape[1])), self._circles
         self.near.add_product(each, out)
@@ -175,7 +178,7 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        if len(matrix) > ROWS:
+        if len(matrix) > ROWS or len(self.areas) <= FEW:
             self.add(matrix, sign * slopes.matrix)
             return
         matrix += sign * slopes.transposed(np.array([self._field(i) for i in range(len(matrix))]))
@@ -300,11 +303,12 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
     middles, squares = circles
     starts, numbers, values = slopes
     n = squares.shape[0]
-    local = np.empty((2 * n, ROWS))
-    total, x0, y0 = np.empty(ROWS), np.zeros(ROWS), np.zeros(ROWS)
+    local, tile = np.zeros((2 * n, ROWS)), np.empty((COLUMNS, ROWS))
+    x0, y0 = np.zeros(ROWS), np.zeros(ROWS)
     for first in range(begin, end, ROWS):
         count = min(ROWS, end - first)
-        x0[:count], y0[:count] = x[0, first : first + count], x[1, first : first + count]
+        for i in range(count):
+            x0[i], y0[i] = x[0, first + i], x[1, first + i]
         for j in range(n):
             if not sloped[j]:
                 continue
@@ -315,14 +319,28 @@ def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
                 f = _fall(dx * dx + dy * dy, square, fall)
                 local[j, i] = f * (xx * dx + xy * dy)
                 local[n + j, i] = f * (xy * dx + yy * dy)
-        for k in range(matrix.shape[1]):
-            total[:] = 0.0
-            for at in range(starts[k], starts[k + 1]):
-                j, slope = numbers[at], values[at]
-                for i in range(ROWS):
-                    total[i] += local[j, i] * slope
+        for start in range(0, matrix.shape[1], COLUMNS):
+            width = min(COLUMNS, matrix.shape[1] - start)
+            for k in range(width):
+                _combine(numbers, values, starts[start + k], starts[start + k + 1], local, tile[k])
             for i in range(count):
-                matrix[first + i, k] += total[i]
+                for k in range(width):
+                    matrix[first + i, start + k] += tile[k, i]
+
+
+@inlined
+def _combine(numbers, values, begin, end, rows, total):
+    """Put the sum of some ``rows`` times values into ``total``, four at a time: so many are added
+    before they go back to the memory."""
+    total[:] = 0.0
+    for at in range(begin, end, 4):
+        a, b, c, d = at, min(at + 1, end - 1), min(at + 2, end - 1), min(at + 3, end - 1)
+        one, two = values[a], values[b] if b > a else 0.0
+        three, four = values[c] if c > b else 0.0, values[d] if d > c else 0.0
+        a, b, c, d = numbers[a], numbers[b], numbers[c], numbers[d]
+        for i in range(ROWS):
+            low = rows[a, i] * one + rows[b, i] * two
+            total[i] += low + rows[c, i] * three + rows[d, i] * four
 
 
 @compiled

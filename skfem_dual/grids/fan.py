@@ -137,7 +137,7 @@ class Fan:
             n, cut = p.shape[1], found(p, new)
             if len(cut) == 0:
                 break
-            cut, beside, place = _closed(*inputs(t), n, cut)
+            cut, beside, place = _closed(t, n, cut)
             p = np.hstack([p, p[:, np.divmod(cut, n)].mean(axis=1)])
             new, of = _cut(t[:, beside], n + place, place >= 0)
             whole = np.ones(t.shape[1], dtype=bool)
@@ -223,38 +223,45 @@ class Fan:
         return deepest
 
 
-@compiled
-def _closed(t, n, cut):
+def _closed(t: ndarray, n: int, cut: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     """`side_keys` of sides to cut, those of triangles with two others among them; the triangles
     that have any, and the numbers of their sides among those, -1 for others."""
+    (t,) = inputs(t)
+    while True:
+        beside, place, more = _beside(t, n, cut)
+        if len(more) == 0:
+            return cut, beside, place
+        cut = np.union1d(cut, more)
+
+
+@compiled
+def _beside(t, n, cut):
+    """Triangles at sides to cut and the numbers of these; third sides of those with two."""
     m, ends = t.shape[1], np.zeros(n, np.uint8)
     beside, place = np.empty(m, np.int64), np.empty((3, m), np.int64)
-    while True:
-        for key in cut:
-            ends[key // n], ends[key % n] = 1, 1
-        count, number, more = 0, 0, np.empty(2 * len(cut), np.int64)
-        for k in range(m):
-            if ends[t[0, k]] + ends[t[1, k]] + ends[t[2, k]] < 2:
-                continue
-            halves, left = 0, np.int64(0)
-            for i in range(3):
-                a, b = np.int64(t[i, k]), np.int64(t[(i + 1) % 3, k])
-                key = min(a, b) * n + max(a, b)
-                at = np.searchsorted(cut, key)
-                if at < len(cut) and cut[at] == key:
-                    place[i, count] = at
-                    halves += 1
-                else:
-                    place[i, count], left = -1, key
-            if halves == 2:  # a side has two triangles at most
-                more[number] = left
-                number += 1
-            if halves > 0:
-                beside[count] = k
-                count += 1
-        if number == 0:
-            return cut, beside[:count].copy(), place[:, :count].copy()
-        cut = np.unique(np.concatenate((cut, more[:number])))
+    for key in cut:
+        ends[key // n], ends[key % n] = 1, 1
+    count, number, more = 0, 0, np.empty(2 * len(cut), np.int64)
+    for k in range(m):
+        if ends[t[0, k]] + ends[t[1, k]] + ends[t[2, k]] < 2:
+            continue
+        halves, left = 0, np.int64(0)
+        for i in range(3):
+            a, b = np.int64(t[i, k]), np.int64(t[(i + 1) % 3, k])
+            key = min(a, b) * n + max(a, b)
+            at = np.searchsorted(cut, key)
+            if at < len(cut) and cut[at] == key:
+                place[i, count] = at
+                halves += 1
+            else:
+                place[i, count], left = -1, key
+        if halves == 2:  # a side has two triangles at most
+            more[number] = left
+            number += 1
+        if halves > 0:
+            beside[count] = k
+            count += 1
+    return beside[:count].copy(), place[:, :count].copy(), more[:number].copy()
 
 
 def _cut(t: ndarray, middle: ndarray, halved: ndarray) -> tuple[ndarray, ndarray]:

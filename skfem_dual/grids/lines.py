@@ -54,7 +54,7 @@ class Segments(NamedTuple):
         many segments those with the nearest middles are looked at: lines are finer than they are
         far.
         """
-        of = np.zeros(x.shape[1], dtype=int) if of is None else of
+        of = np.zeros(x.shape[1], dtype=int) if of is None else of.astype(int)
         out, near = np.empty(x.shape[1]), np.empty((x.shape[1], 0), dtype=np.int64)
         if len(self.starts) == 2 and self.begin.shape[1] > FEW:
             near = cKDTree((self.begin + self.end).T / 2).query(x.T, NEAREST)[1]

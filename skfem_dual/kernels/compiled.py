@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numba
 import numpy as np
+from numba.core.event import Event, Listener, install_listener
 from numpy import ndarray
 
 from .disk import CheckedCache
@@ -39,6 +40,23 @@ def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
     for view in views:
         view.flags.writeable = False
     return tuple(views)
+
+
+def when_compiling(call: Callable[[], object]) -> contextlib.AbstractContextManager:
+    """Call something once, when the first kernel is compiled that is not on disk."""
+    return install_listener("numba:compile", _First(call))
+
+
+class _First(Listener):
+    def __init__(self, call: Callable[[], object]) -> None:
+        self.calls = [call]
+
+    def on_start(self, event: Event) -> None:
+        while self.calls:
+            self.calls.pop()()
+
+    def on_end(self, event: Event) -> None:
+        pass
 
 
 def _njit(function: Callable, **options: object) -> Callable:

@@ -76,6 +76,7 @@ def solve_many(
     progress: bool = False,
     *,
     preconditioner: Product | None = None,
+    most: int | None = None,
 ) -> IterativeSolution:
     """Pressures under which the collocation points settle as given.
 
@@ -92,6 +93,8 @@ def solve_many(
     preconditioner : Preconditioner or Convolution, optional
         Approximate inverse, as of an earlier solution with the same cells; by default that of
         an `InfluenceOperator`.
+    most : int, optional
+        Iterations for each column at most, by default 300.
 
     Returns
     -------
@@ -131,7 +134,7 @@ def solve_many(
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
-        searches = [_search(b, rtol, bar, dtype) for b in rhs.T]
+        searches = [_search(b, rtol, most or MOST, bar, dtype) for b in rhs.T]
         for k, (y, history) in enumerate(_together(product, inverse, searches, bar)):
             solution[:, k] = inverse @ y
             residuals.append(history)
@@ -169,7 +172,7 @@ def _together(
     return [found[k] for k in range(len(searches))]
 
 
-def _search(b: ndarray, rtol: float, bar: tqdm, dtype: type) -> "Search":
+def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Search":
     """GMRES for one right-hand side, a generator that asks for products.
 
     It yields vectors y, takes ``A M y`` for each, M the approximate inverse, and returns the y
@@ -186,7 +189,7 @@ def _search(b: ndarray, rtol: float, bar: tqdm, dtype: type) -> "Search":
         basis: list[ndarray] = [(rest / first).astype(dtype)]
         triangle = np.zeros((RESTART + 1, RESTART))
         del rest
-        for j in range(min(RESTART, MOST + 1 - len(history))):
+        for j in range(min(RESTART, most + 1 - len(history))):
             w = yield basis[j]
             for i, v in enumerate(basis):
                 triangle[i, j] = v @ w
@@ -203,6 +206,6 @@ def _search(b: ndarray, rtol: float, bar: tqdm, dtype: type) -> "Search":
         y = np.zeros_like(b) if y is None else y
         for share, v in zip(shares, basis):
             y += share * v
-        if history[-1] <= rtol or len(history) > MOST:
+        if history[-1] <= rtol or len(history) > most:
             y *= scale
             return y, tuple(history)

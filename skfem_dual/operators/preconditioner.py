@@ -28,6 +28,8 @@ from .fmm.summation import FastSummation
 from .influence_operator import InfluenceOperator
 from .toeplitz import Convolution
 
+#: what a fast summation stands for, or a matrix
+Acting = InfluenceOperator | ndarray
 #: mean number of cells in a group of a uniform mesh
 GROUP = 10
 #: neighbours of a group lie so far beyond it, over the half-width of its box
@@ -53,19 +55,13 @@ class Preconditioner:
 
     Attributes
     ----------
-    cells : (n,) array of int
-        The cells in the order of the blocks.
-    blocks : SparseBlocks
-        Rows of each group in the inverse on the group and its neighbours, as short integers.
-    units : (n,) array of float
-        What one is in each row of them.
+    groups : Groups
+        What answers settlements that vary from cell to cell.
     coarse : Coarse
-        What answers slowly varying settlements.
+        What answers slowly varying ones.
     """
 
-    cells: ndarray
-    blocks: SparseBlocks
-    units: ndarray
+    groups: "Groups"
     coarse: "Coarse"
 
     @classmethod
@@ -79,7 +75,38 @@ class Preconditioner:
         """
         if operator.shape[0] != operator.shape[1]:
             raise ValueError(f"expected a square operator, got shape {operator.shape}")
-        partition = operator.partition
+        acting = operator.to_dense() if operator.summation is None else operator
+        groups = Groups.from_operator(acting, operator.partition)
+        return cls(groups, Coarse.from_operator(operator))
+
+    def __matmul__(self, w: ndarray) -> ndarray:
+        """Approximate pressures under settlements ``w`` of shape (n,)."""
+        out, rest = self.coarse.split(w)
+        out += self.groups @ rest
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Inverses on small groups of cells and their neighbours.
+
+    Attributes
+    ----------
+    cells : (n,) array of int
+        The cells in the order of the blocks.
+    blocks : SparseBlocks
+        Rows of each group in the inverse on the group and its neighbours, as short integers.
+    units : (n,) array of float
+        What one is in each row of them.
+    """
+
+    cells: ndarray
+    blocks: SparseBlocks
+    units: ndarray
+
+    @classmethod
+    def from_operator(cls, operator: Acting, partition: Partition) -> "Groups":
+        """Of the cells of a partition, with their fast operator or their matrix."""
         centroids, points = partition.centroids, np.zeros(len(partition))
         tree = _boxes(partition, GROUP, 2 * GROUP)
         cells = tree.cells  # the same order as that of the points
@@ -94,15 +121,14 @@ class Preconditioner:
         del known
         rows = tree.targets[:, near.boxes]
         blocks, units = _inverses(operator, cells, rows, starts, items)
-        return cls(cells, blocks, units, Coarse.from_operator(operator))
+        return cls(cells, blocks, units)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate pressures under settlements ``w`` of shape (n,)."""
-        out, rest = self.coarse.split(w)
-        inner = np.zeros(len(w))
+        """Pressures under settlements ``w`` of shape (n,) as if other groups had none."""
+        inner, out = np.zeros(len(w)), np.empty(len(w))
         with Threads() as run:
-            self.blocks.add_product(rest[None, self.cells], inner[None], run)
-        out[self.cells] += self.units * inner
+            self.blocks.add_product(w[None, self.cells], inner[None], run)
+        out[self.cells] = self.units * inner
         return out
 
 
@@ -129,12 +155,7 @@ class Coarse:
         """Of the cells of an operator."""
         partition = operator.partition
         n = len(partition)
-        size = max(FEWEST, n // COARSE)
-        tree = _boxes(partition, size, 1.6 * size)
-        targets = tree.targets[:, tree.leaves]
-        box = np.empty(n, np.int32)
-        for k, (begin, end) in enumerate(targets.T):
-            box[tree.points[begin:end]] = k
+        box = large_boxes(partition, max(FEWEST, n // COARSE))
         areas = np.bincount(box, partition.areas)
         middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
         squares = _squares(middles / areas, np.sqrt(areas))
@@ -145,6 +166,15 @@ class Coarse:
         """Pressures under the means of settlements over the boxes; settlements less the means."""
         mean = np.bincount(self.box, self.shares * w)
         return self.factors.solve(mean)[self.box], w - mean[self.box]
+
+
+def large_boxes(partition: Partition, size: int) -> ndarray:
+    """The box of each cell, of boxes of about ``size``, (n,)."""
+    tree = _boxes(partition, size, 1.6 * size)
+    box = np.empty(len(partition), np.int32)
+    for k, (begin, end) in enumerate(tree.targets[:, tree.leaves].T):
+        box[tree.points[begin:end]] = k
+    return box
 
 
 def _boxes(partition: Partition, size: int, most: float) -> Quadtree:
@@ -246,16 +276,13 @@ def _choose(starts, items, middle, half, x, places, chosen):
 
 
 def _inverses(
-    operator: InfluenceOperator, cells: ndarray, rows: ndarray, starts: ndarray, items: ndarray
+    operator: Acting, cells: ndarray, rows: ndarray, starts: ndarray, items: ndarray
 ) -> tuple[SparseBlocks, ndarray]:
     """Rows of inverses of what acts nearby, in short integers, and the units of these."""
-    n = len(cells)
-    near = csr_matrix(operator.shape)
-    summation, matrix = operator.summation, np.empty((0, 0))
-    if summation is None:
-        matrix = operator.to_dense()
-    else:
-        known = KnownEntries.from_summation(summation, operator, cells)
+    n, known, near = len(cells), None, csr_matrix(operator.shape)
+    (matrix,) = inputs(operator if isinstance(operator, ndarray) else np.empty((0, 0)))
+    if not isinstance(operator, ndarray) and operator.summation is not None:
+        known = KnownEntries.from_summation(operator.summation, operator, cells)
         if operator.correction is not None:
             near = operator.correction.near[cells][:, cells].tocsr()
     sparse = inputs(near.indptr, near.indices, near.data)
@@ -269,7 +296,7 @@ def _inverses(
             k = slice(first, min(first + 64, piece.stop))
             ends = starts[k.start : k.stop + 1]
             local = np.empty(int(np.sum(np.diff(ends) ** 2)))
-            if summation is None:
+            if known is None:
                 _take(matrix, *inputs(cells, ends, items), local)
             else:
                 _look_up(*inputs(ends, items), known, *room, local)

@@ -1,0 +1,148 @@
+"""Equations with a large dense matrix of settlements: few right-hand sides need no factors.
+
+A product with the matrix takes a thousandth of the time of its factors, and some ten iterations
+lead to rounding errors by an approximate inverse in two levels: small groups of cells with their
+neighbours, then uniform pressures on larger boxes under what that leaves, which the matrix itself
+tells (multiplicative Schwarz: Smith, Bjorstad and Gropp, Domain Decomposition, 1996).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import csr_matrix
+
+from ..grids.partition import Partition
+from ..kernels.compiled import inputs, vectorised
+from ..kernels.once import computed_once
+from ..kernels.threads import Threads
+from .factors import Factors
+from .iterative import solve_many
+from .preconditioner import Groups, large_boxes
+
+#: matrices of so many rows are first tried by iterations, for up to so many right-hand sides
+ITERATED, FEW = 1000, 9
+#: residuals over right-hand sides at which they end, and iterations after which factors are made
+ROUNDING, MOST = 1e-14, 40
+#: cells of a box, about
+BOX = 12
+
+
+@dataclass(frozen=True, eq=False)
+class DenseSolver:
+    """What solves equations with a dense matrix of settlements.
+
+    Attributes
+    ----------
+    matrix : (n, n) array of float
+        Settlement of each collocation point under unit pressure on each cell.
+    inverse : TwoLevels
+        An approximate inverse.
+    """
+
+    matrix: ndarray
+    inverse: "TwoLevels"
+
+    @classmethod
+    def from_matrix(cls, matrix: ndarray, partition: Partition) -> "DenseSolver":
+        """Of the cells of a partition."""
+        return cls(matrix, TwoLevels.from_matrix(matrix, partition))
+
+    @computed_once
+    def factors(self) -> Factors:
+        """Those of the matrix."""
+        return Factors.from_matrix(self.matrix)
+
+    def solve(self, rhs: ndarray) -> ndarray:
+        """Solutions for right-hand sides (n,) or (n, k)."""
+        columns = rhs.reshape(len(rhs), -1)
+        if "factors" not in vars(self) and columns.shape[1] <= FEW:
+            few = FewColumns(self.matrix)
+            found = solve_many(few, columns, ROUNDING, preconditioner=self.inverse, most=MOST)
+            if found.success:
+                return found.solution.reshape(rhs.shape)
+        return self.factors.solve(rhs)
+
+    def __matmul__(self, w: ndarray) -> ndarray:
+        """Approximate solution for a right-hand side (n,)."""
+        return self.inverse @ w
+
+    def condition_number(self, matrix: ndarray) -> float:
+        """As of `Factors`."""
+        return self.factors.condition_number(matrix)
+
+
+@dataclass(frozen=True, eq=False)
+class TwoLevels:
+    """An approximate inverse of a dense matrix of settlements.
+
+    Attributes
+    ----------
+    groups : Groups
+        What answers settlements that vary from cell to cell.
+    means : (nboxes, n) csr_matrix
+        Takes means over boxes.
+    rows : (nboxes, n) array of float
+        Means of the matrix's rows.
+    box : (n,) array of int
+        The box of each cell.
+    coarse : Factors
+        Of mean settlements under unit pressures on boxes.
+    """
+
+    groups: Groups
+    means: csr_matrix
+    rows: ndarray
+    box: ndarray
+    coarse: Factors
+
+    @classmethod
+    def from_matrix(cls, matrix: ndarray, partition: Partition) -> "TwoLevels":
+        """Of the cells of a partition."""
+        box, n = large_boxes(partition, BOX), len(partition)
+        shares = partition.areas / np.bincount(box, partition.areas)[box]
+        means = csr_matrix((shares, (box, np.arange(n))))
+        rows, uniform = means @ matrix, csr_matrix((np.ones(n), (np.arange(n), box)))
+        coarse = Factors.from_matrix(rows @ uniform)
+        return cls(Groups.from_operator(matrix, partition), means, rows, box, coarse)
+
+    def __matmul__(self, w: ndarray) -> ndarray:
+        """Approximate pressures under settlements ``w`` of shape (n,)."""
+        p = self.groups @ w
+        return p + self.coarse.solve(self.means @ w - self.rows @ p)[self.box]
+
+
+@dataclass(frozen=True, eq=False)
+class FewColumns:
+    """A matrix whose entries are read once for all columns, which BLAS does for many only."""
+
+    matrix: ndarray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of rows and columns."""
+        return self.matrix.shape
+
+    def __matmul__(self, q: ndarray) -> ndarray:
+        """The product with an array of shape (n, k)."""
+        out = np.empty((q.shape[1], len(self.matrix)))
+        matrix, columns = inputs(self.matrix, q.T)
+        with Threads() as run:
+            run(lambda k: _multiply(k.start, k.stop, matrix, columns, out), len(out.T), q.size)
+        return out.T
+
+
+@vectorised
+def _multiply(begin, end, matrix, columns, out):
+    """Four rows at a time: a column is read once for them."""
+    last = end - 1
+    for i in range(begin, end, 4):
+        k = i, min(i + 1, last), min(i + 2, last), min(i + 3, last)
+        a, b, c, d = matrix[k[0]], matrix[k[1]], matrix[k[2]], matrix[k[3]]
+        for s in range(columns.shape[0]):
+            q = columns[s]
+            one, two, three, four = 0.0, 0.0, 0.0, 0.0
+            for j in range(q.shape[0]):
+                one, two = one + a[j] * q[j], two + b[j] * q[j]
+                three, four = three + c[j] * q[j], four + d[j] * q[j]
+            out[s, k[0]], out[s, k[1]], out[s, k[2]], out[s, k[3]] = one, two, three, four
