@@ -129,6 +129,8 @@ LAYERS = [
         "operators.fmm.loops",
         "operators.fmm.linear_maps",
         "operators.fmm.assembly",
+        "operators.fmm.near_entries",
+        "operators.fmm.expansions",
         "operators.fmm.dipoles",
         "operators.fmm.summation",
         "operators.entries",

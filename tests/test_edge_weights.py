@@ -172,6 +172,9 @@ def test_load_of_a_cell(name):
     )
     polar_moment = second[0] + second[2]
     of_pieces = np.stack([2 * moments[2, 0], moments[1, 1], 2 * moments[0, 2]])
+    arm = moments[[1, 0], [0, 1]] / partition.areas  # they are about the centroids of the cells
+    assert arm == pytest.approx(weights.centroids - partition.centroids, abs=1e-14)
+    of_pieces -= partition.areas * arm[[0, 0, 1]] * arm[[0, 1, 1]]
     off = np.abs(of_pieces - second) / polar_moment
     assert off[:, on].max() < 0.1
     assert off[:, ~on].max(initial=0.0) < 1e-3

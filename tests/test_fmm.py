@@ -13,7 +13,7 @@ from skfem_dual.elements.polygon_moments import polygon_moments
 from skfem_dual.kernels.compiled import inputs
 from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev
 from skfem_dual.operators.fmm.lists import near_lists
-from skfem_dual.operators.fmm.loops import Clusters, Moments, p2m
+from skfem_dual.operators.fmm.loops import Clusters, Loads, add_multipoles
 from skfem_dual.operators.fmm.quadtree import OFFSETS, Quadtree
 
 
@@ -154,20 +154,22 @@ def test_moments_of_polygons():
 
 
 def test_multipole_expansions_are_integrals_of_the_polynomials():
-    """Of degrees up to that of the moments exactly, by moments alone."""
+    """Of degrees up to that of the moments exactly, by moments alone; dipoles are derivatives."""
     polygons = DualMesh.from_mesh(disc(2)).partition.polygons
     degree, n = 5, len(polygons)
     terms = Chebyshev(degree + 1)
-    loads = polygon_moments(polygons, degree)
-    values = np.empty(terms.terms * n)
     middle, half = np.array([[0.1], [-0.2]]), np.array([1.3])
     disc_of_cells = Clusters(*inputs(np.array([[0], [n]]), middle, half))
-    moments = Moments(*inputs(polygons.centroids, loads))
-    p2m(0, 1, disc_of_cells, moments, *inputs(terms.degrees), np.array([0]), values)
-    # the whole disc is a polygon as well
-    total = values.reshape(-1, n).sum(axis=1)
+    moments = polygon_moments(polygons, degree) / polygons.areas
+    moments = np.array([moments[i, j] / half ** (i + j) for i in range(6) for j in range(6 - i)])
+    loads = Loads(*inputs(polygons.centroids, polygons.areas / np.pi, moments), degree + 1)
+    rng = np.random.default_rng(0)
+    pressures, dipoles = inputs(rng.random((3, n)), rng.random((3, 2, n)))
+    found = np.zeros((3, 2, terms.terms))
+    known = *inputs(np.array([1])), disc_of_cells, loads, terms.order, pressures
+    add_multipoles(0, 1, *known, np.empty((3, 2, 0)), found)
     s, w = np.polynomial.legendre.leggauss(8)
-    expected = np.zeros(terms.terms)
+    expected = np.zeros((3, terms.terms))
     for j in range(n):
         v, c = polygons[j], polygons.centroids[:, j]
         for a, b in zip(v.T - c, np.roll(v, -1, axis=1).T - c, strict=True):
@@ -175,5 +177,12 @@ def test_multipole_expansions_are_integrals_of_the_polynomials():
             r, t = (g.ravel() for g in np.meshgrid((s + 1) / 2, (s + 1) / 2))
             weight = np.outer(w, w).ravel() / 4 * r * cross
             y = c[:, None] + r * (a[:, None] + t * (b - a)[:, None])
-            expected += weight @ polynomials(terms, (y - middle) / half)
-    assert total == pytest.approx(expected, abs=1e-12)
+            integrals = weight @ polynomials(terms, (y - middle) / half)
+            expected += pressures[:, j, None] * integrals
+    assert found[:, 1] == pytest.approx(expected, abs=1e-12)
+    assert not found[:, 0].any()
+    add_multipoles(0, 1, *known, dipoles, found)
+    for i in range(3):
+        step = polygons.centroids + 1e-20j * dipoles[i]
+        slope = polynomials(terms, (step - middle) / half).imag.sum(axis=0) / 1e-20
+        assert found[i, 1] - 2 * expected[i] == pytest.approx(slope, abs=1e-11)

@@ -249,11 +249,12 @@ def test_other_points_take_what_is_known_of_the_cells(name):
         )
 
 
-def test_vectors_one_by_one(monkeypatch):
+def test_vectors_in_blocks(monkeypatch):
     operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], 1e-6, "fast")
-    q = np.random.default_rng(0).random((len(operator.partition), 3))
+    q = np.random.default_rng(0).random((len(operator.partition), 7))
     together = operator @ q
-    monkeypatch.setattr(attempts, "ONE_BY_ONE", 100)
+    assert together[:, 4] == pytest.approx(operator @ q[:, 4], rel=1e-13)
+    monkeypatch.setattr(attempts, "MANY", 100)
     assert operator @ q == pytest.approx(together, rel=1e-13)
 
 

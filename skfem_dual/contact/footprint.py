@@ -126,7 +126,7 @@ class LoadedCells:
         """Cells where slopes make positive pressures negative, (n,) or (n, k) array of bool."""
         out = np.zeros(pressure.shape, dtype=bool)
         if self.slopes is not None:
-            sloped = np.diff(self.slopes.matrix.indptr).reshape(2, -1).any(axis=0)
+            sloped = self.slopes.sloped
             out[sloped] = ((pressure <= 0) | (self.slopes.lowest(pressure) < 0))[sloped]
         return out
 

@@ -6,10 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import block_diag, csr_matrix, vstack
 
 from ..elements.edge_weights import EdgeWeights, Factors
-from ..elements.slopes import Slopes
+from ..elements.slopes import Around, Slopes
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import Polygons, readonly
@@ -113,19 +112,15 @@ def _union_of_weights(parts: Sequence[LoadedCells], partition: Partition) -> Edg
 
 def _union_of_slopes(parts: Sequence[LoadedCells], weights: EdgeWeights) -> Slopes:
     """Parts without slopes have none here, and none take theirs from another part."""
-    along_x, along_y, moments = [], [], []
+    around, moments = [], []
     for part in parts:
-        n = len(part)
-        if part.slopes is None:
-            along_x.append(csr_matrix((n, n)))
-            along_y.append(csr_matrix((n, n)))
-            moments.append(np.zeros((2, 2, n)))
-            continue
-        along_x.append(part.slopes.matrix[:n])
-        along_y.append(part.slopes.matrix[n:])
-        moments.append(part.slopes.second_moments)
-    matrix = vstack([block_diag(along_x), block_diag(along_y)], format="csr")
-    return Slopes(weights.partition, weights, matrix, readonly(np.concatenate(moments, axis=2)))
+        slopes, n = part.slopes, len(part)
+        if slopes is None:
+            slopes = Slopes.from_partition(part.partition).without(np.ones(n, dtype=bool))
+        around.append(slopes.around)
+        moments.append(np.zeros((2, 2, n)) if part.slopes is None else slopes.second_moments)
+    known = Around.together(around), readonly(np.concatenate(moments, axis=2))
+    return Slopes(weights.partition, weights, *known)
 
 
 @dataclass(frozen=True, eq=False)

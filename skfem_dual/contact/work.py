@@ -251,7 +251,7 @@ class Work:
         slopes = self.problem.cells.slopes
         if slopes is None:
             return np.zeros((pressures.shape[1], 2, len(pressures)))
-        return (slopes.matrix @ pressures).T.reshape(-1, 2, len(pressures))
+        return slopes.of_rows(pressures.T)
 
     def _settled(self, pressures: ndarray, flat: ndarray | None, full: bool) -> ndarray:
         """Settlement of the sectors under some pressures, shape (m, nsectors)."""

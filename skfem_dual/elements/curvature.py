@@ -50,7 +50,7 @@ class Curvature(NamedTuple):
     def of(cls, slopes: Slopes, pressure: ndarray) -> Self:
         """Where cells have ``slopes``, under mean pressures of shape (n,), none negative."""
         partition, n = slopes.partition, len(pressure)
-        own = np.diff(slopes.matrix.indptr).reshape(2, -1).any(axis=0)
+        own = slopes.sloped
         cell, other = _rings(slopes, own)
         xx, xy, yy = partition.polygons.second_moments / partition.areas
         spread, size = np.array([xx, xy, yy]), np.sqrt(partition.areas)[cell]

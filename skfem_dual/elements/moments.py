@@ -55,16 +55,6 @@ class Multipoles:
                 moments[i, some, own] += weights.moments[i, some, number]
         return cls(partition.centroids[:, cells], moments)
 
-    def of(self, cells: ndarray) -> Self:
-        """Those of some cells."""
-        return type(self)(self.centres[:, cells], self.moments[..., cells])
-
-    @classmethod
-    def from_weights(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
-        """For the remainder: about the centroids of the pressure."""
-        centres = partition.centroids if weights is None else weights.centroids
-        return cls(centres, pressure_moments(partition, weights, DEGREE))
-
 
 class Series(NamedTuple):
     """What edge-weighted cells add outside of circles around them, as kernels take it.
@@ -140,13 +130,10 @@ def along_arms(f, x, y, xx, xy, terms, k):
 
 
 def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: int) -> ndarray:
-    """As `polygon_moments`, but of edge-weighted cells those of their `Pieces`, about the centroid
-    of their pressure."""
+    """As `polygon_moments`, but of edge-weighted cells those of their `Pieces`."""
     if weights is None:
         return polygon_moments(partition.polygons, degree)
-    out = load_moments(Pieces.from_partition(partition, weights), weights.centroids, degree)
-    out[1:2, 0] = out[0, 1:2] = 0.0  # about that centroid they vanish
-    return out
+    return load_moments(Pieces.from_partition(partition, weights), partition.centroids, degree)
 
 
 def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:

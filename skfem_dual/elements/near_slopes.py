@@ -58,7 +58,7 @@ class NearSlopes(NamedTuple):
             _less_dipoles(coefficient, near.column, near.pairs.x, *known, near.sums, values)
             starts[1:] += np.bincount(near.pairs.points, minlength=m)
             parts.append((near.pairs.points, near.column.astype(np.int32), values))
-        np.cumsum(starts, out=starts)
+        starts = np.cumsum(starts).astype(np.int32)
         cells, values = np.empty(starts[-1], np.int32), np.empty((2, starts[-1]), dtype)
         place = starts[:-1].copy()
         while parts:
@@ -68,7 +68,7 @@ class NearSlopes(NamedTuple):
     def at(self, i: ndarray) -> Self:
         """Of the points with the numbers ``i`` only."""
         counts = np.diff(self.starts)[i]
-        starts = np.concatenate([[0], np.cumsum(counts)])
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         some = np.arange(starts[-1]) + np.repeat(self.starts[i] - starts[:-1], counts)
         return type(self)(*inputs(starts, self.cells[some], self.values[:, some]))
 

@@ -147,9 +147,12 @@ class SlopeCorrection:
         """At the points with the numbers ``i`` only."""
         return replace(self, x=np.ascontiguousarray(self.x[:, i]), near=self.near.at(i))
 
-    def dipoles(self, slopes: ndarray) -> ndarray:
-        """Those of slopes, both of shape (s, 2, n)."""
-        return np.einsum("ijn,sjn->sin", self.second_moments, slopes)
+    def dipoles(self, slopes: ndarray, order: ndarray | None = None) -> ndarray:
+        """Those of slopes, both of shape (s, 2, n), of the cells in an ``order``."""
+        order = np.arange(slopes.shape[2]) if order is None else order
+        out = np.empty_like(slopes)
+        _put_dipoles(*inputs(self.second_moments, slopes, order), out)
+        return out
 
     @property
     def _circles(self) -> Circles:
@@ -175,7 +178,16 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        self.add(matrix, sign * slopes.matrix)
+        if len(matrix) > ROWS or len(self.areas) <= FEW:
+            self.add(matrix, sign * slopes.matrix)
+            return
+        matrix += sign * slopes.transposed(np.array([self._field(i) for i in range(len(matrix))]))
+
+    def _field(self, i: int) -> ndarray:
+        """Settlements of a point under unit slopes of all cells, (2, n)."""
+        (x, moments), field = inputs(self.x, self.second_moments), np.empty((2, len(self.areas)))
+        _field(i, x, self._circles, self.fall, moments, self.near, field)
+        return field
 
     def to_dense(self) -> ndarray:
         """Settlements under unit slopes along x of all cells, then along y; shape (m, 2 n)."""
@@ -188,13 +200,6 @@ class SlopeCorrection:
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        if x.shape[1] <= ROWS and len(self.areas) > FEW:
-            to_pressures = slopes.T
-            field = np.empty((2, len(self.areas)))
-            for i, row in enumerate(matrix):
-                _field(i, x, circles, self.fall, moments, self.near, field)
-                row += to_pressures @ field.ravel()
-            return
         rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
 
@@ -225,6 +230,17 @@ def _fall(r2, square, fall):
         rest = square_value(fall.rest.coefficients, fall.rest.first, u)
         out += fall.factor * rest * (2 - r2 / u)
     return out
+
+
+@compiled
+def _put_dipoles(moments, slopes, order, out):
+    """Dipoles of cells in an order under slopes of shape (s, 2, n)."""
+    for s in range(slopes.shape[0]):
+        for k in range(order.shape[0]):
+            j = order[k]
+            x, y = slopes[s, 0, j], slopes[s, 1, j]
+            out[s, 0, k] = moments[0, 0, j] * x + moments[0, 1, j] * y
+            out[s, 1, k] = moments[1, 0, j] * x + moments[1, 1, j] * y
 
 
 @vectorised

@@ -12,8 +12,9 @@ Source: T. J. Barth and D. C. Jespersen, The design and application of upwind sc
 unstructured meshes, AIAA Paper 89-0366 (1989), for linear functions from means of cells.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
@@ -23,12 +24,70 @@ from scipy.spatial import cKDTree
 
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.compiled import compiled, inlined, inputs
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.once import computed_once
+from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
+#: nanoseconds that the slope of a cell takes, about
+CELL = 100
+
+
+class Around(NamedTuple):
+    """Cells around each, and what planes through their pressures depend on, as kernels take it.
+
+    Attributes
+    ----------
+    starts : (n + 1,) array of int
+        Where those of each cell begin; it has no slope if there are none.
+    columns : (k,) array of int
+        They and the cell itself, ascending.
+    centroids, y : (2, n) array of float
+        Centroids of the cells, and of w in them.
+    mean : (n,) array of float
+        Means of w.
+    weighted : (n,) array of bool
+        Cells that compare means of w.
+    """
+
+    starts: ndarray
+    columns: ndarray
+    centroids: ndarray
+    y: ndarray
+    mean: ndarray
+    weighted: ndarray
+
+    @classmethod
+    def of(cls, partition: Partition, weights: EdgeWeights | None) -> Self:
+        """Those that share a vertex."""
+        n, polygons = len(partition), partition.polygons
+        vertices = inputs(_places(partition)[polygons.indices], polygons.offsets)
+        y, mean, weighted = partition.centroids, np.ones(n), np.zeros(n, dtype=bool)
+        if weights is not None:
+            y, mean, weighted = weights.centroids, weights.mean, weights.weighted
+        known, starts = inputs(partition.centroids, y, mean, weighted), np.zeros(n + 1, np.int64)
+        columns = _around(*vertices, polygons.p.shape[1], *known[2:], starts)
+        return cls(*inputs(starts.astype(np.int32), columns), *known)
+
+    @classmethod
+    def together(cls, parts: Sequence[Self]) -> Self:
+        """Of some cells and others, none of which are around these."""
+        first = np.cumsum([0, *(len(part.mean) for part in parts)])
+        begin = np.cumsum([0, *(len(part.columns) for part in parts)])
+        ends = [part.starts[1:] + k for part, k in zip(parts, begin)]
+        columns = [part.columns + np.int32(k) for part, k in zip(parts, first)]
+        others = (np.concatenate(arrays, axis=-1) for arrays in list(zip(*parts))[2:])
+        starts = np.concatenate([[0], *ends]).astype(np.int32)
+        return cls(*inputs(starts, np.concatenate(columns), *others))
+
+    def without(self, cells: ndarray) -> Self:
+        """With none around some cells, given as (n,) array of bool."""
+        counts = np.where(cells, 0, np.diff(self.starts))
+        columns = self.columns[~np.repeat(cells, np.diff(self.starts))]
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        return self._replace(**dict(zip(("starts", "columns"), inputs(starts, columns))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,33 +100,44 @@ class Slopes:
         The cells.
     weights : EdgeWeights or None
         The law of the edge; None if w is constant in all cells.
-    matrix : (2 n, n) csr_matrix
-        Takes mean pressures to slopes along x of all cells, then along y.
+    around : Around
+        The cells from whose pressures slopes follow.
     second_moments : (2, 2, n) array of float
         Integrals of ``w / mean(w)`` times products of the coordinates from y.
     """
 
     partition: Partition
     weights: EdgeWeights | None
-    matrix: csr_matrix
+    around: Around
     second_moments: ndarray
 
     @classmethod
     def from_weights(cls, weights: EdgeWeights) -> Self:
         """Of all cells, from those around them."""
         own = weights.partition
-        return cls(own, weights, _slope_matrix(own, weights), weights.second_moments)
+        return cls(own, weights, Around.of(own, weights), weights.second_moments)
 
     @classmethod
     def from_partition(cls, partition: Partition) -> Self:
         """Of cells in which w is constant."""
         moments = partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
-        return cls(partition, None, _slope_matrix(partition, None), readonly(moments))
+        return cls(partition, None, Around.of(partition, None), readonly(moments))
 
     @property
     def centroids(self) -> ndarray:
         """Those of w in the cells, shape (2, n)."""
         return self.partition.centroids if self.weights is None else self.weights.centroids
+
+    @computed_once
+    def matrix(self) -> csr_matrix:
+        """Takes mean pressures to slopes along x of all cells, then along y, (2 n, n); of many
+        cells it takes far more memory than what it is made of, see `of`."""
+        starts, columns, *_ = self.around
+        values = np.empty((2, len(columns)))
+        _fill(self.around, values)
+        starts = np.append(starts, starts[1:] + len(columns))
+        shape = 2 * len(self.partition), len(self.partition)
+        return csr_matrix((values.ravel(), np.tile(columns, 2), starts), shape=shape)
 
     @property
     def along(self) -> tuple[csr_matrix, csr_matrix]:
@@ -75,34 +145,47 @@ class Slopes:
         n = self.matrix.shape[1]
         return self.matrix[:n], self.matrix[n:]
 
+    @property
+    def sloped(self) -> ndarray:
+        """Whether each cell has a slope, (n,) array of bool."""
+        return np.diff(self.around.starts) > 0
+
     def of(self, pressure: ndarray) -> ndarray:
         """Slopes under mean pressures of shape (n,) or (n, k), shape (2, n) or (2, n, k)."""
-        return (self.matrix @ pressure).reshape(2, *pressure.shape)
+        rows = self.of_rows(pressure.reshape(len(pressure), -1).T)
+        return rows.transpose(1, 2, 0).reshape(2, *pressure.shape)
+
+    def of_rows(self, pressures: ndarray) -> ndarray:
+        """The same, from (k, n) to (k, 2, n)."""
+        (given,) = inputs(np.asarray(pressures, float))
+        out = np.zeros((len(given), 2, given.shape[1]))
+        with Threads() as run:
+            run(lambda k: _slopes(k.start, k.stop, self.around, given, out), given.shape[1], CELL)
+        return out
 
     def without(self, cells: ndarray) -> "Slopes":
         """With no slope in some cells, given as (n,) array of bool."""
-        counts = np.diff(self.matrix.indptr)
-        left_out = np.tile(cells, 2)
-        kept = ~np.repeat(left_out, counts)
-        starts = np.concatenate([[0], np.cumsum(np.where(left_out, 0, counts))])
-        rows = self.matrix.data[kept], self.matrix.indices[kept], starts
-        return replace(self, matrix=csr_matrix(rows, shape=self.matrix.shape))
+        return replace(self, around=self.around.without(cells))
+
+    def transposed(self, fields: ndarray) -> ndarray:
+        """The transpose of the matrix times ``fields`` of shape (k, 2, n), shape (k, n)."""
+        out = np.zeros((len(fields), fields.shape[2]))
+        _transposed(self.around, *inputs(fields), out)
+        return out
 
     @computed_once
     def first_moments(self) -> ndarray:
         """Integrals of what unit pressures add by slopes, times x and y; shape (2, n)."""
-        n = self.matrix.shape[1]
-        ones = self.second_moments.reshape(2, 2 * n)
-        return readonly((self.matrix.T @ ones.T).T)
+        return self.transposed(self.second_moments)
 
     def lowest(self, pressure: ndarray) -> ndarray:
         """Least value of ``q + g . (x - y)`` in each cell, shape (n,) or (n, k): where it is
         negative the pressure changes its sign."""
-        polygons = self.partition.polygons
-        cell = np.repeat(np.arange(len(polygons)), polygons.sizes)
-        arm = polygons.p[:, polygons.indices] - self.centroids[:, cell]
-        rise = np.einsum("iv...,iv->v...", self.of(pressure)[:, cell], arm)
-        return pressure + np.minimum.reduceat(rise, polygons.offsets[:-1])
+        polygons, columns = self.partition.polygons, pressure.reshape(len(pressure), -1).T
+        out = np.array(columns, float)
+        outlines = inputs(polygons.p, polygons.indices, polygons.offsets, self.centroids)
+        _lower(*outlines, self.of_rows(columns), out)
+        return out.T.reshape(pressure.shape)
 
 
 def _places(partition: Partition) -> ndarray:
@@ -115,29 +198,6 @@ def _places(partition: Partition) -> ndarray:
         return np.arange(p.shape[1])
     same = csr_matrix((np.ones(len(a)), (a, b)), shape=(p.shape[1], p.shape[1]))
     return connected_components(same, directed=False)[1]
-
-
-def _slope_matrix(partition: Partition, weights: EdgeWeights | None) -> csr_matrix:
-    n, polygons = len(partition), partition.polygons
-    vertices = inputs(_places(partition)[polygons.indices], polygons.offsets)
-    y, mean, weighted = partition.centroids, np.ones(n), np.zeros(n, dtype=bool)
-    if weights is not None:
-        weighted, mean = weights.weighted, weights.mean
-        y = weights.centroids
-    given = inputs(partition.centroids, y, mean, weighted)
-    starts, columns, values = _rows(*vertices, polygons.p.shape[1], *given)
-    starts = np.append(starts, starts[1:] + len(columns))
-    return csr_matrix((values.ravel(), np.tile(columns, 2), starts), shape=(2 * n, n))
-
-
-@compiled
-def _rows(places, offsets, npoints, centroids, y, mean, weighted):
-    """Rows of the matrix of slopes, of which those along x and along y have the same columns."""
-    starts = np.zeros(offsets.shape[0], np.int64)
-    columns = _around(places, offsets, npoints, mean, weighted, starts)
-    values = np.empty((2, len(columns)))
-    _fill(columns, starts, centroids, y, mean, weighted, values)
-    return starts, columns, values
 
 
 @compiled
@@ -180,33 +240,97 @@ def _around(places, offsets, npoints, mean, weighted, starts):
 
 
 @compiled
-def _fill(columns, starts, centroids, y, mean, weighted, values):
-    """Values of the matrix of slopes along x and along y."""
+def _room(starts):
+    """Room for the cells around any."""
+    widest = 1
     for i in range(starts.shape[0] - 1):
-        begin, end = starts[i], starts[i + 1]
-        c = y if weighted[i] else centroids
-        xx, xy, yy = 0.0, 0.0, 0.0
-        for k in range(begin, end):
-            ax, ay = c[0, columns[k]] - c[0, i], c[1, columns[k]] - c[1, i]
-            xx, xy, yy = xx + ax * ax, xy + ax * ay, yy + ay * ay
-        xx, xy, yy = _pseudoinverse(xx, xy, yy)
-        own, own_x, own_y = begin, 0.0, 0.0
-        for k in range(begin, end):
-            j = columns[k]
-            ax, ay = c[0, j] - c[0, i], c[1, j] - c[1, i]
-            gx, gy = xx * ax + xy * ay, xy * ax + yy * ay
-            own_x, own_y = own_x - gx, own_y - gy
-            ratio = mean[i] / mean[j] if weighted[i] else 1.0
-            values[0, k], values[1, k] = gx * ratio, gy * ratio
-            if j == i:
-                own = k
-        values[0, own], values[1, own] = own_x, own_y
+        widest = max(widest, starts[i + 1] - starts[i])
+    return np.empty(widest), np.empty(widest)
+
+
+@inlined
+def _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy):
+    """Put what the slope of a cell along x and along y takes from the cells around it; returns
+    where these begin and how many they are."""
+    begin, width, own = starts[i], starts[i + 1] - starts[i], 0
+    xx, xy, yy = 0.0, 0.0, 0.0
+    for k in range(width):
+        j = columns[begin + k]
+        if weighted[i]:
+            ax, ay = y[0, j] - y[0, i], y[1, j] - y[1, i]
+        else:
+            ax, ay = centroids[0, j] - centroids[0, i], centroids[1, j] - centroids[1, i]
+        xx, xy, yy = xx + ax * ax, xy + ax * ay, yy + ay * ay
+        gx[k], gy[k] = ax, ay
+        if j == i:
+            own = k
+    xx, xy, yy = _pseudoinverse(xx, xy, yy)
+    own_x, own_y = 0.0, 0.0
+    for k in range(width):
+        ax, ay = gx[k], gy[k]
+        gx[k], gy[k] = xx * ax + xy * ay, xy * ax + yy * ay
+        own_x, own_y = own_x - gx[k], own_y - gy[k]
+    if weighted[i]:
+        for k in range(width):
+            ratio = mean[i] / mean[columns[begin + k]]
+            gx[k], gy[k] = gx[k] * ratio, gy[k] * ratio
+    gx[own], gy[own] = own_x, own_y
+    return begin, width
+
+
+@compiled
+def _fill(around, values):
+    """Values of the matrix of slopes along x and along y."""
+    starts, columns, centroids, y, mean, weighted = around
+    gx, gy = _room(starts)
+    for i in range(starts.shape[0] - 1):
+        begin, width = _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy)
+        values[0, begin : begin + width], values[1, begin : begin + width] = gx[:width], gy[:width]
+
+
+@vectorised
+def _slopes(first, last, around, pressures, out):
+    """Put slopes of some cells under pressures (s, n), shape (s, 2, n)."""
+    starts, columns, centroids, y, mean, weighted = around
+    gx, gy = _room(starts[first : last + 1])
+    for i in range(first, last):
+        begin, width = _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy)
+        for s in range(pressures.shape[0]):
+            along_x, along_y = 0.0, 0.0
+            for k in range(width):
+                q = pressures[s, columns[begin + k]]
+                along_x, along_y = along_x + gx[k] * q, along_y + gy[k] * q
+            out[s, 0, i], out[s, 1, i] = along_x, along_y
+
+
+@compiled
+def _transposed(around, fields, out):
+    """Add the transpose of the matrix of slopes times ``fields`` (s, 2, n) to (s, n)."""
+    starts, columns, centroids, y, mean, weighted = around
+    gx, gy = _room(starts)
+    for i in range(starts.shape[0] - 1):
+        begin, width = _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy)
+        for k in range(width):
+            for s in range(fields.shape[0]):
+                out[s, columns[begin + k]] += gx[k] * fields[s, 0, i] + gy[k] * fields[s, 1, i]
+
+
+@compiled
+def _lower(p, indices, offsets, centroids, slopes, out):
+    """Add the least rise in each cell under slopes (s, 2, n) to (s, n)."""
+    for s in range(slopes.shape[0]):
+        for j in range(offsets.shape[0] - 1):
+            least = np.inf
+            for point in indices[offsets[j] : offsets[j + 1]]:
+                dx, dy = p[0, point] - centroids[0, j], p[1, point] - centroids[1, j]
+                least = min(least, slopes[s, 0, j] * dx + slopes[s, 1, j] * dy)
+            out[s, j] += least
 
 
 @inlined
 def _pseudoinverse(xx, xy, yy):
     """Of a symmetric matrix that is not negative."""
-    half = np.hypot((xx - yy) / 2, xy)
+    half = np.sqrt((xx - yy) ** 2 / 4 + xy * xy)
     most = (xx + yy) / 2 + half
     least = max(most - 2 * half, 0.0)
     if most == 0.0:

@@ -1,6 +1,8 @@
 """The corners of a triangulation and their order around each node."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy import ndarray
@@ -66,17 +68,27 @@ class Corners:
 
         0 at the first node of the facet, 1 at the second; 1/2 on the boundary.
         """
-        mesh = self.mesh
-        inner = np.nonzero(mesh.f2t[1] != -1)[0]
-        a, d = mesh.p[:, mesh.facets[0, inner]], mesh.p[:, mesh.facets[1, inner]]
-        first, second = (self.barycentres[:, side] - a for side in mesh.f2t[:, inner])
+        every = np.arange(self.mesh.nfacets)
+        return self._parameters(every, lambda elements: self.barycentres[:, elements])
+
+    def _parameters(self, facets: ndarray, barycentres: Callable[[ndarray], ndarray]) -> ndarray:
+        """Those of some facets by the barycentres of some triangles."""
+        mesh, s = self.mesh, np.full(len(facets), 0.5)
+        inner = np.nonzero(mesh.f2t[1, facets] != -1)[0]
+        facets = facets[inner]
+        a, d = mesh.p[:, mesh.facets[0, facets]], mesh.p[:, mesh.facets[1, facets]]
+        first, second = (barycentres(side) - a for side in mesh.f2t[:, facets])
         d = (d - a) * self._unit  # fourth powers follow
         first, second = first * self._unit, second * self._unit
         height, other = (np.abs(d[0] * c[1] - d[1] * c[0]) for c in (first, second))
         along, beyond = (d[0] * c[0] + d[1] * c[1] for c in (first, second))
-        s = np.full(mesh.nfacets, 0.5)
         s[inner] = (other * along + height * beyond) / ((height + other) * (d[0] ** 2 + d[1] ** 2))
         return s
+
+    def crossings_of(self, facets: ndarray) -> ndarray:
+        """Where that is on some facets, shape (2, k)."""
+        start, end = (self.mesh.p[:, node] for node in self.mesh.facets[:, facets])
+        return start + self._parameters(facets, partial(barycentres, self.mesh)) * (end - start)
 
     @property
     def triangle(self) -> ndarray:
@@ -129,7 +141,7 @@ def signed_areas(p: ndarray, t: ndarray) -> ndarray:
     return (a[0] * b[1] - a[1] * b[0]) / 2
 
 
-def barycentres(mesh: MeshTri) -> ndarray:
-    """Barycentre of each triangle, shape (2, ntriangles)."""
-    a, b, c = (mesh.p[:, vertex] for vertex in mesh.t)
+def barycentres(mesh: MeshTri, elements: ndarray | slice = slice(None)) -> ndarray:
+    """Barycentre of each triangle, all or some, shape (2, ntriangles)."""
+    a, b, c = (mesh.p[:, vertex] for vertex in mesh.t[:, elements])
     return a + ((b - a) + (c - a)) / 3

@@ -42,8 +42,6 @@ class DualMesh:
         The primal triangulation, a read-only copy.
     partition : Partition
         The dual cells; cell ``i`` belongs to node ``i`` of the mesh.
-    crossings : (2, nfacets) array of float
-        Where each primal facet meets its corresponded rib; the middle of a boundary facet.
 
     Examples
     --------
@@ -62,7 +60,6 @@ class DualMesh:
 
     mesh: MeshTri
     partition: Partition
-    crossings: ndarray
 
     @classmethod
     def from_mesh(cls, mesh: MeshTri) -> "DualMesh":
@@ -93,13 +90,14 @@ class DualMesh:
             _boundaries=user_tags(mesh.boundaries) or None,
             _subdomains=user_tags(mesh.subdomains) or None,
         )
-        corners = Corners(mesh)
-        require(dual_conditions(corners))
         mesh.doflocs.setflags(write=False)
         mesh.t.setflags(write=False)
-        start, end = (mesh.p[:, node] for node in mesh.facets)
-        crossings = start + corners.crossing_parameters * (end - start)
-        return cls(mesh, _dual_partition(corners, crossings), readonly(crossings))
+        corners = Corners(mesh)
+        require(dual_conditions(corners))
+        partition = _dual_partition(corners)
+        # the mesh is kept: long integers of numpy, and columns that the cells of ribs have too
+        mesh._t2f, mesh._facets = readonly(mesh.t2f, np.int32), partition.f2c[:, : mesh.nfacets]
+        return cls(mesh, partition)
 
     def lines(self) -> list[str]:
         """The census of the grid, line by line."""
@@ -154,6 +152,12 @@ class DualMesh:
         facets = np.arange(self.facets.shape[1], dtype=np.int32)
         return readonly(np.where(facets < self.mesh.nfacets, facets, -1))
 
+    @computed_once
+    def crossings(self) -> ndarray:
+        """Where each primal facet meets its corresponded rib, shape (2, nfacets); the middle of a
+        boundary facet."""
+        return Corners(self.mesh).crossings_of(np.arange(self.mesh.nfacets))
+
     @property
     def areas(self) -> ndarray:
         """Area of each dual cell."""
@@ -203,6 +207,13 @@ class DualMesh:
     def refinement_nodes(self) -> ndarray:
         """Nodes of the common refinement, shape (2, k)."""
         return np.hstack([self.mesh.p, self.crossings, self.p[:, : self.mesh.nelements]])
+
+    def some_refinement_nodes(self, numbers: ndarray) -> ndarray:
+        """Those with the ``numbers``, ascending, only."""
+        n, m = len(self), len(self) + self.mesh.nfacets
+        first, facets, last = np.split(numbers, np.searchsorted(numbers, [n, m]))
+        crossings = Corners(self.mesh).crossings_of(facets - n)
+        return np.hstack([self.mesh.p[:, first], crossings, self.p[:, last - m]])
 
     def refined_triangles(self, elements: ndarray) -> ndarray:
         """Triangles of the common refinement in some triangles of the mesh, six in each."""
@@ -266,7 +277,7 @@ class DualMesh:
         return CellwiseBasis(self, "primal", intorder=intorder)
 
 
-def _dual_partition(corners: Corners, crossings: ndarray) -> Partition:
+def _dual_partition(corners: Corners) -> Partition:
     """The dual cells of a mesh that satisfies `dual_conditions`."""
     mesh = corners.mesh
     n, m = mesh.p.shape[1], mesh.nelements
@@ -277,8 +288,9 @@ def _dual_partition(corners: Corners, crossings: ndarray) -> Partition:
     opposite = mesh.facets[:, boundary].sum(axis=0) - onset
     # nodes: barycentres, middles of boundary facets, boundary nodes in the order of `onset`
     nb = len(boundary)
-    middle, rank = m + np.arange(nb), m + nb + np.arange(nb)
-    p = np.hstack([corners.barycentres, crossings[:, boundary], mesh.p[:, onset]])
+    middle, rank = m + np.arange(2 * nb, dtype=np.int32).reshape(2, -1)
+    middles = corners.crossings_of(boundary)
+    p = np.hstack([corners.barycentres, middles, mesh.p[:, onset]])
 
     on_boundary = np.zeros(n, dtype=bool)
     on_boundary[onset] = True
@@ -310,7 +322,7 @@ def _dual_partition(corners: Corners, crossings: ndarray) -> Partition:
         ends = np.stack([node[corner], middle])
         halves.append(np.where(away, ends, ends[::-1]))
     facets = np.hstack([np.stack([begin, end]), *halves])
-    outside = np.full(2 * nb, -1)
+    outside = np.full(2 * nb, -1, np.int32)
     f2c = np.hstack([mesh.facets, np.stack([mesh.facets[:, boundary].ravel(), outside])])
-    on = np.concatenate([np.full(mesh.nfacets, -1), boundary, boundary])
+    on = np.concatenate([np.full(mesh.nfacets, -1, np.int32), boundary, boundary], dtype=np.int32)
     return Partition(Polygons(p, indices, offsets), facets, f2c, mesh.p, on)

@@ -45,12 +45,10 @@ class Fan:
     @classmethod
     def from_basis(cls, basis: CellBasis, cells: ndarray | None = None) -> "Fan":
         """Of a basis that is a partition, see `Partition.from_basis`; of ``cells`` only."""
-        if not isinstance(basis, CellwiseBasis):
-            fan = cls.from_mesh(basis.mesh, cells)
-        elif basis.grid == "dual":
-            fan = cls.from_dual(basis.dual, cells)
-        else:
-            fan = cls.from_mesh(basis.dual.mesh, cells)
+        if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
+            return cls.from_dual(basis.dual, cells)
+        mesh = basis.dual.mesh if isinstance(basis, CellwiseBasis) else basis.mesh
+        fan = cls.from_mesh(mesh, cells)
         return fan if cells is None else fan._compact()
 
     @classmethod
@@ -64,7 +62,12 @@ class Fan:
         t = dual.refined_triangles(elements)
         own = wanted[t[0]]  # the first vertex is the node in the cell
         t, element = t[:, own], np.repeat(elements, 6)[own]
-        return cls._sorted(dual.refinement_nodes, t, t[0], element)
+        if cells is None:
+            return cls._sorted(dual.refinement_nodes, t, t[0], element)
+        numbers, compact = np.unique(t, return_inverse=True)
+        p = dual.some_refinement_nodes(numbers)
+        fan = cls._sorted(p, compact.reshape(t.shape), t[0], element)
+        return replace(fan, numbers=readonly(numbers, np.int32))
 
     @classmethod
     def from_refinement(cls, dual: DualMesh) -> "Fan":

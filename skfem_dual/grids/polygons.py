@@ -14,7 +14,10 @@ from ..kernels.once import computed_once
 
 
 def readonly(a: ArrayLike, dtype: DTypeLike | None = None) -> ndarray:
-    """A C-contiguous, read-only copy of ``a``."""
+    """A C-contiguous, read-only copy of ``a``, or ``a`` itself if it is one already."""
+    if isinstance(a, ndarray) and a.flags.owndata and not a.flags.writeable:  # noqa: SIM102
+        if a.flags.c_contiguous and dtype in (None, a.dtype):
+            return a
     out = np.array(a, dtype=dtype, order="C")
     out.setflags(write=False)
     return out

@@ -14,13 +14,15 @@ from ..ground.periodic import PeriodicGround
 from .dense import moment_matrix
 from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
-from .resources import ONE_BY_ONE
 from .toeplitz import BlockToeplitz
 
 #: the error of sampled rows in the 2-norm may be so many times the tolerance
 ROWS = 10.0
 #: tolerance of a first attempt with a remainder beside c / r
 REMAINDER = 0.4
+#: of more cells than the first no more vectors than the second are multiplied together: what is
+#: between takes memory
+MANY, BLOCK = 500_000, 3
 #: attempts to reach a tolerance
 ATTEMPTS = 4
 
@@ -109,8 +111,8 @@ def product(entries: Entries, kept: Kept, q: ndarray, rough: bool = False) -> nd
     """Settlements under pressures of shape (n,) or (n, k)."""
     if isinstance(kept, (ndarray, BlockToeplitz)):
         return kept @ q
-    if q.ndim == 2 and len(q) > ONE_BY_ONE:
-        return np.stack([product(entries, kept, column, rough) for column in q.T], axis=1)
-    if entries.slopes is None:
-        return entries.summed(kept, q, None, rough)
-    return entries.summed(kept, q, entries.slopes.matrix @ q, rough)
+    if q.ndim == 2 and q.shape[1] > BLOCK and len(q) > MANY:
+        blocks = [q[:, k : k + BLOCK] for k in range(0, q.shape[1], BLOCK)]
+        return np.hstack([product(entries, kept, block, rough) for block in blocks])
+    slopes = None if entries.slopes is None else entries.slopes.of_rows
+    return entries.summed(kept, q, slopes, rough)

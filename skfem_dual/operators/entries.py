@@ -138,11 +138,15 @@ class Entries:
         return out
 
     def summed(
-        self, fast: FastSummation, q: ndarray, slopes: ndarray | None, rough: bool = False
+        self,
+        fast: FastSummation,
+        q: ndarray,
+        slopes: Callable[[ndarray], ndarray] | None,
+        rough: bool = False,
     ) -> ndarray:
         """Settlements under mean pressures (n,) or (n, k) by a fast summation.
 
-        Slopes are of shape (2 n,) or (2 n, k), along x of all cells, then along y; ``rough`` as of
+        ``slopes`` takes them, as (k, n), to slopes, as `Slopes.of_rows` does; ``rough`` as of
         `FastSummation.apply`.
         """
         columns = q.reshape(len(q), -1)
@@ -150,11 +154,10 @@ class Entries:
         if self.correction is not None:
             settled += (self.correction.near @ columns).T
         if slopes is not None and self.sloping is not None:
-            each = np.ascontiguousarray(slopes.reshape(2 * len(q), -1).T).reshape(-1, 2, len(q))
-            del slopes  # gives back its memory first
+            each = slopes(columns.T)
             self.sloping.near.add_product(each, settled)
-            dipoles = self.sloping.dipoles(each)
-            del each
+            dipoles = self.sloping.dipoles(each, fast.tree.cells)
+            del each  # gives back its memory first
         settled += fast.apply(columns.T, dipoles, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
@@ -215,8 +218,9 @@ class Sample:
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
-        q = np.ones((self.rows.shape[1], 3))
-        q[:, 1:] = np.random.default_rng(0).choice([-1.0, 1.0], (len(q), 2))
-        uniform, *mixed = (product(q)[self.numbers] - self.rows @ q).T
+        rng, n = np.random.default_rng(0), self.rows.shape[1]
+        q = (np.ones(n), *rng.choice([-1.0, 1.0], (2, n)))
+        # one by one, as single precision will not do: that takes less memory
+        uniform, *mixed = (product(v)[self.numbers] - self.rows @ v for v in q)
         squares = np.sum(np.square(mixed), axis=0) / 2 / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -43,12 +43,17 @@ class FlattenedOperator:
 
     def __matmul__(self, pressure: ndarray) -> ndarray:
         """Product with pressures of shape (n,) or (n, k)."""
-        if self.operator.summation is not None and self.operator.slopes is not None:
-            slopes = (self.operator.slopes.matrix - self.left_out.matrix) @ pressure
-            return self.operator.with_slopes(pressure, slopes)
+        if self.operator.summation is not None and self._left is not None:
+            return self.operator.with_slopes(pressure, self._left.of_rows)
         if pressure.ndim == 2:
             return np.stack([self @ column for column in pressure.T], axis=1)
         return self.operator @ pressure - self.sloping.apply(self.left_out.of(pressure))
+
+    @computed_once
+    def _left(self) -> Slopes | None:
+        """The slopes of the other cells."""
+        slopes = self.operator.slopes
+        return None if slopes is None else slopes.without(self.left_out.sloped)
 
     def to_dense(self) -> ndarray:
         """The matrix."""

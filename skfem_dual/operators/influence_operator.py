@@ -4,6 +4,7 @@ The matrix is that of boundary elements with one collocation point in each, (5) 
 stands for it is made to a tolerance and checked on exact rows.
 """
 
+from collections.abc import Callable
 from math import prod
 from time import perf_counter
 from typing import Any, Literal
@@ -271,7 +272,7 @@ class InfluenceOperator(LinearOperator):
         q = checked_array("q", q, (self.shape[1], "k"))
         return product(self._entries, self._kept, q, rough=True)
 
-    def with_slopes(self, q: ndarray, slopes: ndarray) -> ndarray:
+    def with_slopes(self, q: ndarray, slopes: Callable[[ndarray], ndarray]) -> ndarray:
         """Settlements under mean pressures and other slopes than theirs, see `Entries.summed`.
 
         Raises

@@ -167,7 +167,8 @@ def _together(
         answers = {}
         if asked:
             pressures = np.stack([inverse @ y for y in asked.values()])
-            answers = dict(zip(asked, np.array(product(pressures.T).T, order="C")))
+            answers = dict(zip(asked, np.ascontiguousarray(product(pressures.T).T)))
+            del pressures
     return [found[k] for k in range(len(searches))]
 
 
@@ -201,6 +202,7 @@ def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Sear
             if history[-1] <= rtol or triangle[j + 1, j] == 0.0:
                 break
             basis.append((w / triangle[j + 1, j]).astype(dtype))
+            del w  # gives back its memory while others ask
         y = np.zeros_like(b) if y is None else y
         for share, v in zip(shares, basis):
             y += share * v

@@ -22,6 +22,7 @@ from .factors import Factors
 from .fmm.linear_maps import SparseBlocks
 from .fmm.lists import near_lists
 from .fmm.loops import Layout
+from .fmm.near_entries import Rows, charge_at
 from .fmm.quadtree import Quadtree
 from .fmm.summation import FastSummation
 from .influence_operator import InfluenceOperator
@@ -209,22 +210,25 @@ class KnownEntries(NamedTuple):
         Row and column of each cell in the order of the blocks.
     block : (n,) array of int
         Block that has each row.
-    layout, values : Layout, array of float
+    layout, rows : Layout, Rows
         Blocks of near entries, `FastSummation.p2p`.
     x, centroids : (2, n) array of float
         Collocation points and centroids.
     charges : (n,) array of float
         What unit pressures on cells leave at unit distance.
+    unit : float
+        That of a circle of unit radius.
     """
 
     point: ndarray
     cell: ndarray
     block: ndarray
     layout: Layout
-    values: ndarray
+    rows: Rows
     x: ndarray
     centroids: ndarray
     charges: ndarray
+    unit: float
 
     @classmethod
     def from_summation(
@@ -238,12 +242,13 @@ class KnownEntries(NamedTuple):
         order = np.argsort(rows[0])
         block = np.repeat(order, (rows[1] - rows[0])[order])  # all points are in one
         partition = operator.partition
-        charges = operator.substrate.singular_coefficient * partition.areas
+        unit = np.pi * operator.substrate.singular_coefficient
+        charges = unit / np.pi * partition.areas
         point, cell, block = inputs(rank[0, cells], rank[1, cells], block)
-        values, x, centroids, charges = inputs(
-            fast.p2p.values, operator.x[:, cells], partition.centroids[:, cells], charges[cells]
+        x, centroids, charges = inputs(
+            operator.x[:, cells], partition.centroids[:, cells], charges[cells]
         )
-        return cls(point, cell, block, fast.p2p.layout, values, x, centroids, charges)
+        return cls(point, cell, block, fast.p2p.layout, fast.p2p.rows, x, centroids, charges, unit)
 
 
 @compiled
@@ -322,27 +327,32 @@ def _look_up(starts, items, known, stamp, place, out):
     ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: what the
     first has of a row, one more than its number, remains true of it.
     """
-    point, cell, block, values = known.point, known.cell, known.block, known.values
+    point, cell, block, kept = known.point, known.cell, known.block, known.rows
     x, centroids, charges = known.x, known.centroids, known.charges
     first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
-    offsets = known.layout.offsets
+    offsets, unit = known.layout.offsets, known.unit
     at = 0
     for k in range(starts.shape[0] - 1):
         some = items[starts[k] : starts[k + 1]]
         for i in some:
             row, b = point[i], block[point[i]]
             width = begin[b + 1] - begin[b]
-            base = offsets[b] + (row - first[b]) * width
+            base, greatest = offsets[b] + (row - first[b]) * width, kept.own[row]
             for c in range(width):
                 j = columns[begin[b] + c]
                 stamp[j], place[j] = row + 1, c
             for j in some:
                 other = cell[j]
-                if stamp[other] == row + 1:
-                    out[at] = values[base + place[other]]
+                near = stamp[other] == row + 1
+                if near and place[other] == greatest:
+                    out[at] = kept.greatest[row]
                 else:
                     dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
-                    out[at] = charges[j] / np.sqrt(dx * dx + dy * dy)
+                    out[at] = 0.0
+                    if not near or kept.charge > 0.0:
+                        out[at] = charge_at(dx, dy, charges[j] / unit, unit)
+                    if near:
+                        out[at] += kept.units[row] * kept.values[base + place[other]]
                 at += 1
 
 

@@ -7,17 +7,15 @@ import os
 from dataclasses import dataclass
 
 from .entries import EXACT
-from .fmm.summation import SINGLE, order_for
+from .fmm.summation import SHORT, SINGLE, order_for
 
 #: products after which the faster operator is to be ready
 PRODUCTS = 20
-#: from so many cells on vectors are multiplied one by one: what is between takes less memory
-ONE_BY_ONE = 4_000_000
-#: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; after it, for
-#: an approximate inverse and iterations; and for products of three vectors together
-BEFORE, AFTER, TOGETHER = 730.0, 100.0, 350.0
+#: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; and after it,
+#: for an approximate inverse and iterations
+BEFORE, AFTER = 430.0, 160.0
 #: what the cells on the edge of a plan take besides, over the root of the number of all
-EDGE = 2e5
+EDGE = 1.6e5
 
 
 @dataclass(frozen=True)
@@ -46,9 +44,10 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
     order = order_for(rtol)
     terms, size = order * (order + 1) / 2, 4 if rtol >= SINGLE else 8
     each, kernels = max(points, cells), 2 if layered else 1
-    # near entries and moments of every cell, two expansions and a table for every box; twice the
-    # former while they are made
-    memory = each * (120.0 * size + kernels * (terms * size + 60) + 2 * terms * 1.5 + 430)
+    near = 2 if rtol >= SHORT and not layered else size
+    # near entries, moments and near slopes of every cell, expansions of every box, vectors
+    kept = 100.0 * near + (21 * kernels + 30) * size + 2 * terms * kernels
+    memory = each * (kept + 400 + 900 * layered)
     setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
 
@@ -56,8 +55,7 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
 def whole(cells: int, rtol: float, layered: bool) -> float:
     """Bytes that fast summations take from a mesh to the answer."""
     operator = estimate("fast", cells, cells, rtol, layered).memory
-    each = BEFORE + AFTER + (TOGETHER if cells <= ONE_BY_ONE else 0.0)
-    return operator + each * cells + EDGE * cells**0.5
+    return operator + (BEFORE + AFTER) * cells + EDGE * cells**0.5
 
 
 def require_memory(cells: int, rtol: float, layered: bool) -> None:

@@ -8,12 +8,12 @@ of their own, and the field points. Who does what:
 ====  ================================================  ======================  ===============
 step  from, to                                          matrices                product
 ====  ================================================  ======================  ===============
-P2M   cells, multipole expansion of their box           `assembly.p2m_blocks`   `SparseBlocks`
+P2M   cells, multipole expansion of their box           moments                 `CellExpansions`
 M2M   multipole expansions of children, of parent       `Chebyshev.m2m`         `Translation`
 M2L   multipole, local expansion of boxes of one level  `Chebyshev.m2l`         `Translation`
 L2L   local expansion of parent, of children            `Chebyshev.l2l`         `Translation`
 L2P   local expansion of a leaf, its points             none                    `loops.l2p`
-P2P   cells, points beside them                         `assembly.p2p_blocks`   `SparseBlocks`
+P2P   cells, points beside them                         exact entries           `NearEntries`
 M2P   multipole expansion, points of a larger leaf      `assembly.m2p_blocks`   `SparseBlocks`
 P2L   cells, local expansion of a box beside them       `assembly.p2l_blocks`   `SparseBlocks`
 ====  ================================================  ======================  ===============

@@ -6,20 +6,16 @@ from itertools import pairwise
 import numpy as np
 from numpy import ndarray
 
-from ...elements.moments import Multipoles
 from ...elements.near import NearField
-from ...kernels.compiled import inputs
 from ...kernels.threads import Threads
-from .chebyshev import PADDING, Chebyshev, Kernel
+from .chebyshev import Chebyshev, Kernel
 from .linear_maps import CompressedTranslation, SparseBlocks, Translation
 from .lists import Lists
-from .loops import Clusters, Layout, Moments, p2m
+from .loops import Layout
 from .quadtree import Quadtree
 
 #: from half-width and the offsets needed to the matrices of M2L as `compressed`
 Factors = Callable[[float, ndarray], tuple[ndarray, ndarray, ndarray]]
-#: loads of some cells
-Loads = Callable[[ndarray], Multipoles]
 
 
 def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
@@ -61,33 +57,6 @@ def l2l_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Transla
     sources = np.where(tree.quarter[boxes, None] == np.arange(4), tree.parent[boxes, None], -1)
     matrices = [chebyshev.l2l(quarter) for quarter in range(4)]
     return Translation(int(boxes[0]), sources, np.array(matrices))
-
-
-def clusters_of(tree: Quadtree) -> tuple[ndarray, Clusters]:
-    """Boxes that hold cells themselves, in the order of these, and what they hold."""
-    boxes = np.nonzero(tree.own > tree.sources[0])[0]
-    boxes = boxes[np.argsort(tree.sources[0, boxes])]
-    own = np.stack([tree.sources[0, boxes], tree.own[boxes]])
-    return boxes, Clusters(*inputs(own, tree.middle[:, boxes], PADDING * tree.half[boxes]))
-
-
-def p2m_blocks(tree: Quadtree, chebyshev: Chebyshev, loads: Loads, dtype: type) -> SparseBlocks:
-    """From cells to the multipole expansions of their boxes; ``loads`` are those of some cells."""
-    boxes, clusters = clusters_of(tree)
-    starts = np.append(clusters.cells[0], clusters.cells[1, -1])
-    rows = np.stack([boxes, boxes + 1]) * chebyshev.terms
-    layout = Layout.from_lists(rows, starts, np.arange(starts[-1]))
-    (degrees,) = inputs(chebyshev.degrees)
-
-    def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
-        own = Clusters(*inputs(*(a[..., k] for a in clusters)))
-        first, last = own.cells[0, 0], own.cells[1, -1]
-        own_loads = loads(tree.cells[first:last])
-        moments = Moments(*inputs(own_loads.centres, own_loads.moments))
-        own = own._replace(cells=inputs(own.cells - first)[0])
-        p2m(0, k.stop - k.start, own, moments, degrees, offsets, part)
-
-    return SparseBlocks(layout, _filled(layout, dtype, fill))
 
 
 def p2p_blocks(

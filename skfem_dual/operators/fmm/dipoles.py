@@ -1,7 +1,7 @@
 """Dipoles of cells in the fast summation.
 
-They act through the expansions of the pressures. What takes them there, and what they do near by,
-is computed in every product: that takes no memory.
+They act through the expansions of the pressures, see `CellExpansions`, and on points beside them,
+see `NearEntries`. What they do is computed in every product: that takes no memory.
 """
 
 from dataclasses import dataclass
@@ -11,31 +11,19 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.slope_correction import Circles, Fall, add_near_dipoles
-from ...grids.partition import Partition
-from ...ground.substrates import Substrate
 from ...kernels.compiled import inputs
-from .assembly import clusters_of
 from .chebyshev import Chebyshev
 from .linear_maps import Run
 from .lists import Lists
-from .loops import Clusters, Layout, add_dipoles
 from .quadtree import Quadtree
 
 
 @dataclass(frozen=True, eq=False)
 class DipoleSummation:
-    """Where the dipoles of cells act, cells and points in the order of the tree.
+    """What dipoles of cells, in the order of the tree, do to local expansions: their P2L.
 
     Attributes
     ----------
-    boxes : (k,) array of int
-        Those that hold cells themselves.
-    clusters : Clusters
-        What they hold.
-    order : int
-        Of the expansions.
-    near : Layout
-        Which cells act on which points one by one.
     beside : Lists
         Cells that act on the local expansion of a box.
     grid : (2, boxes, points) array of float
@@ -48,10 +36,6 @@ class DipoleSummation:
         How dipoles act.
     """
 
-    boxes: ndarray
-    clusters: Clusters
-    order: int
-    near: Layout
     beside: Lists
     grid: ndarray
     coefficients: ndarray
@@ -63,50 +47,26 @@ class DipoleSummation:
         cls,
         tree: Quadtree,
         chebyshev: Chebyshev,
-        substrate: Substrate,
-        partition: Partition,
-        near: Layout,
         beside: Lists,
+        circles: Circles,
+        fall: Fall,
     ) -> Self:
-        """Of the cells of a partition; ``near`` is the layout of P2P, ``beside`` lists of P2L."""
-        cells, (boxes, clusters) = tree.cells, clusters_of(tree)
+        """Of the cells of a tree; ``beside`` are lists of P2L."""
         middle, half = tree.middle[:, beside.boxes], tree.half[beside.boxes]
-        return cls(
-            boxes,
-            clusters,
-            chebyshev.order,
-            near,
-            beside,
-            middle[:, :, None] + half[:, None] * chebyshev.grid[:, None],
-            chebyshev.coefficients,
-            Circles.of(partition.centroids[:, cells], partition.areas[cells]),
-            Fall.from_substrate(substrate),
-        )
+        grid = middle[:, :, None] + half[:, None] * chebyshev.grid[:, None]
+        return cls(beside, grid, chebyshev.coefficients, circles, fall)
 
     @property
     def nbytes(self) -> int:
         """Memory beside what is shared."""
-        return self.grid.nbytes + sum(a.nbytes for a in (*self.clusters, *self.circles))
+        return self.grid.nbytes
 
-    def add_far(self, dipoles: ndarray, multipole: ndarray, run: Run) -> None:
-        """Add dipoles (s, 2, n) to multipole expansions (s, nboxes, terms)."""
-        boxes, own, centres = self.boxes, self.clusters, self.circles.middles
-        args = *inputs(boxes), own, centres, *inputs(dipoles), self.order, multipole
-        run(lambda k: add_dipoles(k.start, k.stop, *args), len(boxes))
-
-    def add_near(
-        self, x: ndarray, dipoles: ndarray, local: ndarray, out: ndarray, run: Run
-    ) -> None:
-        """Add what does not act through multipole expansions to local ones and to points."""
-        (loads,) = inputs(dipoles)
-
-        def add(x: ndarray, rows: ndarray, starts: ndarray, cells: ndarray, out: ndarray) -> None:
-            lists = *inputs(x, rows, starts, cells), self.circles, self.fall, loads, out
-            run(lambda k: add_near_dipoles(k.start, k.stop, *lists), len(starts) - 1)
-
-        near, beside, (_, boxes, points) = self.near, self.beside, self.grid.shape
-        add(x, near.rows, near.starts, near.columns, out)
-        settled, first = np.zeros((len(out), boxes * points)), points * np.arange(boxes)
+    def add_to(self, local: ndarray, dipoles: ndarray, run: Run) -> None:
+        """Add what dipoles (s, 2, n) do beside boxes to their local expansions."""
+        beside, (_, boxes, points) = self.beside, self.grid.shape
+        settled, first = np.zeros((len(local), boxes * points)), points * np.arange(boxes)
         rows = np.stack([first, first + points])
-        add(self.grid.reshape(2, -1), rows, beside.starts, beside.items, settled)
-        local[:, beside.boxes] += settled.reshape(len(out), boxes, points) @ self.coefficients
+        known = self.grid.reshape(2, -1), rows, beside.starts, beside.items
+        args = *inputs(*known), self.circles, self.fall, *inputs(dipoles), settled
+        run(lambda k: add_near_dipoles(k.start, k.stop, *args), boxes)
+        local[:, beside.boxes] += settled.reshape(len(local), boxes, points) @ self.coefficients

@@ -99,6 +99,7 @@ class CompressedTranslation:
         self.left.add(multipole, taken, run)
         given = np.zeros((*shape, self.right.matrices.shape[1]), multipole.dtype)
         self.core.add(taken, given, run)
+        del taken  # gives back its memory first
         self.right.add(given, local, run)
 
     @property

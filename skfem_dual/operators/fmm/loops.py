@@ -31,11 +31,24 @@ class Clusters(NamedTuple):
     half: ndarray
 
 
-class Moments(NamedTuple):
-    """Loads as in `elements.moments`: ``centres`` (2, n) and ``moments`` (k, k, n) about them."""
+class Loads(NamedTuple):
+    """Cells under unit pressure, as `add_multipoles` takes them.
+
+    Attributes
+    ----------
+    centres : (2, n) array of float
+    squares : (n,) array of float
+        Areas over pi.
+    moments : (k, n) array of float
+        Those of `elements.moments.Multipoles` about the centres in units of area and box, row by
+        row of degrees that add up to less than ``orders``.
+    orders : int
+    """
 
     centres: ndarray
+    squares: ndarray
     moments: ndarray
+    orders: int
 
 
 class Layout(NamedTuple):
@@ -68,93 +81,93 @@ class Layout(NamedTuple):
 
 @vectorised
 def _chebyshev(s, t):
-    """T_a(s) and its derivatives for several s, shape (order, degrees, CELLS)."""
+    """T_a(s) and its derivatives for several s, `CELLS` for each degree, in the rows of ``t``."""
     t[:2] = 0.0
     for c in range(CELLS):
-        t[0, 0, c], t[1, 0, c], t[1, 1, c] = 1.0, s[c], 1.0
+        t[0, c], t[1, c], t[1, CELLS + c] = 1.0, s[c], 1.0
     for a in range(1, t.shape[0] - 1):
         for c in range(CELLS):
-            t[a + 1, 0, c] = 2 * s[c] * t[a, 0, c] - t[a - 1, 0, c]
-        for d in range(1, t.shape[1]):
+            t[a + 1, c] = 2 * s[c] * t[a, c] - t[a - 1, c]
+        for d in range(1, t.shape[1] // CELLS):
+            at, f = d * CELLS, t.dtype.type(2 * d)
             for c in range(CELLS):
-                t[a + 1, d, c] = 2 * (s[c] * t[a, d, c] + d * t[a, d - 1, c]) - t[a - 1, d, c]
+                before = f * t[a, at - CELLS + c] - t[a - 1, at + c]
+                t[a + 1, at + c] = 2 * s[c] * t[a, at + c] + before
 
 
 @vectorised
-def p2m(begin, end, clusters, loads, degrees, offsets, values):
-    """Blocks that take pressures of cells to the multipole expansion of their box.
+def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multipole):
+    """Add pressures and dipoles of cells to the multipole expansions of their boxes.
 
-    Block ``k`` has a row for each term, of the ``degrees`` in x and y, and a column for each cell
-    of `Clusters` ``clusters``; ``loads`` are `Moments`.
+    Box ``boxes[k]`` has the cells of `Clusters` number ``k``, of `Loads` ``loads``. Pressures
+    ``q`` are of shape (s, n), dipoles (s, 2, n), or (s, 2, 0) if there are none; ``multipole`` is
+    of shape (s, nboxes, terms).
     """
     cells, middle, half = clusters.cells, clusters.middle, clusters.half
-    centres, moments = loads.centres, loads.moments
-    a, b = degrees[0], degrees[1]
-    orders, order = moments.shape[0], a.max() + 1
-    shape = (order, orders, CELLS)
-    x, y, v = np.empty(shape), np.empty(shape), np.empty(shape)
-    sx, sy, weight = np.zeros(CELLS), np.zeros(CELLS), np.empty(CELLS)
-    total = np.empty(CELLS)
-    for k in range(begin, end):
-        f, width = 1 / half[k], cells[1, k] - cells[0, k]
-        for start in range(0, width, CELLS):
-            count, first = min(CELLS, width - start), cells[0, k] + start
-            for c in range(count):
-                sx[c] = (centres[0, first + c] - middle[0, k]) * f
-                sy[c] = (centres[1, first + c] - middle[1, k]) * f
-            _chebyshev(sx, x)
-            _chebyshev(sy, y)
-            v[:] = 0.0
-            for i in range(orders):
-                for j in range(orders - i):
-                    scale = f ** (i + j)
-                    for c in range(count):
-                        weight[c] = scale * moments[i, j, first + c]
-                    for m in range(order):
-                        for c in range(CELLS):
-                            v[m, i, c] += weight[c] * y[m, j, c]
-            for term in range(a.shape[0]):
-                total[:] = 0.0
-                for i in range(orders):
-                    for c in range(CELLS):
-                        total[c] += x[a[term], i, c] * v[b[term], i, c]
-                at = offsets[k] + term * width + start
-                for c in range(count):
-                    values[at + c] = total[c]
-
-
-@vectorised
-def add_dipoles(begin, end, boxes, clusters, centres, dipoles, order, multipole):
-    """Add dipoles of cells to the multipole expansions of their boxes.
-
-    Box ``boxes[k]`` has the cells of `Clusters` number ``k``, with their ``centres`` (2, n) and
-    ``dipoles`` (s, 2, n); ``multipole`` is of shape (s, nboxes, terms).
-    """
-    cells, middle, half = clusters.cells, clusters.middle, clusters.half
-    x, y = np.empty((order, 2, CELLS)), np.empty((order, 2, CELLS))
-    sx, sy, px, py = np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS), np.zeros(CELLS)
+    centres, squares, moments = loads.centres, loads.squares, loads.moments
+    sets, some, kind = q.shape[0], dipoles.shape[2] > 0, multipole.dtype
+    # of the polynomials in x, and of the loads times those in y: a matrix product of both
+    x = np.empty((order, loads.orders * CELLS), kind)
+    y = np.empty_like(x)
+    loaded = np.empty((sets * order, loads.orders * CELLS), kind)
+    product = np.empty((order, sets * order), kind)
+    place, own = np.zeros((2, CELLS), kind), np.zeros((len(moments), CELLS), kind)
+    load, unit = np.empty((sets, 3, CELLS), kind), np.empty(CELLS, kind)
     for k in range(begin, end):
         f, box = 1 / half[k], boxes[k]
         for first in range(cells[0, k], cells[1, k], CELLS):
             count = min(CELLS, cells[1, k] - first)
-            for c in range(count):
-                sx[c] = (centres[0, first + c] - middle[0, k]) * f
-                sy[c] = (centres[1, first + c] - middle[1, k]) * f
-            px[:], py[:] = 0.0, 0.0
-            _chebyshev(sx, x)
-            _chebyshev(sy, y)
-            for s in range(dipoles.shape[0]):
+            load[:] = 0.0
+            for i in range(2):
+                for c in range(count):
+                    place[i, c] = (centres[i, first + c] - middle[i, k]) * f
+            for s in range(sets):
+                for c in range(count):
+                    load[s, 0, c] = np.pi * squares[first + c] * q[s, first + c]
+                if some:
+                    for i in range(2):
+                        for c in range(count):
+                            load[s, 1 + i, c] = f * dipoles[s, i, first + c]
+            for row in range(len(moments)):
+                for c in range(count):
+                    own[row, c] = moments[row, first + c]
+            _chebyshev(place[0], x)
+            _chebyshev(place[1], y)
+            _load(own, y, load, unit, loaded)
+            np.dot(x, loaded.T, product)
+            for s in range(sets):
                 term = 0
-                for i in range(order):
-                    for c in range(count):
-                        along = f * dipoles[s, 0, first + c] * x[i, 1, c]
-                        px[c], py[c] = along, f * dipoles[s, 1, first + c] * x[i, 0, c]
-                    for j in range(order - i):
-                        total = 0.0
-                        for c in range(CELLS):
-                            total += px[c] * y[j, 0, c] + py[c] * y[j, 1, c]
-                        multipole[s, box, term] += total
+                for a in range(order):
+                    for b in range(order - a):
+                        multipole[s, box, term] += product[a, s * order + b]
                         term += 1
+
+
+@vectorised
+def _load(moments, y, load, unit, out):
+    """Put what derivatives of polynomials in x are multiplied with, a row for each load and each
+    polynomial in y."""
+    order, orders = y.shape[0], y.shape[1] // CELLS
+    for b in range(order):
+        row = 0
+        for i in range(orders):
+            for c in range(CELLS):
+                unit[c] = moments[row, c] * y[b, c]
+            for j in range(1, orders - i):
+                for c in range(CELLS):
+                    unit[c] += moments[row + j, c] * y[b, j * CELLS + c]
+            row += orders - i
+            # those along y go with no derivative in x, those along x with the first
+            at, other, derivative = i * CELLS, max(2 - i, 0), max(1 - i, 0) * CELLS
+            for s in range(load.shape[0]):
+                r = s * order + b
+                if other > 0:
+                    for c in range(CELLS):
+                        dipole = load[s, other, c] * y[b, derivative + c]
+                        out[r, at + c] = load[s, 0, c] * unit[c] + dipole
+                else:
+                    for c in range(CELLS):
+                        out[r, at + c] = load[s, 0, c] * unit[c]
 
 
 @compiled

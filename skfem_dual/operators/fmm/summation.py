@@ -6,28 +6,28 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
-from ...elements.moments import Multipoles, radii
+from ...elements.moments import DEGREE, Multipoles, pressure_moments, radii
 from ...elements.near import NearField
+from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
 from ...kernels.threads import Threads
 from .assembly import (
     Factors,
-    Loads,
     l2l_translation,
     m2l_translations,
     m2m_translation,
     m2p_blocks,
     p2l_blocks,
-    p2m_blocks,
-    p2p_blocks,
 )
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
+from .expansions import CellExpansions, Moments
 from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
+from .near_entries import NearEntries
 from .quadtree import OFFSETS, Quadtree
 
 #: cells, or points, of a box that is not divided
@@ -38,6 +38,8 @@ SLACK = 1.3
 OCCUPANCY = 11.0
 #: from this tolerance on entries are kept in single precision
 SINGLE = 1e-7
+#: and from this one on, in centroids on homogeneous ground, near ones in short integers
+SHORT = 5e-7
 
 
 def order_for(rtol: float) -> int:
@@ -51,7 +53,7 @@ class FarField:
 
     Attributes
     ----------
-    p2m : SparseBlocks
+    p2m : CellExpansions
         From cells to multipole expansions of their boxes.
     m2l : tuple of CompressedTranslation
         From multipole to local expansions of each level.
@@ -59,7 +61,7 @@ class FarField:
         From multipole expansions to single points.
     """
 
-    p2m: SparseBlocks
+    p2m: CellExpansions
     m2l: tuple[CompressedTranslation, ...]
     m2p: SparseBlocks
 
@@ -85,14 +87,14 @@ class FastSummation:
     chebyshev : Chebyshev
     m2m, l2l : tuple of Translation
         Of multipole expansions to larger boxes, of local expansions to smaller ones.
-    p2p : SparseBlocks
-        Entries of near cells, exact.
+    p2p : NearEntries
+        Entries of near cells, exact, and their dipoles.
     p2l : SparseBlocks
         From cells to local expansions of boxes too near to theirs.
     far_fields : tuple of FarField
         For c / r, and for the remainder; they share the local expansions.
     dipoles : DipoleSummation
-        What takes dipoles of the cells beside their pressures.
+        From dipoles of cells to local expansions, beside their pressures.
     """
 
     tree: Quadtree
@@ -101,7 +103,7 @@ class FastSummation:
     chebyshev: Chebyshev
     m2m: tuple[Translation, ...]
     l2l: tuple[Translation, ...]
-    p2p: SparseBlocks
+    p2p: NearEntries
     p2l: SparseBlocks
     far_fields: tuple[FarField, ...]
     dipoles: DipoleSummation
@@ -141,11 +143,14 @@ class FastSummation:
         x: ndarray,
         weights: EdgeWeights | None,
         rtol: float,
-        p2m: tuple[SparseBlocks, ...] = (),
+        p2m: tuple[CellExpansions, ...] = (),
     ) -> "FastSummation":
         dtype = np.float32 if rtol >= SINGLE else np.float64
+        # beside the middles of cells entries differ little from those of charges
+        regular = substrate.remainder is None and np.array_equal(x, partition.centroids)
+        near_dtype = np.int16 if rtol >= SHORT and regular else dtype
         chebyshev = Chebyshev(order_for(rtol))
-        cells, x = tree.cells, x[:, tree.points]
+        cells, x = tree.cells, np.ascontiguousarray(x[:, tree.points])
         reach = radii(partition.polygons)
         lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
         used = np.zeros(len(cells), dtype=bool)
@@ -153,12 +158,14 @@ class FastSummation:
         place = np.cumsum(used, dtype=np.int32) - 1
         near = NearField.from_partition(substrate, partition, weights, cells[used], 10 * rtol)
         rows = tree.targets[:, lists.p2p.boxes]
-        p2p = p2p_blocks(near, x, rows, lists.p2p, place, dtype)
+        circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
+        fall = Fall.from_substrate(substrate)
+        p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, near_dtype)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
         del near, place  # gives back its memory first
-        shared = substrate, partition, p2p.layout, lists.p2l
         laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
-        p2m = p2m or tuple(p2m_blocks(tree, chebyshev, loads, dtype) for loads, *_ in laws)
+        known = tree, chebyshev.order, circles
+        p2m = p2m or tuple(CellExpansions.of(*known, moments, dtype) for moments, *_ in laws)
         levels = range(len(tree.levels) - 1)
         far_lists = [tree.far_lists(level) for level in levels]
         return cls(
@@ -178,7 +185,7 @@ class FastSummation:
                 )
                 for own, (_, kernel, factors) in zip(p2m, laws, strict=True)
             ),
-            DipoleSummation.from_tree(tree, chebyshev, *shared),
+            DipoleSummation.from_tree(tree, chebyshev, lists.p2l, circles, fall),
         )
 
     @property
@@ -192,49 +199,45 @@ class FastSummation:
     def apply(self, q: ndarray, dipoles: ndarray | None = None, rough: bool = False) -> ndarray:
         """Settlements at the points under several loads, shape (s, m).
 
-        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells (s, 2, n). Expansions
-        are in single precision if ``rough``.
+        Mean pressures ``q`` are of shape (s, n), and dipoles of the cells, in the order of the
+        tree, (s, 2, n). Expansions are in single precision if ``rough``.
         """
-        tree, sets = self.tree, len(q)
-        q = q[:, tree.cells]
-        dipoles = None if dipoles is None else dipoles[..., tree.cells]
-        out = np.zeros((sets, self.x.shape[1]))
-        local = np.zeros((sets, len(tree), self.chebyshev.terms), np.float32 if rough else float)
+        tree = self.tree
+        q = np.array([row[tree.cells] for row in q])
+        out = np.zeros((len(q), self.x.shape[1]))
         with Threads() as run:
-            for far in self.far_fields:
-                self._add_far_field(far, q, dipoles, local, out, run)
-            self.p2l.add_product(q, local.reshape(sets, -1), run)
-            if dipoles is not None:
-                self.dipoles.add_near(self.x, dipoles, local, out, run)
-            for translation in self.l2l:
-                translation.add(local, local, run)
-            args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
-            run(lambda k: l2p(k.start, k.stop, *args), len(tree.leaves))
-            self.p2p.add_product(q, out, run)
+            self._add_expansions(q, dipoles, out, np.float32 if rough else float, run)
+            self.p2p.add(q, dipoles, out, run)
         settled = np.empty_like(out)
         settled[:, tree.points] = out
         return settled
 
-    def _add_far_field(
-        self,
-        far: FarField,
-        q: ndarray,
-        dipoles: ndarray | None,
-        local: ndarray,
-        out: ndarray,
-        run: Run,
+    def _add_expansions(
+        self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
     ) -> None:
-        """Add what acts through one kernel to local expansions, and to some points."""
-        multipole = np.zeros_like(local)
-        flat = multipole.reshape(len(q), -1)
-        far.p2m.add_product(q, flat, run)
+        """Add what acts through expansions."""
+        tree, sets = self.tree, len(q)
+        # the local expansions of a vector are where the multipole ones of that before were
+        room: ndarray = np.zeros((sets + 1, len(tree), self.chebyshev.terms), dtype)
+        multipoles = [room[1:], *(np.zeros_like(room[1:]) for _ in self.far_fields[1:])]
+        for far, multipole in zip(self.far_fields, multipoles, strict=True):
+            far.p2m.add(q, dipoles, multipole, run)
+            for translation in self.m2m:
+                translation.add(multipole, multipole, run)
+            far.m2p.add_product(multipole.reshape(sets, -1), out, run)
+        for k in range(sets):
+            room[k] = 0.0
+            for far, multipole in zip(self.far_fields, multipoles, strict=True):
+                for level in far.m2l:
+                    level.add(multipole[k : k + 1], room[k : k + 1], run)
+        local = room[:-1]
+        self.p2l.add_product(q, local.reshape(sets, -1), run)
         if dipoles is not None:
-            self.dipoles.add_far(dipoles, multipole, run)
-        for translation in self.m2m:
-            translation.add(multipole, multipole, run)
-        for compressed_translation in far.m2l:
-            compressed_translation.add(multipole, local, run)
-        far.m2p.add_product(flat, out, run)
+            self.dipoles.add_to(local, dipoles, run)
+        for translation in self.l2l:
+            translation.add(local, local, run)
+        args = tree.leaves, tree.boxes, self.x, self.chebyshev.order, local, out
+        run(lambda k: l2p(k.start, k.stop, *args), len(tree.leaves))
 
 
 def _laws(
@@ -244,15 +247,15 @@ def _laws(
     weights: EdgeWeights | None,
     chebyshev: Chebyshev,
     tolerance: float,
-) -> list[tuple[Loads, Kernel, Factors]]:
-    """The loads, the kernel and the M2L of c / r, and of the remainder if there is one."""
+) -> list[tuple[Moments, Kernel, Factors]]:
+    """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
     every = np.ones(len(OFFSETS), bool)
     singular = substrate.surface.influence
     left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
     # it scales with the boxes
-    laws: list[tuple[Loads, Kernel, Factors]] = [
+    laws: list[tuple[Moments, Kernel, Factors]] = [
         (
-            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells),
+            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells).moments,
             singular,
             lambda h, _: (left, core / h, right),
         )
@@ -261,9 +264,10 @@ def _laws(
         reached = np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1))
         table.evaluate(table.omega, reached)  # refuses what is beyond the table
         kernel = _remainder(table, substrate.surface.young)
+        of_pieces = pressure_moments(partition, weights, DEGREE)
         laws.append(
             (
-                Multipoles.from_weights(partition, weights).of,
+                lambda cells: of_pieces[..., cells],
                 kernel,
                 lambda h, needed: compressed(chebyshev.m2l(kernel, h, needed), tolerance),
             )
