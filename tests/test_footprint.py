@@ -12,7 +12,9 @@ SOIL = HalfSpace(1.0, 0.25)
 
 
 class Block:
-    """Something else than a punch that stands on cells."""
+    """Something else than a punch that stands on cells, with an even base."""
+
+    gap = None
 
     def __init__(self, footprint):
         self.footprint = footprint
