@@ -184,6 +184,7 @@ def _pressed(
     """
     k, n = acting.shape
     pressed, felt, borne, stiffness = np.empty(n), np.zeros(k), np.zeros(k), np.zeros((k, k))
+    here = np.empty(k)
     for first in range(0, n, TOGETHER):
         own = pressed[first : first + TOGETHER]
         own[:] = force[first : first + TOGETHER]
@@ -200,7 +201,10 @@ def _pressed(
                 size += abs(arm[j]) * own[j]
             felt[a] += total
             borne[a] += size
+            here[a] = size
             for b in range(a + 1):
+                if here[a] == 0.0 or here[b] == 0.0:  # bodies elsewhere
+                    continue
                 side, total = sides[b][first : first + TOGETHER], 0.0
                 for j in range(own.shape[0]):
                     total += arm[j] * side[j] if own[j] > 0 else 0.0
