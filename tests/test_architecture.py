@@ -152,6 +152,7 @@ LAYERS = [
         "contact.load",
         "contact.shapes",
         "contact.problem",
+        "contact.cell_forces",
         "contact.unilateral",
         "contact.positions",
         "contact.system",

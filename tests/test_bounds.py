@@ -158,6 +158,8 @@ def test_none():
     gap = np.zeros(len(mesh.p[0]))
     with pytest.raises(ValueError, match="gaps of one grid's cells"):
         solve(mesh, gap=gap).bounds  # noqa: B018
+    with pytest.raises(TypeError, match="expected a PunchSolution for bounds, got 1"):
+        Bounds.from_solution(1)
 
 
 def test_triangles_without_a_dual_grid():

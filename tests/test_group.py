@@ -419,3 +419,15 @@ def test_frames_that_are_refused():
         frame.solve([{"force": -2.0}, {"force": 1.0}])
     with pytest.raises(ValueError, match="imposed where their reactions act"):
         frame.solve([{"settlement": 1.0, "at": (0.2, 0.0)}, {"force": 1.0}])
+
+
+def test_a_body_that_its_neighbour_leaves_in_the_air():
+    """Held higher than the ground settles beside the other: no contact, and nothing is lost."""
+    both = pair(2.5)
+    found = both.solve([{"force": 1.0, "at": (-0.2, 0.0)}, {"settlement": 0.01}])
+    assert found.success
+    assert found[1].contact_area == 0.0
+    assert found[1].settlement == pytest.approx(0.01, rel=1e-14)
+    alone = both.punches[0].solve(1.0, at=(-0.2, 0.0))
+    assert found[0].settlement == pytest.approx(alone.settlement, rel=1e-3)
+    assert found[0].collocated_settlement == pytest.approx(alone.collocated_settlement, rel=1e-12)

@@ -100,6 +100,8 @@ def test_surface_displacement_is_the_matrix_times_the_pressure(soil):
     assert w == pytest.approx(D @ pressures, abs=1e-13)
     one = surface_displacement(soil, partition, pressures[:, 1], x)
     assert one == pytest.approx(w[:, 1], abs=1e-15)
+    nowhere = surface_displacement(soil, partition, pressures, np.empty((2, 0)))
+    assert nowhere.shape == (0, 3)
 
 
 MESH = perturbed(rectangle(4), 0.05)

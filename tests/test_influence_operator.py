@@ -352,6 +352,11 @@ def test_bad_points():
     partition = Partition.from_basis(BASES["dual cells"])
     with pytest.raises(ValueError, match=r"shape \(2, m\)"):
         InfluenceOperator.from_partition(GROUNDS["homogeneous"], partition, np.zeros(2))
+    operator = InfluenceOperator(GROUNDS["homogeneous"], partition, edge="constant")
+    with pytest.raises(ValueError, match="expected at least one point to settle"):
+        operator.at(np.empty((2, 0)))
+    with pytest.raises(ValueError, match=r"q of shape .*, got \(\)"):
+        operator.roughly(1.0)
 
 
 def test_a_tolerance_out_of_reach(monkeypatch):

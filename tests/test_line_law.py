@@ -181,6 +181,17 @@ def test_the_tolerance_is_that_of_the_caller(monkeypatch):
         assert not punch.solve(FORCE, gap_rtol=1e-8).success
 
 
+def test_coarse_gaps_leave_the_line_out():
+    punch = sphere(disc(n=300))
+    coarse, fine = (punch.solve(FORCE, gap_rtol=tolerance) for tolerance in (1e-3, 1e-4))
+    assert coarse.line is None
+    assert fine.line is not None
+    errors = [abs(found.settlement / A**2 - 1) for found in (coarse, fine)]
+    assert errors[0] < 2e-3
+    assert 5 * errors[1] < errors[0]
+    assert punch.solve_many([{"force": FORCE}], gap_rtol=1e-3)[0].line is None
+
+
 def same(one, other, rtol=1e-10):
     assert one.line is not None
     assert one.settlement == pytest.approx(other.settlement, rel=rtol)

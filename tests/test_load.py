@@ -76,12 +76,15 @@ def test_hull_of_few_points_is_that_of_all(seed, n, squareness):
     points = np.hstack([points, points[:, :2]])
     if squareness > 2:
         points /= np.hypot(*points).clip(1)
-    hull, expected = Hull.of(points), ConvexHull(points.T).equations
+    hull, expected = Hull(points), ConvexHull(points.T).equations
     x = rng.uniform(-2, 2, (2, 20))
     for at in x.T:
-        assert hull.beyond(at) == pytest.approx((expected @ [*at, 1.0]).max(), abs=1e-9)
+        beyond = (expected @ [*at, 1.0]).max()
+        assert hull.beyond(at) == pytest.approx(beyond, abs=1e-9)
+        assert hull.holds(at) == Hull(points[:, ::-1]).holds(at) == (beyond <= 0)
 
 
 def test_points_on_a_line_have_no_hull():
     for points in (np.zeros((2, 1)), np.ones((2, 9)), np.array([[0.0, 1, 2], [0, 1, 2]])):
-        assert Hull.of(points).beyond(np.array([5.0, 3.0])) == -np.inf
+        assert Hull(points).beyond(np.array([5.0, 3.0])) == -np.inf
+        assert Hull(points).holds(np.array([5.0, 3.0]))

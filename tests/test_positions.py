@@ -26,6 +26,17 @@ def test_no_contact_is_an_answer(method, gap, at):
     assert (solution.gap >= 1e-3 - 1e-15).all()
 
 
+def test_no_force_leaves_contact_without_pressure():
+    """What message, area and share of a table say is the same."""
+    punch = RigidPunch(SOIL, BASES["disc"])
+    cases = punch.solve_many({"none": {"force": 0.0}, "above": {"settlement": -1.0}})
+    assert cases.messages == ("contact without pressure", "no contact")
+    assert cases.contact_share.tolist() == [1.0, 0.0]
+    whole = punch.partition.areas.sum()
+    assert cases["none"].contact_area == pytest.approx(whole, rel=1e-12)
+    assert cases["above"].contact_area == 0.0
+
+
 @pytest.mark.filterwarnings("ignore:contact on")
 @pytest.mark.parametrize("settlement", [1e-3, 3e-3, 0.01, 0.03])
 @pytest.mark.parametrize("at", [(0.03, -0.02), (0.02, 0.01)])

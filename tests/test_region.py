@@ -238,3 +238,14 @@ def test_spheres_on_few_cells(grid):
     assert (fitted[2:] < counted[2:] / 1.3).all()
     assert (fitted[1:] < 1.1 * fitted[:-1]).all()
     assert fitted[-1] < 0.02
+
+
+def test_rows_along_the_edge_of_a_flat_punch():
+    """A strip that lifts off across both axes, on few cells and on many."""
+    few, many = (
+        RigidPunch(UNIT, DualMesh.from_mesh(generate.rectangle(8.0, 1.0, n=n)).basis())
+        for n in (60, 960)
+    )
+    for at, rel in (((2.4, 0.35), 0.12), ((1.6, 0.3), 0.03)):  # cells counted whole: 0.19, 0.04
+        fine = many.solve(1.0, at=at).contact_area
+        assert few.solve(1.0, at=at).contact_area == pytest.approx(fine, rel=rel)

@@ -651,5 +651,7 @@ def test_wrong_arguments():
     solution = solved()
     with pytest.raises(TypeError, match=r"expected a PunchSolution.*got 1\.0"):
         report_html(1.0)
+    with pytest.raises(TypeError, match="expected a Details for details, got 1"):
+        report_html(solution, details=1)
     with pytest.raises(TypeError, match=r"accuracy\[''\]"):
         report_html(solution, accuracy={"": 1e-3})

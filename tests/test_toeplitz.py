@@ -61,8 +61,10 @@ def test_few_cells_are_multiplied_by_their_matrix(basis):
     assert len(lattice) <= FEW
     operator = BlockToeplitz.from_substrate(HalfSpace(2.0, 0.3), lattice)
     q = np.random.default_rng(1).normal(size=(len(lattice), 2))
-    by_transforms = np.stack([operator.convolution @ column for column in q.T], axis=1)
-    assert operator @ q == pytest.approx(by_transforms, abs=1e-13 * np.abs(by_transforms).max())
+    for product in (operator.convolution, operator.inverse):
+        expected = np.stack([product.by_transforms(column) for column in q.T], axis=1)
+        assert product @ q == pytest.approx(expected, abs=1e-13 * np.abs(expected).max())
+    assert operator @ q == pytest.approx(operator.to_dense() @ q, rel=1e-12)
 
 
 def test_a_row_of_cells_and_a_single_one():

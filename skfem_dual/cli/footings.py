@@ -94,7 +94,7 @@ def read_bases(
         times["import"] = times.get("import", 0.0) + read - begin
         origin = centre if options.origin is None else tuple(options.origin)
         chosen = "centroid of the plan" if options.origin is None else "from --origin"
-        beyond = Hull.of(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
+        beyond = Hull(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
         if options.origin is not None and beyond > 0:
             warnings.warn(
                 f"the origin ({origin[0]:.6g}, {origin[1]:.6g}) is {beyond:.3g} off the plan, "

@@ -13,7 +13,9 @@ from ..errors import ConvergenceError
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import readonly
+from ..messages import shown
 from ..operators.symmetry import Symmetry
+from .load import Load
 from .work import Member
 
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
@@ -74,6 +76,8 @@ class Bounds:
 
         Raises
         ------
+        TypeError
+            If it is something else.
         ValueError
             As `PunchSolution.bounds`.
         MeshError
@@ -81,9 +85,11 @@ class Bounds:
         ConvergenceError
             If there is no solution on the other grid.
         """
+        load = getattr(solution, "load", None)
+        if not isinstance(load, Load):
+            raise TypeError(f"expected a PunchSolution for bounds, got {shown(solution)}")
         if reason := why_none(solution):
             raise ValueError(reason)
-        load = solution.load
         at = load.point or (0.0, 0.0) if load.force is not None else (0.0, 0.0)
         to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
         on_others = list(_on_other_grids(solution))

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import block_diag, csr_matrix, identity
+from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
@@ -163,6 +163,16 @@ class CellsOnLines:
         own = [identity(len(cells)) if line is None else line.carried() for cells, line in each]
         return csr_matrix(block_diag(own))
 
+    def by_carried(self, matrix: ndarray) -> ndarray:
+        """``matrix @ carried``: few cells carry anything but their own pressure."""
+        shares = (self.carried - identity(len(self))).tocoo()
+        few, row = np.unique(shares.row, return_inverse=True)
+        beside, column = np.unique(shares.col, return_inverse=True)
+        dense = coo_matrix((shares.data, (row, column)), (len(few), len(beside))).toarray()
+        out = matrix.copy()
+        out[:, beside] += matrix[:, few] @ dense
+        return out
+
     def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
         """Pressures in the collocation points by means over the cells; zero out of contact."""
         out = pressure.copy()
@@ -180,11 +190,11 @@ class CellsOnLines:
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             cells = self.flattened(flat)
-            acting = self.problem.resultants_of(cells.parts) @ self.carried
-            matrix = self.matrix_with(flat) @ self.carried
+            acting = self.by_carried(self.problem.resultants_of(cells.parts))
+            matrix = self.by_carried(self.matrix_with(flat))
             system = replace(self.problem.system, matrix=matrix, resultants=acting)
             numbers, rows = rows_of(cells.parts)
-            contact, position = solve(system, ExactRows(numbers, rows @ self.carried), begin)
+            contact, position = solve(system, ExactRows(numbers, self.by_carried(rows)), begin)
             return replace(contact, pressure=self.carried @ contact.pressure), position
 
         try:

@@ -11,12 +11,15 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair
 from ..grids.planar import cross
+from ..kernels.once import computed_once
 from ..messages import shown
 
 #: points so near to a side of a polygon, by areas, are not inside
 ROUNDING = 1e-9
 #: points from which on those inside are left out before their convex hull is looked for
-MANY = 1000
+MANY = 100
+#: eight directions, counter-clockwise
+EIGHT = np.array([[1.0, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]]).T
 
 
 @dataclass(frozen=True)
@@ -194,56 +197,63 @@ class Constraints:
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """Convex hull of some points, by its half-planes ``normals @ x + offsets <= 0``.
+    """Convex hull of some points, shape (2, n).
 
     Points on one line have no half-planes: they resist no tilt, which is found later.
     """
 
-    normals: ndarray
-    offsets: ndarray
+    points: ndarray
 
-    @classmethod
-    def of(cls, points: ndarray) -> "Hull":
-        """Of points of shape (2, n)."""
+    @computed_once
+    def sides(self) -> tuple[ndarray, ndarray]:
+        """Half-planes ``normals @ x + offsets <= 0``, shapes (k, 2) and (k,)."""
+        points = self.points
+        if points.shape[1] >= MANY:
+            amid = np.ones(points.shape[1], dtype=bool)
+            for normal, offset in zip(*self._octagon):
+                amid &= normal @ points > offset
+            points = points[:, ~amid]
         try:
-            equations = ConvexHull(_outer(points).T).equations
+            equations = ConvexHull(points.T).equations
         except QhullError:
             equations = np.empty((0, 3))
-        return cls(equations[:, :2], equations[:, 2])
+        return equations[:, :2], equations[:, 2]
+
+    @computed_once
+    def _octagon(self) -> tuple[ndarray, ndarray]:
+        """That of the farthest points in eight directions: inside is ``normals @ x > offsets``,
+        shapes (8, 2) and (8,)."""
+        corners = self.points[:, np.argmax(EIGHT @ self.points, axis=1)]
+        along = np.diff(corners, axis=1, append=corners[:, :1])
+        area = np.ptp(corners, axis=1).prod()
+        offsets = cross(along, corners) + ROUNDING * area
+        offsets[~along.any(axis=0)] = -np.inf if area > 0 else np.inf
+        return np.stack([-along[1], along[0]], axis=1), offsets
+
+    def holds(self, x: ndarray) -> bool:
+        """Whether ``x`` does not lie outside; of most points inside a few points tell."""
+        normals, offsets = self._octagon
+        return bool((normals @ x > offsets).all()) or self.beyond(x) <= 0
 
     def beyond(self, x: ndarray) -> float:
         """How far ``x`` lies outside; negative inside."""
-        return float((self.normals @ x + self.offsets).max(initial=-np.inf))
+        normals, offsets = self.sides
+        return float((normals @ x + offsets).max(initial=-np.inf))
 
     def beyond_ray(self, x: ndarray, along: ndarray) -> float:
         """The same for the point of the ray ``x + t along``, t >= 0, that is least far outside."""
-        if not along.any() or not len(self.offsets):
+        normals, offsets = self.sides
+        if not along.any() or not len(offsets):
             return self.beyond(x)
         # least t, and least distance d, with normals @ (x + t along) + offsets <= d
-        rate = self.normals @ along
+        rate = normals @ along
         found = scipy.optimize.linprog(
             [0.0, 1.0],
             np.column_stack([rate / np.abs(rate).max(), -np.ones(len(rate))]),
-            -(self.normals @ x + self.offsets),
+            -(normals @ x + offsets),
             bounds=[(0, None), (None, None)],
         )
         return float(found.x[1])
-
-
-def _outer(points: ndarray) -> ndarray:
-    """The points, without those inside the octagon of the farthest ones in eight directions where
-    they are many."""
-    if points.shape[1] < MANY:
-        return points
-    angles = np.pi / 4 * np.arange(8)
-    along = np.column_stack([np.cos(angles), np.sin(angles)])
-    corners = points[:, np.argmax(along @ points, axis=1)]
-    area = np.ptp(points, axis=1).prod()
-    inside = np.full(points.shape[1], area > 0)
-    for a, b in zip(corners.T, np.roll(corners, -1, axis=1).T):
-        if (a != b).any():
-            inside &= cross((b - a)[:, None], points - a[:, None]) > ROUNDING * area
-    return points[:, ~inside]
 
 
 def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], flat: bool) -> None:
@@ -282,11 +292,8 @@ def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], f
                 "position of a punch that is tilted or shaped is undetermined"
             )
         return
-    if load.point is None:
-        return
-    beyond = hulls[0].beyond(origin + load.point)
-    if beyond > 0:
-        x, y = load.point
+    if load.point is not None and not hulls[0].holds(origin + load.point):
+        (x, y), beyond = load.point, hulls[0].beyond(origin + load.point)
         raise ValueError(
             f"expected a resultant within the plan, got one at ({x:.6g}, {y:.6g}) from the "
             f"origin, {_where(hulls[1].beyond(origin + load.point))}: the punch turns over. "
@@ -300,7 +307,7 @@ def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> 
     x, y = load.at or (0.0, 0.0)
     point, moved = origin + np.array([x, y]), load.first_moments
     beyond = hulls[0].beyond_ray(point, moved)
-    if beyond > 1e-12 * np.ptp(hulls[0].offsets) if moved.any() else beyond > 0:
+    if beyond > 1e-12 * np.ptp(hulls[0].sides[1]) if moved.any() else beyond > 0:
         raise ValueError(
             f"expected the reaction to a settlement within the plan, got one at ({x:.6g}, "
             f"{y:.6g}) from the origin{' and moments' * bool(moved.any())}, "

@@ -31,7 +31,7 @@ class CellPressures:
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
-    the ``footprint`` is used, ``others`` are those beside it.
+    ``footprint`` and ``gap`` are used, ``others`` are those beside it.
     """
 
     punch: Any
@@ -84,7 +84,12 @@ class CellPressures:
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
         known = self.pressure_in_points, self.gap, self.contact_modulus
-        return self.punch.footprint.triangles.region(*known)
+        return self.region_of(self.punch.footprint.triangles.fitted(*known))
+
+    def region_of(self, fitted: ContactRegion) -> ContactRegion:
+        """With the cells in which no law is seen, see `PlanTriangles.with_thin`."""
+        triangles, even = self.punch.footprint.triangles, self.punch.gap is None
+        return triangles.with_thin(fitted, self.pressure_in_points > 0, even)
 
     @property
     def pressure_in_points(self) -> ndarray:

@@ -151,7 +151,7 @@ class Contact:
         """What the contact is, in words."""
         touching, pulled = self.touching, int(np.sum(self.pressure < 0))
         if not touching.any():
-            return "no contact"
+            return "no contact" if self.gap.any() else "contact without pressure"
         if not touching.all():
             return f"contact on {touching.sum()} of {len(touching)} cells"
         also = f"; the ground would have to pull on {pulled} cells" if pulled else ""

@@ -275,7 +275,8 @@ class RigidPunch(Movable, RigidBodies):
             A solution nearby to begin with, on any grid and of any body.
         gap_rtol : float
             Accuracy of the gaps in contact under conjugate gradients, over the largest
-            settlement.
+            settlement. From 1e-3 on contact of shaped punches ends with the cells, which takes
+            most of the time away.
         progress : bool
             Whether iterations show progress bars.
 

@@ -81,7 +81,8 @@ class ContactRegion:
         modulus : float
             Contact modulus E* of the surface.
         """
-        return PlanTriangles.of(partition, mesh).region(pressure, gap, modulus)
+        triangles = PlanTriangles.of(partition, mesh)
+        return triangles.with_thin(triangles.fitted(pressure, gap, modulus), pressure > 0)
 
     @classmethod
     def together(cls, regions: Sequence["ContactRegion"]) -> "ContactRegion":
@@ -246,10 +247,6 @@ class PlanTriangles:
         """Contact everywhere."""
         return ContactRegion(self.p, self.t, readonly(np.ones(self.p.shape[1])))
 
-    def region(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
-        """`ContactRegion.from_cells`."""
-        return self.with_thin(self.fitted(pressure, gap, modulus), pressure > 0)
-
     def fitted(self, pressure: ndarray, gap: ndarray, modulus: float) -> ContactRegion:
         """The part of the region with cells enough for the law of its edge to be seen."""
         return self.fitted_each(pressure[None], gap[None], modulus)[0]
@@ -265,15 +262,21 @@ class PlanTriangles:
         regions = [ContactRegion(self.p, self.t, readonly(own)) for own in level]
         return [self._whole if all_of_it else own for own, all_of_it in zip(regions, whole)]
 
-    def with_thin(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
-        """With the edge drawn around cells of thin contact, where no law is seen."""
+    def with_thin(
+        self, fitted: ContactRegion, inside: ndarray, even: bool = False
+    ) -> ContactRegion:
+        """With the edge drawn around cells of thin contact, where no law is seen.
+
+        Under an ``even`` base it is seen wherever the fitted region reaches: rows of cells in
+        contact lie along the edge of the plan, not on crests.
+        """
         sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
         # triangles between corners are cells, or quarters of them in the same order
         cell = np.arange(self.t.shape[1]) % len(inside)
         held = fitted.level > 0
         if not self.own.all():
             held = np.bincount(cell, held[self.t].any(axis=0), len(inside)) > 0
-        thin = _thin(sides, inside, held)
+        thin = _thin(sides, inside, held) & ~(even & held)
         if not thin.any():
             return fitted
         beside = np.zeros(len(inside), dtype=bool)

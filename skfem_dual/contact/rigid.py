@@ -21,6 +21,10 @@ from .solution import PunchSolution
 from .system import ContactSystem, Method
 from .verify import Verification
 
+#: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
+#: the law of its line moves bodies on some hundred cells
+COARSE = 1e-3
+
 
 class How(NamedTuple):
     """How contact is found; arguments of `RigidPunch.solve`."""
@@ -140,9 +144,10 @@ class RigidBodies(ABC):
     def with_line_law(
         self, constraints: Constraints, how: How, found: tuple[Contact, ndarray]
     ) -> tuple[Contact, ndarray]:
-        """The same with the law of the line of contact, where it has one."""
+        """The same with the law of the line of contact, where it has one and gaps are to be closer
+        than it brings them."""
         on_line = how._replace(method="active-set")
-        if not how.unilateral:
+        if not how.unilateral or how.gap_rtol >= COARSE:
             return found
         return with_line_law(
             self, lambda *system: self.answer(constraints, on_line, *system), found

@@ -135,8 +135,7 @@ class PunchSolution(CellPressures):
     def contact_region(self) -> ContactRegion:
         """Where punch and ground touch, with an edge that runs inside the cells."""
         if isinstance(self.member, Alone) and self.line is None:
-            triangles = self.punch.footprint.triangles
-            return triangles.with_thin(self.member.region, self.pressure > 0)
+            return self.region_of(self.member.region)
         return super().contact_region
 
     @property
@@ -182,6 +181,8 @@ class PunchSolution(CellPressures):
             is that of one grid's cells only, or the equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
+        ConvergenceError
+            If there is no solution on the other grid, as on one or two triangles.
 
         Examples
         --------

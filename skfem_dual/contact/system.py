@@ -28,13 +28,13 @@ from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import TOO_SOFT, YieldingOperator
+from .cell_forces import CellForces
 from .load import Constraints
 from .positions import apart, by_force, noise, unanswered
 from .problem import Contact, ContactProblem
 from .unilateral import (
     COARSEST,
     MOST,
-    CellForces,
     active_set,
     beginning,
     conjugate_gradients,
@@ -292,7 +292,7 @@ class ContactSystem:
     def _problem(self, constraints: Constraints) -> ContactProblem:
         motions, balance, unit = self._scaled(constraints)
         return ContactProblem(
-            matrix=self.matrix,
+            matrix=self.matrix if self._regular is None else self._regular,
             areas=self.areas,
             gap=self.gap - constraints.fixed @ self.planes,
             planes=motions.T @ self.planes,

@@ -31,8 +31,8 @@ def _find_regions(solutions: Sequence[PunchSolution]) -> None:
     gap = np.stack([each.gap for each in solutions])
     triangles = solutions[0].punch.footprint.triangles
     found = triangles.fitted_each(pressure, gap, solutions[0].contact_modulus)
-    for each, own, region in zip(solutions, pressure, found, strict=True):
-        remember(each, "contact_region", triangles.with_thin(region, own > 0))
+    for each, region in zip(solutions, found, strict=True):
+        remember(each, "contact_region", each.region_of(region))
         if isinstance(each.member, Alone) and each.line is None:
             remember(each.member, "region", region)
 

@@ -10,25 +10,19 @@ the cells in contact, and projected conjugate gradients in the manner of Polonsk
 which only multiply by D.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple, cast
-
 import numpy as np
 from numpy import ndarray
-from scipy.linalg.lapack import dgesv
 from tqdm import tqdm
 
 from ..arguments import checked_number
 from ..errors import ConvergenceError
-from ..kernels.once import computed_once
-from .problem import Contact, ContactProblem, Product
+from .cell_forces import CellForces, Step
+from .problem import Contact, ContactProblem
 
 #: the largest tolerance of gaps
 COARSEST = 1e-2
 #: iterations of the conjugate gradients after which to give up
 MOST = 1000
-#: few equations are told apart from singular ones by the determinant over the diagonal
-CLEAR = 1e-8
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
@@ -140,8 +134,9 @@ def conjugate_gradients(
             contact = force > 0
             motion, gap = forces.rigid_motion(settlement, contact)
             history.append(_violation(gap, contact, settlement))
-            bar.update()
-            bar.set_postfix_str(f"violation {history[-1]:.1e}, {contact.sum()} cells")
+            if progress:
+                bar.update()
+                bar.set_postfix_str(f"violation {history[-1]:.1e}, {contact.sum()} cells")
             if history[-1] <= gap_rtol:
                 return Contact(force / areas, motion, gap, contact, history=tuple(history))
             before = forces.descent(gap, contact, before)
@@ -159,169 +154,11 @@ def conjugate_gradients(
     return Contact(force / areas, motion, gap, force > 0, False, message, tuple(history))
 
 
-class Step(NamedTuple):
-    """Where one iteration goes: direction, the cells it changes, gaps and decrease there."""
-
-    direction: ndarray
-    working: ndarray
-    gap: ndarray
-    decrease: float
-
-
-@dataclass(frozen=True, eq=False)
-class CellForces:
-    """A problem in the forces on its cells, with the steps of conjugate gradients between them.
-
-    Attributes
-    ----------
-    problem : ContactProblem
-        The problem.
-    acting : (k, n) array of float
-        Resultants of unit forces on the cells.
-    scale : (n,) array of float
-        Forces by unit settlements but for a factor, as a diagonal matrix has it.
-    """
-
-    problem: ContactProblem
-    acting: ndarray
-    scale: ndarray
-
-    @classmethod
-    def from_problem(cls, problem: ContactProblem) -> "CellForces":
-        """With the square roots of the areas for the scale."""
-        return cls(problem, problem.resultants / problem.areas, np.sqrt(problem.areas))
-
-    @computed_once
-    def sides(self) -> ndarray:
-        """Resultants of forces as large as the scale, shape (k, n)."""
-        return self.acting * self.scale
-
-    @computed_once
-    def _extent(self) -> ndarray:
-        return np.abs(self.acting)
-
-    @computed_once
-    def _spread(self) -> ndarray:
-        """Areas over what makes the inverse as large as the scale, in one cell."""
-        one, middle = np.zeros(len(self.scale)), len(self.scale) // 2
-        one[middle] = 1.0
-        force = self.problem.areas * (cast(Product, self.problem.inverse) @ one)
-        return self.problem.areas * (self.scale[middle] / force[middle])
-
-    def settlement(self, force: ndarray) -> ndarray:
-        """Of the collocation points under forces on the cells."""
-        return self.problem.matrix @ (force / self.problem.areas)
-
-    def rigid_motion(self, settlement: ndarray, contact: ndarray) -> tuple[ndarray, ndarray]:
-        """Motions that leave the gaps in contact without a resultant, and the gaps they leave."""
-        gap, planes = settlement + self.problem.gap, self.problem.planes
-        sides = np.where(contact, self.sides, 0.0)
-        # of cells that cannot tell some motion, the least one
-        motion = _least(sides @ planes.T, sides @ gap)
-        gap -= motion @ planes
-        return motion, gap
-
-    def descent(self, gap: ndarray, contact: ndarray, before: Step | None) -> Step:
-        """The next direction, conjugate to the one before while no cell comes back.
-
-        Cells that were let go and overlap the punch come back.
-        """
-        overlap = ~contact & (gap < 0)
-        working = contact | overlap
-        slope = self.without_resultant(self.scale * gap, working)
-        if (inverse := self.problem.inverse) is not None:
-            # between projections on both sides it is as symmetric as it is alone
-            pressed = self._spread * (inverse @ (slope / self.scale))
-            slope = self.without_resultant(pressed, working)
-        direction = slope
-        if before is not None and not overlap.any():
-            beta = max(0.0, slope @ (gap - before.gap) / before.decrease)
-            direction = self.without_resultant(slope + beta * before.direction, working)
-        return Step(direction, working, gap, float(gap @ slope))
-
-    def projected(
-        self, force: ndarray, settlement: ndarray, step: Step, size: float
-    ) -> tuple[ndarray, ndarray] | None:
-        """Forces that do not pull at the end of a step, and their settlements.
-
-        The step is halved until the energy decreases. None if the load cannot be balanced there.
-        """
-        # cells beyond the working set stay behind, however the balance shifts forces
-        direction = np.where(step.working, step.direction, self.scale * step.gap)
-        pressed = None
-        for _ in range(20):
-            pressed = self.balanced(force - size * direction)
-            if pressed is not None:
-                settled, change = self.settlement(pressed), pressed - force
-                # energy as seen from here; the matrix is not quite symmetric, so it has no
-                # energy of its own
-                if change @ (step.gap + (settled - settlement) / 2) <= 0:
-                    break
-            size /= 2
-        return None if pressed is None else (pressed, settled)
-
-    def without_resultant(self, force: ndarray, working: ndarray) -> ndarray:
-        """``force`` on the working cells, changed so that it has no resultant."""
-        sides, out = np.where(working, self.sides, 0.0), np.where(working, force, 0.0)
-        out -= _least(sides @ self.acting.T, self.acting @ out) @ sides
-        return out
-
-    def balanced(self, force: ndarray) -> ndarray | None:
-        """The forces nearest to ``force`` that do not pull and have the given resultants.
-
-        They are ``max(force + scale * (mu @ acting), 0)``; the few multipliers mu maximise a
-        concave function, by Newton's method. None if there are no such forces.
-        """
-        acting, scale, given = self.acting, self.scale, self.problem.given
-        sides, extent = self.sides, self._extent
-        # a little of all cells: those pressed on may be too few to balance anything
-        spare = 1e-8 * sides @ acting.T
-
-        def state(mu: ndarray) -> tuple[ndarray, ndarray]:
-            pressed = (force + mu @ sides).clip(0)
-            # pairwise sums: those of BLAS lose four digits of millions of forces
-            return pressed, (acting * pressed).sum(axis=1) - given
-
-        def dual(mu: ndarray, pressed: ndarray) -> float:
-            return 0.5 * np.sum(pressed**2 / scale) - mu @ given
-
-        mu = np.zeros(len(given))
-        pressed, error = state(mu)
-        for _ in range(200):
-            size = np.abs(given).max(initial=0.0) + (extent @ pressed).max(initial=0.0)
-            if (off := np.abs(error).max(initial=0.0)) <= 1e-14 * size:
-                break
-            # from nothing on all cells are pressed on
-            free = np.where(pressed > 0, sides, 0.0) if pressed.any() else sides
-            step = _least(free @ acting.T + spare, error)
-            for _ in range(40 if off > 1e-12 * size else 1):  # rounding is not searched
-                trial = state(mu - step)
-                if np.abs(trial[1]).max() < off or dual(mu - step, trial[0]) < dual(mu, pressed):
-                    break
-                step = step / 2
-            else:
-                break  # as near as rounding lets
-            mu = mu - step
-            pressed, error = trial
-        return pressed if np.abs(error).max(initial=0.0) <= 1e-12 * size else None
-
-
 def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:
     """Largest distance in contact or overlap elsewhere, over the largest settlement."""
     wrong = np.where(contact, np.abs(gap), -gap).max()
     largest = max(np.abs(settlement).max(), wrong)
     return float(wrong / largest) if largest > 0 else 0.0
-
-
-def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
-    """Solution of a few equations, the least one where they do not tell it."""
-    if len(rhs) == 0:
-        return rhs
-    # a third of the time of numpy's, which copies and checks
-    factors, _, solution, failed = dgesv(matrix, rhs)
-    if not failed and abs(factors.diagonal().prod()) > CLEAR * matrix.diagonal().prod():
-        return solution
-    return np.linalg.pinv(matrix) @ rhs
 
 
 def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:

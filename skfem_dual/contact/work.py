@@ -168,11 +168,15 @@ class Work:
         -------
         (2, m) array of float or None
             Leaving out cells where the punch is too far from the ground, and with all cells;
-            None on fewer than a dozen cells, or where only products with a matrix are known and
-            contact is not full.
+            None on fewer than a dozen cells of a body, or where only products with a matrix are
+            known and contact is not full.
         """
         touching = contact.touching
-        if touching.sum() < min(DOZEN, len(touching)):
+        body = np.repeat(
+            [part.body for part in self.parts], [len(p.footprint) for p in self.parts]
+        )
+        cells = np.bincount(body)
+        if (np.bincount(body, touching) < np.minimum(DOZEN, cells)).any():
             return None
         position = partial(self.position, constraints, frame)
         if touching.all() and contact.flat is None:

@@ -89,7 +89,8 @@ def surface_displacement(
     jump = np.append(pressure, np.zeros((1, *pressure.shape[1:])), axis=0)[partition.f2c]
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
     out = np.empty((x.shape[1], *pressure.shape[1:]))
-    columns, ribs = out.reshape(len(out), -1), Ribs.from_partition(partition)
+    columns = out.reshape(len(out), jump[0].size)
+    ribs = Ribs.from_partition(partition)
     each = RIB * len(ribs.length)
     (jump,) = inputs(jump.reshape(len(jump), columns.shape[1]).T)
     with Threads() as run:

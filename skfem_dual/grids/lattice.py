@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
+from .planar import cross
 from .polygons import Polygons, readonly
 
 #: vertices may be off their places by so many times the sides of a cell
@@ -54,13 +55,18 @@ class Lattice:
         n = len(polygons)
         if n == 0 or not (polygons.sizes == 4).all():
             return None
-        corners = polygons.p[:, polygons.indices].reshape(2, n, 4)
+        return cls.of(polygons.p[:, polygons.indices].reshape(2, n, 4))
+
+    @classmethod
+    def of(cls, corners: ndarray) -> Self | None:
+        """The same of quadrilaterals by their corners in either sense, shape (2, n, 4)."""
+        n = corners.shape[1]
         low, high = (reduce(f, np.moveaxis(corners, 2, 0)) for f in (np.minimum, np.maximum))
         sides = high - low
         middle = (low + high) / 2
         first = middle.min(axis=1, keepdims=True)
         step = sides.mean(axis=1, keepdims=True)
-        off = OFF * step + 8 * np.finfo(float).eps * np.abs(polygons.p).max()
+        off = OFF * step + 8 * np.finfo(float).eps * np.abs(corners).max()
         if (np.abs(sides - step) > off).any() or (off > 0.01 * step).any():
             return None
         at = np.rint((middle - first) / step)
@@ -74,7 +80,9 @@ class Lattice:
             return None
         places = (at[0] * ny + at[1]).astype(np.int64)
         # four vertices in the corners of a rectangle whose area they enclose
-        whole = np.abs(polygons.areas - step.prod()) <= 4 * (off * step[::-1]).sum()
+        one, other = (corners[..., k + 2] - corners[..., k] for k in range(2))
+        areas = np.abs(cross(one, other)) / 2
+        whole = np.abs(areas - step.prod()) <= 4 * (off * step[::-1]).sum()
         if not whole.all() or np.bincount(places).max() > 1:
             return None
         return cls((nx, ny), (float(step[0, 0]), float(step[1, 0])), readonly(places))

@@ -8,7 +8,7 @@ from numpy import ndarray
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..errors import MeshError
-from ..kernels.once import computed_once
+from ..kernels.once import computed_once, remember
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
 from .lattice import Lattice
@@ -84,8 +84,12 @@ class Partition:
         MeshError
             If it does not cut a plane region into cells.
         """
+        lattice = None
         if type(mesh) is MeshQuad1:
-            require(_quadrilateral_conditions(mesh))
+            require(array_conditions(mesh))
+            lattice = Lattice.of(mesh.p[:, mesh.t.T])
+            if lattice is None:  # else each cell is a rectangle in a place of its own
+                require(_quadrilateral_conditions(mesh))
         elif isinstance(mesh, Mesh) and mesh.elem.refdom.nnodes == 4 and mesh.dim() == 2:
             raise MeshError(f"expected straight quadrilaterals (MeshQuad), got {type(mesh)}")
         else:
@@ -95,13 +99,15 @@ class Partition:
         a, b = (mesh.p[:, node] for node in mesh.facets)
         inside = polygons.centroids[:, mesh.f2t[0]] - a
         on_left = (b - a)[0] * inside[1] - (b - a)[1] * inside[0] >= 0
-        return cls(
+        partition = cls(
             polygons,
             np.where(on_left, mesh.facets, mesh.facets[::-1]),
             mesh.f2t,
             polygons.centroids if mesh.t.shape[0] == 4 else barycentres(mesh),
             np.where(mesh.f2t[1] == -1, np.arange(mesh.nfacets), -1),
         )
+        remember(partition, "lattice", lattice)
+        return partition
 
     @classmethod
     def from_basis(cls, basis: CellBasis) -> "Partition":
@@ -148,7 +154,6 @@ class Partition:
 
 
 def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
-    yield from array_conditions(mesh)
     v = mesh.p[:, mesh.t]
     onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
     turns = onward[0] * back[1] - onward[1] * back[0]

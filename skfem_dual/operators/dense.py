@@ -11,7 +11,7 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 
 from ..elements.edge_weights import EdgeWeights
-from ..elements.moments import Multipoles, radii
+from ..elements.moments import Multipoles, far_influence, radii, series_terms
 from ..elements.near import NearField
 from ..elements.remainder import add_rows, remainder_blocks
 from ..grids.partition import Partition
@@ -20,10 +20,8 @@ from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.threads import Threads
 
 #: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
-#: the fourth power
-EXACT_RADII = 5.0
-#: third moments count up to where they make so many times the error of a cell's settlement
-THIRD = 30.0
+#: the fifth power
+EXACT_RADII = 3.7
 #: cells that are looked at together
 CLUSTER = 16
 #: points that are looked at together
@@ -47,26 +45,24 @@ def moment_matrix(
     (m, ncells) array of float
         Settlement per unit pressure, positive into the ground.
     """
-    loads = Multipoles.about_centroids(partition, weights, 3)
-    centres, m = loads.centres, substrate.singular_coefficient * loads.moments
-    third = np.stack([m[3, 0], m[2, 1], m[1, 2], m[0, 3]])
-    near = EXACT_RADII * (1e-6 / rtol) ** 0.25 * radii(partition.polygons)
-    known = (9 * np.abs(third).sum(axis=0) / (THIRD * rtol * m[0, 0])) ** (1 / 3)
-    moments = inputs(m[0, 0], m[1, 0], m[0, 1], m[2, 0], m[1, 1], m[0, 2])
-    limits = inputs(near, known, third, *_clusters(centres, np.maximum(near, known)))
+    loads = Multipoles.about_centroids(partition, weights, 4)
+    m = substrate.singular_coefficient * loads.moments
+    sources = inputs(loads.centres, m[0, 0], series_terms(m))
+    near = EXACT_RADII * (1e-6 / rtol) ** 0.2 * radii(partition.polygons)
+    limits = inputs(loads.centres, near, *_clusters(loads.centres, near))
     direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))
     numbers = cKDTree(x.T, leafsize=BLOCK).indices  # those of a block lie together
 
     def work(rows: slice) -> None:
         own, points = inputs(numbers[rows], x[:, numbers[rows]])
-        _from_moments(points, *centres, *moments, own, matrix)
+        _from_moments(points, *sources, own, matrix)
         begin = np.arange(0, len(own), BLOCK)
         blocks = np.stack([begin, np.minimum(begin + BLOCK, len(own))])
-        starts, cells = _near_cells(points, blocks, centres, *limits, own, matrix)
-        values = np.empty(np.diff(starts) @ np.diff(blocks, axis=0)[0])
-        direct.fill(points, blocks, (starts, cells), values)
-        _put(blocks, starts, cells, values, own, matrix)
+        lists = _near_cells(points, blocks, *limits)
+        values = np.empty(np.diff(lists[0]) @ np.diff(blocks, axis=0)[0])
+        direct.fill(points, blocks, lists, values)
+        _put(blocks, *lists, values, own, matrix)
 
     with Threads() as run:
         run(work, x.shape[1])
@@ -90,24 +86,29 @@ def _clusters(centres: ndarray, near: ndarray) -> tuple[ndarray, ndarray, ndarra
 
 
 @vectorised
-def _from_moments(x, cx, cy, m, m10, m01, m20, m11, m02, rows, matrix):
-    """Fields of moments up to the second degree, also where they are too near."""
-    for i in range(x.shape[1]):
-        x0, y0, row = x[0, i], x[1, i], rows[i]
-        for j in range(cx.shape[0]):
-            dx, dy = x0 - cx[j], y0 - cy[j]
-            f = 1 / np.sqrt(dx * dx + dy * dy)
-            ux, uy = f * dx, f * dy
-            a = m20[j] * (3 * ux * ux - 1) + m02[j] * (3 * uy * uy - 1) + 3 * m11[j] * ux * uy
-            matrix[row, j] = f * (m[j] + f * (m10[j] * ux + m01[j] * uy + f * a))
+def _from_moments(x, centres, forces, terms, rows, matrix):
+    """Fields of moments up to the fourth degree, also where they are too near.
+
+    Of two points at a time: what is known of the cells is read half as often.
+    """
+    m = x.shape[1]
+    for i in range(0, m, 2):
+        k = min(i + 1, m - 1)
+        one, other, x1, y1, x2, y2 = rows[i], rows[k], x[0, i], x[1, i], x[0, k], x[1, k]
+        for j in range(forces.shape[0]):
+            matrix[one, j] = _field(x1, y1, centres, forces, terms, j)
+            matrix[other, j] = _field(x2, y2, centres, forces, terms, j)
+
+
+@inlined
+def _field(x, y, centres, forces, terms, j):
+    dx, dy = x - centres[0, j], y - centres[1, j]
+    return forces[j] / np.sqrt(dx * dx + dy * dy) + far_influence(dx, dy, 0.0, terms, j)
 
 
 @compiled
-def _near_cells(x, blocks, centres, near, known, third, order, middle, reach, rows, matrix):
-    """Starts and cells of lists of cells nearer than ``near`` to a circle around each block.
-
-    Third moments of the others up to the distance ``known`` of a point are added to its row.
-    """
+def _near_cells(x, blocks, centres, near, order, middle, reach):
+    """Starts and cells of lists of cells nearer than ``near`` to a circle around each block."""
     n = centres.shape[1]
     starts, cells = np.zeros(blocks.shape[1] + 1, np.int64), np.empty(64, np.int32)
     count = 0
@@ -122,35 +123,16 @@ def _near_cells(x, blocks, centres, near, known, third, order, middle, reach, ro
         for i in range(begin, end):
             radius = max(radius, np.hypot(x[0, i] - x0, x[1, i] - y0))
         for cluster in range(reach.shape[0]):
-            if (
-                np.hypot(x0 - middle[0, cluster], y0 - middle[1, cluster])
-                > reach[cluster] + radius
-            ):
+            away = np.hypot(x0 - middle[0, cluster], y0 - middle[1, cluster])
+            if away > reach[cluster] + radius:
                 continue
             for k in range(cluster * CLUSTER, min(cluster * CLUSTER + CLUSTER, n)):
                 j = order[k]
-                distance = np.hypot(x0 - centres[0, j], y0 - centres[1, j]) - radius
-                if distance <= near[j]:
+                if np.hypot(x0 - centres[0, j], y0 - centres[1, j]) <= near[j] + radius:
                     cells[count] = j
                     count += 1
-                elif distance <= known[j]:
-                    for i in range(begin, end):
-                        dx, dy = x[0, i] - centres[0, j], x[1, i] - centres[1, j]
-                        matrix[rows[i], j] += _cubic(dx, dy, known[j], third[:, j])
         starts[block + 1] = count
     return starts, cells[:count]
-
-
-@inlined
-def _cubic(dx, dy, known, third):
-    """Field of the third moments of a cell, up to the distance ``known``."""
-    r2 = dx * dx + dy * dy
-    if r2 > known * known:
-        return 0.0
-    xx, yy = 15 * dx * dx / r2, 15 * dy * dy / r2
-    cubic = dx * (third[0] * (xx - 9) + third[2] * (yy - 3))
-    cubic += dy * (third[1] * (xx - 3) + third[3] * (yy - 9))
-    return cubic / (r2 * r2 * np.sqrt(r2))
 
 
 @compiled

@@ -13,7 +13,13 @@ from numpy import ndarray
 from scipy.sparse.linalg import LinearOperator
 from skfem import CellBasis
 
-from ..arguments import checked_choice, checked_indices, checked_instance, checked_number
+from ..arguments import (
+    checked_array,
+    checked_choice,
+    checked_indices,
+    checked_instance,
+    checked_number,
+)
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..elements.slopes import Slopes
@@ -129,6 +135,8 @@ class InfluenceOperator(LinearOperator):
         weights, slopes = _law(substrate, basis, partition, edge)
         x = _points(partition, collocation)
         m, n = x.shape[1], len(partition)
+        if m == 0:
+            raise ValueError("expected at least one point to settle, got none")
         super().__init__(np.dtype(float), (m, n))
         self.substrate, self.partition, self.x = substrate, partition, x
         self.weights, self.slopes = weights, slopes
@@ -260,6 +268,7 @@ class InfluenceOperator(LinearOperator):
 
     def roughly(self, q: ndarray) -> ndarray:
         """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
+        q = checked_array("q", q, (self.shape[1], "k"))
         return product(self._entries, self._kept, q, rough=True)
 
     def with_slopes(self, q: ndarray, slopes: ndarray) -> ndarray:

@@ -59,8 +59,24 @@ class Convolution:
     def _full(self) -> bool:
         return self.lattice.full
 
+    @computed_once
+    def _few(self) -> ndarray | None:
+        """The matrix, if it multiplies sooner than transforms do."""
+        if len(self.lattice) > FEW:
+            return None
+        (nx, ny), terms = self.lattice.shape, scipy.fft.irfft2(self.spectrum, self.shape)
+        return _matrix(terms[:nx, :ny], self.lattice)
+
     def __matmul__(self, q: ndarray) -> ndarray:
-        """Sums under values ``q`` of the cells, shape (n,)."""
+        """Sums under values ``q`` of the cells, shape (n,) or (n, k)."""
+        if self._few is not None:
+            return self._few @ q
+        if q.ndim == 2:
+            return np.stack([self.by_transforms(column) for column in q.T], axis=1)
+        return self.by_transforms(q)
+
+    def by_transforms(self, q: ndarray) -> ndarray:
+        """Sums under values ``q`` of shape (n,), however few they are."""
         (nx, ny), (mx, my) = self.lattice.shape, self.shape
         if self._full:
             grid = np.asarray(q, dtype=float).reshape(nx, ny)
@@ -101,9 +117,8 @@ class BlockToeplitz:
     def from_substrate(cls, substrate: Substrate, lattice: Lattice) -> Self:
         """By the exact entries of a rectangle for all offsets."""
         (nx, ny), (dx, dy) = lattice.shape, lattice.spacing
-        x = np.stack(np.meshgrid(dx * np.arange(nx), dy * np.arange(ny), indexing="ij"))
-        cell = _rectangle(dx, dy)
-        entries = influence_matrix(substrate, cell, x.reshape(2, -1)).reshape(nx, ny)
+        x = np.array([np.repeat(dx * np.arange(nx), ny), np.tile(dy * np.arange(ny), nx)])
+        entries = influence_matrix(substrate, _rectangle(dx, dy), x).reshape(nx, ny)
         shape = _fast(2 * nx - 1), _fast(2 * ny - 1)
         threads = threads_for(shape[0] * shape[1])
         spectrum = scipy.fft.rfft2(_even(entries, shape), workers=threads, overwrite_x=True).real
@@ -142,10 +157,6 @@ class BlockToeplitz:
 
     def __matmul__(self, q: ndarray) -> ndarray:
         """Settlements under pressures of shape (n,) or (n, k)."""
-        if self._few is not None:
-            return self._few @ q
-        if q.ndim == 2:
-            return np.stack([self.convolution @ column for column in q.T], axis=1)
         return self.convolution @ q
 
     def rows(self, i: ndarray) -> ndarray:
@@ -159,29 +170,30 @@ class BlockToeplitz:
 
     def to_dense(self) -> ndarray:
         """The matrix."""
-        nx, ny = self.lattice.shape
-        x, y = np.abs(np.arange(1 - nx, nx)), np.abs(np.arange(1 - ny, ny))
-        offsets = self.entries[x[:, None], y]
-        # places of cells, then of points
-        dx, dy = offsets.strides
-        every = as_strided(
-            offsets[nx - 1 :, ny - 1 :], (nx, ny, nx, ny), (-dx, -dy, dx, dy), writeable=False
-        )
-        if self.lattice.full:
-            return every.reshape(nx * ny, nx * ny)
-        x, y = np.divmod(self.lattice.places, ny)
-        return every[x[:, None], y[:, None], x, y]
+        return _matrix(self.entries, self.lattice)
 
-    @computed_once
-    def _few(self) -> ndarray | None:
-        """The matrix, if it multiplies sooner than transforms do."""
-        return self.to_dense() if len(self.lattice) <= FEW and not self.singular else None
+
+def _matrix(terms: ndarray, lattice: Lattice) -> ndarray:
+    """Matrix of ``terms`` by offsets, (nx, ny), between the cells of a lattice."""
+    nx, ny = lattice.shape
+    x, y = np.abs(np.arange(1 - nx, nx)), np.abs(np.arange(1 - ny, ny))
+    offsets = terms[x[:, None], y]
+    # places of cells, then of points
+    dx, dy = offsets.strides
+    every = as_strided(
+        offsets[nx - 1 :, ny - 1 :], (nx, ny, nx, ny), (-dx, -dy, dx, dy), writeable=False
+    )
+    if lattice.full:
+        return every.reshape(nx * ny, nx * ny)
+    x, y = np.divmod(lattice.places, ny)
+    return every[x[:, None], y[:, None], x, y]
 
 
 def _rectangle(dx: float, dy: float) -> Partition:
     """One cell about the origin."""
     x, y = dx / 2, dy / 2
-    square = Polygons.from_cells([[-x, x, x, -x], [-y, -y, y, y]], [[0], [1], [2], [3]])
+    p, offsets = np.array([[-x, x, x, -x], [-y, -y, y, y]]), np.array([0, 4])
+    square = Polygons(p, np.arange(4), offsets)
     inside, outside = np.zeros(4, np.int32), np.full(4, -1, np.int32)
     facets, nodes = np.array([[0, 1, 2, 3], [1, 2, 3, 0]]), np.zeros((2, 1))
     return Partition(square, facets, np.stack([inside, outside]), nodes, outside)

@@ -161,7 +161,7 @@ class Problem:
             long as its mesh.
         """
         if self.unilateral:  # what no mesh can balance
-            hull = Hull.of(self.plan.around)
+            hull = Hull(self.plan.around)
             for load in self.loads:
                 require_compression(load, np.array(self.origin), (hull, hull), True)
         size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
@@ -232,9 +232,9 @@ def governing(problem: Problem) -> Problem:
     """
     if len(problem.loads) == 1:
         return problem
-    hull = Hull.of(problem.plan.around - np.reshape(problem.origin, (2, 1)))
+    hull = Hull(problem.plan.around - np.reshape(problem.origin, (2, 1)))
     points = np.array([load.point or (0.0, 0.0) for load in problem.loads])
-    stands = np.array([not problem.unilateral or hull.beyond(x) <= 0 for x in points])
+    stands = np.array([not problem.unilateral or hull.holds(x) for x in points])
     farthest = int(np.argmax(np.where(stands, np.hypot(*points.T), -1.0)))
     first = replace(problem, loads=(problem.loads[farthest],))
     with warnings_kept():

@@ -114,8 +114,9 @@ def report_html(
     >>> "<h1>Pier 3</h1>" in text
     True
     """
+    if details is not None:
+        checked_instance("details", details, Details)
     details = Details(**said) if details is None else replace(details, **said)
-    checked_instance("details", details, Details)
     kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
     checked_instance("solution", solution, kinds)
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
