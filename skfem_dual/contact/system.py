@@ -58,8 +58,8 @@ class ContactSystem:
     Attributes
     ----------
     matrix : (n, n) array of float, SymmetricMatrix or operator
-        Settlement of each collocation point under unit pressure on each cell. The first two
-        are factorised, operators only multiplied by but for those of few cells on a regular grid.
+        Settlement of each collocation point under unit pressure on each cell. The first two are
+        solved with, operators only multiplied by but for those of few cells on a regular grid.
     planes : (m, n) array of float
         Settlement of the collocation points by each component of the position.
     resultants : (m, n) array of float
