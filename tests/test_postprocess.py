@@ -108,7 +108,7 @@ def test_all_couples_of_solutions(benchmark, n):
         middle.setdefault(name, []).append(ratio[0])
         # away from the edges of an annulus are few cells, and one solution is good by chance
         assert ratio[1] < 1.05
-        assert ratio[0] < {"node": 1.8, "centroid": 1.2, "weighted": 1.8}[name]
+        assert ratio[0] < {"node": 1.8, "centroid": 1.2, "weighted": 2.0}[name]
     assert all(np.median(ratios) < 0.7 for ratios in middle.values())
 
 
