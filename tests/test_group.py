@@ -421,6 +421,7 @@ def test_frames_that_are_refused():
         frame.solve([{"settlement": 1.0, "at": (0.2, 0.0)}, {"force": 1.0}])
 
 
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
 def test_a_body_on_a_few_cells_and_one_on_all():
     """The few do not spoil the other: its settlement is that of 16 times as many cells."""
     loads = [{"force": 1.0, "at": (-0.8, 0.0)}, {"force": 1.0}]

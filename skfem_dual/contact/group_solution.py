@@ -16,7 +16,6 @@ from .problem import Contact
 from .solution import PunchSolution
 from .work import Member
 
-
 #: cells in contact that lie so wide, over how long they lie, are in a line
 LINE = 1e-6
 
