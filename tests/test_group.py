@@ -423,9 +423,9 @@ def test_frames_that_are_refused():
 
 @pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
 def test_a_body_on_a_few_cells_and_one_on_all():
-    """The few do not spoil the other: its settlement is that of 16 times as many cells."""
+    """The few do not spoil the other: its settlement is that of four times as many cells."""
     loads = [{"force": 1.0, "at": (-0.8, 0.0)}, {"force": 1.0}]
-    few, many = (pair(3.0, disc(n)).solve(loads) for n in (2, 4))
+    few, many = (pair(3.0, disc(n)).solve(loads) for n in (2, 3))
     assert few[1].settlement == pytest.approx(many[1].settlement, rel=5e-4)
     assert few[0].settlement == pytest.approx(many[0].settlement, abs=0.06)
 
