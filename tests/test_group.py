@@ -421,6 +421,15 @@ def test_frames_that_are_refused():
         frame.solve([{"settlement": 1.0, "at": (0.2, 0.0)}, {"force": 1.0}])
 
 
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+def test_a_body_on_a_few_cells_and_one_on_all():
+    """The few do not spoil the other: its settlement is that of four times as many cells."""
+    loads = [{"force": 1.0, "at": (-0.8, 0.0)}, {"force": 1.0}]
+    few, many = (pair(3.0, disc(n)).solve(loads) for n in (2, 3))
+    assert few[1].settlement == pytest.approx(many[1].settlement, rel=5e-4)
+    assert few[0].settlement == pytest.approx(many[0].settlement, abs=0.06)
+
+
 def test_a_body_that_its_neighbour_leaves_in_the_air():
     """Held higher than the ground settles beside the other: no contact, and nothing is lost."""
     both = pair(2.5)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..elements.balance import can_balance
 from ..kernels.once import computed_once
 from .elastic_solution import ElasticSolution
 from .load import Constraints, Load
@@ -14,6 +15,9 @@ from .pressed import Pressed
 from .problem import Contact
 from .solution import PunchSolution
 from .work import Member
+
+#: cells in contact that lie so wide, over how long they lie, are in a line
+LINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,8 +116,15 @@ class GroupAnswer:
 
     @computed_once
     def positions(self) -> ndarray | None:
-        """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies)."""
-        group = self.group
+        """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies).
+
+        None beside a body in the air, or on cells in a line, which carry no moments."""
+        group, own = self.group, zip(self.group.punches, self.group.slices, strict=True)
+        under = [(p.collocation_points, self.contact.touching[cells]) for p, cells in own]
+        for body in group.bodies:
+            x, touching = (np.hstack([under[i][k] for i in body]) for k in (0, 1))
+            if not can_balance(x, touching, LINE):
+                return None
         constraints = [
             load.constraints(group.punches[body[0]].origin - centre)
             for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)

@@ -168,15 +168,11 @@ class Work:
         -------
         (2, m) array of float or None
             Leaving out cells where the punch is too far from the ground, and with all cells;
-            None on fewer than a dozen cells of a body, or where only products with a matrix are
-            known and contact is not full.
+            None on fewer than a dozen cells, or where only products with a matrix are known and
+            contact is not full.
         """
         touching = contact.touching
-        body = np.repeat(
-            [part.body for part in self.parts], [len(p.footprint) for p in self.parts]
-        )
-        cells = np.bincount(body)
-        if (np.bincount(body, touching) < np.minimum(DOZEN, cells)).any():
+        if touching.sum() < min(DOZEN, len(touching)):
             return None
         position = partial(self.position, constraints, frame)
         if touching.all() and contact.flat is None:

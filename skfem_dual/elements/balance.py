@@ -81,10 +81,11 @@ def balanced(
     return values + factor @ shares
 
 
-def can_balance(x: ndarray, part: ndarray) -> bool:
-    """Whether some of the points ``x`` are at least three and far from lying in a line."""
+def can_balance(x: ndarray, part: ndarray, wide: float = 0.05) -> bool:
+    """Whether some of the points ``x`` are at least three and far from lying in a line, by how
+    ``wide`` they lie over how long."""
     if np.count_nonzero(part) < 3:
         return False
     arm = x[:, part] - x[:, part].mean(axis=1, keepdims=True)
     widths = np.linalg.svd(arm, compute_uv=False)
-    return bool(widths[1] > 0.05 * widths[0])
+    return bool(widths[1] > wide * widths[0])
