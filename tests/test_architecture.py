@@ -139,6 +139,7 @@ LAYERS = [
         "operators.attempts",
         "operators.influence_operator",
         "operators.factors",
+        "operators.known_entries",
         "operators.preconditioner",
         "operators.flattened",
         "operators.iterative",

@@ -24,7 +24,7 @@ REMAINDER = 0.4
 #: between takes memory
 MANY, BLOCK = 500_000, 3
 #: attempts to reach a tolerance
-ATTEMPTS = 4
+ATTEMPTS = 5
 
 Kept = ndarray | FastSummation | BlockToeplitz
 
@@ -34,7 +34,8 @@ def within(
 ) -> tuple[Kept, float, float]:
     """What is made with tolerances from ``rtol`` on down until its error is less; its errors.
 
-    The first attempt of a fast summation is by one that is ``known`` to other points.
+    The first attempt of a fast summation is by one that is ``known`` to other points, the second
+    the first with a sharper M2L.
     """
     if isinstance(entries.substrate, PeriodicGround):
         return _periodic(entries.substrate, entries.partition)
@@ -46,16 +47,20 @@ def within(
     elif rtol >= EXACT and entries.substrate.remainder is not None:  # and errors add up
         tolerance *= REMAINDER * min(1.0, sample.least)
     kept: Kept
-    for _ in range(ATTEMPTS):
-        if method == "fast" and known is not None:
-            ground = entries.substrate, entries.partition, entries.x, entries.weights
-            kept, known = known.at(*ground), None
+    ground = entries.substrate, entries.partition, entries.x, entries.weights
+    for attempt in range(ATTEMPTS):
+        if attempt == 0 and method == "fast" and known is not None:
+            kept = known.at(*ground)
+        elif attempt == 1 and method == "fast":
+            kept = cast(FastSummation, kept).sharper(*ground)
         else:
             kept = make(entries, tolerance, rtol)
         error, row_error = sample.errors(partial(product, entries, kept))
         worst = max(error, row_error / ROWS)
         if worst <= rtol or rtol < EXACT:
             return kept, error, row_error
+        if attempt == 0 and method == "fast":
+            continue
         tolerance *= min(0.5, 0.7 * rtol / worst)
         del kept  # gives back its memory first
         if tolerance < EXACT / 10:

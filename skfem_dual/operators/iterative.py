@@ -164,7 +164,7 @@ def _together(
             except StopIteration as end:
                 found[k] = end.value
                 bar.update()
-        answers = {}
+        answers, answer = {}, None  # gives back its memory first
         if asked:
             pressures = np.stack([inverse @ y for y in asked.values()])
             answers = dict(zip(asked, np.ascontiguousarray(product(pressures.T).T)))

@@ -110,8 +110,9 @@ class NearEntries:
 
     @property
     def nbytes(self) -> int:
-        """Memory beside what is shared."""
-        return sum(a.nbytes for a in (*self.layout, *self.rows[:4]))
+        """Memory."""
+        kept = *self.layout, *self.rows[:4], self.x, *self.circles
+        return sum(a.nbytes for a in kept)
 
     def add(self, q: ndarray, dipoles: ndarray | None, out: ndarray, run: Run) -> None:
         """Add what pressures (s, n) and dipoles (s, 2, n) make to settlements (s, m)."""
@@ -161,75 +162,84 @@ def _keep(begin, end, layout, x, circles, charge, given, values, units, greatest
 
 @vectorised
 def _add_near(begin, end, layout, near, x, circles, fall, q, dipoles, out):
-    """Every entry is read once for three vectors; dipoles as `slope_correction` has them."""
     rows, starts, columns, offsets = layout
     values, units, greatest, own, charge = near
-    middles, squares = circles
+    coefficient, rest, least, factor = fall
     widest, sets, some = 0, q.shape[0], dipoles.shape[2] > 0
     for k in range(begin, end):
         widest = max(widest, starts[k + 1] - starts[k])
-    cx, cy, square = np.empty(widest), np.empty(widest), np.empty(widest)
-    e, fx, fy, load = (
-        np.empty(widest),
-        np.zeros(widest),
-        np.zeros(widest),
-        np.zeros((sets, 3, widest)),
-    )
-    coefficient, least, factor = fall.coefficient, fall.least, fall.factor
-    table, first = fall.rest.coefficients, fall.rest.first
+    cells, acting = np.empty((3, widest)), np.zeros((3, widest))
+    load, total = np.zeros((sets, 3, widest)), np.empty(sets)
     for k in range(begin, end):
         width = starts[k + 1] - starts[k]
         for c in range(width):
             j = columns[starts[k] + c]
-            cx[c], cy[c], square[c] = middles[0, j], middles[1, j], squares[j]
+            cells[0, c], cells[1, c] = circles.middles[0, j], circles.middles[1, j]
+            cells[2, c] = circles.squares[j]
             for s in range(sets):
                 load[s, 0, c] = q[s, j]
                 if some:
                     load[s, 1, c], load[s, 2, c] = dipoles[s, 0, j], dipoles[s, 1, j]
-        at = offsets[k]
         for i in range(rows[0, k], rows[1, k]):
-            x0, y0, unit = x[0, i], x[1, i], units[i]
+            place = x[0, i], x[1, i]
             if charge > 0.0 or some:
-                for c in range(width):
-                    dx, dy = x0 - cx[c], y0 - cy[c]
-                    r2 = dx * dx + dy * dy
-                    g = 1.0 / np.sqrt(r2) if r2 > AT_REST * square[c] else 0.0
-                    f = coefficient * g * g * g
-                    fx[c], fy[c] = f * dx, f * dy
-                    e[c] = charge * square[c] * g + unit * values[at + c]
-            else:
-                for c in range(width):
-                    e[c] = unit * values[at + c]
-            if width > 0:
-                e[own[i]] = greatest[i]
+                _act(width, place, cells, charge, coefficient, acting)
             if factor > 0.0 and some:
-                for c in range(width):
-                    dx, dy = x0 - cx[c], y0 - cy[c]
-                    r2 = dx * dx + dy * dy
-                    u = max(r2, square[c], least)
-                    f = factor * square_value(table, first, u) * (2 - r2 / u)
-                    fx[c] += f * dx
-                    fy[c] += f * dy
-            for s in range(0, sets - 2, 3):
-                one, two, three = 0.0, 0.0, 0.0
-                for c in range(width):
-                    one += load[s, 0, c] * e[c] + load[s, 1, c] * fx[c] + load[s, 2, c] * fy[c]
-                    two += (
-                        load[s + 1, 0, c] * e[c]
-                        + load[s + 1, 1, c] * fx[c]
-                        + load[s + 1, 2, c] * fy[c]
-                    )
-                    three += (
-                        load[s + 2, 0, c] * e[c]
-                        + load[s + 2, 1, c] * fx[c]
-                        + load[s + 2, 2, c] * fy[c]
-                    )
-                out[s, i] += one
-                out[s + 1, i] += two
-                out[s + 2, i] += three
-            for s in range(sets - sets % 3, sets):
-                total = 0.0
-                for c in range(width):
-                    total += load[s, 0, c] * e[c] + load[s, 1, c] * fx[c] + load[s, 2, c] * fy[c]
-                out[s, i] += total
-            at += width
+                _add_rest(width, place, cells, rest, least, factor, acting)
+            at, unit = offsets[k] + (i - rows[0, k]) * width, units[i]
+            for c in range(width):
+                acting[0, c] += unit * values[at + c]
+            if width > 0:
+                acting[0, own[i]] = greatest[i]
+            _sum(width, load, acting, total)
+            acting[0] = 0.0
+            for s in range(sets):
+                out[s, i] += total[s]
+
+
+@vectorised
+def _act(width, place, cells, charge, coefficient, acting):
+    """Put what charges and unit dipoles along x and y in the middles of ``cells`` do."""
+    x, y = place
+    for c in range(width):
+        dx, dy, square = x - cells[0, c], y - cells[1, c], cells[2, c]
+        r2 = dx * dx + dy * dy
+        g = 1.0 / np.sqrt(r2) if r2 > AT_REST * square else 0.0
+        f = coefficient * g * g * g
+        acting[0, c], acting[1, c], acting[2, c] = charge * square * g, f * dx, f * dy
+
+
+@vectorised
+def _add_rest(width, place, cells, rest, least, factor, acting):
+    """Add what unit dipoles do by the remainder, see `slope_correction`."""
+    x, y = place
+    table, first = rest.coefficients, rest.first
+    for c in range(width):
+        dx, dy, square = x - cells[0, c], y - cells[1, c], cells[2, c]
+        r2 = dx * dx + dy * dy
+        u = max(r2, square, least)
+        f = factor * square_value(table, first, u) * (2 - r2 / u)
+        acting[1, c] += f * dx
+        acting[2, c] += f * dy
+
+
+@vectorised
+def _sum(width, load, acting, total):
+    """Put sums of loads times what they do, what they do read once for three vectors."""
+    sets = load.shape[0]
+    for s in range(0, sets - 2, 3):
+        one, two, three = 0.0, 0.0, 0.0
+        for c in range(width):
+            e, fx, fy = acting[0, c], acting[1, c], acting[2, c]
+            one += load[s, 0, c] * e + load[s, 1, c] * fx + load[s, 2, c] * fy
+            two += load[s + 1, 0, c] * e + load[s + 1, 1, c] * fx + load[s + 1, 2, c] * fy
+            three += load[s + 2, 0, c] * e + load[s + 2, 1, c] * fx + load[s + 2, 2, c] * fy
+        total[s], total[s + 1], total[s + 2] = one, two, three
+    for s in range(sets - sets % 3, sets):
+        total[s] = 0.0
+        for c in range(width):
+            total[s] += (
+                load[s, 0, c] * acting[0, c]
+                + load[s, 1, c] * acting[1, c]
+                + load[s, 2, c] * acting[2, c]
+            )

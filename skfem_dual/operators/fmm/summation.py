@@ -1,6 +1,6 @@
 """The fast multipole method put together; the package tells which step is which function."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import ndarray
@@ -40,6 +40,8 @@ OCCUPANCY = 11.0
 SINGLE = 1e-7
 #: and from this one on, in centroids on homogeneous ground, near ones in short integers
 SHORT = 5e-7
+#: tolerance of M2L over that of the summation; and where that is not met with it
+ROUGHER, SHARPER = 10.0, 2.5
 
 
 def order_for(rtol: float) -> int:
@@ -134,6 +136,18 @@ class FastSummation:
         known = tuple(far.p2m for far in self.far_fields)
         return self._of(tree, substrate, partition, x, weights, self.rtol, known)
 
+    def sharper(
+        self, substrate: Substrate, partition: Partition, x: ndarray, weights: EdgeWeights | None
+    ) -> "FastSummation":
+        """With M2L to a part of the tolerance, which takes no time but in products."""
+        laws = _laws(substrate, partition, x, weights, self.chebyshev, SHARPER * self.rtol)
+        far_lists = [self.tree.far_lists(level) for level in range(len(self.tree.levels) - 1)]
+        far_fields = tuple(
+            replace(far, m2l=m2l_translations(self.tree, far_lists, factors))
+            for far, (*_, factors) in zip(self.far_fields, laws, strict=True)
+        )
+        return replace(self, far_fields=far_fields)
+
     @classmethod
     def _of(
         cls,
@@ -163,7 +177,7 @@ class FastSummation:
         p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, near_dtype)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
         del near, place  # gives back its memory first
-        laws = _laws(substrate, partition, x, weights, chebyshev, 10 * rtol)
+        laws = _laws(substrate, partition, x, weights, chebyshev, ROUGHER * rtol)
         known = tree, chebyshev.order, circles
         p2m = p2m or tuple(CellExpansions.of(*known, moments, dtype) for moments, *_ in laws)
         levels = range(len(tree.levels) - 1)

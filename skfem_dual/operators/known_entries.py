@@ -1,0 +1,99 @@
+"""Entries of a fast summation for blocks of cells that are near each other."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy import ndarray
+
+from ..kernels.compiled import inputs, vectorised
+from .fmm.loops import Layout
+from .fmm.near_entries import Rows, charge_at
+from .fmm.summation import FastSummation
+from .influence_operator import InfluenceOperator
+
+
+class KnownEntries(NamedTuple):
+    """Entries of a fast summation that are known, and points for the others.
+
+    Attributes
+    ----------
+    point, cell : (n,) array of int
+        Row and column of each cell in the order of the blocks.
+    block : (n,) array of int
+        Block that has each row.
+    layout, rows : Layout, Rows
+        Blocks of near entries, `FastSummation.p2p`.
+    x, centroids : (2, n) array of float
+        Collocation points and centroids.
+    charges : (n,) array of float
+        What unit pressures on cells leave at unit distance.
+    unit : float
+        That of a circle of unit radius.
+    """
+
+    point: ndarray
+    cell: ndarray
+    block: ndarray
+    layout: Layout
+    rows: Rows
+    x: ndarray
+    centroids: ndarray
+    charges: ndarray
+    unit: float
+
+    @classmethod
+    def from_summation(
+        cls, fast: FastSummation, operator: InfluenceOperator, cells: ndarray
+    ) -> "KnownEntries":
+        """With the ``cells`` in the order of the blocks."""
+        n = len(cells)
+        rank = np.empty((2, n), np.int32)
+        rank[0, fast.tree.points] = rank[1, fast.tree.cells] = np.arange(n)
+        rows = fast.p2p.layout.rows
+        order = np.argsort(rows[0])
+        block = np.repeat(order, (rows[1] - rows[0])[order])  # all points are in one
+        partition = operator.partition
+        unit = np.pi * operator.substrate.singular_coefficient
+        charges = unit / np.pi * partition.areas
+        point, cell, block = inputs(rank[0, cells], rank[1, cells], block)
+        x, centroids, charges = inputs(
+            operator.x[:, cells], partition.centroids[:, cells], charges[cells]
+        )
+        return cls(point, cell, block, fast.p2p.layout, fast.p2p.rows, x, centroids, charges, unit)
+
+
+@vectorised
+def look_up(starts, items, known, stamp, place, out):
+    """Square blocks with the rows and columns of some items, from `KnownEntries`; entries that are
+    not known as if charges were in the centroids.
+
+    ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: what the
+    first has of a row, one more than its number, remains true of it.
+    """
+    point, cell, block, kept = known.point, known.cell, known.block, known.rows
+    x, centroids, charges = known.x, known.centroids, known.charges
+    first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
+    offsets, unit = known.layout.offsets, known.unit
+    at = 0
+    for k in range(starts.shape[0] - 1):
+        some = items[starts[k] : starts[k + 1]]
+        for i in some:
+            row, b = point[i], block[point[i]]
+            width = begin[b + 1] - begin[b]
+            base, greatest = offsets[b] + (row - first[b]) * width, kept.own[row]
+            for c in range(width):
+                j = columns[begin[b] + c]
+                stamp[j], place[j] = row + 1, c
+            for j in some:
+                other = cell[j]
+                near = stamp[other] == row + 1
+                if near and place[other] == greatest:
+                    out[at] = kept.greatest[row]
+                else:
+                    dx, dy = x[0, i] - centroids[0, j], x[1, i] - centroids[1, j]
+                    out[at] = 0.0
+                    if not near or kept.charge > 0.0:
+                        out[at] = charge_at(dx, dy, charges[j] / unit, unit)
+                    if near:
+                        out[at] += kept.units[row] * kept.values[base + place[other]]
+                at += 1
