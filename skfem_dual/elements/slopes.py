@@ -248,7 +248,7 @@ def _room(starts):
     return np.empty(widest), np.empty(widest)
 
 
-@inlined
+@vectorised
 def _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy):
     """Put what the slope of a cell along x and along y takes from the cells around it; returns
     where these begin and how many they are."""
@@ -285,7 +285,8 @@ def _fill(around, values):
     gx, gy = _room(starts)
     for i in range(starts.shape[0] - 1):
         begin, width = _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy)
-        values[0, begin : begin + width], values[1, begin : begin + width] = gx[:width], gy[:width]
+        for k in range(width):
+            values[0, begin + k], values[1, begin + k] = gx[k], gy[k]
 
 
 @vectorised
