@@ -36,8 +36,9 @@ OVERLAP = 0.9
 AROUND = 100
 #: greatest short integer
 GREATEST = 32767
-#: large boxes, about, and the fewest cells in one
-COARSE, FEWEST = 1000, 30
+#: large boxes, about; over the root of the number of cells, where that is more: a million take 9
+#: steps with 3000 and 11 with 1000; and the fewest cells in one
+COARSE, BY_ROOT, FEWEST = 1000, 3.0, 30
 
 
 def approximate_inverse(operator: InfluenceOperator) -> "Preconditioner | Convolution":
@@ -153,7 +154,8 @@ class Coarse:
         """Of the cells of an operator."""
         partition = operator.partition
         n = len(partition)
-        box = large_boxes(partition, max(FEWEST, n // COARSE))
+        size = min(n / COARSE, n**0.5 / BY_ROOT)
+        box = large_boxes(partition, max(FEWEST, int(size)))
         areas = np.bincount(box, partition.areas)
         middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
         squares = _squares(middles / areas, np.sqrt(areas))

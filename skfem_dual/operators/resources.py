@@ -13,7 +13,7 @@ from .fmm.summation import SHORT, SINGLE, order_for
 PRODUCTS = 20
 #: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; and after it,
 #: for an approximate inverse and iterations
-BEFORE, AFTER = 430.0, 160.0
+BEFORE, AFTER = 430.0, 300.0
 #: what the cells on the edge of a plan take besides, over the root of the number of all
 EDGE = 1.6e5
 
