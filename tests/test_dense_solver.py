@@ -32,6 +32,8 @@ def test_solutions_to_rounding_without_factors(mesh, ground):
     assert np.abs(punch.matrix @ found - rhs).max() < 1e-12 * np.abs(rhs).max()
     assert "factors" not in vars(solver)
     assert solver.solve(rhs[:, 0]) == pytest.approx(found[:, 0], rel=1e-11)
+    assert solver.condition_number(punch.matrix) > 1
+    assert np.array_equal(solver.solve(rhs), found)  # whoever asked before
 
 
 def test_factors_where_iterations_do_not_end():

@@ -5,6 +5,7 @@ import pytest
 from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import (
+    ConvergenceWarning,
     GradedHalfSpace,
     HalfSpace,
     InfluenceOperator,
@@ -16,7 +17,7 @@ from skfem_dual import (
 from skfem_dual.contact import line_law
 from skfem_dual.grids.partition import Partition
 from skfem_dual.operators.iterative import solve_many
-from skfem_dual.operators.toeplitz import FEW, BlockToeplitz, symbol_on, wave_numbers
+from skfem_dual.operators.toeplitz import FEW, BlockToeplitz, Convolution, symbol_on, wave_numbers
 
 GROUNDS = {
     "homogeneous": (HalfSpace(2.0, 0.3), 1e-13),
@@ -154,3 +155,15 @@ def test_hertz_on_a_regular_grid():
         errors.append([solution.settlement - 1, solution.pressure.max() * np.pi / 2 - 1])
     assert np.abs(errors[1]).max() < 2e-3
     assert np.abs(errors[1]).max() < 0.5 * np.abs(errors[0]).max()
+
+
+def test_transforms_that_go_wrong_are_found_out(monkeypatch):
+    """Solutions are checked on exact rows, not by the products that found them."""
+    punch = RigidPunch(HalfSpace(1.0, 0.0), square(20, 1.25), gap=Paraboloid(1.0))
+    right = punch.solve(0.1)
+    assert right.success
+    product = Convolution.__matmul__
+    monkeypatch.setattr(Convolution, "__matmul__", lambda self, q: 1.01 * product(self, q))
+    with pytest.warns(ConvergenceWarning, match="equations do not hold"):
+        wrong = punch.solve(0.1)
+    assert not wrong.success

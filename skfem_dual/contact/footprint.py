@@ -29,7 +29,7 @@ from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.entries import SAMPLES, Entries, some_rows
+from ..operators.entries import ALIKE, SAMPLES, Entries, some_rows
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.resources import require_memory
@@ -194,11 +194,10 @@ class LoadedCells:
 
     @computed_once
     def exact_rows(self) -> "ExactRows | None":
-        """Some rows of the matrix; None on regular grids, whose operator has met such rows, and on
-        periodic ground, whose products are the only ones."""
-        if self.regular or isinstance(self.substrate, PeriodicGround):
+        """Some rows of the matrix; None on periodic ground, whose products are the only ones."""
+        if isinstance(self.substrate, PeriodicGround):
             return None
-        i = some_rows(len(self), len(self), SAMPLES)
+        i = some_rows(len(self), len(self), ALIKE if self.regular else SAMPLES)
         return ExactRows(i, self.influence(self.collocation_points[:, i]))
 
     def usable_symmetry(self) -> Symmetry | None:

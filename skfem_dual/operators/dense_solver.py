@@ -56,7 +56,7 @@ class DenseSolver:
     def solve(self, rhs: ndarray) -> ndarray:
         """Solutions for right-hand sides (n,) or (n, k)."""
         columns = rhs.reshape(len(rhs), -1)
-        if "factors" not in vars(self) and columns.shape[1] <= FEW:
+        if columns.shape[1] <= FEW:  # whether factors are there or not: the same bits
             few = FewColumns(self.matrix)
             found = solve_many(few, columns, ROUNDING, preconditioner=self.inverse, most=MOST)
             if found.success:

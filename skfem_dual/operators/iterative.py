@@ -15,7 +15,7 @@ import numpy as np
 from numpy import ndarray
 from tqdm import tqdm
 
-from ..arguments import checked_array, checked_instance, checked_number
+from ..arguments import checked_array, checked_instance, checked_integer, checked_number
 from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
 from .preconditioner import approximate_inverse
@@ -122,6 +122,7 @@ def solve_many(
     """
     rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column")
     rtol = checked_number("rtol", rtol, above=0, below=1)
+    most = MOST if most is None else checked_integer("most", most, at_least=1)
     inverse = preconditioner
     if inverse is None:
         remedy = "give a preconditioner of it"
@@ -134,7 +135,7 @@ def solve_many(
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
-        searches = [_search(b, rtol, most or MOST, bar, dtype) for b in rhs.T]
+        searches = [_search(b, rtol, most, bar, dtype) for b in rhs.T]
         for k, (y, history) in enumerate(_together(product, inverse, searches, bar)):
             solution[:, k] = inverse @ y
             residuals.append(history)
