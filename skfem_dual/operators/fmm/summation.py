@@ -12,9 +12,12 @@ from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
+from ...kernels.once import computed_once
 from ...kernels.threads import Threads
 from .assembly import (
     Factors,
+    first_columns,
+    first_rows,
     l2l_translation,
     m2l_translations,
     m2m_translation,
@@ -43,10 +46,13 @@ SHORT = 5e-7
 #: tolerance of M2L over that of the summation; and where that is not met with it
 ROUGHER, SHARPER = 10.0, 2.5
 
+#: least order of expansions
+LEAST = 4
+
 
 def order_for(rtol: float) -> int:
     """Order of expansions for a relative error of settlements under pressures of one sign."""
-    return max(4, int(np.ceil(-2 * np.log10(rtol) - 3 - 1e-9)))
+    return max(LEAST, int(np.ceil(-2 * np.log10(rtol) - 3 - 1e-9)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,6 +206,28 @@ class FastSummation:
                 for own, (_, kernel, factors) in zip(p2m, laws, strict=True)
             ),
             DipoleSummation.from_tree(tree, chebyshev, lists.p2l, circles, fall),
+        )
+
+    @computed_once
+    def coarse(self) -> "FastSummation":
+        """By the first terms of the expansions, those of the least order: to percents."""
+        chebyshev = Chebyshev(LEAST)
+        terms, few = self.chebyshev.terms, chebyshev.terms
+        return replace(
+            self,
+            chebyshev=chebyshev,
+            m2m=tuple(t.cut(few) for t in self.m2m),
+            l2l=tuple(t.cut(few) for t in self.l2l),
+            p2l=first_rows(self.p2l, terms, few),
+            far_fields=tuple(
+                FarField(
+                    far.p2m.cut(LEAST),
+                    tuple(t.cut(few) for t in far.m2l),
+                    first_columns(far.m2p, terms, few),
+                )
+                for far in self.far_fields
+            ),
+            dipoles=self.dipoles.cut(few),
         )
 
     @property
