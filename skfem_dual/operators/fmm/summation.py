@@ -6,7 +6,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
-from ...elements.moments import DEGREE, Multipoles, pressure_moments, radii
+from ...elements.moments import Multipoles, pressure_moments, radii
 from ...elements.near import NearField
 from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
@@ -26,7 +26,7 @@ from .assembly import (
 )
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
-from .expansions import CellExpansions, Moments
+from .expansions import CellExpansions, Moments, degree_of
 from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
@@ -291,13 +291,13 @@ def _laws(
     tolerance: float,
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
-    every = np.ones(len(OFFSETS), bool)
+    every, degree = np.ones(len(OFFSETS), bool), degree_of(chebyshev.order)
     singular = substrate.surface.influence
     left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
         (
-            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells).moments,
+            lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
             lambda h, _: (left, core / h, right),
         )
@@ -306,7 +306,7 @@ def _laws(
         reached = np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1))
         table.evaluate(table.omega, reached)  # refuses what is beyond the table
         kernel = _remainder(table, substrate.surface.young)
-        of_pieces = pressure_moments(partition, weights, DEGREE)
+        of_pieces = pressure_moments(partition, weights, degree)
         laws.append(
             (
                 lambda cells: of_pieces[..., cells],
