@@ -161,7 +161,7 @@ def test_multipole_expansions_are_integrals_of_the_polynomials():
     middle, half = np.array([[0.1], [-0.2]]), np.array([1.3])
     disc_of_cells = Clusters(*inputs(np.array([[0], [n]]), middle, half))
     moments = polygon_moments(polygons, degree) / polygons.areas
-    moments = np.array([moments[i, j] / half ** (i + j) for i in range(6) for j in range(6 - i)])
+    moments = np.array([moments[i, j] / half ** (i + j) for i, j in terms.degrees.T])
     loads = Loads(*inputs(polygons.centroids, polygons.areas / np.pi, moments), degree + 1)
     rng = np.random.default_rng(0)
     pressures, dipoles = inputs(rng.random((3, n)), rng.random((3, 2, n)))

@@ -272,6 +272,18 @@ class InfluenceOperator(LinearOperator):
         q = checked_array("q", q, (self.shape[1], "k"))
         return product(self._entries, self._kept, q, rough=True)
 
+    def coarsely(self, q: ndarray) -> ndarray:
+        """Settlements under pressures (n, k) without slopes, to percents, by short expansions.
+
+        Raises
+        ------
+        TypeError
+            If the operator is not a fast summation.
+        """
+        if self.summation is None:
+            raise TypeError(f"expected a fast summation, got {self.method}")
+        return self._entries.summed(self.summation.coarse, q, None)
+
     def with_slopes(self, q: ndarray, slopes: Callable[[ndarray], ndarray]) -> ndarray:
         """Settlements under mean pressures and other slopes than theirs, see `Entries.summed`.
 

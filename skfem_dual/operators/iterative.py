@@ -7,7 +7,7 @@ single precision: Aliaga et al., Compressed basis GMRES, Int. J. High Perform. C
 (2023) 82.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, cast
 
@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ..arguments import checked_array, checked_instance, checked_integer, checked_number
 from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
-from .preconditioner import approximate_inverse
+from .preconditioner import Preconditioner, approximate_inverse
 
 #: directions that GMRES keeps before it starts anew
 RESTART = 60
@@ -128,17 +128,17 @@ def solve_many(
         remedy = "give a preconditioner of it"
         checked_instance("operator", operator, InfluenceOperator, remedy)
         inverse = approximate_inverse(cast(InfluenceOperator, operator))
-    product, dtype = operator.__matmul__, np.float32 if rtol >= ROUGH else np.float64
+    dtype = np.float32 if rtol >= ROUGH else np.float64
+    product = operator.__matmul__
     if rtol >= ROUGH and isinstance(operator, InfluenceOperator):
         product = operator.roughly
-    solution, residuals = np.zeros_like(rhs), []
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
         searches = [_search(b, rtol, most, bar, dtype) for b in rhs.T]
-        for k, (y, history) in enumerate(_together(product, inverse, searches, bar)):
-            solution[:, k] = inverse @ y
-            residuals.append(history)
+        found = _together(product, inverse, searches, bar)
+        vectors, residuals = zip(*found) if found else ((), ())
+        solution = _answered(inverse, vectors) if found else np.zeros_like(rhs)
     solution.setflags(write=False)
     failed = [k for k, history in enumerate(residuals) if history[-1] > 1.01 * rtol]
     iterations = tuple(len(history) - 1 for history in residuals)
@@ -148,7 +148,7 @@ def solve_many(
     message = f"residuals after {counts}"
     if failed:
         message += f"; columns {failed} have not converged to {rtol:g}"
-    return IterativeSolution(solution, tuple(residuals), iterations, not failed, message)
+    return IterativeSolution(solution, residuals, iterations, not failed, message)
 
 
 def _together(
@@ -167,10 +167,17 @@ def _together(
                 bar.update()
         answers, answer = {}, None  # gives back its memory first
         if asked:
-            pressures = np.stack([inverse @ y for y in asked.values()])
-            answers = dict(zip(asked, np.ascontiguousarray(product(pressures.T).T)))
+            pressures = _answered(inverse, list(asked.values()))
+            answers = dict(zip(asked, np.ascontiguousarray(product(pressures).T)))
             del pressures
     return [found[k] for k in range(len(searches))]
+
+
+def _answered(inverse: Product, vectors: Sequence[ndarray]) -> ndarray:
+    """What an approximate inverse makes of vectors, in columns."""
+    if isinstance(inverse, Preconditioner):
+        return inverse @ np.stack(vectors, axis=1)
+    return np.stack([inverse @ v for v in vectors], axis=1)
 
 
 def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Search":

@@ -1,9 +1,11 @@
 """An approximate inverse of influence operators, in two levels.
 
-Settlements that vary slowly are answered by uniform pressures on large boxes, the rest by
+Settlements that vary slowly are answered by uniform pressures on large boxes, what these leave by
 solutions on small groups of cells with their neighbours, of which each group keeps its own part:
-restricted additive Schwarz (Cai and Sarkis, SIAM J. Sci. Comput. 21 (1999) 792) below a coarse
-space of uniform pressures (Smith, Bjorstad and Gropp, Domain Decomposition, 1996).
+restricted additive Schwarz (Cai and Sarkis, SIAM J. Sci. Comput. 21 (1999) 792) after a coarse
+space of uniform pressures (Smith, Bjorstad and Gropp, Domain Decomposition, 1996: multiplicative).
+What they leave is known to percents from a short product; taken for the settlements less their
+means over the boxes it would cost twice the steps.
 """
 
 from dataclasses import dataclass
@@ -58,10 +60,13 @@ class Preconditioner:
         What answers settlements that vary from cell to cell.
     coarse : Coarse
         What answers slowly varying ones.
+    acting : InfluenceOperator or None
+        Tells what the latter leave; otherwise that is settlements less their means over the boxes.
     """
 
     groups: "Groups"
     coarse: "Coarse"
+    acting: InfluenceOperator | None
 
     @classmethod
     def from_operator(cls, operator: InfluenceOperator) -> "Preconditioner":
@@ -76,13 +81,18 @@ class Preconditioner:
             raise ValueError(f"expected a square operator, got shape {operator.shape}")
         acting = operator.to_dense() if operator.summation is None else operator
         groups = Groups.from_operator(acting, operator.partition)
-        return cls(groups, Coarse.from_operator(operator))
+        fast = None if operator.summation is None else operator
+        return cls(groups, Coarse.from_operator(operator), fast)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate pressures under settlements ``w`` of shape (n,)."""
-        out, rest = self.coarse.split(w)
-        out += self.groups @ rest
-        return out
+        """Approximate pressures under settlements ``w`` of shape (n,) or (n, k)."""
+        columns = w.reshape(len(w), -1)
+        out, rest = (np.array(x).T for x in zip(*map(self.coarse.split, columns.T)))
+        if self.acting is not None:
+            rest = columns - self.acting.coarsely(out)
+        for k in range(columns.shape[1]):
+            out[:, k] += self.groups @ rest[:, k]
+        return out.reshape(w.shape)
 
 
 @dataclass(frozen=True, eq=False)

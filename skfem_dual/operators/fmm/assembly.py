@@ -124,6 +124,23 @@ def m2p_blocks(
     return SparseBlocks(layout, values)
 
 
+def first_rows(blocks: SparseBlocks, terms: int, few: int) -> SparseBlocks:
+    """To the first few of the ``terms`` of each local expansion, of `p2l_blocks`."""
+    rows, starts, columns, offsets = blocks.layout
+    inside = np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
+    kept = inside < np.repeat(few * np.diff(starts), np.diff(offsets))
+    layout = Layout.from_lists(rows // terms * few, starts, columns)
+    return SparseBlocks(layout, blocks.values[kept])
+
+
+def first_columns(blocks: SparseBlocks, terms: int, few: int) -> SparseBlocks:
+    """From the first few of the ``terms`` of each multipole expansion, of `m2p_blocks`."""
+    rows, starts, columns, _ = blocks.layout
+    columns = columns.reshape(-1, terms)[:, :few] // terms * few + np.arange(few)
+    layout = Layout.from_lists(rows, starts // terms * few, columns.ravel())
+    return SparseBlocks(layout, blocks.values.reshape(-1, terms)[:, :few].ravel())
+
+
 def _filled(
     layout: Layout, dtype: type, fill: Callable[[slice, ndarray, ndarray], None]
 ) -> ndarray:

@@ -30,14 +30,14 @@ Kernel = Callable[[ndarray], ndarray]
 
 @dataclass(frozen=True)
 class Chebyshev:
-    """The terms of a total degree below ``order``, in a fixed order."""
+    """The terms of a total degree below ``order``, ascending: first those of lower orders."""
 
     order: int
 
     @computed_once
     def degrees(self) -> ndarray:
         """Degrees in x and in y, shape (2, terms)."""
-        return np.array([(a, b) for a in range(self.order) for b in range(self.order - a)]).T
+        return np.array([(a, d - a) for d in range(self.order) for a in range(d + 1)]).T
 
     @property
     def terms(self) -> int:
@@ -103,7 +103,7 @@ class Chebyshev:
         """
         out = np.zeros((len(OFFSETS), self.terms, self.terms))
         a, b = self.degrees
-        swapped = np.lexsort((a, b))  # the term (b, a) of each (a, b)
+        swapped = np.lexsort((b, a + b))  # the term (b, a) of each (a, b)
         odd = np.array([1 - 2 * (d % 2) for d in (a, b)])
         for along, across in {(max(o), min(o)) for o in np.abs(OFFSETS[needed]).tolist()}:
             sources = self.grid * PADDING + [[2 * along], [2 * across]]

@@ -4,7 +4,7 @@ They act through the expansions of the pressures, see `CellExpansions`, and on p
 see `NearEntries`. What they do is computed in every product: that takes no memory.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -55,6 +55,10 @@ class DipoleSummation:
         middle, half = tree.middle[:, beside.boxes], tree.half[beside.boxes]
         grid = middle[:, :, None] + half[:, None] * chebyshev.grid[:, None]
         return cls(beside, grid, chebyshev.coefficients, circles, fall)
+
+    def cut(self, terms: int) -> Self:
+        """To the first terms only."""
+        return replace(self, coefficients=np.ascontiguousarray(self.coefficients[:, :terms]))
 
     @property
     def nbytes(self) -> int:

@@ -5,13 +5,12 @@ take three times the memory.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy import ndarray
 
-from ...elements.moments import DEGREE
 from ...elements.slope_correction import Circles
 from ...kernels.compiled import inputs
 from ...kernels.threads import Threads
@@ -22,6 +21,11 @@ from .quadtree import Quadtree
 
 #: moments of some cells about their centroids, see `elements.moments.Multipoles`
 Moments = Callable[[ndarray], ndarray]
+
+
+def degree_of(order: int) -> int:
+    """Degree of the moments of cells that expansions of an order take."""
+    return order // 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +57,8 @@ class CellExpansions:
         boxes = np.nonzero(tree.own > tree.sources[0])[0]
         boxes = boxes[np.argsort(tree.sources[0, boxes])]
         own, half = np.stack([tree.sources[0, boxes], tree.own[boxes]]), PADDING * tree.half[boxes]
-        orders = min(DEGREE, order // 2) + 1
-        degrees = np.array([(i, j) for i in range(orders) for j in range(orders - i)]).T
+        orders = degree_of(order) + 1
+        degrees = np.array([(i, d - i) for d in range(orders) for i in range(d + 1)]).T
         kept: ndarray = np.empty((degrees.shape[1], len(circles.squares)), dtype)
 
         def work(k: slice) -> None:
@@ -68,6 +72,11 @@ class CellExpansions:
         clusters = Clusters(*inputs(own, tree.middle[:, boxes], half))
         boxes, kept = inputs(boxes, kept)
         return cls(boxes, clusters, Loads(*circles, kept, orders), order)
+
+    def cut(self, order: int) -> Self:
+        """Of an order that is lower, by areas and centroids of the cells alone."""
+        moments = self.loads.moments[:3]
+        return replace(self, loads=self.loads._replace(moments=moments, orders=2), order=order)
 
     @property
     def nbytes(self) -> int:

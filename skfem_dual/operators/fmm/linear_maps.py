@@ -1,7 +1,7 @@
 """Linear maps of the fast summation as they are kept: sparse blocks, matrices of many boxes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import ndarray
@@ -72,6 +72,10 @@ class Translation:
         args = self.first, self.sources, matrices, given, out
         run(lambda k: translate(k.start, k.stop, *args), len(self.sources))
 
+    def cut(self, terms: int) -> "Translation":
+        """Of the first terms only."""
+        return replace(self, matrices=self.matrices[:, :terms, :terms])
+
     @property
     def nbytes(self) -> int:
         """Memory that depends on the number of boxes."""
@@ -101,6 +105,15 @@ class CompressedTranslation:
         self.core.add(taken, given, run)
         del taken  # gives back its memory first
         self.right.add(given, local, run)
+
+    def cut(self, terms: int) -> "CompressedTranslation":
+        """Of the first terms only, so few that they are not compressed."""
+        outer, core = (self.left.matrices[0], self.right.matrices[0]), self.core.matrices
+        return CompressedTranslation(
+            replace(self.left, matrices=np.eye(terms)[None]),
+            replace(self.core, matrices=outer[0][:terms] @ core @ outer[1][:, :terms]),
+            replace(self.right, matrices=np.eye(terms)[None]),
+        )
 
     @property
     def nbytes(self) -> int:

@@ -40,8 +40,8 @@ class Loads(NamedTuple):
     squares : (n,) array of float
         Areas over pi.
     moments : (k, n) array of float
-        Those of `elements.moments.Multipoles` about the centres in units of area and box, row by
-        row of degrees that add up to less than ``orders``.
+        Those of `elements.moments.Multipoles` about the centres in units of area and box, in the
+        order of `Chebyshev.degrees`, which add up to less than ``orders``.
     orders : int
     """
 
@@ -137,9 +137,9 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
             np.dot(x, loaded.T, product)
             for s in range(sets):
                 term = 0
-                for a in range(order):
-                    for b in range(order - a):
-                        multipole[s, box, term] += product[a, s * order + b]
+                for degree in range(order):
+                    for a in range(degree + 1):
+                        multipole[s, box, term] += product[a, s * order + degree - a]
                         term += 1
 
 
@@ -149,14 +149,14 @@ def _load(moments, y, load, unit, out):
     polynomial in y."""
     order, orders = y.shape[0], y.shape[1] // CELLS
     for b in range(order):
-        row = 0
         for i in range(orders):
+            row = i * (i + 3) // 2
             for c in range(CELLS):
                 unit[c] = moments[row, c] * y[b, c]
             for j in range(1, orders - i):
+                row += i + j
                 for c in range(CELLS):
-                    unit[c] += moments[row + j, c] * y[b, j * CELLS + c]
-            row += orders - i
+                    unit[c] += moments[row, c] * y[b, j * CELLS + c]
             # those along y go with no derivative in x, those along x with the first
             at, other, derivative = i * CELLS, max(2 - i, 0), max(1 - i, 0) * CELLS
             for s in range(load.shape[0]):
@@ -262,9 +262,9 @@ def l2p(begin, end, leaves, boxes, x, order, local, out):
                 tx[a + 1] = 2 * sx * tx[a] - tx[a - 1]
                 ty[a + 1] = 2 * sy * ty[a] - ty[a - 1]
             at = 0
-            for a in range(order):
-                for b in range(order - a):
-                    values[at] = tx[a] * ty[b]
+            for degree in range(order):
+                for a in range(degree + 1):
+                    values[at] = tx[a] * ty[degree - a]
                     at += 1
             for s in range(local.shape[0]):
                 total = 0.0

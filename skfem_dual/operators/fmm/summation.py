@@ -6,15 +6,18 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
-from ...elements.moments import DEGREE, Multipoles, pressure_moments, radii
+from ...elements.moments import Multipoles, pressure_moments, radii
 from ...elements.near import NearField
 from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
+from ...kernels.once import computed_once
 from ...kernels.threads import Threads
 from .assembly import (
     Factors,
+    first_columns,
+    first_rows,
     l2l_translation,
     m2l_translations,
     m2m_translation,
@@ -23,7 +26,7 @@ from .assembly import (
 )
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
-from .expansions import CellExpansions, Moments
+from .expansions import CellExpansions, Moments, degree_of
 from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
@@ -43,10 +46,13 @@ SHORT = 5e-7
 #: tolerance of M2L over that of the summation; and where that is not met with it
 ROUGHER, SHARPER = 10.0, 2.5
 
+#: least order of expansions
+LEAST = 4
+
 
 def order_for(rtol: float) -> int:
     """Order of expansions for a relative error of settlements under pressures of one sign."""
-    return max(4, int(np.ceil(-2 * np.log10(rtol) - 3 - 1e-9)))
+    return max(LEAST, int(np.ceil(-2 * np.log10(rtol) - 3 - 1e-9)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,6 +208,28 @@ class FastSummation:
             DipoleSummation.from_tree(tree, chebyshev, lists.p2l, circles, fall),
         )
 
+    @computed_once
+    def coarse(self) -> "FastSummation":
+        """By the first terms of the expansions, those of the least order: to percents."""
+        chebyshev = Chebyshev(LEAST)
+        terms, few = self.chebyshev.terms, chebyshev.terms
+        return replace(
+            self,
+            chebyshev=chebyshev,
+            m2m=tuple(t.cut(few) for t in self.m2m),
+            l2l=tuple(t.cut(few) for t in self.l2l),
+            p2l=first_rows(self.p2l, terms, few),
+            far_fields=tuple(
+                FarField(
+                    far.p2m.cut(LEAST),
+                    tuple(t.cut(few) for t in far.m2l),
+                    first_columns(far.m2p, terms, few),
+                )
+                for far in self.far_fields
+            ),
+            dipoles=self.dipoles.cut(few),
+        )
+
     @property
     def nbytes(self) -> int:
         """Memory of what is kept."""
@@ -263,13 +291,13 @@ def _laws(
     tolerance: float,
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
-    every = np.ones(len(OFFSETS), bool)
+    every, degree = np.ones(len(OFFSETS), bool), degree_of(chebyshev.order)
     singular = substrate.surface.influence
     left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
         (
-            lambda cells: Multipoles.about_centroids(partition, weights, cells=cells).moments,
+            lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
             lambda h, _: (left, core / h, right),
         )
@@ -278,7 +306,7 @@ def _laws(
         reached = np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1))
         table.evaluate(table.omega, reached)  # refuses what is beyond the table
         kernel = _remainder(table, substrate.surface.young)
-        of_pieces = pressure_moments(partition, weights, DEGREE)
+        of_pieces = pressure_moments(partition, weights, degree)
         laws.append(
             (
                 lambda cells: of_pieces[..., cells],
