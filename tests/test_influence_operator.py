@@ -322,6 +322,13 @@ def test_memory_at_hand():
     assert resources.available_memory() > 2**20
 
 
+def test_rows_by_their_numbers():
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"])
+    assert np.array_equal(operator.rows(3), operator.rows([3]))
+    with pytest.raises(TypeError, match="i as an array of integers"):
+        operator.rows([[1], [2, 3]])
+
+
 WEIGHTS = RigidPunch(GROUNDS["homogeneous"], BASES["triangles"]).weights
 
 

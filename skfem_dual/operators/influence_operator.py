@@ -235,7 +235,8 @@ class InfluenceOperator(LinearOperator):
 
     def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
-        i = checked_indices("i", np.atleast_1d(i), self.shape[0])
+        one = isinstance(i, (int, np.integer))
+        i = checked_indices("i", [i] if one else i, self.shape[0])
         return (self.toeplitz or self._entries).rows(i)
 
     def diagonal(self) -> ndarray:
