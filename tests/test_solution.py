@@ -8,7 +8,7 @@ import pytest
 from plans import annulus, disc, ellipse, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches, moment_rotation
 from skfem_dual.contact import exact
 from skfem_dual.io import read_mesh
 from skfem_dual.kernels.once import computed_once
@@ -258,6 +258,7 @@ def test_shared_arrays_are_read_only():
         solution.punch.basis.dual,
         solution.punch.solve_many([{"force": 1.0}]),
         solution.punch.stiffness(full=True),
+        moment_rotation(solution.punch, 1.0, steps=3),
         group,
         group.solve([{"force": 1.0}]),
     ]

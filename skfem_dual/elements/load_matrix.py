@@ -84,7 +84,8 @@ def load_matrix(
     TypeError
         If ``basis`` is something else, or no field tells which component.
     ValueError
-        If its test functions have no such component, or the basis does not cover the cells, covers them twice or is not in a horizontal plane.
+        If its test functions have no such component, or the basis does not cover the cells,
+        covers them twice or is not in a horizontal plane.
     """
     target = ShapeFunctions.of(basis, component)
     if order is None:
