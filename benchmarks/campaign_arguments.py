@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from skfem import Basis, ElementTriP1, Mesh, MeshTri
+from skfem import Basis, BilinearForm, ElementTriMorley, ElementTriP1, LinearForm, Mesh, MeshTri
+from skfem.helpers import dd, ddot
 
 import skfem_dual
 from skfem_dual.grids import generate
@@ -43,6 +44,12 @@ class Call:
     valid: Mapping[str, Any]
 
 
+@BilinearForm
+def bending(u, v, w):
+    """Stiffness of a plate."""
+    return ddot(dd(u), dd(v))
+
+
 @cache
 def specimens() -> dict[str, Any]:
     """One small object of each kind, and an argument for each name of a parameter."""
@@ -63,14 +70,20 @@ def specimens() -> dict[str, Any]:
     couple = sd.GridCouple.from_dual(dual)
     outline = np.array([[0.0, 2, 2, 0], [0, 0, 1, 1]])
     points = np.array([[0.1, 0.3, -0.2, 0.0], [0.2, -0.1, 0.0, 0.4]])
-    group = sd.RigidPunches([punch, sd.RigidPunch(soil, apart, origin=(3.0, 0.0))])
+    beside = sd.RigidPunch(soil, apart, origin=(3.0, 0.0))
+    group = sd.RigidPunches([punch, beside])
     from skfem_dual import io  # needs a file for everything it reads
 
     meshes = folder / "mesh.vtu"
     mesh.save(str(meshes))
     io.write_dual(folder / "dual.vtu", dual)
     io.write_polygons(folder / "polygons.vtu", dual.polygons, {"p": dual.areas})
-    (folder / "ground.toml").write_text("young = 30.0\npoisson = 0.25\n")
+    (folder / "ground.toml").write_text("base = {young = 30.0, poisson = 0.25}\n")
+    (folder / "plan.csv").write_text("0, 0\n2, 0\n2, 1\n0, 1\n")
+    (folder / "heights.csv").write_text("0, 0.1\n0.2, 0\n")
+    plate = Basis(mesh, ElementTriMorley())
+    raft = sd.ElasticPunch(soil, basis, plate, bending.assemble(plate))
+    weight = LinearForm(lambda v, w: 1.0 * v).assemble(plate)
     nodal = Basis(mesh, ElementTriP1())
     return {
         "mesh": mesh, "dual": dual, "basis": basis, "substrate": soil, "punch": punch,
@@ -97,7 +110,8 @@ def specimens() -> dict[str, Any]:
         "group": group, "folder": folder, "lifted": lifted, "tilt": (0.01, 0.0), "steps": 2,
         "refinements": 1, "i": np.array([0, 2]), "rtol": 1e-6, "radius_": np.array([0.5, 1.0]),
         "functions": [], "q": dual.areas, "write": lambda p: None, "settlement": 0.1,
-        "middle": 2.0,
+        "middle": 2.0, "raft": raft, "structure": plate, "stiffness": raft.stiffness, "f": weight,
+        "bodies": [beside, raft], "beside": beside, "corners": outline.T,
     }  # fmt: skip
 
 
@@ -119,7 +133,19 @@ def overrides() -> dict[str, dict[str, Any]]:
         "Load": {"force": 1.0, "at": (0.1, 0.0)},
         "RigidPunch": {"origin": (0.0, 0.0)},
         "RigidPunch.solve": {"force": 1.0, "at": (0.1, 0.0)},
+        "RigidPunch.pressures_of": {"start": s["solution"]},
+        "ElasticPunch": {"origin": (0.0, 0.0)},
+        "ElasticPunch.solve_many": {"F": [s["f"]]},
+        "ElasticPunch.checked_loads": {"f": s["f"], "x": s["f"]},
+        "Plan.mesh": {"n": 40},
+        "Plan.refine": {"mesh": instances()["Plan"].mesh(n=40)},
+        "Punches.solve": {"loads": [s["load"], s["f"]]},
+        "Plan.read": {"path": folder / "plan.csv"},
+        "Plan.from_rings": {"rings": sd.Plan.circle((0.0, 0.0), 1.0).rings},
+        "MeasuredProfile.read": {"path": folder / "heights.csv", "spacing": (1.0, 1.0)},
+        "InfluenceOperator.roughly": {"q": s["dual"].areas[:, None]},
         "RigidPunches": {"punches": [s["punch"]], "joined": []},
+        "RigidPunches.solve_many": {"cases": [[s["load"]] * 2]},
         "RigidPunches.from_subdomains": {"mesh": s["two"], "names": ["one"], "joined": []},
         "GradedHalfSpace": profile,
         "GradedHalfSpace.init_profile": profile,
@@ -175,6 +201,11 @@ def instances() -> dict[str, Any]:
     return {
         "RigidPunch": s["punch"],
         "RigidPunches": s["group"],
+        "ElasticPunch": s["raft"],
+        "ElasticSolution": s["raft"].solve(s["f"]),
+        "Punches": sd.Punches(s["bodies"]),
+        "CasesSolution": s["punch"].solve_many([s["load"]]),
+        "Plan": sd.Plan.from_polygon(s["corners"]),
         "PunchSolution": s["solution"],
         "DualMesh": s["dual"],
         "GridCouple": s["couple"],

@@ -198,6 +198,8 @@ def test_table(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out.csv"]
     with pytest.raises(FileNotFoundError):
         cases.write(tmp_path / "no" / "out.csv")
+    with pytest.raises(TypeError, match="str or PathLike for path, got None"):
+        cases.write(None)
 
 
 @pytest.mark.slow

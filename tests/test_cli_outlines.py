@@ -95,6 +95,7 @@ def test_what_is_not_reached_is_told(capsys):
         (["{mesh}", "--accuracy", "1e-3"], "--accuracy with an outline"),
         (["{mesh}", "--time-limit", "3"], "--time-limit with an outline"),
         (["{drawing}"], "Remedy: --layer with one of these names"),
+        (["--corners", CORNERS, "--layer", "A"], "--layer with a drawing (.dxf)"),
         (["{drawing}", "--layer", "FOOTING", "--grid", "triangles"], "a mesh with --grid"),
         (["--corners", "0,0 1,1 1,0 0,1"], "meeting itself at (0.5, 0.5)"),
         (["--corners", "0,0 1,x"], "got '1,x'"),

@@ -310,9 +310,14 @@ def test_refused(punch, block):
         (dict(stiffness=(1 + 0.1j) * K), "stiffness of real numbers, got complex128"),
         (dict(D="left"), "D as an array of integers"),
         (dict(D=np.array([0.5])), "D as an array of integers"),
+        (dict(component="u"), "an integer for component, got 'u'"),
+        (dict(edge=np.zeros(2)), 'edge "singular" or "constant"'),
     ):
         with pytest.raises(TypeError, match=message):
             replace(punch, **wrong)
+    with pytest.raises(TypeError, match='method "auto", "active-set" or "cg"'):
+        punch.solve(f, method=np.zeros(2))
+    assert len(replace(punch, D={}).compliance.fixed) == 0
     small = CellBasis(disc(3).scaled(0.9), ElementTriMorley())
     for wrong, message in (
         (dict(stiffness=K[:-1, :-1]), rf"stiffness of shape \({n}, {n}\).*got \({n - 1}, "),
@@ -322,6 +327,7 @@ def test_refused(punch, block):
         (dict(D=[n]), f"D from 0 to {n - 1}, got {n} at"),
         (dict(gap=np.zeros(3)), "gap"),
         (dict(edge="sharp"), "edge"),
+        (dict(component=1), "component from 0 to 0, got 1"),
         (
             dict(structure=small, stiffness=kirchhoff(small.mesh)[1]),
             r"covers all cells, but 0\.5\d+ of their area 3\.14159 lies outside \(19\.0",

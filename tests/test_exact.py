@@ -46,6 +46,13 @@ def test_ellipse():
     assert exact.ellipse_pressure([0.0, 1.5], 1.0, (2.0, 1.0)) == 0.0
 
 
+def test_one_load():
+    with pytest.raises(TypeError, match="a number for force"):
+        exact.circle_pressure([0.0, 0.5], [1.0, 2.0, 3.0], 2.0)
+    with pytest.raises(TypeError, match="a number for pressure"):
+        exact.uniform_circle_displacement([0.0, 0.5], [], 1.0, 1.0, 0.0)
+
+
 def test_uniform_circle():
     """Centre 2 q a / E*, edge 4 q a / (pi E*), far away a force."""
     w = exact.uniform_circle_displacement([0.0, 2.0, 2e3], 3.0, 2.0, 1.0, 0.0)

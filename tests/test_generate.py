@@ -267,6 +267,7 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
             "expected outline with at least 3 items, got 2",
         ),
         (lambda: polygon(np.eye(3, 4), size=0.1), r"outline of shape \(2, n\), got \(3, 4\)"),
+        (lambda: polygon(1e101 * EXCISED, n=30), r"coordinates of outline of at most 1e\+100"),
         (lambda: polygon(EXCISED, size=0.1, graded="sine"), "graded as a number"),
         (lambda: polygon([[0, 1, 0, 1], [0, 1, 1, 0]], size=0.1), "neither cross nor touch"),
         (lambda: polygon([[0, 2, 1, 1], [0, 0, 0, 1]], size=0.1), "neither cross nor touch"),

@@ -329,6 +329,21 @@ def test_memory_at_hand():
     assert resources.available_memory() > 2**20
 
 
+def test_points_are_its_own():
+    x = np.array([[0.1, 2.0], [0.2, 0.0]])
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"], collocation=x)
+    before = operator.rows([0, 1])
+    x += 1.0
+    assert np.array_equal(operator.at(operator.x).rows([0, 1]), before)
+
+
+def test_rows_by_their_numbers():
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["dual cells"])
+    assert np.array_equal(operator.rows(3), operator.rows([3]))
+    with pytest.raises(TypeError, match="i as an array of integers"):
+        operator.rows([[1], [2, 3]])
+
+
 WEIGHTS = RigidPunch(GROUNDS["homogeneous"], BASES["triangles"]).weights
 
 

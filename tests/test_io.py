@@ -334,6 +334,7 @@ def write(tmp_path, text):
 def test_grounds(tmp_path):
     base = "[base]\nyoung = 60e6\npoisson = 0.25\n"
     assert read_substrate(write(tmp_path, base)) == HalfSpace(60e6, 0.25)
+    assert read_substrate(write(tmp_path, "\ufeff" + base)) == HalfSpace(60e6, 0.25)
     graded = read_substrate(write(tmp_path, base + "gradient = 0.5\n"))
     assert isinstance(graded, GradedHalfSpace)
     assert graded.influence(1.0) == pytest.approx(

@@ -214,7 +214,7 @@ def test_components():
     np.testing.assert_allclose(s.load_vector(flat, component=1)[1::2], f, rtol=1e-13)
     with pytest.raises(TypeError, match="component="):
         s.load_vector(flat)
-    with pytest.raises(TypeError, match="from 0 to 1, got 2"):
+    with pytest.raises(ValueError, match="from 0 to 1, got 2"):
         s.load_vector(flat, component=2)
 
 

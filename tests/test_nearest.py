@@ -49,3 +49,16 @@ def test_lines_of_pictures():
         assert np.array_equal(found[of == i], alone)
     inside = np.hypot(*x[:, of == 0]) < np.cos(np.pi / 49)
     assert (found[of == 0][inside] > 0).all()
+
+
+@pytest.mark.parametrize("one_by_one", [2**20, 0])
+def test_rounding_decides_no_ties(one_by_one, monkeypatch):
+    """On a regular grid in any units the same points are the nearest: the first of those tied."""
+    monkeypatch.setattr(searched, "ONE_BY_ONE", one_by_one)
+    x = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0), indexing="ij")).reshape(2, -1)
+    at, all_of = x[:, :100] + 0.5, np.zeros(100, dtype=int)
+    found = [
+        np.sort(nearest(u * x + d, np.array([0, 144]), u * at + d, all_of, 7)[0])
+        for u, d in ((1, 0), (0.7, 0), (3e-12, 0), (1 / 3, 0.1))
+    ]
+    assert all(np.array_equal(found[0], other) for other in found[1:])

@@ -56,10 +56,12 @@ def test_rings_of_csv(tmp_path):
 
 @pytest.mark.parametrize("shape", [FRAME, shapely.MultiPolygon([FRAME, APART])])
 def test_wkt_and_geojson(tmp_path, shape):
+    """As Windows writes them, with a mark of their encoding."""
     wkt, geojson = tmp_path / "plan.wkt", tmp_path / "plan.geojson"
-    wkt.write_text(shape.wkt)
+    wkt.write_text("\ufeff" + shape.wkt)
     features = [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(shape)}]
-    geojson.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    collection = json.dumps({"type": "FeatureCollection", "features": features})
+    geojson.write_text("\ufeff" + collection)
     for path in (wkt, geojson):
         plan = Plan.read(path)
         assert plan.area == pytest.approx(shape.area)

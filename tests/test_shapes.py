@@ -102,6 +102,7 @@ def test_a_gap_in_every_form():
             ValueError,
             "x with at least 3 items, got 2",
         ),
+        (lambda: MeasuredProfile(X, [[1], [2, 3]]), TypeError, "height as an array of numbers"),
         (lambda: MeasuredProfile(X, [0.0]), ValueError, r"height of shape \(50,\), got \(1,\)"),
         (lambda: MeasuredProfile(X, np.zeros((5, 10))), TypeError, "coordinates of a grid"),
         (
@@ -117,7 +118,7 @@ def test_a_gap_in_every_form():
         (
             lambda: MeasuredProfile(X, np.full(50, np.nan)),
             ValueError,
-            "finite height, got nan at point 0",
+            "finite height, got nan at index 0",
         ),
     ],
 )
@@ -133,6 +134,7 @@ def test_bad_shapes(make, error, message):
         (lambda x: x, ValueError, r"got shape \(2, 41\)"),
         (lambda x: x[0] / 0 * 0, ValueError, "finite gaps; the first that is not"),
         ("sphere", TypeError, "function of x or numbers"),
+        ([[1], [2, 3]], TypeError, "gap as an array of numbers"),
         ((1, 2), TypeError, "pair of a skfem CellBasis"),
     ],
 )

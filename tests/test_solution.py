@@ -8,7 +8,14 @@ import pytest
 from plans import annulus, disc, ellipse, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    ResolutionWarning,
+    RigidPunch,
+    RigidPunches,
+    moment_rotation,
+)
 from skfem_dual.contact import exact
 from skfem_dual.io import read_mesh
 from skfem_dual.kernels.once import computed_once
@@ -248,6 +255,8 @@ def test_invariance():
 def test_shared_arrays_are_read_only():
     """What is stored, and what is computed once, of all that a user holds."""
     solution = solve(rectangle(6), at=(0.7, 0.0))
+    with pytest.warns(ResolutionWarning):  # at last it stands on a few cells
+        curve = moment_rotation(solution.punch, 1.0, steps=3)
     group = RigidPunches([solution.punch])
     held = [
         solution,
@@ -258,6 +267,7 @@ def test_shared_arrays_are_read_only():
         solution.punch.basis.dual,
         solution.punch.solve_many([{"force": 1.0}]),
         solution.punch.stiffness(full=True),
+        curve,
         group,
         group.solve([{"force": 1.0}]),
     ]

@@ -238,6 +238,7 @@ def test_range():
             "poisson from 0 to 0.5",
         ),
         (lambda: GradedHalfSpace.init_profile(np.ones_like, 0.2, -1.0), ValueError, "length"),
+        (lambda: GradedHalfSpace.init_profile(float, 0.2), TypeError, "for young, got the class"),
         (lambda: Layer(0.0, 1.0, 0.2), ValueError, "positive thickness"),
         (lambda: Layer(1.0, 1.0, 0.2, -1.0), ValueError, "at the bottom of the layer"),
         (lambda: LayeredHalfSpace([], "bonded"), TypeError, "sequence of Layer"),

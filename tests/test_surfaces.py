@@ -42,6 +42,8 @@ def test_text(tmp_path, separator, header):
     rows = np.random.default_rng(0).permutation(rows)
     np.savetxt(scattered, rows, delimiter=separator, header=header.format(separator), comments="")
     check(MeasuredProfile.read(scattered))
+    scattered.write_text("\ufeff" + scattered.read_text())  # as Windows marks its texts
+    check(MeasuredProfile.read(scattered))
 
 
 def test_three_lines_of_heights_with_spacing_are_a_grid(tmp_path):

@@ -13,6 +13,7 @@ from skfem_dual import (
     LayeredHalfSpace,
     Paraboloid,
     RigidPunch,
+    load_path,
 )
 from skfem_dual.contact import line_law
 from skfem_dual.grids.partition import Partition
@@ -142,6 +143,15 @@ def test_the_punch_is_the_same_on_both_roads(monkeypatch):
             assert found.tilt == pytest.approx(expected.tilt, abs=1e-8)
     assert regular.condition_number == pytest.approx(direct.condition_number, rel=1e-5)
     assert "Condition number" in repr(found)
+
+
+def test_guided_cases_are_those_alone():
+    """None of them is superposed, of products without columns."""
+    punch = RigidPunch(HalfSpace(1.0, 0.0), square(20), gap=Paraboloid(1.0))
+    loads = [{"force": force, "tilt": (0.0, 0.0)} for force in (0.1, 0.3)]
+    alone = [punch.solve(**load).settlement for load in loads]
+    assert punch.solve_many(loads).settlement == pytest.approx(alone, rel=1e-9)
+    assert load_path(punch, loads).settlement == pytest.approx(alone, rel=1e-9)
 
 
 def test_hertz_on_a_regular_grid():

@@ -591,6 +591,8 @@ def test_wrong_arguments_are_refused(visuals):
         visuals.isobars(basis, p[:3])
     with pytest.raises(ValueError, match="finite values, got nan at DOF"):
         visuals.plot(basis, np.where(np.arange(basis.N) == 7, np.nan, p))
+    with pytest.raises(ValueError, match=r"size of values of at most 1e\+100, got 1e\+308"):
+        visuals.isobars(basis, 1e308 * np.sign(basis.doflocs[0]))
     with pytest.raises(ValueError, match="the constant 2"):
         visuals.isobars(basis, np.full(basis.N, 2.0))
     with pytest.raises(TypeError, match="CellBasis, got MeshTri"):

@@ -44,6 +44,8 @@ def take_corners(options: argparse.Namespace) -> None:
                     f"({', '.join(SUFFIXES)}), got the mesh {options.mesh[0]}"
                 )
         return
+    if options.layer is not None and not any(path.lower().endswith(".dxf") for path in outlines):
+        raise ValueError(f"expected --layer with a drawing (.dxf), got {outlines[0]}")
     usual = {
         "grid": "dual",
         "edge": "singular",

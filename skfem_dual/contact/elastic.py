@@ -14,7 +14,7 @@ structure too stiff to bend is the rigid punch of the same cells.
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy import ndarray
@@ -23,7 +23,13 @@ from scipy.sparse import csr_matrix
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
-from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
+from ..arguments import (
+    checked_array,
+    checked_choice,
+    checked_flag,
+    checked_instance,
+    checked_sequence,
+)
 from ..elements.point_values import value_matrix
 from ..elements.shape_functions import picklable
 from ..grids.polygons import readonly
@@ -162,7 +168,7 @@ class ElasticPunch(Body):
         return Footprint.from_basis(
             self.substrate,
             self.basis,
-            self.edge or "singular",
+            "singular" if self.edge is None else self.edge,
             self.edge_boundaries,
             "centroid",
             self.origin,
@@ -288,6 +294,7 @@ class ElasticPunch(Body):
         """
         f, held = self.checked_loads(f, x)
         unilateral = checked_flag("unilateral", unilateral)
+        checked_choice("method", method, get_args(Method))
         if start is not None:
             checked_instance("start", start, CellPressures)
         begin = perf_counter()

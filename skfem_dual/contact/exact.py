@@ -51,7 +51,7 @@ def circle_pressure(
         First moments of the pressure, its integrals times x and times y.
     """
     x = _places(x)
-    force, radius = _numbers("force", force), checked_size("radius", radius)
+    force, radius = checked_number("force", force), checked_size("radius", radius)
     moments = checked_pair("moments", moments)
     d2 = radius**2 - x[0] ** 2 - x[1] ** 2
     lever = 3 * (moments[0] * x[0] + moments[1] * x[1]) / radius**2
@@ -129,7 +129,8 @@ def uniform_circle_displacement(
     r: ArrayLike, pressure: float, radius: float, young: float, poisson: float
 ) -> ndarray:
     """Settlement at distance ``r`` from the centre of a uniformly loaded circle."""
-    pressure, radius = _numbers("pressure", pressure), checked_size("radius", radius)
+    pressure = checked_number("pressure", pressure)
+    radius = checked_size("radius", radius)
     s = np.abs(checked_array("r", r, None)) / radius
     inside, outside = np.minimum(s, 1.0), np.maximum(s, 1.0)
     m = 1 / outside**2

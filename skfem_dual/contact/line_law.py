@@ -29,6 +29,9 @@ from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
+#: part of them that has contact all around: where less has, as on rough shapes, pressures along
+#: the lines between are up to twice as far off with the law
+INNER = 0.4
 #: solutions more where cells beyond the line press, as on rough shapes
 STRAYS = 3
 #: up to so many cells it is cheap to solve between those in contact again
@@ -43,10 +46,10 @@ def with_line_law(
 ) -> tuple[Contact, ndarray]:
     """Contact and position of shaped rigid punches with the law of the line of contact.
 
-    They are those found by cells where contact covers the plans or fewer than 60 cells, where the
-    cells have another law or no matrix of up to 3000 of them, and where no contact on such lines
-    is found: ``lines`` of the contact tell. What is found and does not obey the equations has no
-    success.
+    They are those found by cells where contact covers the plans or fewer than 60 cells, or is as
+    thin as on rough shapes, where the cells have another law or no matrix of up to 3000 of them,
+    and where no contact on such lines is found: ``lines`` of the contact tell. What is found and
+    does not obey the equations has no success.
 
     Parameters
     ----------
@@ -106,14 +109,21 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
     lines: list[LineWeights | None] = []
     for cells, own in zip(problem.footprints, problem.slices, strict=True):
         fit = cells.weights is None and cells.collocation == "centroid"
-        shaped = problem.system.gap[own].any() and np.sum(pressure[own] > 0) >= FEWEST
+        inside = pressure[own] > 0
         edge = []
-        if fit and shaped:
+        if fit and problem.system.gap[own].any() and _is_wide(cells.partition.f2c, inside):
             modulus = cells.substrate.surface.contact_modulus
             edge = cells.triangles.fitted(pressure[own], gap[own], modulus).edge
         law = cells.partition, cells.fan, edge, cells.collocation_points, gap[own] == 0
         lines.append(LineWeights.from_lines(*law) if edge else None)
     return tuple(lines)
+
+
+def _is_wide(f2c: ndarray, inside: ndarray) -> bool:
+    """Whether contact has cells enough, and not in thin rows and clusters, for such a law."""
+    inner, sides = inside.copy(), f2c[:, f2c[1] >= 0]
+    inner[sides[:, inside[sides[0]] != inside[sides[1]]]] = False
+    return bool(inside.sum() >= FEWEST and inner.sum() >= INNER * inside.sum())
 
 
 @dataclass(frozen=True, eq=False)

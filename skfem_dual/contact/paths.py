@@ -16,6 +16,7 @@ from ..arguments import (
     checked_pair,
     checked_sequence,
 )
+from ..grids.polygons import readonly
 from .body import Body
 from .cases import solve_cases
 from .load import load_of
@@ -224,7 +225,8 @@ def moment_rotation(
     eccentricity = outermost * (1 - (1 - np.linspace(0, 1, steps)) ** 2)
     loads = [{"force": force, "at": tuple(e * along)} for e in eccentricity.tolist()]
     path = load_path(punch, loads, **options)
-    return MomentRotation(path.solutions, along, eccentricity, lift_off, overturning)
+    given = readonly(along), readonly(eccentricity)
+    return MomentRotation(path.solutions, *given, lift_off, overturning)
 
 
 def _reach(half_planes: ndarray, along: ndarray) -> float:

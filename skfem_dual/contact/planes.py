@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
+
+from ..grids.nearest import nearest
 
 #: neighbours over which planes are fitted
 AROUND = 7
@@ -31,8 +32,8 @@ class PlaneFit:
     @classmethod
     def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
         """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
-        near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
-        return cls.to(x, at, near)
+        n, of = x.shape[1], np.zeros(at.shape[1], dtype=int)
+        return cls.to(x, at, nearest(x, np.array([0, n]), at, of, min(around, n))[0])
 
     @classmethod
     def to(cls, x: ndarray, at: ndarray, near: ndarray) -> "PlaneFit":

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from numpy import ndarray
@@ -18,7 +18,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csr_matrix
 
-from ..arguments import checked_flag, checked_number, checked_sequence
+from ..arguments import checked_choice, checked_flag, checked_number, checked_sequence
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.compliance import Structures
@@ -183,6 +183,7 @@ class Punches:
         """
         unilateral = checked_flag("unilateral", unilateral)
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        checked_choice("method", method, get_args(Method))
         given = self._checked_loads(loads)
         begin = perf_counter()
         flat = np.zeros(len(self.cells), dtype=bool)

@@ -56,7 +56,7 @@ def refine_to_contact(
     >>> [round(s.settlement, 2) for s in found]  # exact: 0.25
     [0.25, 0.25, 0.25]
     """
-    if not callable(make):
+    if not callable(make) or isinstance(make, type):
         raise TypeError(f"expected a function of a mesh for make, got {shown(make)}")
     check_type(mesh)
     checked_instance("load", load, Mapping)

@@ -47,7 +47,8 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         gap = basis.interpolator(checked_array("gap[1]", vector, (basis.N,), each="DOF"))
     if isinstance(gap, type):
         raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
-    values = np.asarray(gap(x) if callable(gap) else gap)
+    values = gap(x) if callable(gap) else gap
+    values = checked_array("gap", values, None) if isinstance(values, list) else np.asarray(values)
     if values.dtype.kind not in "iuf":
         raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
     values = np.asarray(values, dtype=float)
@@ -189,13 +190,14 @@ class MeasuredProfile:
     height: ndarray
 
     def __post_init__(self) -> None:
-        if np.ndim(self.height) == 2:
+        height = checked_array("height", self.height, None)
+        if height.ndim == 2:
             axes = _axes(self.x)
-            height = checked_array("height", self.height, (len(axes[0]), len(axes[1])))
+            checked_array("height", height, (len(axes[0]), len(axes[1])))
             object.__setattr__(self, "x", axes)
         else:
             x = checked_array("x", self.x, (2, "m"), least=3, each="point")
-            height = checked_array("height", self.height, x.shape[1:], each="point")
+            checked_array("height", height, x.shape[1:])
             object.__setattr__(self, "x", readonly(x))
         object.__setattr__(self, "height", readonly(height))
 

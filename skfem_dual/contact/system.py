@@ -10,7 +10,7 @@ from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy import ndarray
@@ -268,7 +268,7 @@ class ContactSystem:
             If the bodies can move without resistance.
         """
         gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        checked_choice("method", method, ("auto", "active-set", "cg"))
+        checked_choice("method", method, get_args(Method))
         if method == "active-set" and not self._dense:
             raise ValueError(
                 f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "

@@ -82,9 +82,10 @@ def load_matrix(
     Raises
     ------
     TypeError
-        If ``basis`` is something else, or its test functions have no such component.
+        If ``basis`` is something else, or no field tells which component.
     ValueError
-        If the basis does not cover the cells, covers them twice or is not in a horizontal plane.
+        If its test functions have no such component, or the basis does not cover the cells,
+        covers them twice or is not in a horizontal plane.
     """
     target = ShapeFunctions.of(basis, component)
     if order is None:

@@ -11,6 +11,7 @@ from skfem import CellBasis, Element, ElementGlobal, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
+from ..arguments import checked_integer
 from ..grids.polygons import some
 from ..kernels.once import computed_once
 
@@ -111,11 +112,8 @@ class ShapeFunctions:
         shapes = [np.shape(field)[:-2] for field in fields]
         places = [(k, at) for k, shape in enumerate(shapes) for at in np.ndindex(*shape)]
         if self.component is not None:
-            if not 0 <= self.component < len(places):
-                raise TypeError(
-                    f"expected a component from 0 to {len(places) - 1}, got {self.component!r}"
-                )
-            k, at = places[self.component]
+            last = len(places) - 1
+            k, at = places[checked_integer("component", self.component, at_least=0, at_most=last)]
             return (lambda fields: np.asarray(fields[k])[at]), None
         scalars = [(k, ()) for k, shape in enumerate(shapes) if shape == ()]
         vectors = [(k, (2,)) for k, shape in enumerate(shapes) if shape == (3,)]

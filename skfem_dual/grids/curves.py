@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import checked_array, checked_points
+from ..arguments import LARGEST, checked_array, checked_number, checked_points
 from ..kernels.once import computed_once
 from .outline import distance_to_segments, inside_loops
 
@@ -127,6 +127,7 @@ def corners_of(name: str, corners: ArrayLike) -> ndarray:
     if array.ndim == 2 and array.shape[1] == 2 < array.shape[0]:
         corners = array.T
     v = checked_points(name, corners, least=3)
+    checked_number(f"coordinates of {name}", float(np.abs(v).max()), at_most=LARGEST)
     onward = np.roll(v, -1, axis=1)
     if np.any((v == onward).all(axis=0)):
         raise ValueError(f"expected {name} without repeated corners; leave out the last one")

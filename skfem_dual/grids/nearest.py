@@ -10,6 +10,8 @@ from ..kernels.compiled import inputs, vectorised
 ONE_BY_ONE = 2**20
 #: squares of distances that differ by a smaller part are equal, and the first point is the nearer
 TIE = 1e-9
+#: points on a regular grid that may be as near to another as the last one looked for
+TIED = 8
 
 
 def nearest(
@@ -37,8 +39,11 @@ def nearest(
     """
     m = at.shape[1]
     if len(starts) == 2 and x.shape[1] * m > max(ONE_BY_ONE, count * m):
-        distance, near = cKDTree(x.T).query(at.T, count)
-        return near.reshape(m, count), distance.reshape(m, count) ** 2
+        distance, near = cKDTree(x.T).query(at.T, range(1, min(count + TIED, x.shape[1]) + 1))
+        square, farther = distance**2, np.zeros(distance.shape, dtype=int)
+        farther[:, 1:] = np.cumsum(square[:, 1:] > (1 + TIE) * square[:, :-1], axis=1)
+        order = np.lexsort((near, farther))[:, :count]
+        return np.take_along_axis(near, order, 1), np.take_along_axis(square, order, 1)
     near, square = np.zeros((m, count), dtype=np.int64), np.empty((m, count))
     _nearest(*inputs(x, starts, at, of), near, square)
     return near, square

@@ -151,12 +151,12 @@ class GradedHalfSpace(Stratified):
 
 def _require_profile(young: Callable, poisson: float | Callable) -> None:
     """Refuse moduli that are no functions of depth."""
-    if not callable(young):
+    if not callable(young) or isinstance(young, type):
         raise TypeError(
             f"expected a function of depths for young, got {shown(young)}. Remedy: HalfSpace for "
             "a modulus that does not vary"
         )
-    if not callable(poisson):
+    if not callable(poisson) or isinstance(poisson, type):
         checked_number("poisson", poisson)
 
 

@@ -55,7 +55,7 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
     if path.suffix.lower() == ".csv":
         return _from_csv(path)
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
+        found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"expected TOML in {path}: {shortened(str(error), 160)}") from error
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})

@@ -75,7 +75,7 @@ def _array(file: Any) -> ndarray:
 def _text(file: Any) -> ndarray:
     """Numbers of a text, in columns; a first line of words is skipped."""
     try:
-        lines = file.read_text(encoding="utf-8").splitlines()
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
         separator = next((s for s in SEPARATORS if lines and s in lines[0]), None)
         words = [w for w in lines[0].split(separator) if w.strip()] if lines else []
         skipped = int(bool(words) and not any(_is_number(word) for word in words))

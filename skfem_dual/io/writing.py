@@ -7,6 +7,8 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from ..arguments import checked_instance
+
 PathLike = str | os.PathLike[str]
 
 
@@ -21,7 +23,7 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     OSError
         If ``path`` is a folder, a pipe or a device, or its folder cannot be written to.
     """
-    target = Path(os.path.realpath(path))
+    target = Path(os.path.realpath(checked_instance("path", path, (str, os.PathLike))))
     mode = _mode_of(target)
     part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}"
     try:

@@ -151,7 +151,7 @@ def checked_dofs(D: Any, n: int) -> ndarray:
     if D is None:
         return np.empty(0, dtype=int)
     if isinstance(D, dict):
-        return np.unique(np.concatenate([checked_dofs(part, n) for part in D.values()]))
+        return np.unique(np.hstack([checked_dofs(part, n) for part in (None, *D.values())]))
     if not isinstance(D, np.ndarray) and hasattr(D, "flatten"):
         D = D.flatten()
     return np.unique(checked_indices("D", D, n, each="place"))

@@ -27,6 +27,7 @@ from ..elements.slopes import Slopes
 from ..grids.lattice import Lattice
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
+from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..messages import shown
@@ -134,7 +135,7 @@ class InfluenceOperator(LinearOperator):
             )
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
         weights, slopes = _law(substrate, basis, partition, edge)
-        x = _points(partition, collocation)
+        x = readonly(_points(partition, collocation))
         m, n = x.shape[1], len(partition)
         if m == 0:
             raise ValueError("expected at least one point to settle, got none")
@@ -235,7 +236,8 @@ class InfluenceOperator(LinearOperator):
 
     def rows(self, i: ndarray) -> ndarray:
         """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
-        i = checked_indices("i", np.atleast_1d(i), self.shape[0])
+        one = isinstance(i, (int, np.integer))
+        i = checked_indices("i", [i] if one else i, self.shape[0])
         return (self.toeplitz or self._entries).rows(i)
 
     def diagonal(self) -> ndarray:

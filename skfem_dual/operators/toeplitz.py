@@ -72,7 +72,8 @@ class Convolution:
         if self._few is not None:
             return self._few @ q
         if q.ndim == 2:
-            return np.stack([self.by_transforms(column) for column in q.T], axis=1)
+            sums = [self.by_transforms(column) for column in q.T]
+            return np.array(sums).reshape(q.T.shape).T  # of no columns, too
         return self.by_transforms(q)
 
     def by_transforms(self, q: ndarray) -> ndarray:

@@ -96,7 +96,7 @@ def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = N
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise MeshError(f"expected text in {path}: {error}") from error
 

@@ -22,7 +22,7 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
     MeshError
         If there are none, or a line is not one of numbers; it tells which.
     """
-    lines = [(i, line.strip()) for i, line in enumerate(text.lstrip("\ufeff").splitlines(), 1)]
+    lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
     lines = [(i, line) for i, line in lines if not line.startswith("#")]
     filled = [line for _, line in lines if line]
     if not filled:
@@ -59,7 +59,7 @@ def corners_of_text(text: str) -> list[Corner]:
     """
     items = text.split()
     return [
-        _corner(item.split(","), False, item, i, "the corners") for i, item in enumerate(items)
+        _corner(item.split(","), False, item, i, "the corners") for i, item in enumerate(items, 1)
     ]
 
 

@@ -11,7 +11,7 @@ from scipy.sparse import eye
 from scipy.spatial import cKDTree
 from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
 
-from ..arguments import checked_array
+from ..arguments import LARGEST, checked_array, checked_number
 from ..contact.region import ContactRegion
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
@@ -78,6 +78,7 @@ class Field:
                 f"expected a basis of {names}, got {type(basis.elem).__name__}. Remedy: {remedy}"
             )
         values = _checked(basis, values)
+        checked_number("size of values", np.abs(values).max(initial=0.0), at_most=LARGEST)
         mesh, flat = basis.mesh, isinstance(basis.elem, FLAT)
         p, t = mesh.p, mesh.t if basis.tind is None else mesh.t[:, basis.tind]
         cells = basis.element_dofs[0] if flat else np.arange(t.shape[1])
