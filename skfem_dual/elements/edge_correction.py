@@ -6,6 +6,7 @@ near and a smooth far correction, each of which any operator can take.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from .edge_weights import EdgeWeights
 from .law_strips import STRIPS
 from .moments import INSIDE, Series, far_influence
 from .near_sums import NearSums
+from .remainder import add_rows
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction; none of
 #: a regular mesh lies just there
@@ -75,16 +77,16 @@ class EdgeCorrection:
         matrix = csc_matrix(columns, shape=(x.shape[1], n)).tocsr()
         return cls(x, weights.cells, unit._replace(terms=terms), matrix)
 
+    def add(self, rows: slice, block: ndarray) -> None:
+        """Add the correction to a block of some rows of a dense matrix."""
+        starts, columns, values = inputs(self.near.indptr, self.near.indices, self.near.data)
+        near = starts[rows.start : rows.stop + 1], columns, values
+        _add_series(*inputs(self.x[:, rows], self.cells), self.far, near, block)
+
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
-
-        def work(rows: slice) -> None:
-            _add_series(*inputs(self.x[:, rows], self.cells), self.far, matrix[rows])
-
         with Threads() as run:
-            run(work, self.x.shape[1], CELL * len(self.cells))
-        near = self.near.tocoo()
-        matrix[near.row, near.col] += near.data
+            run(partial(add_rows, self.add, matrix), self.x.shape[1], CELL * len(self.cells))
 
     def apply(self, q: ndarray) -> ndarray:
         """The correction times mean pressures ``q`` of shape (n,) or (n, k)."""
@@ -122,8 +124,9 @@ def _put_near(column, law, pairs, number, far, starts, rows, values):
 
 
 @vectorised
-def _add_series(x, cells, far, matrix):
+def _add_series(x, cells, far, near, matrix):
     middles, squares, terms = far
+    starts, columns, values = near
     added = np.empty(cells.shape[0])
     for i in range(x.shape[1]):
         for k in range(cells.shape[0]):
@@ -131,6 +134,8 @@ def _add_series(x, cells, far, matrix):
             added[k] = far_influence(dx, dy, squares[k], terms, k)
         for k in range(cells.shape[0]):
             matrix[i, cells[k]] += added[k]
+        for k in range(starts[i], starts[i + 1]):
+            matrix[i, columns[k]] += values[k]
 
 
 @vectorised
