@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
@@ -68,13 +68,12 @@ class EdgeCorrection:
         """The same by what is known near the cells, at least near all weighted ones."""
         unit, n = Series.from_weights(weights, 1.0), len(weights.partition)
         (number,) = inputs(np.where(weights.weighted, np.cumsum(weights.weighted) - 1, -1))
-        rows, values = np.empty_like(sums.pairs.points), np.empty_like(sums.law)
-        starts = np.zeros(n + 1, sums.pairs.points.dtype)
-        known = *inputs(sums.column, sums.law), sums.pairs, number, unit
-        count = _put_near(*known, starts, rows, values)
-        columns = coefficient * values[:count], rows[:count], starts
+        starts, columns = np.zeros(x.shape[1] + 1, np.int32), np.empty_like(sums.column)
+        values, known = np.empty_like(sums.law), inputs(sums.column, sums.law)
+        count = _put_near(*known, sums.pairs, number, unit, starts, columns, values)
+        rows = coefficient * values[:count], columns[:count], starts
         (terms,) = inputs(coefficient * unit.terms)
-        matrix = csc_matrix(columns, shape=(x.shape[1], n)).tocsr()
+        matrix = csr_matrix(rows, shape=(x.shape[1], n))
         return cls(x, weights.cells, unit._replace(terms=terms), matrix)
 
     def add(self, rows: slice, block: ndarray) -> None:
@@ -103,24 +102,31 @@ class EdgeCorrection:
 
 
 @vectorised
-def _put_near(column, law, pairs, number, far, starts, rows, values):
-    """Put ``law`` of pairs that are near, less the series, one column after the other; returns how
+def _put_near(column, law, pairs, number, far, starts, columns, values):
+    """Put ``law`` of pairs that are near, less the series, one point after the other; returns how
     many."""
     middles, squares, terms = far
-    x, points, count = pairs.x, pairs.points, 0
-    for i in range(column.shape[0]):
-        j, k = column[i], number[column[i]]
-        if k < 0:
-            continue
-        dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
-        if dx * dx + dy * dy <= (IN_STRIPS / INSIDE) ** 2 * squares[k]:
-            less = far_influence(dx, dy, squares[k], terms, k)
-            rows[count], values[count] = points[i], law[i] - less
-            count += 1
-            starts[j + 1] = count
-    for j in range(starts.shape[0] - 1):
-        starts[j + 1] = max(starts[j], starts[j + 1])
-    return count
+    x, points = pairs.x, pairs.points
+    for room in (False, True):  # counted before they are put
+        if room:
+            for i in range(starts.shape[0] - 1):
+                starts[i + 1] += starts[i]
+            at = starts.copy()
+        for i in range(column.shape[0]):
+            j, k = column[i], number[column[i]]
+            if k < 0:
+                continue
+            dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
+            if dx * dx + dy * dy > (IN_STRIPS / INSIDE) ** 2 * squares[k]:
+                continue
+            if room:
+                place = at[points[i]]
+                columns[place] = j
+                values[place] = law[i] - far_influence(dx, dy, squares[k], terms, k)
+                at[points[i]] += 1
+            else:
+                starts[points[i] + 1] += 1
+    return starts[-1]
 
 
 @vectorised

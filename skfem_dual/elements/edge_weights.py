@@ -38,8 +38,6 @@ from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
-#: moments up to this degree are kept
-DEGREE = 4
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
 #: sides of triangles nearer to a corner than so many lengths, more than 4 as that is a distance in
@@ -269,7 +267,7 @@ class EdgeWeights:
         """Moments of ``w / mean(w) - 1`` about the centroids of the weighted cells, ascending, see
         `law_moments`."""
         centroids = self.partition.centroids
-        return readonly(law_moments(self.triangles, centroids, self.cells, DEGREE))
+        return readonly(law_moments(self.triangles, centroids, self.cells))
 
     @computed_once
     def polynomials(self) -> ndarray:

@@ -90,7 +90,7 @@ class Corners:
         start, end = (self.mesh.p[:, node] for node in self.mesh.facets[:, facets])
         return start + self._parameters(facets, partial(barycentres, self.mesh)) * (end - start)
 
-    @property
+    @computed_once
     def triangle(self) -> ndarray:
         """Triangle of each corner."""
         return np.tile(np.arange(len(self.node) // 3, dtype=np.int32), 3)

@@ -211,9 +211,9 @@ class DualMesh:
     def some_refinement_nodes(self, numbers: ndarray) -> ndarray:
         """Those with the ``numbers``, ascending, only."""
         n, m = len(self), len(self) + self.mesh.nfacets
-        first, facets, last = np.split(numbers, np.searchsorted(numbers, [n, m]))
-        crossings = Corners(self.mesh).crossings_of(facets - n)
-        return np.hstack([self.mesh.p[:, first], crossings, self.p[:, last - m]])
+        a, b = np.searchsorted(numbers, [n, m]).tolist()
+        crossings = Corners(self.mesh).crossings_of(numbers[a:b] - n)
+        return np.hstack([self.mesh.p[:, numbers[:a]], crossings, self.p[:, numbers[b:] - m]])
 
     def refined_triangles(self, elements: ndarray) -> ndarray:
         """Triangles of the common refinement in some triangles of the mesh, six in each."""

@@ -64,9 +64,8 @@ class Fan:
         t, element = t[:, own], np.repeat(elements, 6)[own]
         if cells is None:
             return cls._sorted(dual.refinement_nodes, t, t[0], element)
-        numbers, compact = np.unique(t, return_inverse=True)
-        p = dual.some_refinement_nodes(numbers)
-        fan = cls._sorted(p, compact.reshape(t.shape), t[0], element)
+        numbers, compact = _numbered(t, len(dual) + mesh.nfacets + mesh.nelements)
+        fan = cls._sorted(dual.some_refinement_nodes(numbers), compact, t[0], element)
         return replace(fan, numbers=readonly(numbers, np.int32))
 
     @classmethod
@@ -108,11 +107,9 @@ class Fan:
 
     def _compact(self) -> "Fan":
         """With the vertices of its triangles only."""
-        used = np.zeros(self.p.shape[1], dtype=bool)
-        used[self.t] = True
-        t = (np.cumsum(used, dtype=np.int32) - 1)[self.t]
-        numbers = readonly(np.nonzero(used)[0], np.int32)
-        return replace(self, p=readonly(self.p[:, used]), t=readonly(t), numbers=numbers)
+        numbers, t = _numbered(self.t, self.p.shape[1])
+        kept = readonly(self.p[:, numbers]), readonly(t), readonly(numbers, np.int32)
+        return replace(self, **dict(zip(("p", "t", "numbers"), kept)))
 
     def halved(self, found: Callable[[ndarray, ndarray], ndarray], times: int) -> "Fan":
         """With some sides of triangles cut in halves, so often.
@@ -221,6 +218,13 @@ class Fan:
         order = order[inside[order] > -1e-9]
         deepest[point[order]] = triangle[order]
         return deepest
+
+
+def _numbered(t: ndarray, n: int) -> tuple[ndarray, ndarray]:
+    """Which of n points triangles have, ascending, and the triangles by their numbers in these."""
+    used = np.zeros(n, dtype=bool)
+    used[t] = True
+    return np.nonzero(used)[0], (np.cumsum(used, dtype=np.int32) - 1)[t]
 
 
 def _closed(t: ndarray, n: int, cut: ndarray) -> tuple[ndarray, ndarray, ndarray]:
