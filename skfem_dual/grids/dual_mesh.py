@@ -289,7 +289,8 @@ def _dual_partition(corners: Corners) -> Partition:
     # nodes: barycentres, middles of boundary facets, boundary nodes in the order of `onset`
     nb = len(boundary)
     middle, rank = m + np.arange(2 * nb, dtype=np.int32).reshape(2, -1)
-    middles = corners.crossings_of(boundary)
+    begins, ends = mesh.p[:, mesh.facets[:, boundary]].swapaxes(0, 1)
+    middles = begins + 0.5 * (ends - begins)
     p = np.hstack([corners.barycentres, middles, mesh.p[:, onset]])
 
     on_boundary = np.zeros(n, dtype=bool)
