@@ -53,7 +53,7 @@ class Multipoles:
             for i in range(known):
                 some = slice(min(known, degree + 1 - i))
                 moments[i, some, own] += weights.moments[i, some, number]
-        return cls(partition.centroids[:, cells], moments)
+        return cls(partition.centroids.take(cells, axis=1), moments)
 
 
 class Series(NamedTuple):
@@ -84,7 +84,7 @@ class Series(NamedTuple):
         partition, cells = weights.partition, weights.cells
         squares = (INSIDE * radii(partition.polygons)[cells]) ** 2
         terms = series_terms(coefficient * weights.moments)
-        return cls(*inputs(partition.centroids[:, cells], squares, terms))
+        return cls(*inputs(partition.centroids.take(cells, axis=1), squares, terms))
 
 
 def series_terms(m: ndarray) -> ndarray:

@@ -63,7 +63,7 @@ class NearSums(NamedTuple):
         """Of some cells, ascending, and points nearer to them than ``reach`` of their radii;
         without weights w is constant."""
         polygons = partition.polygons
-        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids[:, cells]
+        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids.take(cells, axis=1)
         pairs = Pairs.within(reaches, cells, centroids, x)
         beside = (BESIDE * reaches / reach) ** 2
         size = np.sqrt(partition.areas[cells])

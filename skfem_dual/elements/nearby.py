@@ -48,7 +48,9 @@ class Squares(NamedTuple):
         column, row = ((x - corner[:, None]) / side).astype(np.int64)
         keys = (row << 32) + column
         order = np.argsort(keys, kind="stable")
-        x, numbers, keys, corner = inputs(x[:, order], order.astype(np.int32), keys[order], corner)
+        x, numbers, keys, corner = inputs(
+            x.take(order, axis=1), order.astype(np.int32), keys[order], corner
+        )
         return cls(x, numbers, keys, corner, side)
 
 
