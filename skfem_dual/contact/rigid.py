@@ -180,5 +180,5 @@ class RigidBodies(ABC):
         contact, position = contact_of(
             system, constraints, how.unilateral, how.method, start, how.gap_rtol
         )
-        verify = self.verification(constraints, how)
-        return replace(verify, system=system, exact=exact)(contact, position), position
+        known = how.unilateral, exact, self._rtol, how.gap_rtol
+        return Verification(system, constraints, *known)(contact, position), position

@@ -67,10 +67,9 @@ class EdgeCorrection:
     ) -> Self:
         """The same by what is known near the cells, at least near all weighted ones."""
         unit, n = Series.from_weights(weights, 1.0), len(weights.partition)
-        (number,) = inputs(np.where(weights.weighted, np.cumsum(weights.weighted) - 1, -1))
         starts, columns = np.zeros(x.shape[1] + 1, np.int32), np.empty_like(sums.column)
-        values, known = np.empty_like(sums.law), inputs(sums.column, sums.law)
-        count = _put_near(*known, sums.pairs, number, unit, starts, columns, values)
+        values, known = np.empty_like(sums.law), inputs(sums.column, sums.law, weights.number)
+        count = _put_near(*known, sums.pairs, unit, starts, columns, values)
         rows = coefficient * values[:count], columns[:count], starts
         (terms,) = inputs(coefficient * unit.terms)
         matrix = csr_matrix(rows, shape=(x.shape[1], n))
@@ -102,7 +101,7 @@ class EdgeCorrection:
 
 
 @vectorised
-def _put_near(column, law, pairs, number, far, starts, columns, values):
+def _put_near(column, law, number, pairs, far, starts, columns, values):
     """Put ``law`` of pairs that are near, less the series, one point after the other; returns how
     many."""
     middles, squares, terms = far

@@ -200,6 +200,11 @@ class EdgeWeights:
         """The weighted cells, ascending."""
         return readonly(np.nonzero(self.weighted)[0], np.int32)
 
+    @computed_once
+    def number(self) -> ndarray:
+        """The number of each weighted cell among them, -1 of the others."""
+        return readonly(np.where(self.weighted, np.cumsum(self.weighted) - 1, -1), np.int32)
+
     def extremes(self, values: ndarray) -> ndarray:
         """Least and greatest values over each cell of what is given in the corners of triangles,
         (3, m); shape (2, n), inf and -inf where the fan has no triangles."""

@@ -11,10 +11,11 @@ from numpy import ndarray
 
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from .graded_rule import TINY, gauss
+from .polygon_moments import factorials
 
 #: moments of fewer degrees than these are kept; constants make loops over them short
 ORDERS = 5
-FACTORIALS = np.cumprod(np.arange(ORDERS).clip(1)).astype(float)
+FACTORIALS = factorials(ORDERS - 1)
 #: Gauss points and weights onward from an apex, and along the side opposite to it
 TAU, ALONG_TAU = gauss(ORDERS + 1)
 U, ALONG_U = gauss(ORDERS // 2 + 1)
