@@ -187,7 +187,7 @@ def test_moments_are_those_of_triangles():
     root, one = np.sqrt([1.0, 1.0 + 1e-9, 1.0 - 1e-9]), np.array([1.0])
     law = Factors(np.ones((1, 2)), np.zeros(1), np.zeros(1, dtype=np.int32))
     triangles = Triangles(p, np.array([[0], [1], [2]]), root, np.array([0, 1]), one, law)
-    found = law_moments(triangles, np.zeros((2, 1)), np.zeros(1, dtype=np.int32), 4)
+    found = law_moments(triangles, np.zeros((2, 1)), np.zeros(1, dtype=np.int32))
     assert np.abs(found).max() < 1e-8
 
 

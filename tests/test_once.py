@@ -10,7 +10,7 @@ from threading import Barrier
 import numpy as np
 import pytest
 
-from skfem_dual.kernels.once import _Held, computed_once, remember
+from skfem_dual.kernels.once import _locks, computed_once, remember
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def test_computed_once_by_many_threads():
     found = at_once(8, lambda i: (plan.area, plan.half, plan.twice)[i % 3])
     assert found == [(4.0, 2.0, 8.0)[i % 3] for i in range(8)]
     assert sorted(plan.counts) == ["area", "half"]
-    assert not _Held.locks
+    assert not _locks
 
 
 def test_threads_wait_for_the_same_property_of_the_same_object_only():
@@ -127,7 +127,7 @@ def test_an_error_is_nothing_computed():
         with pytest.raises(ValueError, match="not yet"):
             failing.value  # noqa: B018
     assert failing.value == failing.value == 3
-    assert not _Held.locks
+    assert not _locks
 
 
 def test_what_others_have_computed():

@@ -125,6 +125,8 @@ class ContactRegion:
     @computed_once
     def area(self) -> float:
         """Area of the region."""
+        if self._inside.all() and self.holes is False:
+            return float(signed_areas(self.p, self.t).sum())
         t, inside, onward, back = self._cut
         corner = signed_areas(self.p, t) * onward * back
         whole = self.t[:, self._inside.all(axis=0) & np.logical_not(self.holes)]
@@ -187,8 +189,8 @@ class PlanTriangles:
         The cells.
     p, t
         As of `ContactRegion`.
-    law : (n,) array of float
-        The law of the plan's edge in the middles of the cells: pressures and gaps grow by it.
+    weights : EdgeWeights or None
+        The law of the plan's edge.
     cell : (N,) array of int
         A cell at each point.
     own : (N,) array of bool
@@ -198,7 +200,7 @@ class PlanTriangles:
     partition: Partition
     p: ndarray
     t: ndarray
-    law: ndarray
+    weights: EdgeWeights | None
     cell: ndarray
     own: ndarray
 
@@ -224,8 +226,7 @@ class PlanTriangles:
             clockwise = np.tile(clockwise, 4)
         if clockwise.any():
             t = np.where(clockwise, t[[0, 2, 1]], t)
-        law = np.ones(len(partition)) if weights is None else weights.in_cells
-        return cls(partition, readonly(p), readonly(t), law, readonly(cell), readonly(own))
+        return cls(partition, readonly(p), readonly(t), weights, readonly(cell), readonly(own))
 
     @computed_once
     def _planes(self) -> PlaneFit:
@@ -256,9 +257,11 @@ class PlanTriangles:
         level = np.full((len(pressure), self.p.shape[1]), -1.0)
         whole = np.asarray((gap <= 0).all(axis=1))
         drawn = (pressure > 0).any(axis=1) & ~whole
-        level[drawn] = self._levels(
-            pressure[drawn] / self.law, gap[drawn] * 0.75 * modulus / self.law
-        )
+        if drawn.any():
+            # pressures and gaps grow by the law of the edge
+            law = 1.0 if self.weights is None else self.weights.in_cells
+            known = pressure[drawn] / law, gap[drawn] * 0.75 * modulus / law
+            level[drawn] = self._levels(*known)
         regions = [ContactRegion(self.p, self.t, readonly(own)) for own in level]
         return [self._whole if all_of_it else own for own, all_of_it in zip(regions, whole)]
 
@@ -270,6 +273,8 @@ class PlanTriangles:
         Under an ``even`` base it is seen wherever the fitted region reaches: rows of cells in
         contact lie along the edge of the plan, not on crests.
         """
+        if fitted is self._whole and inside.all():
+            return fitted
         sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
         # triangles between corners are cells, or quarters of them in the same order
         cell = np.arange(self.t.shape[1]) % len(inside)

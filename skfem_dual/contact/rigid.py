@@ -12,6 +12,7 @@ from numpy import ndarray
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
+from ..operators.entries import some_rows
 from .footprint import ExactRows, Footprint, LoadedCells
 from .line_law import with_line_law
 from .load import Constraints, Load
@@ -81,8 +82,13 @@ class RigidBodies(ABC):
 
     @property
     def exact_rows(self) -> ExactRows | None:
-        """Some rows of the matrix, computed apart from it; None if there are none."""
-        return self.cells.exact_rows
+        """Some rows of the matrix by exact entries: its own where all are, else computed apart
+        from it; None if there are none."""
+        matrix = self.__dict__.get("matrix")  # of a punch
+        if matrix is None:
+            return self.cells.exact_rows
+        numbers = some_rows(len(matrix), len(matrix))
+        return ExactRows(numbers, matrix[numbers])
 
     @property
     @abstractmethod
@@ -174,5 +180,5 @@ class RigidBodies(ABC):
         contact, position = contact_of(
             system, constraints, how.unilateral, how.method, start, how.gap_rtol
         )
-        verify = self.verification(constraints, how)
-        return replace(verify, system=system, exact=exact)(contact, position), position
+        known = how.unilateral, exact, self._rtol, how.gap_rtol
+        return Verification(system, constraints, *known)(contact, position), position

@@ -41,7 +41,7 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     least, most = weights.extremes(weights.root[fan.t])
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
     load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
-    x = fan.p[:, fan.t[:, own]].mean(axis=1) + off[:, own]
+    x = fan.p.take(fan.t.take(own, axis=1), axis=1).mean(axis=1) + off.take(own, axis=1)
     parts = int(fan.part.max()) + 1
     key, sector = np.unique(
         fan.cell[own].astype(np.int64) * parts + fan.part[own], return_inverse=True
@@ -64,12 +64,12 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
 def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
     """Three points in each of some cells where thirds of its load have its second moments, one
     from the load's centroid towards the edge; shape (2, 3 k), the first of all cells first."""
-    centroid, areas = weights.centroids[:, cells], weights.partition.areas[cells]
+    centroid, areas = weights.centroids.take(cells, axis=1), weights.partition.areas[cells]
     xx, xy, yy = (weights.second_moments[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
     # the root of a matrix of two rows, by Cayley and Hamilton
     det = np.sqrt(xx * yy - xy * xy)
     root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
-    towards = centroid - weights.partition.centroids[:, cells]
+    towards = centroid - weights.partition.centroids.take(cells, axis=1)
     polygons, nil = weights.partition.polygons, np.hypot(*towards) < NIL * np.sqrt(areas)
     corner = polygons.p[:, polygons.indices[polygons.offsets[cells]]]
     towards = np.where(nil, corner - centroid, towards)

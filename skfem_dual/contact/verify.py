@@ -1,7 +1,8 @@
 """Whether an answer obeys the equations of contact, whatever has solved them.
 
 Balance, gaps and signs are taken from the final pressures and the position alone: by a product of
-the whole operator, and by some exact rows that neither its assembly nor its factors have seen.
+the whole operator, and by some rows by exact entries, which no sums, symmetries, flat cells or
+factors have changed.
 """
 
 from collections.abc import Iterator

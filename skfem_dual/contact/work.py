@@ -284,7 +284,7 @@ class Work:
             slopes = self._slopes(pressures)
             if flat is not None:
                 slopes = np.where(flat, 0.0, slopes)
-            arm = x - cells.weights.centroids[:, cell]
+            arm = x - cells.weights.centroids.take(cell, axis=1)
             inside = inside + np.einsum("ik,mik->mk", arm, slopes[..., cell])
         return inside * load
 

@@ -6,11 +6,12 @@ near and a smooth far correction, each of which any operator can take.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
@@ -18,6 +19,7 @@ from .edge_weights import EdgeWeights
 from .law_strips import STRIPS
 from .moments import INSIDE, Series, far_influence
 from .near_sums import NearSums
+from .remainder import add_rows
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction; none of
 #: a regular mesh lies just there
@@ -65,26 +67,24 @@ class EdgeCorrection:
     ) -> Self:
         """The same by what is known near the cells, at least near all weighted ones."""
         unit, n = Series.from_weights(weights, 1.0), len(weights.partition)
-        (number,) = inputs(np.where(weights.weighted, np.cumsum(weights.weighted) - 1, -1))
-        rows, values = np.empty_like(sums.pairs.points), np.empty_like(sums.law)
-        starts = np.zeros(n + 1, sums.pairs.points.dtype)
-        known = *inputs(sums.column, sums.law), sums.pairs, number, unit
-        count = _put_near(*known, starts, rows, values)
-        columns = coefficient * values[:count], rows[:count], starts
+        starts, columns = np.zeros(x.shape[1] + 1, np.int32), np.empty_like(sums.column)
+        values, known = np.empty_like(sums.law), inputs(sums.column, sums.law, weights.number)
+        count = _put_near(*known, sums.pairs, unit, starts, columns, values)
+        rows = coefficient * values[:count], columns[:count], starts
         (terms,) = inputs(coefficient * unit.terms)
-        matrix = csc_matrix(columns, shape=(x.shape[1], n)).tocsr()
+        matrix = csr_matrix(rows, shape=(x.shape[1], n))
         return cls(x, weights.cells, unit._replace(terms=terms), matrix)
+
+    def add(self, rows: slice, block: ndarray) -> None:
+        """Add the correction to a block of some rows of a dense matrix."""
+        starts, columns, values = inputs(self.near.indptr, self.near.indices, self.near.data)
+        near = starts[rows.start : rows.stop + 1], columns, values
+        _add_series(*inputs(self.x[:, rows], self.cells), self.far, near, block)
 
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
-
-        def work(rows: slice) -> None:
-            _add_series(*inputs(self.x[:, rows], self.cells), self.far, matrix[rows])
-
         with Threads() as run:
-            run(work, self.x.shape[1], CELL * len(self.cells))
-        near = self.near.tocoo()
-        matrix[near.row, near.col] += near.data
+            run(partial(add_rows, self.add, matrix), self.x.shape[1], CELL * len(self.cells))
 
     def apply(self, q: ndarray) -> ndarray:
         """The correction times mean pressures ``q`` of shape (n,) or (n, k)."""
@@ -101,29 +101,37 @@ class EdgeCorrection:
 
 
 @vectorised
-def _put_near(column, law, pairs, number, far, starts, rows, values):
-    """Put ``law`` of pairs that are near, less the series, one column after the other; returns how
+def _put_near(column, law, number, pairs, far, starts, columns, values):
+    """Put ``law`` of pairs that are near, less the series, one point after the other; returns how
     many."""
     middles, squares, terms = far
-    x, points, count = pairs.x, pairs.points, 0
-    for i in range(column.shape[0]):
-        j, k = column[i], number[column[i]]
-        if k < 0:
-            continue
-        dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
-        if dx * dx + dy * dy <= (IN_STRIPS / INSIDE) ** 2 * squares[k]:
-            less = far_influence(dx, dy, squares[k], terms, k)
-            rows[count], values[count] = points[i], law[i] - less
-            count += 1
-            starts[j + 1] = count
-    for j in range(starts.shape[0] - 1):
-        starts[j + 1] = max(starts[j], starts[j + 1])
-    return count
+    x, points = pairs.x, pairs.points
+    for room in (False, True):  # counted before they are put
+        if room:
+            for i in range(starts.shape[0] - 1):
+                starts[i + 1] += starts[i]
+            at = starts.copy()
+        for i in range(column.shape[0]):
+            j, k = column[i], number[column[i]]
+            if k < 0:
+                continue
+            dx, dy = x[0, i] - middles[0, k], x[1, i] - middles[1, k]
+            if dx * dx + dy * dy > (IN_STRIPS / INSIDE) ** 2 * squares[k]:
+                continue
+            if room:
+                place = at[points[i]]
+                columns[place] = j
+                values[place] = law[i] - far_influence(dx, dy, squares[k], terms, k)
+                at[points[i]] += 1
+            else:
+                starts[points[i] + 1] += 1
+    return starts[-1]
 
 
 @vectorised
-def _add_series(x, cells, far, matrix):
+def _add_series(x, cells, far, near, matrix):
     middles, squares, terms = far
+    starts, columns, values = near
     added = np.empty(cells.shape[0])
     for i in range(x.shape[1]):
         for k in range(cells.shape[0]):
@@ -131,6 +139,8 @@ def _add_series(x, cells, far, matrix):
             added[k] = far_influence(dx, dy, squares[k], terms, k)
         for k in range(cells.shape[0]):
             matrix[i, cells[k]] += added[k]
+        for k in range(starts[i], starts[i + 1]):
+            matrix[i, columns[k]] += values[k]
 
 
 @vectorised

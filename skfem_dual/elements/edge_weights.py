@@ -38,8 +38,6 @@ from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
 VARIATION = 1.1
-#: moments up to this degree are kept
-DEGREE = 4
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
 #: sides of triangles nearer to a corner than so many lengths, more than 4 as that is a distance in
@@ -89,7 +87,7 @@ class EdgeWeights:
         ``substrate`` is the ground, homogeneous by default.
         """
         mesh = nodal_mesh(basis)
-        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        a, b = (partition.polygons.p.take(end, axis=1) for end in partition.facets[:, ribs])
         law = None
         if substrate is not None:
             law = edge_law(substrate, float(np.sqrt(partition.areas.sum() / np.pi)))
@@ -99,7 +97,7 @@ class EdgeWeights:
         steepness = 2 * (1 - exponent(corners.angle)).max(initial=0.5)
         ratio = VARIATION ** (1 / ((0.5 if law is None else law.steepness) * steepness))
         far = (ratio + 1) / (ratio - 1)
-        v = mesh.p[:, mesh.t]
+        v = mesh.p.take(mesh.t, axis=1)
         diameters = np.max([np.hypot(*(w - v)).max(axis=0) for w in _rolled(v)], axis=0)
         around = np.zeros(mesh.p.shape[1])
         np.maximum.at(around, mesh.t.ravel(), np.tile(diameters, len(mesh.t)))
@@ -202,6 +200,11 @@ class EdgeWeights:
         """The weighted cells, ascending."""
         return readonly(np.nonzero(self.weighted)[0], np.int32)
 
+    @computed_once
+    def number(self) -> ndarray:
+        """The number of each weighted cell among them, -1 of the others."""
+        return readonly(np.where(self.weighted, np.cumsum(self.weighted) - 1, -1), np.int32)
+
     def extremes(self, values: ndarray) -> ndarray:
         """Least and greatest values over each cell of what is given in the corners of triangles,
         (3, m); shape (2, n), inf and -inf where the fan has no triangles."""
@@ -221,7 +224,7 @@ class EdgeWeights:
         shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
         if np.ptp(self.factors.values):
             mean, shares = self._means_with_factor()
-        v = self.fan.p[:, self.fan.t]
+        v = self.fan.p.take(self.fan.t, axis=1)
         return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
 
     def _means_with_factor(self) -> tuple[ndarray, ndarray]:
@@ -253,7 +256,8 @@ class EdgeWeights:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
         fan = self.fan
         mean, off = self.of_triangles
-        arm = fan.p[:, fan.t].mean(axis=1) + off - self.partition.centroids[:, fan.cell]
+        arm = fan.p.take(fan.t, axis=1).mean(axis=1) + off
+        arm -= self.partition.centroids.take(fan.cell, axis=1)
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
         return readonly(np.where(self.weighted, first / self.mean, 0.0))
 
@@ -269,7 +273,7 @@ class EdgeWeights:
         """Moments of ``w / mean(w) - 1`` about the centroids of the weighted cells, ascending, see
         `law_moments`."""
         centroids = self.partition.centroids
-        return readonly(law_moments(self.triangles, centroids, self.cells, DEGREE))
+        return readonly(law_moments(self.triangles, centroids, self.cells))
 
     @computed_once
     def polynomials(self) -> ndarray:
@@ -287,7 +291,7 @@ class EdgeWeights:
         centroids of w, shape (2, 2, n)."""
         cells, m = self.cells, self.moments
         out = self.partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
-        off = self.centroids[:, cells] - self.partition.centroids[:, cells]
+        off = (self.centroids - self.partition.centroids).take(cells, axis=1)
         out[..., cells] += np.array([[2 * m[2, 0], m[1, 1]], [m[1, 1], 2 * m[0, 2]]])
         out[..., cells] -= self.partition.areas[cells] * off[:, None] * off
         return readonly(out)

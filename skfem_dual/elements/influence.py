@@ -7,6 +7,7 @@ Source: K. L. Johnson, Contact Mechanics (1985), section 3.3, pressure applied t
 region.
 """
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -22,15 +23,19 @@ from .edge_weights import EdgeWeights
 from .remainder import Add, add_rows, remainder_blocks
 from .ribs import Ribs, rib_integrals
 
-#: points that are looked at together, of fewer ones multiples of the second, and their distances
+#: points that are looked at together at most, always multiples of the second, and their distances
 #: from vertices that are kept at a time
-BLOCK, STEP, ROOM = 64, 8, 2**22
+BLOCK, STEP, ROOM = 96, 8, 2**22
 #: nanoseconds that a rib takes, about
 RIB = 2
 
 
 def influence_matrix(
-    substrate: Substrate, partition: Partition, x: ArrayLike, weights: EdgeWeights | None = None
+    substrate: Substrate,
+    partition: Partition,
+    x: ArrayLike,
+    weights: EdgeWeights | None = None,
+    others: Sequence[Add] = (),
 ) -> ndarray:
     """Settlements at points under unit pressure on each cell: the d_ij of (5).
 
@@ -45,6 +50,8 @@ def influence_matrix(
     weights : EdgeWeights, optional
         How the load varies inside edge-weighted cells, for what the influence function has
         beyond c / r; for c / r the variation is left to `EdgeCorrection`.
+    others : sequence of callables, optional
+        What is added, as `EdgeCorrection.add`, while rows are at hand.
 
     Returns
     -------
@@ -66,8 +73,16 @@ def influence_matrix(
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
     each = RIB * len(ribs.length)
+
+    def work(rows: slice) -> None:
+        for first in range(rows.start, rows.stop, BLOCK):
+            some = slice(first, min(first + BLOCK, rows.stop))
+            _fill(*inputs(x[:, some]), ribs, c, matrix[some])
+            for add in others:
+                add(some, matrix[some])
+
     with Threads() as run:
-        run(lambda rows: _fill(*inputs(x[:, rows]), ribs, c, matrix[rows]), x.shape[1], each)
+        run(work, x.shape[1], each)
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(add_rows, add, matrix[:, cells]), x.shape[1])
     return matrix

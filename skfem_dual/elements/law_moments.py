@@ -11,6 +11,14 @@ from numpy import ndarray
 
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from .graded_rule import TINY, gauss
+from .polygon_moments import factorials
+
+#: moments of fewer degrees than these are kept; constants make loops over them short
+ORDERS = 5
+FACTORIALS = factorials(ORDERS - 1)
+#: Gauss points and weights onward from an apex, and along the side opposite to it
+TAU, ALONG_TAU = gauss(ORDERS + 1)
+U, ALONG_U = gauss(ORDERS // 2 + 1)
 
 
 class Factors(NamedTuple):
@@ -68,7 +76,7 @@ class Triangles(NamedTuple):
         return cls(p, t, root, starts, mean, factors)
 
 
-def law_moments(triangles: Triangles, centres: ndarray, cells: ndarray, degree: int) -> ndarray:
+def law_moments(triangles: Triangles, centres: ndarray, cells: ndarray) -> ndarray:
     """Integrals of ``x^i y^j / (i! j!)`` times ``w / mean(w) - 1`` about one point of some cells.
 
     Parameters
@@ -79,18 +87,14 @@ def law_moments(triangles: Triangles, centres: ndarray, cells: ndarray, degree: 
         A point of each cell.
     cells : (k,) array of int
         The cells, weighted ones.
-    degree : int
-        The greatest sum of i and j.
 
     Returns
     -------
-    (degree + 1, degree + 1, k) array of float
-        Zero where the sum is greater, and for i = j = 0.
+    (ORDERS, ORDERS, k) array of float
+        Zero where the sum of i and j is ORDERS or more, and for i = j = 0.
     """
-    out = np.zeros((degree + 1, degree + 1, len(cells)))
-    factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
-    rule = inputs(*gauss(degree + 2), *gauss(degree // 2 + 1))
-    _add_moments(triangles, *inputs(centres, cells, factorials), rule, out)
+    out = np.zeros((ORDERS, ORDERS, len(cells)))
+    _add_moments(triangles, *inputs(centres, cells), out)
     return out
 
 
@@ -120,10 +124,9 @@ def by_distance(piece, triangles):
 
 
 @vectorised
-def _add_moments(triangles, centres, cells, factorials, rule, out):
+def _add_moments(triangles, centres, cells, out):
     p, root, starts = triangles.p, triangles.root, triangles.starts
-    orders = factorials.shape[0]
-    room, own = (np.empty(orders), np.empty((orders, orders))), np.empty((orders, orders))
+    room, own = (np.empty(ORDERS), np.empty((ORDERS, ORDERS))), np.empty((ORDERS, ORDERS))
     for k in range(cells.shape[0]):
         j = cells[k]
         own[:] = 0.0
@@ -137,51 +140,50 @@ def _add_moments(triangles, centres, cells, factorials, rule, out):
             oy = p[1, low] + share * (p[1, high] - p[1, low]) - cy
             for apex in (low, high):
                 corners = p[0, apex] - cx, p[1, apex] - cy, bx, by, ox, oy
-                _add_half(corners, root[apex], root[between], triangles, j, rule, room, own)
-        for a in range(orders):
-            for b in range(orders - a):
-                out[a, b, k] = own[a, b] / (factorials[a] * factorials[b])
+                _add_half(corners, root[apex], root[between], triangles, j, room, own)
+        for a in range(ORDERS):
+            for b in range(ORDERS - a):
+                out[a, b, k] = own[a, b] / (FACTORIALS[a] * FACTORIALS[b])
         out[0, 0, k] = 0.0
 
 
 @vectorised
-def _add_half(corners, at_apex, at_side, triangles, j, rule, room, own):
+def _add_half(corners, at_apex, at_side, triangles, j, room, own):
     """Add integrals over a triangle with constant phi along the side opposite to its apex.
 
     In parts t of the way from the apex to that side, they are products of integrals over t and
     along the side, first about the apex.
     """
     ax, ay, bx, by, ox, oy = corners
-    tau, along_tau, u, along_u = rule
     onward, about = room
-    orders, total = own.shape[0], max(at_apex + at_side, TINY)
+    total = max(at_apex + at_side, TINY)
     size = 2 * abs((bx - ax) * (oy - ay) - (by - ay) * (ox - ax)) / total
     onward[:], about[:] = 0.0, 0.0
-    for k in range(tau.shape[0]):
-        root = at_apex + (at_side - at_apex) * tau[k]
-        t = tau[k] * (at_apex + root) / total
+    for k in range(TAU.shape[0]):
+        root = at_apex + (at_side - at_apex) * TAU[k]
+        t = TAU[k] * (at_apex + root) / total
         over = factor_at(triangles.factors, j, root) / triangles.mean[j] - root
-        power = size * t * along_tau[k] * over
-        for a in range(orders):
+        power = size * t * ALONG_TAU[k] * over
+        for a in range(ORDERS):
             onward[a] += power
             power *= t
-    for k in range(u.shape[0]):
-        x, y, power = bx + u[k] * (ox - bx) - ax, by + u[k] * (oy - by) - ay, along_u[k]
-        for a in range(orders):
+    for k in range(U.shape[0]):
+        x, y, power = bx + U[k] * (ox - bx) - ax, by + U[k] * (oy - by) - ay, ALONG_U[k]
+        for a in range(ORDERS):
             value = power
-            for b in range(orders - a):
+            for b in range(ORDERS - a):
                 about[a, b] += value
                 value *= y
             power *= x
-    for a in range(orders):
-        for b in range(orders - a):
+    for a in range(ORDERS):
+        for b in range(ORDERS - a):
             about[a, b] *= onward[a + b]
-    for c in range(orders):  # moved to the origin
-        for k in range(1, orders - c):
-            for a in range(orders - c - 1, k - 1, -1):
+    for c in range(ORDERS):  # moved to the origin
+        for k in range(1, ORDERS - c):
+            for a in range(ORDERS - c - 1, k - 1, -1):
                 about[a, c] += ax * about[a - 1, c]
-    for c in range(orders):
-        for k in range(1, orders - c):
-            for b in range(orders - c - 1, k - 1, -1):
+    for c in range(ORDERS):
+        for k in range(1, ORDERS - c):
+            for b in range(ORDERS - c - 1, k - 1, -1):
                 about[c, b] += ay * about[c, b - 1]
     own += about

@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
-from .polygon_moments import polygon_moments
+from .polygon_moments import factorials, polygon_moments
 
 #: degree of the polynomial for the settlement, and of that for the first moments of the law
 DEGREE, LOWER = 4, 2
@@ -39,8 +39,8 @@ def law_polynomials(polygons: Polygons, moments: ndarray, cells: ndarray) -> nda
     """
     out = np.empty((len(cells), TERMS + LOWER_TERMS))
     whole = polygon_moments(polygons, 2 * DEGREE, cells)
-    factorials = np.cumprod(np.arange(2 * DEGREE + 1).clip(1)).astype(float)
-    _fit(*inputs(np.sqrt(polygons.areas[cells]), whole, moments, factorials), out)
+    size = np.sqrt(polygons.areas[cells])
+    _fit(*inputs(size, whole, moments, factorials(2 * DEGREE)), out)
     return out
 
 

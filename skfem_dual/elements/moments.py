@@ -48,12 +48,12 @@ class Multipoles:
         moments = polygon_moments(partition.polygons, degree, cells)
         if weights is not None:
             own = np.nonzero(weights.weighted[cells])[0]
-            number = np.searchsorted(weights.cells, cells[own])
+            number = weights.number[cells[own]]
             known = min(degree + 1, len(weights.moments))
             for i in range(known):
                 some = slice(min(known, degree + 1 - i))
                 moments[i, some, own] += weights.moments[i, some, number]
-        return cls(partition.centroids[:, cells], moments)
+        return cls(partition.centroids.take(cells, axis=1), moments)
 
 
 class Series(NamedTuple):
@@ -84,11 +84,15 @@ class Series(NamedTuple):
         partition, cells = weights.partition, weights.cells
         squares = (INSIDE * radii(partition.polygons)[cells]) ** 2
         terms = series_terms(coefficient * weights.moments)
-        return cls(*inputs(partition.centroids[:, cells], squares, terms))
+        return cls(*inputs(partition.centroids.take(cells, axis=1), squares, terms))
 
 
 def series_terms(m: ndarray) -> ndarray:
     """Factors of moments up to the fourth degree, see `Multipoles`, in `far_influence`."""
+    return np.tensordot(_TERMS, m[:5, :5], 2)
+
+
+def _terms(m: ndarray) -> ndarray:
     even, odd = m[4, 0] + m[0, 4] - m[2, 2], m[3, 1] - m[1, 3]
     terms = [
         *(m[1, 0], m[0, 1]),
@@ -100,6 +104,10 @@ def series_terms(m: ndarray) -> ndarray:
         *(60 * m[1, 3] - 45 * m[3, 1], 105 * odd),
     ]
     return np.stack(terms)
+
+
+#: they are linear in the moments: those of one moment each, shape (14, 5, 5)
+_TERMS = _terms(np.eye(25).reshape(5, 5, 25)).reshape(14, 5, 5)
 
 
 @inlined

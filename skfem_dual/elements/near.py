@@ -156,8 +156,7 @@ class NearField:
             remainder = _remainder(substrate, table, partition, weights, cells, rtol)
         far, number = Series.none(), np.full(len(partition), -1, np.int32)
         if weights is not None:
-            far = Series.from_weights(weights, c)
-            number[weights.cells] = np.arange(len(weights.cells))
+            far, number = Series.from_weights(weights, c), weights.number
         (number,) = inputs(number[cells])
         return cls(CellRibs.from_partition(partition, cells), c, far, number, remainder)
 

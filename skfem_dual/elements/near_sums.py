@@ -63,7 +63,7 @@ class NearSums(NamedTuple):
         """Of some cells, ascending, and points nearer to them than ``reach`` of their radii;
         without weights w is constant."""
         polygons = partition.polygons
-        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids[:, cells]
+        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids.take(cells, axis=1)
         pairs = Pairs.within(reaches, cells, centroids, x)
         beside = (BESIDE * reaches / reach) ** 2
         size = np.sqrt(partition.areas[cells])
@@ -110,10 +110,11 @@ class Law(NamedTuple):
         """Without weights the pressure in the cells is constant."""
         n, sides = len(polygons), int(polygons.sizes.max())
         if weights is None:
-            polynomials, number = inputs(np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1))
+            polynomials, number = inputs(
+                np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1, np.int32)
+            )
             return cls(Triangles.none(n), polynomials, number, strips, 0, sides)
-        number = np.where(weights.weighted, np.cumsum(weights.weighted) - 1, -1)
-        polynomials, number = inputs(weights.polynomials, number)
+        polynomials, number = inputs(weights.polynomials, weights.number)
         pieces = int(np.diff(weights.triangles.starts).max())
         return cls(weights.triangles, polynomials, number, strips, pieces, sides)
 

@@ -48,7 +48,9 @@ class Squares(NamedTuple):
         column, row = ((x - corner[:, None]) / side).astype(np.int64)
         keys = (row << 32) + column
         order = np.argsort(keys, kind="stable")
-        x, numbers, keys, corner = inputs(x[:, order], order.astype(np.int32), keys[order], corner)
+        x, numbers, keys, corner = inputs(
+            x.take(order, axis=1), order.astype(np.int32), keys[order], corner
+        )
         return cls(x, numbers, keys, corner, side)
 
 
@@ -78,8 +80,11 @@ def in_circles(radii: ndarray, centres: ndarray, x: ndarray) -> tuple[ndarray, n
     offsets, points = np.zeros(len(radii) + 1, np.int64), np.empty(0, np.int32)
     if x.shape[1] == 0:
         return points, offsets
-    size = np.frexp(radii)[1]
-    rounds = [(np.nonzero(size == k)[0], Squares.of(x, 2.0**k)) for k in np.unique(size).tolist()]
+    # octaves from the largest one down: all circles of an even mesh are in one
+    most = 1.000001 * float(radii.max(initial=0.0)) or 1.0
+    size = np.frexp(radii / most)[1]
+    sides = [(k, most * 2.0**k) for k in np.unique(size).tolist()]
+    rounds = [(np.nonzero(size == k)[0], Squares.of(x, side)) for k, side in sides]
     circles = inputs(radii, centres)
     for own, squares in rounds:
         _look(*inputs(own), *circles, squares, offsets[1:], points)

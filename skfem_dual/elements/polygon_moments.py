@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy import ndarray
 
-from ..grids.polygons import Polygons
+from ..grids.polygons import Polygons, readonly
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
 
@@ -52,11 +52,16 @@ def moments_about(
     some = np.arange(len(offsets) - 1) if some is None else some
     n, numbers = len(some), [np.asarray(a, np.int32) for a in (some, indices, offsets)]
     out = np.zeros((degree + 1, degree + 1, n))
-    factorials = np.cumprod(np.arange(degree + 1).clip(1)).astype(float)
-    args = *inputs(*numbers, p, centres), factorials, *_gauss(degree // 2 + 1)
+    args = *inputs(*numbers, p, centres), factorials(degree), *_gauss(degree // 2 + 1)
     with Threads() as run:
         run(lambda k: _moments(k.start, k.stop, *args, out), n)
     return out
+
+
+@cache
+def factorials(degree: int) -> ndarray:
+    """Those up to it."""
+    return readonly(np.cumprod(np.arange(degree + 1).clip(1)), float)
 
 
 @cache

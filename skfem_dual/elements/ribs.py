@@ -48,7 +48,7 @@ class Ribs(NamedTuple):
     def from_partition(cls, partition: Partition) -> Self:
         """All ribs, in the order of ``partition.facets``."""
         p, facets = partition.polygons.p, partition.facets
-        along = p[:, facets[1]] - p[:, facets[0]]
+        along = p.take(facets[1], axis=1) - p.take(facets[0], axis=1)
         return cls(*inputs(p, facets, partition.f2c, along, np.hypot(*along)))
 
 

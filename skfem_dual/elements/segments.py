@@ -46,7 +46,7 @@ class Pairs(NamedTuple):
     def within(cls, radii: ndarray, cells: ndarray, centres: ndarray, x: ndarray) -> Self:
         """Points ``x`` in circles around the ``centres`` of some cells."""
         points, offsets = in_circles(radii, centres, x)
-        return cls(*inputs(cells.astype(np.int32), x[:, points], offsets, points))
+        return cls(*inputs(cells.astype(np.int32), x.take(points, axis=1), offsets, points))
 
 
 @compiled

@@ -10,6 +10,7 @@ polygonal and polyhedral domains, IEEE Trans. Antennas Propag. 32 (1984).
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -23,6 +24,7 @@ from ..kernels.threads import Threads
 from .law_strips import STRIPS
 from .near_slopes import AT_REST, NearSlopes
 from .near_sums import NearSums
+from .remainder import Add, add_rows
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
@@ -178,10 +180,18 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        if len(matrix) > ROWS or len(self.areas) <= FEW:
-            self.add(matrix, sign * slopes.matrix)
-            return
-        matrix += sign * slopes.transposed(np.array([self._field(i) for i in range(len(matrix))]))
+        self._run(self.adding(slopes, sign), matrix)
+
+    def adding(self, slopes: Slopes, sign: float = 1.0) -> Add:
+        """What does so to a block of some rows."""
+        if self.x.shape[1] > ROWS or len(self.areas) <= FEW:
+            return self._adding(slopes.matrix if sign == 1.0 else sign * slopes.matrix)
+
+        def add(rows: slice, block: ndarray) -> None:
+            fields = np.array([self._field(i) for i in range(rows.start, rows.stop)])
+            block += sign * slopes.transposed(fields)
+
+        return add
 
     def _field(self, i: int) -> ndarray:
         """Settlements of a point under unit slopes of all cells, (2, n)."""
@@ -199,17 +209,23 @@ class SlopeCorrection:
 
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
+        self._run(self._adding(slopes), matrix)
+
+    def _run(self, add: Add, matrix: ndarray) -> None:
+        with Threads() as run:
+            run(partial(add_rows, add, matrix), self.x.shape[1], CELL * len(self.areas))
+
+    def _adding(self, slopes: csr_matrix) -> Add:
+        """What does so to a block of some rows."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
         rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
 
-        def work(k: slice) -> None:
-            known = x, k.start, k.stop, circles, self.fall, moments
-            _add_rows(*known, sloped, columns, matrix)
-            _add_near(k.start, k.stop, self.near, rows, matrix)
+        def add(k: slice, block: ndarray) -> None:
+            _add_rows(x, k.start, circles, self.fall, moments, sloped, columns, block)
+            _add_near(k.start, self.near, rows, block)
 
-        with Threads() as run:
-            run(work, self.x.shape[1], CELL * len(self.areas))
+        return add
 
 
 def _arrays(matrix: csr_matrix | csc_matrix) -> tuple[ndarray, ...]:
@@ -298,17 +314,17 @@ def add_near_dipoles(begin, end, x, rows, starts, cells, circles, fall, dipoles,
 
 
 @vectorised
-def _add_rows(x, begin, end, circles, fall, moments, sloped, slopes, matrix):
-    """Some rows at a time: sums over the cells around are the same for all of them."""
+def _add_rows(x, begin, circles, fall, moments, sloped, slopes, matrix):
+    """Some rows from ``begin`` on: sums over the cells around are the same for all of them."""
     middles, squares = circles
     starts, numbers, values = slopes
     n = squares.shape[0]
     local, tile = np.zeros((2 * n, ROWS)), np.empty((COLUMNS, ROWS))
     x0, y0 = np.zeros(ROWS), np.zeros(ROWS)
-    for first in range(begin, end, ROWS):
-        count = min(ROWS, end - first)
+    for first in range(0, matrix.shape[0], ROWS):
+        count = min(ROWS, matrix.shape[0] - first)
         for i in range(count):
-            x0[i], y0[i] = x[0, first + i], x[1, first + i]
+            x0[i], y0[i] = x[0, begin + first + i], x[1, begin + first + i]
         for j in range(n):
             if not sloped[j]:
                 continue
@@ -359,13 +375,13 @@ def _field(i, x, circles, fall, moments, near, out):
 
 
 @compiled
-def _add_near(begin, end, near, slopes, matrix):
+def _add_near(begin, near, slopes, matrix):
     starts, cells, values = slopes
     firsts, numbers, integrals = near
     n = (starts.shape[0] - 1) // 2
-    for i in range(begin, end):
+    for i in range(matrix.shape[0]):
         for axis in range(2):
-            for k in range(firsts[i], firsts[i + 1]):
+            for k in range(firsts[begin + i], firsts[begin + i + 1]):
                 row = axis * n + numbers[k]
                 for at in range(starts[row], starts[row + 1]):
                     matrix[i, cells[at]] += integrals[axis, k] * values[at]

@@ -147,7 +147,7 @@ def _structure_conditions(corners: Corners) -> Iterator[Condition]:
         np.nonzero(~used)[0],
         "remove the nodes, e.g. mesh.remove_unused_nodes()",
     )
-    longest = np.max(np.ptp(p[:, t], axis=1), axis=0)
+    longest = np.max(np.ptp(p.take(t, axis=1), axis=1), axis=0)
     yield Condition(
         "triangles of positive area",
         "triangle",
@@ -195,7 +195,7 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
     # now one-to-one near every point; and everywhere, unless the boundary tells otherwise
     starts = np.nonzero(corners.twin == -1)[0]
     ends = np.roll(corners.node.reshape(3, -1), -1, axis=0).ravel()[starts]
-    inside = corners.barycentres[:, corners.triangle[starts]]
+    inside = corners.barycentres.take(corners.triangle[starts], axis=1)
     twice = covered_twice(p, np.stack([corners.node[starts], ends]), inside)
     yield Condition(
         "no place to be covered twice",

@@ -69,15 +69,15 @@ class Corners:
         0 at the first node of the facet, 1 at the second; 1/2 on the boundary.
         """
         every = np.arange(self.mesh.nfacets)
-        return self._parameters(every, lambda elements: self.barycentres[:, elements])
+        return self._parameters(every, lambda elements: self.barycentres.take(elements, axis=1))
 
     def _parameters(self, facets: ndarray, barycentres: Callable[[ndarray], ndarray]) -> ndarray:
         """Those of some facets by the barycentres of some triangles."""
         mesh, s = self.mesh, np.full(len(facets), 0.5)
         inner = np.nonzero(mesh.f2t[1, facets] != -1)[0]
         facets = facets[inner]
-        a, d = mesh.p[:, mesh.facets[0, facets]], mesh.p[:, mesh.facets[1, facets]]
-        first, second = (barycentres(side) - a for side in mesh.f2t[:, facets])
+        a, d = (mesh.p.take(end, axis=1) for end in mesh.facets.take(facets, axis=1))
+        first, second = (barycentres(side) - a for side in mesh.f2t.take(facets, axis=1))
         d = (d - a) * self._unit  # fourth powers follow
         first, second = first * self._unit, second * self._unit
         height, other = (np.abs(d[0] * c[1] - d[1] * c[0]) for c in (first, second))
@@ -87,10 +87,11 @@ class Corners:
 
     def crossings_of(self, facets: ndarray) -> ndarray:
         """Where that is on some facets, shape (2, k)."""
-        start, end = (self.mesh.p[:, node] for node in self.mesh.facets[:, facets])
+        ends = self.mesh.facets.take(facets, axis=1)
+        start, end = (self.mesh.p.take(node, axis=1) for node in ends)
         return start + self._parameters(facets, partial(barycentres, self.mesh)) * (end - start)
 
-    @property
+    @computed_once
     def triangle(self) -> ndarray:
         """Triangle of each corner."""
         return np.tile(np.arange(len(self.node) // 3, dtype=np.int32), 3)
@@ -137,11 +138,12 @@ def unit(p: ndarray) -> float:
 
 def signed_areas(p: ndarray, t: ndarray) -> ndarray:
     """Area of each triangle, negative where its vertices run clockwise."""
-    a, b = p[:, t[1]] - p[:, t[0]], p[:, t[2]] - p[:, t[0]]
+    first, second, third = (p.take(vertex, axis=1) for vertex in t)
+    a, b = second - first, third - first
     return (a[0] * b[1] - a[1] * b[0]) / 2
 
 
 def barycentres(mesh: MeshTri, elements: ndarray | slice = slice(None)) -> ndarray:
     """Barycentre of each triangle, all or some, shape (2, ntriangles)."""
-    a, b, c = (mesh.p[:, vertex] for vertex in mesh.t[:, elements])
+    a, b, c = (mesh.p.take(vertex, axis=1) for vertex in mesh.t[:, elements])
     return a + ((b - a) + (c - a)) / 3

@@ -211,18 +211,21 @@ class DualMesh:
     def some_refinement_nodes(self, numbers: ndarray) -> ndarray:
         """Those with the ``numbers``, ascending, only."""
         n, m = len(self), len(self) + self.mesh.nfacets
-        first, facets, last = np.split(numbers, np.searchsorted(numbers, [n, m]))
-        crossings = Corners(self.mesh).crossings_of(facets - n)
-        return np.hstack([self.mesh.p[:, first], crossings, self.p[:, last - m]])
+        a, b = np.searchsorted(numbers, [n, m]).tolist()
+        crossings = Corners(self.mesh).crossings_of(numbers[a:b] - n)
+        nodes = self.mesh.p.take(numbers[:a], axis=1)
+        return np.hstack([nodes, crossings, self.p.take(numbers[b:] - m, axis=1)])
 
     def refined_triangles(self, elements: ndarray) -> ndarray:
         """Triangles of the common refinement in some triangles of the mesh, six in each."""
         mesh = self.mesh
         elements = checked_indices("elements", elements, mesh.nelements)
-        crossing = len(self) + mesh.t2f[:, elements][[0, 0, 1, 1, 2, 2]]
+        crossing = len(self) + mesh.t2f.take(elements, axis=1)[[0, 0, 1, 1, 2, 2]]
         barycentre = np.broadcast_to(len(self) + mesh.nfacets + elements, crossing.shape)
         # vertices ascend as skfem wants them: its sorting leaves them in place
-        t = np.stack([mesh.t[:, elements][_PAIRS], crossing, barycentre]).transpose(0, 2, 1)
+        t = np.stack([mesh.t.take(elements, axis=1)[_PAIRS], crossing, barycentre]).transpose(
+            0, 2, 1
+        )
         return np.ascontiguousarray(t.reshape(3, -1), dtype=np.int32)
 
     @computed_once
@@ -289,8 +292,9 @@ def _dual_partition(corners: Corners) -> Partition:
     # nodes: barycentres, middles of boundary facets, boundary nodes in the order of `onset`
     nb = len(boundary)
     middle, rank = m + np.arange(2 * nb, dtype=np.int32).reshape(2, -1)
-    middles = corners.crossings_of(boundary)
-    p = np.hstack([corners.barycentres, middles, mesh.p[:, onset]])
+    begins, ends = (mesh.p.take(end, axis=1) for end in mesh.facets[:, boundary])
+    middles = begins + 0.5 * (ends - begins)
+    p = np.hstack([corners.barycentres, middles, mesh.p.take(onset, axis=1)])
 
     on_boundary = np.zeros(n, dtype=bool)
     on_boundary[onset] = True

@@ -60,13 +60,12 @@ class Fan:
             wanted[cells] = True
         elements = np.nonzero(wanted[mesh.t].any(axis=0))[0]
         t = dual.refined_triangles(elements)
-        own = wanted[t[0]]  # the first vertex is the node in the cell
-        t, element = t[:, own], np.repeat(elements, 6)[own]
+        own = np.nonzero(wanted[t[0]])[0]  # the first vertex is the node in the cell
+        t, element = t.take(own, axis=1), elements[own // 6]
         if cells is None:
             return cls._sorted(dual.refinement_nodes, t, t[0], element)
-        numbers, compact = np.unique(t, return_inverse=True)
-        p = dual.some_refinement_nodes(numbers)
-        fan = cls._sorted(p, compact.reshape(t.shape), t[0], element)
+        numbers, compact = _numbered(t, len(dual) + mesh.nfacets + mesh.nelements)
+        fan = cls._sorted(dual.some_refinement_nodes(numbers), compact, t[0], element)
         return replace(fan, numbers=readonly(numbers, np.int32))
 
     @classmethod
@@ -83,7 +82,7 @@ class Fan:
         n = mesh.p.shape[1]
         cells = np.arange(m) if cells is None else np.asarray(cells)
         own, middle = mesh.t[:, cells], n + cells
-        p = np.hstack([mesh.p, mesh.p[:, mesh.t].mean(axis=1)])
+        p = np.hstack([mesh.p, mesh.p.take(mesh.t, axis=1).mean(axis=1)])
         t = np.hstack([[own[i], own[(i + 1) % k], middle] for i in range(k)])
         part = (cells + mesh.nelements * np.arange(k)[:, None]).ravel()
         return cls._sorted(p, t, np.tile(cells, k), part)
@@ -94,25 +93,25 @@ class Fan:
         t = np.where(areas < 0, t[[0, 2, 1]], t)
         # quadrilaterals in the middle of a polar grid have sides without length
         full = np.abs(areas) > 1e-14 * np.bincount(cell, np.abs(areas))[cell]
-        return cls._by_cell(p, t[:, full], cell[full], part[full])
+        if not full.all():
+            t, cell, part = t[:, full], cell[full], part[full]
+        return cls._by_cell(p, t, cell, part)
 
     @classmethod
     def _by_cell(cls, p: ndarray, t: ndarray, cell: ndarray, part: ndarray) -> "Fan":
         order = np.argsort(cell, kind="stable")
         return cls(
             readonly(p),
-            readonly(t[:, order], np.int32),
+            readonly(t.take(order, axis=1), np.int32),
             readonly(cell[order], np.int32),
             readonly(part[order], np.int32),
         )
 
     def _compact(self) -> "Fan":
         """With the vertices of its triangles only."""
-        used = np.zeros(self.p.shape[1], dtype=bool)
-        used[self.t] = True
-        t = (np.cumsum(used, dtype=np.int32) - 1)[self.t]
-        numbers = readonly(np.nonzero(used)[0], np.int32)
-        return replace(self, p=readonly(self.p[:, used]), t=readonly(t), numbers=numbers)
+        numbers, t = _numbered(self.t, self.p.shape[1])
+        kept = readonly(self.p.take(numbers, axis=1)), readonly(t), readonly(numbers, np.int32)
+        return replace(self, **dict(zip(("p", "t", "numbers"), kept)))
 
     def halved(self, found: Callable[[ndarray, ndarray], ndarray], times: int) -> "Fan":
         """With some sides of triangles cut in halves, so often.
@@ -221,6 +220,13 @@ class Fan:
         order = order[inside[order] > -1e-9]
         deepest[point[order]] = triangle[order]
         return deepest
+
+
+def _numbered(t: ndarray, n: int) -> tuple[ndarray, ndarray]:
+    """Which of n points triangles have, ascending, and the triangles by their numbers in these."""
+    used = np.zeros(n, dtype=bool)
+    used[t] = True
+    return np.nonzero(used)[0], (np.cumsum(used, dtype=np.int32) - 1)[t]
 
 
 def _closed(t: ndarray, n: int, cut: ndarray) -> tuple[ndarray, ndarray, ndarray]:

@@ -116,7 +116,7 @@ def edge_ribs(partition: Partition) -> ndarray:
     In a polar grid the two banks of the seam and the points in the middle are no edge.
     """
     ribs = np.nonzero(partition.f2c[1] == -1)[0]
-    a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+    a, b = (partition.polygons.p.take(end, axis=1) for end in partition.facets[:, ribs])
     length = np.hypot(*(b - a))
     size = np.sqrt(partition.areas.sum())
     real = length > 1e-12 * size
@@ -156,8 +156,9 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
     nodes beside it, or as much as a hexagon.
     """
     a, b = mesh.facets[:, facets]
-    inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1) - mesh.p[:, a]
-    along = mesh.p[:, b] - mesh.p[:, a]
+    begin, corners = mesh.p.take(a, axis=1), mesh.t.take(mesh.f2t[0, facets], axis=1)
+    inside = mesh.p.take(corners, axis=1).mean(axis=1) - begin
+    along = mesh.p.take(b, axis=1) - begin
     on_left = cross(along, inside) > 0
     a, b = np.where(on_left, a, b), np.where(on_left, b, a)
     along = np.where(on_left, along, -along) / np.hypot(*along)
@@ -166,7 +167,7 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
     before, after = np.full((2, n), -1)
     after[a] = before[b] = np.arange(len(facets))
     node = np.nonzero(plain)[0]
-    first, second = along[:, before[node]], along[:, after[node]]
+    first, second = (along.take(side[node], axis=1) for side in (before, after))
     turn = np.full(n, np.inf)
     turn[node] = np.arctan2(cross(first, second), np.sum(first * second, axis=0))
     most = np.abs(turn[[a[before[node]], b[after[node]]]]).max(axis=0)
@@ -180,7 +181,7 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
             np.sin(half) * second[0] + np.cos(half) * second[1],
         ]
     )
-    p, q, x = mesh.p[:, a], mesh.p[:, b], mesh.p[:, node].T
+    p, q, x = mesh.p.take(a, axis=1), mesh.p.take(b, axis=1), mesh.p[:, node].T
     reach = np.array([_facing(corner, p, q) for corner in x])
     return Wedges(node, x, bisector.T, angle, reach)
 

@@ -156,8 +156,8 @@ def _is_convex(p: ndarray, facets: ndarray) -> bool:
     onward = following[facets[1]]
     if onward.min(initial=0) < 0 or not np.array_equal(following[facets[0]], each):
         return False
-    along = p[:, facets[1]] - p[:, facets[0]]
-    after = along[:, onward]
+    along = p.take(facets[1], axis=1) - p.take(facets[0], axis=1)
+    after = along.take(onward, axis=1)
     turn = np.arctan2(cross(along, after), np.sum(along * after, axis=0))
     return bool(turn.min(initial=0.0) > -MARGIN and turn.sum() < 3 * np.pi)
 

@@ -36,10 +36,16 @@ def inlined(function: Callable) -> Callable:
 
 def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
     """Arrays that a kernel reads: contiguous and read-only, as it is compiled for every kind."""
-    views = [np.ascontiguousarray(a)[...] for a in arrays]
-    for view in views:
-        view.flags.writeable = False
-    return tuple(views)
+    return tuple([_input(a) for a in arrays])
+
+
+def _input(a: ndarray) -> ndarray:
+    flags = a.flags
+    if flags.c_contiguous and not flags.writeable:
+        return a
+    view = np.ascontiguousarray(a)[...]
+    view.flags.writeable = False
+    return view
 
 
 def when_compiling(call: Callable[[], object]) -> contextlib.AbstractContextManager:

@@ -1,13 +1,16 @@
 """Attributes that are computed on first use, by one thread."""
 
 import os
-import threading
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any, ClassVar, TypeVar, overload
+from threading import RLock
+from typing import Any, TypeVar, overload
 
 from numpy import ndarray
 
 _T = TypeVar("_T")
+#: of what is being computed, by objects and names
+_locks: dict[tuple[int, str], Any] = {}
 
 
 class computed_once(cached_property[_T]):
@@ -42,14 +45,8 @@ class computed_once(cached_property[_T]):
     def __get__(self, instance: object, owner: type[Any] | None = None) -> Any:
         if instance is None:
             return self
-        name, known = str(self.attrname), instance.__dict__
-        with _Held(instance, name):
-            # only now is it certain that no other thread has computed it
-            if name not in known:
-                value = _shared(self.func(instance))
-                # setting up an object may have stored more than was asked for
-                known.setdefault(name, value)
-            return known[name]
+        # setting up an object may store more than was asked for
+        return _first(instance, str(self.attrname), lambda: self.func(instance))
 
 
 def remember(instance: object, name: str, value: Any) -> None:
@@ -62,8 +59,18 @@ def remember(instance: object, name: str, value: Any) -> None:
     """
     if not isinstance(getattr(type(instance), name, None), computed_once):
         raise TypeError(f"expected the name of what is computed once, got {name!r}")
-    with _Held(instance, name):
-        instance.__dict__.setdefault(name, _shared(value))
+    _first(instance, name, lambda: value)
+
+
+def _first(instance: object, name: str, compute: Callable[[], Any]) -> Any:
+    """What is known under a name, or else computed by one thread while others wait."""
+    key, known = (id(instance), name), instance.__dict__
+    with _locks.setdefault(key, RLock()):
+        try:
+            # only now is it certain that no other thread has computed it
+            return known[name] if name in known else known.setdefault(name, _shared(compute()))
+        finally:
+            _locks.pop(key, None)  # who waits has it, who comes later finds the value
 
 
 def _shared(value: Any) -> Any:
@@ -74,34 +81,9 @@ def _shared(value: Any) -> Any:
     return value
 
 
-class _Held:
-    """The lock of one property of one object, kept while some thread holds or awaits it."""
-
-    guard = threading.Lock()
-    locks: ClassVar[dict[tuple[int, str], tuple[Any, int]]] = {}
-
-    def __init__(self, instance: object, name: str) -> None:
-        self.key = id(instance), name
-
-    def __enter__(self) -> None:
-        with _Held.guard:
-            lock, users = _Held.locks.get(self.key, (None, 0))
-            lock = lock or threading.RLock()
-            _Held.locks[self.key] = lock, users + 1
-        lock.acquire()
-
-    def __exit__(self, *exception: object) -> None:
-        with _Held.guard:
-            lock, users = _Held.locks.pop(self.key)
-            if users > 1:
-                _Held.locks[self.key] = lock, users - 1
-        lock.release()
-
-
 def _forget() -> None:
     """A forked process has none of the threads that held locks."""
-    _Held.guard = threading.Lock()
-    _Held.locks = {}
+    _locks.clear()
 
 
 if hasattr(os, "register_at_fork"):

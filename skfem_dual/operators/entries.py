@@ -13,6 +13,7 @@ from ..elements.influence import influence_matrix, surface_displacement
 from ..elements.moment_sums import settled_by_moments
 from ..elements.near import NearField
 from ..elements.near_sums import NearSums
+from ..elements.remainder import Add
 from ..elements.slope_correction import EXACT_RADII, SlopeCorrection
 from ..elements.slopes import Slopes
 from ..grids.partition import Partition
@@ -97,12 +98,10 @@ class Entries:
 
     def matrix(self) -> ndarray:
         """All entries, (m, n)."""
-        matrix = influence_matrix(self.substrate, self.partition, self.x, self.weights)
-        if self.correction is not None:
-            self.correction.add_to(matrix)
+        others: list[Add] = [] if self.correction is None else [self.correction.add]
         if self.slopes is not None and self.sloping is not None:
-            self.sloping.add_to(matrix, self.slopes)
-        return matrix
+            others.append(self.sloping.adding(self.slopes))
+        return influence_matrix(self.substrate, self.partition, self.x, self.weights, others)
 
     def settlements(self, pressure: ndarray, rough: bool = False) -> ndarray:
         """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k).
