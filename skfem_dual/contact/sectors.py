@@ -38,7 +38,7 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     with half of the load each on both sides of where it acts, along its longer axis, and none in
     cells over which the weight varies little."""
     fan, (mean, off) = weights.fan, weights.of_triangles
-    least, most = weights.extremes(weights.root[fan.t])
+    least, most = weights.roots
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
     load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p.take(fan.t.take(own, axis=1), axis=1).mean(axis=1) + off.take(own, axis=1)

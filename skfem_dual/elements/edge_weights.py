@@ -189,11 +189,17 @@ class EdgeWeights:
     @computed_once
     def weighted(self) -> ndarray:
         """Whether each cell is weighted; over the others w hardly varies."""
-        cell = self.fan.cell
-        root = self.root[self.fan.t]
-        root = root / self.factor(np.broadcast_to(cell, root.shape), root)
-        least, most = self.extremes(root)
+        least, most = self.roots
+        if np.ptp(self.factors.values):
+            root = self.root[self.fan.t]
+            root = root / self.factor(np.broadcast_to(self.fan.cell, root.shape), root)
+            least, most = self.extremes(root)
         return readonly(most > VARIATION * least)
+
+    @computed_once
+    def roots(self) -> ndarray:
+        """Least and greatest root of phi over each cell, see `extremes`."""
+        return self.extremes(self.root[self.fan.t])
 
     @computed_once
     def cells(self) -> ndarray:

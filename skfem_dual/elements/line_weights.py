@@ -116,14 +116,14 @@ class LineWeights(EdgeWeights):
     @computed_once
     def weighted(self) -> ndarray:
         """Whether each cell is weighted."""
-        least, most = self.extremes(self.root[self.fan.t])
+        least, most = self.roots
         varied = (most > 1e-6 * self.root.max()) & (most > VARIATION * least)
         return readonly(varied if self.constant is None else varied & ~self.constant)
 
     @computed_once
     def tiny(self) -> ndarray:
         """Weighted cells of which only a little is in contact, (n,) array of bool."""
-        most = self.extremes(self.root[self.fan.t])[1]
+        most = self.roots[1]
         return readonly(self.weighted & (most > TINY * np.where(self.weighted, self.mean, np.inf)))
 
     def relative(self, cells: ndarray, root: ndarray) -> ndarray:

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from skfem import CellBasis, Mesh
 
 from ..kernels.compiled import compiled, inputs
-from ..kernels.once import computed_once
+from ..kernels.once import computed_once, remember
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
 from .dual_mesh import DualMesh
@@ -65,8 +65,7 @@ class Fan:
         if cells is None:
             return cls._sorted(dual.refinement_nodes, t, t[0], element)
         numbers, compact = _numbered(t, len(dual) + mesh.nfacets + mesh.nelements)
-        fan = cls._sorted(dual.some_refinement_nodes(numbers), compact, t[0], element)
-        return replace(fan, numbers=readonly(numbers, np.int32))
+        return cls._sorted(dual.some_refinement_nodes(numbers), compact, t[0], element, numbers)
 
     @classmethod
     def from_refinement(cls, dual: DualMesh) -> "Fan":
@@ -88,24 +87,38 @@ class Fan:
         return cls._sorted(p, t, np.tile(cells, k), part)
 
     @classmethod
-    def _sorted(cls, p: ndarray, t: ndarray, cell: ndarray, part: ndarray) -> "Fan":
+    def _sorted(
+        cls, p: ndarray, t: ndarray, cell: ndarray, part: ndarray, numbers: ndarray | None = None
+    ) -> "Fan":
         areas = signed_areas(p, t)
-        t = np.where(areas < 0, t[[0, 2, 1]], t)
+        t, areas = np.where(areas < 0, t[[0, 2, 1]], t), np.abs(areas)
         # quadrilaterals in the middle of a polar grid have sides without length
-        full = np.abs(areas) > 1e-14 * np.bincount(cell, np.abs(areas))[cell]
+        full = areas > 1e-14 * np.bincount(cell, areas)[cell]
         if not full.all():
-            t, cell, part = t[:, full], cell[full], part[full]
-        return cls._by_cell(p, t, cell, part)
+            t, cell, part, areas = t[:, full], cell[full], part[full], areas[full]
+        return cls._by_cell(p, t, cell, part, numbers, areas)
 
     @classmethod
-    def _by_cell(cls, p: ndarray, t: ndarray, cell: ndarray, part: ndarray) -> "Fan":
+    def _by_cell(
+        cls,
+        p: ndarray,
+        t: ndarray,
+        cell: ndarray,
+        part: ndarray,
+        numbers: ndarray | None = None,
+        areas: ndarray | None = None,
+    ) -> "Fan":
         order = np.argsort(cell, kind="stable")
-        return cls(
+        fan = cls(
             readonly(p),
             readonly(t.take(order, axis=1), np.int32),
             readonly(cell[order], np.int32),
             readonly(part[order], np.int32),
+            None if numbers is None else readonly(numbers, np.int32),
         )
+        if areas is not None:
+            remember(fan, "areas", readonly(areas[order]))
+        return fan
 
     def _compact(self) -> "Fan":
         """With the vertices of its triangles only."""
@@ -145,7 +158,7 @@ class Fan:
             t, cell, part = np.hstack([t[:, whole], new]), cell[of], part[of]
         if p is self.p:
             return self
-        return replace(Fan._by_cell(p, t, cell, part), numbers=self.numbers)
+        return Fan._by_cell(p, t, cell, part, self.numbers)
 
     def cut_at_zero(self, values: ndarray) -> tuple["Fan", ndarray]:
         """With triangles cut where a function is zero that is given at the points and linear in
