@@ -37,14 +37,15 @@ from .edges import EdgeBoundaries
 from .elastic_solution import ElasticSolution
 from .footprint import Edge, Footprint
 from .load import Constraints, Pair
-from .one_sign import contact_of, solved
+from .one_sign import solved
 from .pressed import Pressed
 from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 from .shapes import Gap
-from .system import ContactSystem, Method, progress_bars, timed
-from .verify import Verification
+from .system import ContactSystem, progress_bars, timed
+from .unilateral import How, Method
+from .verify import verified
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
@@ -287,25 +288,22 @@ class ElasticPunch(Body):
             balanced without tension.
         """
         f, held = self.checked_loads(f, x)
-        unilateral = checked_flag("unilateral", unilateral)
+        how = How.checked(unilateral, method, gap_rtol)
         if start is not None:
             checked_instance("start", start, CellPressures)
         begin = perf_counter()
         constraints, sloped = self.share(f, held).constraints, np.zeros(len(self.partition), bool)
-        if unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
+        if how.unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
             raise ValueError(NO_BALANCE)
         pressures = None if start is None else start.pressures_on(self.footprint)
         rtol = 0.0 if self.rtol is None else self.rtol
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(f, held, flat, dense=method == "active-set")
-            given = constraints, unilateral
-            contact, position = contact_of(system, *given, method, start, gap_rtol)
-            verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
-            return verify(contact, position), position
+            return verified(system, constraints, how, start, rtol=rtol)
 
         with progress_bars(checked_flag("progress", progress)):
-            contact, position = solved(self.footprint, find, unilateral, pressures)
+            contact, position = solved(self.footprint, find, how.unilateral, pressures)
         timings = {"solution": perf_counter() - begin}
         return self.solution(f, held, contact, position, timings)
 

@@ -18,7 +18,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csr_matrix
 
-from ..arguments import checked_flag, checked_number, checked_sequence
+from ..arguments import checked_flag, checked_sequence
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.compliance import Structures
@@ -30,16 +30,16 @@ from .footprint import Ground, LoadedCells
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import checked_names, require_apart, require_one_ground
-from .one_sign import contact_of, solved
+from .one_sign import solved
 from .pressed import Pressed
 from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
 from .solution import PunchSolution
-from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import COARSEST
+from .system import ContactSystem, progress_bars, timed
+from .unilateral import How, Method
 from .union import joint_operator, union
-from .verify import Verification
+from .verify import verified
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,26 +181,22 @@ class Punches:
         ConvergenceError
             If a body can move without resistance.
         """
-        unilateral = checked_flag("unilateral", unilateral)
-        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        how = How.checked(unilateral, method, gap_rtol)
         given = self._checked_loads(loads)
         begin = perf_counter()
         flat = np.zeros(len(self.cells), dtype=bool)
         shares = self._shares(given, flat)
         constraints = Constraints.together([share.constraints for share in shares])
-        if unilateral:
+        if how.unilateral:
             self._require_balance(given, shares)
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, method == "active-set")
-            known = constraints, unilateral
-            contact, position = contact_of(system, *known, method, start, gap_rtol)
             rtol = getattr(self.ground, "rtol", 0.0)
-            verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
-            return verify(contact, position), position
+            return verified(system, constraints, how, start, rtol=rtol)
 
         with progress_bars(checked_flag("progress", progress)):
-            contact, position = solved(self.cells, find, unilateral)
+            contact, position = solved(self.cells, find, how.unilateral)
         timings = self.timings | {"solution": perf_counter() - begin}
         parts = self._solutions(given, shares, contact, position, timings)
         return PunchesSolution(self, parts)

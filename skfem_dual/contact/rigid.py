@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -15,23 +15,16 @@ from ..kernels.once import computed_once
 from .footprint import ExactRows, Footprint, LoadedCells
 from .line_law import with_line_law
 from .load import Constraints, Load
-from .one_sign import contact_of, solved
+from .one_sign import solved
 from .problem import Contact
 from .solution import PunchSolution
-from .system import ContactSystem, Method
-from .verify import Verification
+from .system import ContactSystem
+from .unilateral import How
+from .verify import Verification, verified
 
 #: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
 #: the law of its line moves bodies on some hundred cells
 COARSE = 1e-3
-
-
-class How(NamedTuple):
-    """How contact is found; arguments of `RigidPunch.solve`."""
-
-    unilateral: bool
-    method: Method
-    gap_rtol: float
 
 
 class RigidBodies(ABC):
@@ -121,8 +114,7 @@ class RigidBodies(ABC):
 
     def verification(self, constraints: Constraints, how: How) -> Verification:
         """What is asked of an answer."""
-        known = how.unilateral, self.exact_rows, self._rtol, how.gap_rtol
-        return Verification(self.system, constraints, *known)
+        return Verification(self.system, constraints, how, self.exact_rows, self._rtol)
 
     def contact(
         self,
@@ -171,8 +163,4 @@ class RigidBodies(ABC):
     ) -> tuple[Contact, ndarray]:
         """Contact and positions by the equations of a ``system``, verified by ``exact`` rows of
         its matrix."""
-        contact, position = contact_of(
-            system, constraints, how.unilateral, how.method, start, how.gap_rtol
-        )
-        verify = self.verification(constraints, how)
-        return replace(verify, system=system, exact=exact)(contact, position), position
+        return verified(system, constraints, how, start, exact, self._rtol)
