@@ -29,9 +29,9 @@ class PlaneFit:
     inverse: ndarray
 
     @classmethod
-    def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
-        """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
-        near = cKDTree(x.T).query(at.T, min(around, x.shape[1]))[1].reshape(at.shape[1], -1)
+    def to_nearest(cls, x: ndarray, at: ndarray) -> "PlaneFit":
+        """Planes at points ``at``, shape (2, m), each following the nearest of points ``x``."""
+        near = cKDTree(x.T).query(at.T, min(AROUND, x.shape[1]))[1].reshape(at.shape[1], -1)
         return cls.to(x, at, near)
 
     @classmethod
@@ -64,11 +64,3 @@ def _planes(arm: ndarray) -> ndarray:
     inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
     inverse[:, 1:] /= reach[:, :, None]
     return inverse
-
-
-def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:
-    """Values and slopes at points ``at`` of planes fitted to the nearest values of ``x``, (3, m).
-
-    `PlaneFit` serves several values at the same points.
-    """
-    return PlaneFit.to_nearest(x, at)(values)

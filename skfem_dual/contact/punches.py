@@ -7,7 +7,6 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from itertools import pairwise
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -26,7 +25,7 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.yielding import YieldingOperator
 from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
-from .footprint import Ground, LoadedCells
+from .footprint import Footprint, Ground, LoadedCells, slices_of
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import checked_names, require_apart, require_one_ground
@@ -105,10 +104,15 @@ class Punches:
         """Numbers of the punches of each body: each is one."""
         return tuple((i,) for i in range(len(self.punches)))
 
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """The cells of each punch."""
+        return tuple(punch.footprint for punch in self.punches)
+
     @computed_once
     def cells(self) -> LoadedCells:
         """The cells of all punches, one punch after the other."""
-        return union([punch.footprint for punch in self.punches])
+        return union(self.footprints)
 
     @computed_once
     def ground(self) -> ndarray | InfluenceOperator:
@@ -117,7 +121,7 @@ class Punches:
         Up to 4000 cells exact and dense, unless all punches have an ``rtol``.
         """
         with timed(self.timings, "assembly"):
-            return joint_operator([punch.footprint for punch in self.punches], self.cells)
+            return joint_operator(self.footprints, self.cells)
 
     @computed_once
     def operator(self) -> YieldingOperator:
@@ -204,8 +208,7 @@ class Punches:
     @computed_once
     def _slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
-        ends = np.cumsum([0, *(len(p.footprint) for p in self.punches)])
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+        return slices_of(self.footprints)
 
     def _shares(self, given: list[Any], flat: ndarray) -> list[Share]:
         each = zip(self.punches, given, self._slices, strict=True)

@@ -3,7 +3,6 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy import ndarray
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
-from .footprint import ExactRows, Footprint, LoadedCells
+from .footprint import ExactRows, Footprint, LoadedCells, slices_of
 from .line_law import with_line_law
 from .load import Constraints, Load
 from .one_sign import solved
@@ -51,8 +50,7 @@ class RigidBodies(ABC):
     @computed_once
     def slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
-        ends = np.cumsum([0, *map(len, self.footprints)])
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+        return slices_of(self.footprints)
 
     @computed_once
     def sloping(self) -> tuple[SlopeCorrection, ...]:
