@@ -38,7 +38,6 @@ from .elastic_solution import ElasticSolution
 from .footprint import Edge, Footprint
 from .load import Constraints, Pair
 from .one_sign import solved
-from .pressed import Pressed
 from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
@@ -305,7 +304,7 @@ class ElasticPunch(Body):
         with progress_bars(checked_flag("progress", progress)):
             contact, position = solved(self.footprint, find, how.unilateral, pressures)
         timings = {"solution": perf_counter() - begin}
-        return self.solution(f, held, contact, position, timings)
+        return ElasticSolution.from_contact(self, f, held, contact, position, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.
@@ -354,28 +353,15 @@ class ElasticPunch(Body):
         return Share(
             (self.trace @ self.motions).T,
             self.motions.T @ loads,
-            self.initial_gap - self.trace @ self._lifted(f, held),
+            self.initial_gap - self.trace @ self.lifted(f, held),
             Constraints.forces(work_on(self.motions, self._effective(f, held))),
         )
-
-    def solution(
-        self,
-        f: ndarray,
-        held: ndarray,
-        contact: Contact,
-        position: ndarray,
-        timings: dict[str, float],
-        others: tuple[Pressed, ...] = (),
-    ) -> ElasticSolution:
-        """The answer, from the contact and the motions; ``others`` as of `PunchSolution`."""
-        lifted, timings = self._lifted(f, held), self.timings | timings
-        return ElasticSolution.from_contact(self, f, lifted, position, contact, timings, others)
 
     def _effective(self, f: ndarray, held: ndarray) -> ndarray:
         """Loads of the free DOFs, of the values of held ones too."""
         return f - self.compliance.stiffness @ held if held.any() else f
 
-    def _lifted(self, f: ndarray, held: ndarray) -> ndarray:
+    def lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
         return self.compliance.displacements(self._effective(f, held)) + held
 

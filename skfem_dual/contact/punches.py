@@ -274,15 +274,16 @@ class Punches:
         pressed = tuple(map(Pressed.of, self.punches, parts))
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
-            others, part = (*pressed[:i], *pressed[i + 1 :]), parts[i]
+            others, part, way = (*pressed[:i], *pressed[i + 1 :]), parts[i], moved[i]
             if isinstance(punch, RigidPunch):
                 warn_of(part)
-                own_times = punch.timings | timings
-                found = PunchSolution.from_contact(punch, load, part, moved[i], own_times, others)
+                times = punch.timings | timings
+                found = PunchSolution.from_contact(punch, load, part, way, times, others)
                 solutions.append(found)
             else:
                 f, held = load
-                solutions.append(punch.solution(f, held, part, moved[i], timings, others))
+                bent = ElasticSolution.from_contact(punch, f, held, part, way, timings, others)
+                solutions.append(bent)
         return tuple(solutions)
 
     def __repr__(self) -> str:
