@@ -58,10 +58,7 @@ def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
 def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
     """Isobars with the edge of contact and the point of the resultant, and their quantity.
 
-    Raises
-    ------
-    ValueError
-        If the pressure has no isobars, for it is constant or zero.
+    A ValueError if the pressure has no isobars, for it is constant or zero.
     """
     scale, quantity = pressure_scale(solution)
     region, mesh = solution.contact_region, nodal_mesh(solution.punch.basis)
@@ -81,13 +78,8 @@ def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
 
 
 def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
-    """Lines of equal deflection of the base, with the edge of contact.
-
-    Raises
-    ------
-    ValueError
-        If the deflection is the same everywhere.
-    """
+    """Lines of equal deflection of the base, with the edge of contact; a ValueError if it is the
+    same everywhere."""
     mesh, region = nodal_mesh(solution.punch.basis), solution.contact_region
     basis = CellBasis(mesh, ElementTriP1() if len(mesh.t) == 3 else ElementQuad1())
     deflection, unit = solution.deflection(mesh.p), plan.units.displacement
@@ -232,7 +224,7 @@ def _written(figure: Figure, vector: bool) -> Picture:
     # a hundredth of a point is enough
     beyond = re.compile(r"(?<=\.\d\d)\d+")
     text = re.sub(r' d="[^"]*"', lambda d: beyond.sub("", d[0]), buffer.getvalue().decode())
-    return Picture("data:image/svg+xml;base64," + b64encode(text.encode()).decode(), width)
+    return Picture.from_svg(text, width)
 
 
 @contextmanager

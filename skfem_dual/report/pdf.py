@@ -4,13 +4,7 @@ from typing import Any
 
 
 def require_pdf() -> Any:
-    """WeasyPrint.
-
-    Raises
-    ------
-    ImportError
-        If it is missing, or the library pango it needs from the system.
-    """
+    """WeasyPrint, or an ImportError if it or the library pango is missing."""
     try:
         import weasyprint
     except ImportError as error:
