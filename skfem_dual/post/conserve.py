@@ -7,6 +7,7 @@ from numpy import ndarray
 
 from ..elements.balance import can_balance
 from ..errors import ConvergenceError
+from ..grids.corners import signed_areas
 from ..kernels.once import computed_once
 from .regular import RegularCouple
 
@@ -57,14 +58,10 @@ class Balance:
     def completed(self, which: int, values: ndarray) -> ndarray:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
 
-        That is the least change, in the sum of squares over the values; zero stays zero. Those
-        on a singular edge alone are multiplied, so that those inside remain the pressure in the
-        points: the field is finite there where the pressure is not.
-
-        Raises
-        ------
-        ConvergenceError
-            If hardly any pressures are left to be multiplied.
+        That is the least change, in the sum of squares over the values; zero stays zero. Those on
+        a singular edge alone are multiplied, so that those inside remain the pressure in the
+        points: the field is finite there where the pressure is not. A ConvergenceError if hardly
+        any pressures are left to be multiplied.
         """
         couple, n = self.couple, len(self.couple.dual)
         points = [couple.x[:, :n], couple.x[:, n:], couple.general.p][which]
@@ -89,8 +86,7 @@ class Balance:
 
 def _hat_integrals(p: ndarray, t: ndarray, planes: ndarray) -> ndarray:
     """Integrals of hat functions times linear functions given at the nodes, shape (k, nodes)."""
-    a, b = p[:, t[1]] - p[:, t[0]], p[:, t[2]] - p[:, t[0]]
-    area = np.abs(a[0] * b[1] - a[1] * b[0]) / 2
+    area = np.abs(signed_areas(p, t))
     return np.stack(
         [np.bincount(t.ravel(), (area / 12 * (g[t].sum(axis=0) + g[t])).ravel()) for g in planes]
     )

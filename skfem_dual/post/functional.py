@@ -1,7 +1,7 @@
 """The functional H(U, V) of Section 5 and its minimum."""
 
 from dataclasses import astuple, dataclass, fields
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -128,13 +128,8 @@ class Neighbours:
         return np.diff(self.alpha.indptr) > 0, np.diff(self.beta.indptr) > 0
 
     def checked(self, F: ArrayLike, G: ArrayLike) -> tuple[ndarray, ndarray]:
-        """Values at the nodes of both grids as arrays of float.
-
-        Raises
-        ------
-        ValueError
-            If there is not one finite value for each node.
-        """
+        """Values at the nodes of both grids as arrays, or a ValueError if there is not one finite
+        value for each node."""
         F, G = checked_array("F", F, None, each="node"), checked_array("G", G, None, each="node")
         shape = self.alpha.shape
         if min(F.ndim, G.ndim) == 0 or (len(F), len(G)) != shape or F.shape[1:] != G.shape[1:]:
@@ -181,31 +176,20 @@ class Neighbours:
         )
 
 
+def factorised(matrix: Any) -> SuperLU:
+    """Factors of a sparse matrix that is symmetric and positive definite."""
+    options = {"SymmetricMode": True}
+    return splu(matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
 def surrounding_means(
     polygons: Polygons, node: ndarray, x: ndarray, shape: tuple[int, int]
 ) -> csr_array:
-    """Mean value coordinates of nodes in the cells around them.
+    """Mean value coordinates of nodes ``x`` in the cells around them, a matrix of some shape with
+    a row for each node, empty if no cell is around it; ``node`` is the one in each cell, -1
+    without.
 
-    Parameters
-    ----------
-    polygons : Polygons
-        The cells.
-    node : (npolygons,) array of int
-        The node in each cell, -1 if there is none.
-    x : (2, nnodes) array of float
-        The nodes.
-    shape : pair of int
-        Shape of the matrix, number of nodes and of vertices.
-
-    Returns
-    -------
-    csr_array
-        Row ``i`` holds the coordinates of node ``i``; it is empty if no cell is around it.
-
-    Raises
-    ------
-    MeshError
-        If a cell is not star-shaped about its node.
+    A MeshError if a cell is not star-shaped about its node.
     """
     held = np.repeat(node >= 0, polygons.sizes)
     sizes = polygons.sizes[node >= 0]
@@ -336,8 +320,7 @@ class CoupleFunctional:
 
     @computed_once
     def _factors(self) -> SuperLU:
-        options = {"SymmetricMode": True}
-        return splu(self.matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        return factorised(self.matrix)
 
     def _iterate(self, b: ndarray) -> ndarray:
         matrix, inverse = self.matrix, 1 / self.matrix.diagonal()
