@@ -694,7 +694,9 @@ def test_coefficient_along_the_edge():
     import matplotlib.pyplot as plt
 
     plt.close(axes.figure)
-    with pytest.raises(TypeError, match="expected an EdgeCoefficient for coefficient, got an array"):
+    with pytest.raises(
+        TypeError, match="expected an EdgeCoefficient for coefficient, got an array"
+    ):
         plot_edge(coefficient.values)
 
 

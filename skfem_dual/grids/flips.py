@@ -12,24 +12,20 @@ from .general import carried_boundaries, lasting_facets
 from .planar import cross
 from .quality import smallest_angles
 
+#: sweeps at most
+SWEEPS = 20
 
-def flipped(mesh: MeshTri, everywhere: bool = False, most: int = 20) -> tuple[MeshTri, int]:
-    """Flip facets near those not crossed by their corresponded ribs, as long as it helps.
 
-    A flip helps if then fewer facets of its two triangles are not crossed or, if they are as
-    many, the smallest angle of its triangles is larger. ``everywhere`` takes all facets. Each
-    sweep flips facets with no triangle in common, the best of their surroundings; ``most`` is
-    the largest number of sweeps.
+def flipped(mesh: MeshTri, everywhere: bool) -> tuple[MeshTri, int]:
+    """Flip facets near those not crossed by their corresponded ribs, as long as it helps; the
+    mesh, whose triangles keep their subdomains, and the number of flips.
 
-    Returns
-    -------
-    mesh : MeshTri
-        The nodes of the mesh; triangles keep their subdomains.
-    count : int
-        Number of flips.
+    A flip helps if then fewer facets of its two triangles are not crossed or, if they are as many,
+    the smallest angle of its triangles is larger. ``everywhere`` takes all facets. Each sweep
+    flips facets with no triangle in common, the best of their surroundings.
     """
     count = 0
-    for _ in range(most):
+    for _ in range(SWEEPS):
         facets, t = _helpful(mesh, everywhere)
         if len(facets) == 0:
             break

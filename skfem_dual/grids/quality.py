@@ -19,13 +19,7 @@ MEAN_MARGIN = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class MeshQuality:
-    """Quantities of a triangulation that meets the structural conditions.
-
-    Parameters
-    ----------
-    mesh : MeshTri
-        The triangulation.
-    """
+    """Quantities of a triangulation that meets the structural conditions."""
 
     mesh: MeshTri
 

@@ -115,16 +115,10 @@ class Ring:
         return self.moved_to_area(x, side)
 
     def moved_to_area(self, x: ndarray, side: ndarray) -> ndarray:
-        """Points in order along the ring, those inside arcs moved along their radii.
+        """Points (2, n) in order along the ring, those inside arcs moved along their radii, by the
+        ``side`` each lies on; corners belong to the side that starts there.
 
         The polygon through them then has the area of the arcs, where these have inner points.
-
-        Parameters
-        ----------
-        x : (2, n) array of float
-            Points on or near the ring.
-        side : (n,) array of int
-            The side each lies on; corners belong to the side that starts there.
         """
         x = x.copy()
         if self.is_circle:
