@@ -2,7 +2,7 @@
 
 import argparse
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -63,14 +63,10 @@ class Base:
 def read_bases(
     options: argparse.Namespace, ground: Substrate, times: dict[str, float]
 ) -> list[Base]:
-    """The footings named; tells of an origin off the plan, and the times of reading.
+    """The footings named, and the times of reading; tells of an origin off the plan, and refuses
+    names that are the same, or one origin for several.
 
     Outlines get a mesh that is fine enough for their loads.
-
-    Raises
-    ------
-    ValueError
-        If two have the same name, or there is one origin for several.
     """
     names = [Path(path).stem for path in options.mesh]
     if len(set(names)) < len(names):
@@ -214,14 +210,9 @@ def solve_cases(
     return {base.name: cases for base, cases in zip(bases, found, strict=True)}
 
 
-def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, Mapping[str, CaseRow]]:
-    """Rows by case and footing.
-
-    Raises
-    ------
-    ValueError
-        If a footing is not known or has no load in a case.
-    """
+def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, CaseRow]]:
+    """Rows by case and footing; a ValueError if a footing is not known or has no load in a
+    case."""
     found: dict[str, dict[str, CaseRow]] = {}
     for row in rows:
         footing = row.footing or (names[0] if len(names) == 1 else "")
@@ -234,4 +225,4 @@ def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, Mapping[
     for case, of in found.items():
         if missing := [name for name in names if name not in of]:
             raise ValueError(f"expected a load of footing {missing[0]} in case {case!r}, got none")
-    return {case: found[case] for case in found}
+    return found

@@ -22,13 +22,8 @@ ACCURACY = 1e-3
 
 
 def take_corners(options: argparse.Namespace) -> None:
-    """Let the corners stand among the footings, and refuse options that have no use.
-
-    Raises
-    ------
-    ValueError
-        If there is no footing, one too many, or an option that its kind does not know.
-    """
+    """Let the corners stand among the footings, and refuse no footing, one too many, or options
+    that a kind does not know."""
     if (options.corners is None) == (not options.mesh):
         had = "got neither" if options.corners is None else "got both"
         raise ValueError(f"expected either MESH or --corners, {had}")
@@ -44,13 +39,8 @@ def take_corners(options: argparse.Namespace) -> None:
                     f"({', '.join(SUFFIXES)}), got the mesh {options.mesh[0]}"
                 )
         return
-    usual = {
-        "grid": "dual",
-        "edge": "singular",
-        "edge_boundaries": None,
-        "collocation": "centroid",
-    }
-    for name, value in usual.items():
+    usual = {"grid": "dual", "edge": "singular", "edge_boundaries": None}
+    for name, value in (usual | {"collocation": "centroid"}).items():
         if getattr(options, name) != value:
             raise ValueError(
                 f"expected a mesh with --{name.replace('_', '-')}, got the outline {outlines[0]}, "

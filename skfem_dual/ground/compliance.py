@@ -74,25 +74,12 @@ def as_pair(q: ndarray) -> tuple[ndarray, ndarray]:
 def through_homogeneous(
     pair: tuple[ndarray, ndarray], depth: ndarray, ratio: float, poisson: float
 ) -> tuple[ndarray, ndarray]:
-    """Through a homogeneous layer of thickness ``depth / k``, exact.
+    """Q (3, n) on top of a homogeneous layer of thickness ``depth / k`` from X and Y at its
+    bottom, (n, 2, 2) each; second what takes the tractions on top to the multiples of their
+    columns, (n, 2, 2).
 
-    The linear system behind the Riccati equation has the matrix M with (M^2 - 1)^2 = 0, so its
-    exponential is closed; scaled by exp(-depth) it cannot overflow.
-
-    Parameters
-    ----------
-    pair : tuple of (n, 2, 2) array of float
-        X and Y at the bottom.
-    depth : (n,) array of float
-    ratio, poisson : float
-        E/E0 and nu.
-
-    Returns
-    -------
-    q : (3, n) array of float
-        Q on top.
-    down : (n, 2, 2) array of float
-        Takes the tractions on top to the multiples of the columns of X and Y at the bottom.
+    Exact: the linear system behind the Riccati equation has the matrix M with (M^2 - 1)^2 = 0, so
+    its exponential is closed; scaled by exp(-depth) it cannot overflow.
     """
     nu, n = poisson, poisson / (1 - poisson)
     a = np.array([[0.0, 1.0], [-n, 0.0]])
@@ -115,37 +102,19 @@ def through_homogeneous(
 
 
 def through_graded(
-    q: ndarray, k: ndarray, top: float, bottom: ndarray, moduli: Moduli, *, down: bool = False
+    q: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli, *, down: bool = False
 ) -> tuple[ndarray, ndarray]:
-    """Q at depth ``top`` from Q at the depths ``bottom``, one for each wave number.
+    """Q (3, n) on top from Q at the depths ``bottom`` below it, one for each wave number.
 
-    Parameters
-    ----------
-    q : (3, n) array of float
-    k : (n,) array of float
-    top : float
-    bottom : (n,) array of float
-    moduli : callable
-    down : bool
-        Whether the second array is wanted.
-
-    Returns
-    -------
-    q : (3, n) array of float
-    down : (n, 2, 2) array of float
-        Takes the tractions on top to those at the bottom, which decay downwards; zero if not
-        wanted.
-
-    Raises
-    ------
-    ConvergenceError
-        If the moduli vary so that the equation cannot be integrated.
+    Second, if it is wanted, what takes the tractions on top to those at the bottom, which decay
+    downwards, (n, 2, 2), else zero. A ConvergenceError if the moduli vary so that the equation
+    cannot be integrated.
     """
-    n, height = len(k), bottom - top
+    n = len(k)
 
     def rate(s: float, flat: ndarray) -> ndarray:
         a, b, c, *rest = flat.reshape(-1, n)
-        ratio, nu = moduli(bottom - s * height)
+        ratio, nu = moduli(bottom - s * bottom)
         m = nu / (1 - nu)
         f = ratio / (1 - nu**2)
         dz = [
@@ -156,7 +125,7 @@ def through_graded(
         if rest:  # t' = -k (f Q11 t + (f Q12 - m) s), s' = -k t, of the tractions on the way
             t1, s1, t2, s2 = rest
             dz += [t1 * f * a + s1, t1 * (f * b - m), t2 * f * a + s2, t2 * (f * b - m)]
-        return (-k * height * np.stack(dz)).ravel()
+        return (-k * bottom * np.stack(dz)).ravel()
 
     start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
     # below the surface nothing is known better than the integrals over waves
@@ -172,13 +141,8 @@ def through_graded(
 
 
 def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> ndarray:
-    """S at the surface from S at the depths ``bottom``, one for each wave number.
-
-    Raises
-    ------
-    ConvergenceError
-        As `through_graded`.
-    """
+    """S at the surface from S at the depths ``bottom``, one for each wave number; errors as of
+    `through_graded`."""
 
     def rate(way: float, s: ndarray) -> ndarray:
         own = homogeneous_across(*moduli((1 - way) * bottom))

@@ -57,21 +57,8 @@ class Stratum(NamedTuple):
         )
 
     def up(self, pair: Pair | None, k: ndarray, down: bool) -> tuple[ndarray, ndarray]:
-        """Q on top from X and Y at the bottom, and the way down.
-
-        Parameters
-        ----------
-        pair : tuple of (n, 2, 2) array of float or None
-            None without a bottom.
-        k : (n,) array of float
-        down : bool
-            Whether the second array is wanted.
-
-        Returns
-        -------
-        (3, n) and (n, 2, 2) array of float
-            As of `through_homogeneous`.
-        """
+        """Q on top from X and Y at the bottom, None without one, and if it is wanted the way down,
+        both as of `through_homogeneous`."""
         if self.uniform:
             ratio, nu = (float(m[0]) for m in self.moduli(np.zeros(1)))
             if pair is None:
@@ -82,11 +69,11 @@ class Stratum(NamedTuple):
         start = homogeneous(*self.moduli(bottom))
         reached = bottom == self.thickness
         if pair is None:
-            return through_graded(start, k, 0.0, bottom, self.moduli)
+            return through_graded(start, k, bottom, self.moduli)
         x, y = pair
         q = y @ np.linalg.inv(x)
         start = np.where(reached, np.stack([q[:, 0, 0], q[:, 0, 1], q[:, 1, 1]]), start)
-        q, tractions = through_graded(start, k, 0.0, bottom, self.moduli, down=down)
+        q, tractions = through_graded(start, k, bottom, self.moduli, down=down)
         # nothing of short waves reaches the bottom
         return q, np.where(reached[:, None, None], np.linalg.inv(x) @ tractions, 0.0)
 

@@ -10,6 +10,12 @@ from pathlib import Path
 PathLike = str | os.PathLike[str]
 
 
+def require_vtu(path: PathLike) -> None:
+    """Refuse names of files that do not end in .vtu, with a ValueError."""
+    if Path(path).suffix != ".vtu":
+        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+
+
 def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     """Let ``write`` produce a file that replaces ``path`` only when complete.
 
