@@ -115,10 +115,7 @@ class RigidBodies(ABC):
         return Verification(self.system, constraints, how, self.exact_rows, self._rtol)
 
     def contact(
-        self,
-        constraints: Constraints,
-        how: How,
-        start: ndarray | None = None,
+        self, constraints: Constraints, how: How, start: ndarray | None = None
     ) -> tuple[Contact, ndarray]:
         """Contact and positions, verified; ``start`` as of `solved`."""
 

@@ -328,11 +328,7 @@ class ContactSystem:
         return replace(contact, motion=motion, gap=gap)
 
     def _contact(
-        self,
-        problem: ContactProblem,
-        how: How,
-        conjugate: bool,
-        start: ndarray | None,
+        self, problem: ContactProblem, how: How, conjugate: bool, start: ndarray | None
     ) -> Contact | None:
         """Contact by one method, or by the active set from where conjugate gradients ended.
 

@@ -4,14 +4,7 @@ from os import PathLike
 
 import numpy as np
 from numpy import ndarray
-from skfem import (
-    CellBasis,
-    ElementQuad0,
-    ElementQuad1,
-    ElementTriP0,
-    ElementTriP1,
-    ElementTriP2,
-)
+from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, ElementTriP2
 
 from ..arguments import checked_array, checked_instance
 from ..grids.cellwise import CellwiseBasis

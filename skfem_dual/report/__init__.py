@@ -64,12 +64,7 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
         write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
 
 
-def report_html(
-    solution: Reported,
-    *,
-    details: Details | None = None,
-    **said: Any,
-) -> str:
+def report_html(solution: Reported, *, details: Details | None = None, **said: Any) -> str:
     """A page with input, results and checks of a solution.
 
     Of a rigid punch the problem is solved on the other grid of the mesh, too, which tells how

@@ -204,8 +204,7 @@ def _envelope(footings: Sequence[Footing]) -> Html:
             value = _value(extreme.quantity, extreme.value, footing)
             rows.append((footing.called(CALLED[extreme.quantity]), value, extreme.name))
     return section(
-        "Envelope",
-        table(rows, ("Quantity", "Value", "Governing case"), "", numeric=True),
+        "Envelope", table(rows, ("Quantity", "Value", "Governing case"), "", numeric=True)
     )
 
 

@@ -55,9 +55,7 @@ def roundest(low: float, high: float) -> float:
 
 
 def choose_levels(
-    field: Field,
-    levels: int | Sequence[float] | ndarray | None = None,
-    singular: bool = False,
+    field: Field, levels: int | Sequence[float] | ndarray | None = None, singular: bool = False
 ) -> ndarray:
     """Increasing levels of isobars of a field that is not constant: those given, or about so many,
     8 by default, round numbers in equal steps, in the range of `color_range`.
