@@ -63,10 +63,14 @@ class Base:
 def read_bases(
     options: argparse.Namespace, ground: Substrate, times: dict[str, float]
 ) -> list[Base]:
-    """The footings named, and the times of reading; tells of an origin off the plan, and refuses
-    names that are the same, or one origin for several.
+    """The footings named; tells of an origin off the plan, and the times of reading.
 
     Outlines get a mesh that is fine enough for their loads.
+
+    Raises
+    ------
+    ValueError
+        If two have the same name, or there is one origin for several.
     """
     names = [Path(path).stem for path in options.mesh]
     if len(set(names)) < len(names):
@@ -211,8 +215,13 @@ def solve_cases(
 
 
 def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, CaseRow]]:
-    """Rows by case and footing; a ValueError if a footing is not known or has no load in a
-    case."""
+    """Rows by case and footing.
+
+    Raises
+    ------
+    ValueError
+        If a footing is not known or has no load in a case.
+    """
     found: dict[str, dict[str, CaseRow]] = {}
     for row in rows:
         footing = row.footing or (names[0] if len(names) == 1 else "")

@@ -22,8 +22,13 @@ ACCURACY = 1e-3
 
 
 def take_corners(options: argparse.Namespace) -> None:
-    """Let the corners stand among the footings, and refuse no footing, one too many, or options
-    that a kind does not know."""
+    """Let the corners stand among the footings, and refuse options that have no use.
+
+    Raises
+    ------
+    ValueError
+        If there is no footing, one too many, or an option that its kind does not know.
+    """
     if (options.corners is None) == (not options.mesh):
         had = "got neither" if options.corners is None else "got both"
         raise ValueError(f"expected either MESH or --corners, {had}")

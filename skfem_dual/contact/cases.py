@@ -69,8 +69,13 @@ class CaseAnswers:
 
 
 def named(cases: Cases) -> tuple[tuple[str, ...], list[Any]]:
-    """Names and loads of some cases, or a TypeError or ValueError; the names of a sequence are its
-    numbers from 1."""
+    """Names and loads of cases; the names of a sequence are its numbers from 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no sequence or mapping, there are none, or a name is no text.
+    """
     if isinstance(cases, Mapping):
         names = tuple(checked_instance("the name of a load case", name, str) for name in cases)
         loads = list(cases.values())

@@ -243,7 +243,13 @@ class Footprint(LoadedCells):
         origin: Pair = (0.0, 0.0),
         rtol: float | None = None,
     ) -> "Footprint":
-        """Of a basis of piecewise constants; arguments and their errors as of `RigidPunch`."""
+        """Of a basis of piecewise constants; arguments as of `RigidPunch`.
+
+        Raises
+        ------
+        TypeError, ValueError, MeshError
+            If an argument is not what it must be, or they contradict each other.
+        """
         checked_ground(substrate)
         checked_choice("collocation", collocation, ("centroid", "node"))
         checked_choice("edge", edge, ("singular", "constant"))

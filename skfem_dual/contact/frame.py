@@ -111,7 +111,10 @@ class FramedSystem:
 def compliance(stiffness: ndarray) -> tuple[Compliance, ndarray]:
     """Generalised inverse of a small stiffness, and the motions that it does not resist.
 
-    A ValueError if it is not symmetric and positive semidefinite.
+    Raises
+    ------
+    ValueError
+        If it is not symmetric and positive semidefinite.
     """
     loose = np.nonzero(~stiffness.any(axis=1))[0]
     yields = Compliance(csc_matrix(stiffness), loose)
@@ -119,7 +122,13 @@ def compliance(stiffness: ndarray) -> tuple[Compliance, ndarray]:
 
 
 def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:
-    """Stiffness of a frame on so many bodies as an array, or a TypeError or ValueError."""
+    """Stiffness of a frame on so many bodies as an array.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is something else, of another size, not symmetric or not positive semidefinite.
+    """
     matrix = stiffness.toarray() if issparse(stiffness) else stiffness
     matrix = checked_array("stiffness", matrix, (3 * bodies, 3 * bodies))
     compliance(matrix)

@@ -41,12 +41,21 @@ Solve = Callable[[ContactSystem, ExactRows, ndarray], tuple[Contact, ndarray]]
 def with_line_law(
     problem: Any, solve: Solve, found: tuple[Contact, ndarray]
 ) -> tuple[Contact, ndarray]:
-    """Contact and position of shaped rigid punches with the law of the line of contact, from those
-    ``found`` by cells.
+    """Contact and position of shaped rigid punches with the law of the line of contact.
 
-    These they remain where contact covers the plans or fewer than 60 cells, where the cells have
-    another law or no matrix of up to 3000 of them, and where no contact on such lines is found:
-    ``lines`` of the contact tell. What is found and does not obey the equations has no success.
+    They are those found by cells where contact covers the plans or fewer than 60 cells, where the
+    cells have another law or no matrix of up to 3000 of them, and where no contact on such lines
+    is found: ``lines`` of the contact tell. What is found and does not obey the equations has no
+    success.
+
+    Parameters
+    ----------
+    problem : RigidBodies
+        What is solved.
+    solve : callable
+        Contact and positions by equations.
+    found : Contact and (m,) array of float
+        By cells.
     """
     contact = found[0]
     small = isinstance(problem.operator, np.ndarray) and len(problem.cells) <= MOST

@@ -257,11 +257,24 @@ class Hull:
 
 
 def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], flat: bool) -> None:
-    """Refuse loads, with a ValueError, that pull or turn a punch over, and settlements whose
-    reaction would act beside the plan.
+    """Refuse loads that no pressures can balance.
 
-    ``origin`` is that of the punch, in the coordinates of the hulls of where the pressures of its
-    cells act, and of its plan; ``flat`` tells whether it is flat.
+    Parameters
+    ----------
+    load : Load
+        The load of one punch.
+    origin : (2,) array of float
+        Its origin, in the coordinates of the hulls.
+    hulls : pair of Hull
+        Of where the pressures of its cells act, and of the plan.
+    flat : bool
+        Whether it is flat.
+
+    Raises
+    ------
+    ValueError
+        If the load pulls or turns the punch over, or the reaction to an imposed settlement would
+        have to act beside the plan.
     """
     if load.force is None:
         if load.tilt is None:

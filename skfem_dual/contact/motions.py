@@ -244,8 +244,13 @@ class ShearSolution:
 def sliding(
     cells: Footprint, touching: ndarray, origin: ndarray, load: ndarray, full: Motions
 ) -> ShearSolution:
-    """Under (Hx, Hy, T) with contact on some cells, two at least, without coupling to
-    pressures."""
+    """Under (Hx, Hy, T) with contact on some cells, without coupling to pressures.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two cells touch.
+    """
     if touching.sum() < 2:
         raise ValueError(
             "expected contact on two cells or more for horizontal forces and torsion, got contact "

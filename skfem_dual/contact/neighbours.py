@@ -28,8 +28,13 @@ def punches_on(
     names: Sequence[str] | None,
     grid: Literal["dual", "triangles"],
 ) -> tuple[list[str], list[RigidPunch]]:
-    """Names of subdomains and a flat punch on each; arguments and their errors as of
-    `RigidPunches.from_subdomains`."""
+    """Names of subdomains and a flat punch on each, as `RigidPunches.from_subdomains`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not what it must be, or a subdomain does not exist.
+    """
     checked_substrate(substrate)
     check_type(mesh)
     checked_choice("grid", grid, ("dual", "triangles"))
@@ -112,8 +117,13 @@ def require_apart(punches: Sequence[Any], names: Sequence[str]) -> None:
 
 
 def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
-    """What messages call n punches: names that differ, one for each, or their numbers if there are
-    none; a TypeError or ValueError if they are something else."""
+    """What messages call n punches: names that differ, or their numbers if there are none.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If these are no names, not as many, or two are the same.
+    """
     called = tuple(checked_text("names", name) for name in checked_sequence("names", names))
     called = called or tuple(map(str, range(n)))
     if len(called) != n or len(set(called)) < n:
@@ -122,8 +132,13 @@ def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
 
 
 def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, ...]]:
-    """Numbers of the punches of each group, out of n, each once; a TypeError or ValueError if they
-    are something else."""
+    """Numbers of the punches of each group, out of n.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If these are no numbers, or a punch is named twice or does not exist.
+    """
     groups = [
         tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
         for group in checked_sequence("joined", joined)

@@ -39,8 +39,17 @@ def solved(
 ) -> Answer:
     """Contact whose pressures are nowhere negative, unless the ground may pull, and position.
 
-    ``solve`` finds both for cells of which some are flat, (n,) array of bool, from pressures to
-    begin with, ``start`` at first.
+    Parameters
+    ----------
+    cells : Flattening
+        The n cells.
+    solve : callable
+        Contact and position for cells of which some are flat, (n,) array of bool, from pressures
+        to begin with.
+    unilateral : bool
+        Whether the ground does not pull.
+    start : (n,) array of float, optional
+        Pressures to begin with.
     """
     found = solve(np.zeros(len(cells), dtype=bool), start)
     if not unilateral:
@@ -51,8 +60,15 @@ def solved(
 def solved_each(cells: Flattening, found: Sequence[Answer], solve: SolveEach) -> list[Answer]:
     """The same in several cases, from what was found with all slopes.
 
-    ``solve`` does it in the cases with some numbers, for cells of which some are flat, (k, n)
-    array of bool, from pressures (k, n).
+    Parameters
+    ----------
+    cells : Flattening
+        The n cells.
+    found : sequence of Contact and (m,) array of float
+        With no cell flat.
+    solve : callable
+        Contact and positions in the cases with some numbers, for cells of which some are flat,
+        (k, n) array of bool, from pressures (k, n).
     """
     answers, history = list(found), [contact.history for contact, _ in found]
     flat = np.zeros((len(answers), len(cells)), dtype=bool)

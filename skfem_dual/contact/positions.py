@@ -51,12 +51,26 @@ def by_force(
 ) -> tuple[Contact, ndarray] | None:
     """Contact and position where one component is imposed and the reaction acts on another.
 
-    The force is found under which the component comes out as imposed, to ``rtol``. With the force
-    given the problem is one of least energy, which the usual methods ``solve``. None if no force
-    leads there, or there is more than one body.
+    The force is found under which the component comes out as imposed. With the force given the
+    problem is one of least energy, which the usual methods solve.
 
-    ``stiffness`` are the resultants (m, m) by unit components of the position, all cells in
-    contact, ``height`` is about how far the body is pressed.
+    Parameters
+    ----------
+    constraints : Constraints
+        Of one body: m - 1 free motions.
+    stiffness : (m, m) array of float
+        Resultants by unit components of the position, all cells in contact.
+    height : float
+        About how far the body is pressed.
+    solve : callable
+        Contact and position for constraints that give all resultants.
+    rtol : float
+        Accuracy of the component.
+
+    Returns
+    -------
+    Contact, position
+        None if no force leads there, or there is more than one body.
     """
     along, across = null_space(constraints.balance), null_space(constraints.motions.T)
     m = len(constraints.fixed)

@@ -22,8 +22,14 @@ NO_BALANCE = (
 
 
 def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
-    """Of a structure whose DOFs ``D`` are held; a TypeError or ValueError if the stiffness is no
-    finite matrix of real numbers that fits it."""
+    """Of a structure whose DOFs ``D`` are held.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the stiffness is no matrix of real numbers, does not fit the structure or is not
+        finite.
+    """
     K, n = stiffness, structure.N
     if not (issparse(K) or isinstance(K, np.ndarray)):
         raise TypeError(f"expected a sparse matrix for stiffness, got {shown(K)}")
@@ -59,8 +65,24 @@ def work_on(motions: ndarray, loads: ndarray) -> ndarray:
 def require_resisted(
     structure: CellBasis, compliance: Compliance, motions: ndarray, loads: ndarray
 ) -> None:
-    """Refuse loads on the N DOFs that do work on motions (N, m) that neither structure nor ground
-    resists."""
+    """Refuse loads that do work on motions that neither structure nor ground resists.
+
+    Parameters
+    ----------
+    structure : CellBasis
+        Of N DOFs.
+    compliance : Compliance
+        Of the structure.
+    motions : (N, m) array of float
+        Those that nothing resists.
+    loads : (N,) array of float
+        Forces on the DOFs.
+
+    Raises
+    ------
+    ValueError
+        If they do work on a motion.
+    """
     unit = compliance.units
     moved = np.divide(np.abs(motions).T, unit, where=unit > 0, out=np.zeros(motions.T.shape))
     # work is done by some DOFs, rounding by any

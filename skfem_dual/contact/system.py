@@ -211,7 +211,10 @@ class ContactSystem:
     def bilateral(self, constraints: Constraints) -> tuple[Contact, ndarray]:
         """Contact and position where all cells are in contact and the ground may pull.
 
-        A ConvergenceError if the bodies can move without resistance.
+        Raises
+        ------
+        ConvergenceError
+            If the bodies can move without resistance.
         """
         motions, balance, unit = self._scaled(constraints)
         fixed = self.stiffness @ constraints.fixed - self.resultants @ self.shape_pressures

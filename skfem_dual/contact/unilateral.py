@@ -45,8 +45,17 @@ class How(NamedTuple):
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
-    """Primal-dual active set for a dense matrix, beginning with some cells in contact, (n,) array
-    of bool; gives up after so many iterations."""
+    """Primal-dual active set for a dense matrix.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        With an array for its matrix.
+    contact : (n,) array of bool
+        Cells to begin with.
+    most : int
+        Iterations after which to give up.
+    """
     D, planes = np.asarray(problem.matrix), problem.planes
     contact = contact.copy()
     pressure, gap, motion = np.zeros(len(D)), problem.gap, np.zeros(len(planes))
@@ -168,7 +177,10 @@ def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:
 def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
     """Motions under forces given, of shape (m,) or (m, k), from the stiffness of a punch.
 
-    A ConvergenceError if it can move without resistance.
+    Raises
+    ------
+    ConvergenceError
+        If it can move without resistance.
     """
     if len(given) == 0:
         return np.zeros(given.shape)

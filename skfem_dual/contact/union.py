@@ -31,8 +31,13 @@ def union(parts: Sequence[LoadedCells]) -> LoadedCells:
 
 
 def matrix_of(parts: Sequence[LoadedCells]) -> ndarray:
-    """From the cells of all parts to their collocation points, exact; a MemoryError, before the
-    work, if the memory at hand will not do."""
+    """From the cells of all parts to their collocation points, exact.
+
+    Raises
+    ------
+    MemoryError
+        Before the work, if the memory at hand will not do.
+    """
     slices = slices_of(parts)
     n = slices[-1].stop
     needed, memory = 16.0 * n**2, available_memory()  # with its factors

@@ -225,11 +225,24 @@ def nodal_mesh(basis: CellBasis) -> Mesh:
 
 
 def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
-    """Values of cells, (N,), or of each of the k vertices of each cell of the mesh, (k, N), as a
-    continuous first-order field on the mesh: its basis and vector.
+    """Values of cells as a continuous first-order field on the mesh.
 
     The nodes of dual cells take over the values of their cells; elsewhere a node takes the mean
     over the cells around it, weighted by area.
+
+    Parameters
+    ----------
+    basis : CellBasis
+        Piecewise constants, as for `RigidPunch`.
+    values : (N,) or (k, N) array of float
+        One value for each cell, or for each of the k vertices of each cell of the mesh.
+
+    Returns
+    -------
+    basis : CellBasis
+        ElementTriP1 or ElementQuad1 on the mesh.
+    values : (nnodes,) array of float
+        Its vector.
     """
     values = np.asarray(values, dtype=float)
     mesh = nodal_mesh(basis)

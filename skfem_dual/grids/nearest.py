@@ -15,11 +15,25 @@ TIE = 1e-9
 def nearest(
     x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int
 ) -> tuple[ndarray, ndarray]:
-    """Numbers and squares of distances of the points ``x`` nearest to others ``at``, in pictures.
+    """Numbers and squares of distances of the points nearest to others, in pictures.
 
-    Points (2, n) of a picture come one after the other, ``starts`` (k + 1,) are the first ones of
-    k pictures, ``of`` (m,) the pictures of the others (2, m). Ascending, (m, count) each; where a
-    picture has fewer points, zero and infinite.
+    Parameters
+    ----------
+    x : (2, n) array of float
+        Points, those of a picture one after the other.
+    starts : (k + 1,) array of int
+        The first ones of k pictures.
+    at : (2, m) array of float
+        Other points.
+    of : (m,) array of int
+        Their pictures.
+    count : int
+        How many are looked for.
+
+    Returns
+    -------
+    (m, count) arrays of int and float
+        Ascending; where a picture has fewer points, zero and infinite.
     """
     m = at.shape[1]
     if len(starts) == 2 and x.shape[1] * m > max(ONE_BY_ONE, count * m):

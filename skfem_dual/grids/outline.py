@@ -26,10 +26,19 @@ POINTING = 0.82
 
 
 def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
-    """Distance of points (2, m) to the nearest of some segments with ends ``a`` and ``b``, (2, n),
-    n > 0.
+    """Distance of points to the nearest of some segments.
 
-    Exact up to rounding; the cost is nearly linear in m where there are many.
+    Parameters
+    ----------
+    x : (2, m) array of float
+        The points.
+    a, b : (2, n) array of float
+        Ends of the segments, n > 0.
+
+    Returns
+    -------
+    (m,) array of float
+        Exact up to rounding; the cost is nearly linear in m where there are many.
     """
     if x.shape[1] * a.shape[1] <= ONE_BY_ONE:
         distance = np.empty(x.shape[1])

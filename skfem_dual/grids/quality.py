@@ -19,7 +19,13 @@ MEAN_MARGIN = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class MeshQuality:
-    """Quantities of a triangulation that meets the structural conditions."""
+    """Quantities of a triangulation that meets the structural conditions.
+
+    Parameters
+    ----------
+    mesh : MeshTri
+        The triangulation.
+    """
 
     mesh: MeshTri
 

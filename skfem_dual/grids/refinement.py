@@ -35,11 +35,20 @@ class Refinement:
     def towards(cls, base: MeshTri, edge: ndarray, times: int) -> "Refinement":
         """With the sides of the triangles cut in two some times.
 
-        In triangles that touch the edge, facets given as (nfacets,) array of bool, the nodes are
-        drawn to it, from equal parts to widths that grow like ``exp(times way)`` on the way from
-        the edge: a first-order field follows the inverse square root of the distance where equal
-        parts leave it but one element. Triangles with a side across the plan, from edge to edge,
-        are cut around their middles before.
+        In triangles that touch the edge the nodes are drawn to it, from equal parts to widths
+        that grow like ``exp(times way)`` on the way from the edge: a first-order field follows
+        the inverse square root of the distance where equal parts leave it but one element.
+        Triangles with a side across the plan, from edge to edge, are cut around their middles
+        before.
+
+        Parameters
+        ----------
+        base : MeshTri
+            The triangulation.
+        edge : (nfacets,) array of bool
+            Its facets on the edge; there may be none.
+        times : int
+            How often.
         """
         at_edge = np.zeros(base.p.shape[1], dtype=bool)
         at_edge[base.facets[:, edge]] = True

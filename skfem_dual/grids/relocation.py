@@ -27,10 +27,18 @@ Show = Callable[[int, float], None]
 def to_means(
     mesh: MeshTri, free: ndarray, tol: float, maxiter: int, show: Show
 ) -> tuple[ndarray, int, str]:
-    """Nodes at the mean of their neighbours, where ``free``, the number of systems solved, and
-    what was not reached, if anything.
+    """Nodes at the mean of their neighbours, where ``free``.
 
     Nodes of triangles that would flip stay, and the others are found anew.
+
+    Returns
+    -------
+    p : (2, nnodes) array of float
+        The nodes.
+    iterations : int
+        Systems solved.
+    failure : str
+        What was not reached, if anything.
     """
     held = ~free
     admissible = _Admissible(mesh)

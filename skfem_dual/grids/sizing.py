@@ -43,8 +43,15 @@ def generated(
     graded: float | None = None,
     nboundary: int | None = None,
 ) -> MeshTri:
-    """Triangulate the domain inside the first curve and outside the others, which do not meet;
-    arguments and their errors as those of `generate.disc`."""
+    """Triangulate the domain inside the first curve and outside the others.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+        They neither meet nor surround each other, apart from the first.
+    size, n, graded, nboundary
+        As those of `generate.disc`; they are checked.
+    """
     if (size is None) == (n is None):
         raise ValueError(f"expected either size or n, got size={size!r} and n={n!r}")
     if size is not None:
@@ -74,12 +81,26 @@ def triangulated(
     ratio: float = 1.0,
     nboundary: int | None = None,
 ) -> MeshTri:
-    """The same with arguments that were checked: the length of facets away from the boundary or
-    the number of nodes aimed at, and either that of boundary facets over the former or the number
-    of boundary nodes.
+    """Triangulate the domain inside the first curve and outside the others.
 
-    Boundary nodes come first, with the domain to the left, then inner nodes, each the mean of its
-    neighbours. Boundaries are ``edge`` and ``hole``, or ``hole0``, ``hole1``, ...
+    Parameters
+    ----------
+    curves : sequence of Curve
+        They neither meet nor surround each other, apart from the first.
+    size : float, optional
+        Length of the facets away from the boundary.
+    n : int
+        Number of nodes aimed at, if ``size`` is None.
+    ratio : float
+        Length of the boundary facets over ``size``.
+    nboundary : int, optional
+        Number of boundary nodes, instead.
+
+    Returns
+    -------
+    MeshTri
+        Boundary nodes first, with the domain to the left, then inner nodes, each the mean of
+        its neighbours. Boundaries ``edge`` and ``hole``, or ``hole0``, ``hole1``, ...
     """
     trouble = None
     for finer in 0.8 ** np.arange(6):

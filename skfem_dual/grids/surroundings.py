@@ -14,11 +14,23 @@ ACROSS = 24
 
 
 def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray, ndarray]:
-    """Triangles from the edge of a plan outwards, over its holes too: points (2, n), of which the
-    vertices of the edge are the first, and triangles (3, k), counter-clockwise.
+    """Triangles from the edge of a plan outwards, over its holes too.
 
-    ``fan`` are the triangles of the plan, ``beyond`` the width of the ground around it, over its
-    greater extent.
+    Parameters
+    ----------
+    partition : Partition
+        The plan.
+    fan : Fan
+        Its triangles.
+    beyond : float
+        Width of the ground around it, over the greater extent of the plan.
+
+    Returns
+    -------
+    p : (2, n) array of float
+        Points; vertices of the edge of the plan are the first.
+    t : (3, k) array of int
+        Triangles, counter-clockwise.
     """
     corners = partition.facets[:, edge_ribs(partition)]
     a, b = partition.polygons.p[:, corners].swapaxes(0, 1)

@@ -73,8 +73,13 @@ def trace(mesh: MeshTet | MeshHex, boundary: Any) -> MeshTri | MeshQuad:
 
 
 def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
-    """Numbers of the facets of a boundary, or a TypeError or ValueError if it is unknown or has
-    none."""
+    """Numbers of the facets of a boundary.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the boundary is unknown, in no form that scikit-fem takes, or has no facets.
+    """
     known = mesh.boundaries or {}
     if isinstance(boundary, str) and boundary not in known:
         raise ValueError(

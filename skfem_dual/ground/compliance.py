@@ -74,12 +74,25 @@ def as_pair(q: ndarray) -> tuple[ndarray, ndarray]:
 def through_homogeneous(
     pair: tuple[ndarray, ndarray], depth: ndarray, ratio: float, poisson: float
 ) -> tuple[ndarray, ndarray]:
-    """Q (3, n) on top of a homogeneous layer of thickness ``depth / k`` from X and Y at its
-    bottom, (n, 2, 2) each; second what takes the tractions on top to the multiples of their
-    columns, (n, 2, 2).
+    """Through a homogeneous layer of thickness ``depth / k``, exact.
 
-    Exact: the linear system behind the Riccati equation has the matrix M with (M^2 - 1)^2 = 0, so
-    its exponential is closed; scaled by exp(-depth) it cannot overflow.
+    The linear system behind the Riccati equation has the matrix M with (M^2 - 1)^2 = 0, so its
+    exponential is closed; scaled by exp(-depth) it cannot overflow.
+
+    Parameters
+    ----------
+    pair : tuple of (n, 2, 2) array of float
+        X and Y at the bottom.
+    depth : (n,) array of float
+    ratio, poisson : float
+        E/E0 and nu.
+
+    Returns
+    -------
+    q : (3, n) array of float
+        Q on top.
+    down : (n, 2, 2) array of float
+        Takes the tractions on top to the multiples of the columns of X and Y at the bottom.
     """
     nu, n = poisson, poisson / (1 - poisson)
     a = np.array([[0.0, 1.0], [-n, 0.0]])
@@ -141,8 +154,13 @@ def through_graded(
 
 
 def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> ndarray:
-    """S at the surface from S at the depths ``bottom``, one for each wave number; errors as of
-    `through_graded`."""
+    """S at the surface from S at the depths ``bottom``, one for each wave number.
+
+    Raises
+    ------
+    ConvergenceError
+        As `through_graded`.
+    """
 
     def rate(way: float, s: ndarray) -> ndarray:
         own = homogeneous_across(*moduli((1 - way) * bottom))

@@ -62,9 +62,12 @@ class DepthTables(NamedTuple):
     def from_ground(cls, ground: Stratified, depths: ndarray, farthest: float) -> Self:
         """Tables up to the distance ``farthest`` at depths that ascend.
 
-        A ValueError if points lie beyond a million times the greatest length of the ground, a
-        ConvergenceError if the tables are not good or the moduli vary so that amplitudes are not
-        found.
+        Raises
+        ------
+        ValueError
+            If points lie beyond a million times the greatest length of the ground.
+        ConvergenceError
+            If the tables are not good, or the moduli vary so that amplitudes are not found.
         """
         strata, surface = ground.strata, ground.surface
         d = float(smoothness(strata, depths).min())

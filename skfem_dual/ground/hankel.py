@@ -118,7 +118,13 @@ class RadialTable:
         return SquareTable.from_function(lambda r: self.evaluate(coefficients, r), *distances)
 
     def evaluate(self, coefficients: ndarray, r: ArrayLike) -> ndarray:
-        """A table at distances ``r``; a ValueError if one lies beyond it."""
+        """A table at distances ``r``.
+
+        Raises
+        ------
+        ValueError
+            If a distance lies beyond the table.
+        """
         r = np.asarray(r, dtype=float)
         if np.any(far := ~(r <= self.farthest * (1 + 1e-12))):
             raise ValueError(

@@ -57,8 +57,21 @@ class Stratum(NamedTuple):
         )
 
     def up(self, pair: Pair | None, k: ndarray, down: bool) -> tuple[ndarray, ndarray]:
-        """Q on top from X and Y at the bottom, None without one, and if it is wanted the way down,
-        both as of `through_homogeneous`."""
+        """Q on top from X and Y at the bottom, and the way down.
+
+        Parameters
+        ----------
+        pair : tuple of (n, 2, 2) array of float or None
+            None without a bottom.
+        k : (n,) array of float
+        down : bool
+            Whether the second array is wanted.
+
+        Returns
+        -------
+        (3, n) and (n, 2, 2) array of float
+            As of `through_homogeneous`.
+        """
         if self.uniform:
             ratio, nu = (float(m[0]) for m in self.moduli(np.zeros(1)))
             if pair is None:

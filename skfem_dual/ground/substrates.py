@@ -135,7 +135,13 @@ def _constant(poisson: float, z: ndarray) -> tuple[ndarray, ndarray]:
 
 
 def checked_moduli(young: SupportsFloat, poisson: SupportsFloat) -> tuple[float, float]:
-    """Young's modulus and Poisson's ratio as numbers in their range; errors as of `HalfSpace`."""
+    """Young's modulus and Poisson's ratio as numbers in their range.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `HalfSpace`.
+    """
     young, poisson = checked_number("young", young), checked_number("poisson", poisson)
     if young <= 0:
         raise ValueError(f"expected a positive Young's modulus, got young={young:g}")

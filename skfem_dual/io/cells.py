@@ -47,8 +47,13 @@ class Cells:
     left_out: ndarray
 
     def members(self, index: Any, name: str, path: PathLike) -> ndarray:
-        """Cells made of some in the file, those of a set; a MeshError if the file has no such
-        cells."""
+        """Cells made of some in the file, those of a set.
+
+        Raises
+        ------
+        MeshError
+            If the file has no such cells.
+        """
         index = np.asarray([] if index is None else index)
         if index.size == 0:
             return np.zeros(0, dtype=np.int64)
@@ -66,8 +71,13 @@ class Cells:
 
 
 def wanted_faces(counts: dict[str, int], quads: str, path: PathLike) -> str:
-    """What the cells will be, ``"triangle"`` or ``"quad"``; a MeshError if there are neither, or
-    both where quadrilaterals are kept."""
+    """What the cells will be, ``"triangle"`` or ``"quad"``.
+
+    Raises
+    ------
+    MeshError
+        If there are neither, or both where quadrilaterals are kept.
+    """
     faces = {KINDS[k][0] for k, n in counts.items() if n and k in KINDS} - {"line"}
     if not faces:
         had = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no cells"
@@ -97,8 +107,13 @@ def changes(counts: dict[str, int], wanted: str) -> str:
 
 
 def plain_cells(block: Any, points: ndarray, wanted: str, path: PathLike) -> Cells:
-    """The cells of a block by their corners, quadrilaterals cut if triangles are wanted; a
-    MeshError if its nodes are not points of the file."""
+    """The cells of a block by their corners, quadrilaterals cut if triangles are wanted.
+
+    Raises
+    ------
+    MeshError
+        If its nodes are not points of the file.
+    """
     nodes = np.asarray(block.data)
     kind, size = KINDS[block.type]
     n = len(points)

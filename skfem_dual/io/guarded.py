@@ -43,8 +43,17 @@ REASON = 160
 
 
 def require_file(path: PathLike, what: str = "a file") -> Path:
-    """The path of a regular file that exists; a TypeError, FileNotFoundError or ValueError if it
-    is no path, there is none, or it is a folder, a pipe or a device."""
+    """The path of a regular file that exists.
+
+    Raises
+    ------
+    TypeError
+        If it is no path.
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it is a folder, a pipe, a device, or has no name.
+    """
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"expected the path of {what}, got {type(path).__name__}")
     text = str(path)
@@ -61,10 +70,17 @@ def require_file(path: PathLike, what: str = "a file") -> Path:
 
 
 def read_through_meshio(path: PathLike, file_format: str | None = None) -> "meshio.Mesh":
-    """The meshio mesh of a file; every failure is an error that names the file.
+    """The meshio mesh of a file; every failure as an error that names the file.
 
-    Readers that may not end, or take memory for what a damaged header promises, run in a process
-    of their own with limits of time and memory.
+    Readers that may not end, or take memory for what a damaged header promises, run in a
+    process of their own with limits of time and memory.
+
+    Raises
+    ------
+    FileNotFoundError, TypeError
+        If there is no such file, or the path is none.
+    MeshError
+        If the file cannot be read.
     """
     import meshio
 

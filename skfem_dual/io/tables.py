@@ -13,8 +13,15 @@ def read_table(path: PathLike) -> list[tuple[str, list[str]]]:
     """Cells of each row of a CSV file, and where it is, ``path, line n``; headings first.
 
     Commas, semicolons or tabs part the columns, whichever the headings have. Empty lines and those
-    that begin with ``#`` do not count. A ValueError if it is no text, has no row below the
-    headings or far too many, or a row has more or fewer cells than the headings.
+    that begin with ``#`` do not count.
+
+    Raises
+    ------
+    FileNotFoundError, TypeError
+        If there is no such file, or the path is none.
+    ValueError
+        If it is no text, has no row below the headings or far too many, or a row has more or
+        fewer cells than the headings.
     """
     path = require_file(path, "a CSV file")
     try:

@@ -20,12 +20,23 @@ LARGEST_BULGE = 1e3
 
 
 def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
-    """A ring, counter-clockwise, from corners in either sense, closed or not, as in
-    `Plan.from_polygon`, and bulges unless the corners have them; ``name`` is what messages call
-    it.
+    """A ring, counter-clockwise, from corners in either sense, closed or not.
 
-    A TypeError or ValueError if something is no number or of another shape, a MeshError if corners
-    repeat or enclose no area.
+    Parameters
+    ----------
+    name : str
+        What they are, for messages.
+    corners : sequence of pairs or triples, or array of float
+        As in `Plan.from_polygon`.
+    bulges : (n,) array of float, optional
+        Unless the corners have them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If something is no number, or of another shape.
+    MeshError
+        If corners repeat, or enclose no area.
     """
     x, b = _coordinates(name, corners)
     if bulges is not None:

@@ -20,8 +20,13 @@ def place(x: ndarray) -> str:
 
 
 def require_simple(rings: list[Ring], names: list[str]) -> None:
-    """Refuse rings that cross or touch themselves or each other, with a MeshError that tells
-    where."""
+    """Refuse rings that cross or touch themselves or each other.
+
+    Raises
+    ------
+    MeshError
+        With the names of the rings and where they meet.
+    """
     sides = Sides(*(np.hstack(parts) for parts in zip(*map(_sides_of, rings))))
     ring = np.repeat(np.arange(len(rings)), [len(r.bulges) for r in rings])
     onward = np.concatenate([np.roll(np.nonzero(ring == i)[0], -1) for i in range(len(rings))])
@@ -93,8 +98,18 @@ def _meetings(sides: Sides, first: ndarray, second: ndarray) -> list[ndarray]:
 
 
 def nested(rings: list[Ring]) -> list[tuple[int, list[int]]]:
-    """Numbers of the outline of each part and of its holes, of rings that do not meet: those that
-    lie in an even number of others, and in an odd one."""
+    """Outlines of parts and their holes: rings that lie in an even number of others, and in odd.
+
+    Parameters
+    ----------
+    rings : list of Ring
+        They do not meet.
+
+    Returns
+    -------
+    list of (int, list of int)
+        Numbers of each outline and of its holes.
+    """
     inside = np.array([[_in(a, b) for b in rings] for a in rings])
     level = inside.sum(axis=1)
     parts: dict[int, list[int]] = {int(i): [] for i in np.nonzero(level % 2 == 0)[0]}
@@ -110,9 +125,15 @@ def _in(ring: Ring, other: Ring) -> bool:
 
 
 def require_parts(parts: list[tuple[Ring, tuple[Ring, ...]]], names: list[list[str]]) -> None:
-    """Refuse holes outside their outline or in each other, and parts that overlap, with a
-    MeshError that tells where; ``names`` has for each part those of its outline and of its
-    holes."""
+    """Refuse holes outside their outline or in each other, and parts that overlap.
+
+    ``names`` has for each part those of its outline and of its holes.
+
+    Raises
+    ------
+    MeshError
+        With the names of the rings and where.
+    """
     for (outline, holes), (name, *hole_names) in zip(parts, names):
         for i, hole in enumerate(holes):
             where = place(hole.corners[:, 0])

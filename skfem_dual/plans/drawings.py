@@ -29,8 +29,13 @@ Piece = tuple[ndarray, ndarray]
 
 
 def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[list[Corner]]:
-    """Rings of a drawing; a MeshError if there are none, a line is not closed or branches, or the
-    layer is not told."""
+    """Rings of a drawing.
+
+    Raises
+    ------
+    MeshError
+        If there are none, a line is not closed or branches, or the layer is not told.
+    """
     entities = _on_layer(_shapes(path), layer, path)
     rings: list[ndarray] = []
     pieces: list[Piece] = []

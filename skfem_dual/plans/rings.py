@@ -115,10 +115,16 @@ class Ring:
         return self.moved_to_area(x, side)
 
     def moved_to_area(self, x: ndarray, side: ndarray) -> ndarray:
-        """Points (2, n) in order along the ring, those inside arcs moved along their radii, by the
-        ``side`` each lies on; corners belong to the side that starts there.
+        """Points in order along the ring, those inside arcs moved along their radii.
 
         The polygon through them then has the area of the arcs, where these have inner points.
+
+        Parameters
+        ----------
+        x : (2, n) array of float
+            Points on or near the ring.
+        side : (n,) array of int
+            The side each lies on; corners belong to the side that starts there.
         """
         x = x.copy()
         if self.is_circle:

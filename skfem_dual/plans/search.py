@@ -152,8 +152,14 @@ class Problem:
             checked_number("time_limit", self.time_limit, above=0)
 
     def on_coarsest(self) -> Attempt:
-        """On the coarsest mesh that will do; a TimeoutError if that has many cells and takes
-        longer than the time limit: a solution takes about as long as its mesh."""
+        """On the coarsest mesh that will do.
+
+        Raises
+        ------
+        TimeoutError
+            If that has many cells and takes longer than the time limit: a solution takes about as
+            long as its mesh.
+        """
         if self.unilateral:  # what no mesh can balance
             hull = Hull(self.plan.around)
             for load in self.loads:

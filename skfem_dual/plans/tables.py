@@ -15,8 +15,13 @@ NAMES = {"x": 0, "easting": 0, "y": 1, "northing": 1, "bulge": 2}
 
 
 def rings_of_table(text: str, path: object) -> list[list[Corner]]:
-    """Rings of corners, one a line; an empty line begins another ring. A MeshError tells which
-    line has no numbers."""
+    """Rings of corners, one a line; an empty line begins another ring.
+
+    Raises
+    ------
+    MeshError
+        If there are none, or a line is not one of numbers; it tells which.
+    """
     lines = [(i, line.strip()) for i, line in enumerate(text.lstrip("\ufeff").splitlines(), 1)]
     lines = [(i, line) for i, line in lines if not line.startswith("#")]
     filled = [line for _, line in lines if line]
@@ -42,6 +47,13 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
 def corners_of_text(text: str) -> list[Corner]:
     """Corners of one ring: ``"0,0 12,0 12,8"``, triples with bulges.
 
+    Raises
+    ------
+    MeshError
+        If an item is not two or three numbers.
+
+    Examples
+    --------
     >>> corners_of_text("0,0 2,0,1 2,2 0,2")
     [(0.0, 0.0, 0.0), (2.0, 0.0, 1.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)]
     """

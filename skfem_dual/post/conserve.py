@@ -58,10 +58,14 @@ class Balance:
     def completed(self, which: int, values: ndarray) -> ndarray:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
 
-        That is the least change, in the sum of squares over the values; zero stays zero. Those on
-        a singular edge alone are multiplied, so that those inside remain the pressure in the
-        points: the field is finite there where the pressure is not. A ConvergenceError if hardly
-        any pressures are left to be multiplied.
+        That is the least change, in the sum of squares over the values; zero stays zero. Those
+        on a singular edge alone are multiplied, so that those inside remain the pressure in the
+        points: the field is finite there where the pressure is not.
+
+        Raises
+        ------
+        ConvergenceError
+            If hardly any pressures are left to be multiplied.
         """
         couple, n = self.couple, len(self.couple.dual)
         points = [couple.x[:, :n], couple.x[:, n:], couple.general.p][which]

@@ -128,8 +128,13 @@ class Neighbours:
         return np.diff(self.alpha.indptr) > 0, np.diff(self.beta.indptr) > 0
 
     def checked(self, F: ArrayLike, G: ArrayLike) -> tuple[ndarray, ndarray]:
-        """Values at the nodes of both grids as arrays, or a ValueError if there is not one finite
-        value for each node."""
+        """Values at the nodes of both grids as arrays of float.
+
+        Raises
+        ------
+        ValueError
+            If there is not one finite value for each node.
+        """
         F, G = checked_array("F", F, None, each="node"), checked_array("G", G, None, each="node")
         shape = self.alpha.shape
         if min(F.ndim, G.ndim) == 0 or (len(F), len(G)) != shape or F.shape[1:] != G.shape[1:]:
@@ -185,11 +190,28 @@ def factorised(matrix: Any) -> SuperLU:
 def surrounding_means(
     polygons: Polygons, node: ndarray, x: ndarray, shape: tuple[int, int]
 ) -> csr_array:
-    """Mean value coordinates of nodes ``x`` in the cells around them, a matrix of some shape with
-    a row for each node, empty if no cell is around it; ``node`` is the one in each cell, -1
-    without.
+    """Mean value coordinates of nodes in the cells around them.
 
-    A MeshError if a cell is not star-shaped about its node.
+    Parameters
+    ----------
+    polygons : Polygons
+        The cells.
+    node : (npolygons,) array of int
+        The node in each cell, -1 if there is none.
+    x : (2, nnodes) array of float
+        The nodes.
+    shape : pair of int
+        Shape of the matrix, number of nodes and of vertices.
+
+    Returns
+    -------
+    csr_array
+        Row ``i`` holds the coordinates of node ``i``; it is empty if no cell is around it.
+
+    Raises
+    ------
+    MeshError
+        If a cell is not star-shaped about its node.
     """
     held = np.repeat(node >= 0, polygons.sizes)
     sizes = polygons.sizes[node >= 0]

@@ -21,14 +21,26 @@ def smoothing_weights(ratio: float) -> Weights:
 
 
 def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -> Weights:
-    """The weights that generalised cross-validation chooses for values with random errors, (M,)
-    and (N,), or k couples of them, (M, k) and (N, k), that share one choice.
+    """The weights that generalised cross-validation chooses for values with random errors.
 
     In the family A1 = A2 = 1, D1 = D2 = t the score ``|y - S y|^2 / (1 - tr(S)/n)^2`` is
     minimised, where ``y`` holds the n old values and ``S`` takes them to the new ones (Golub,
-    Heath and Wahba, Technometrics 21 (1979) 215-223). The errors should be independent, with one
-    spread on both grids. The trace is estimated with random signs (Hutchinson), the same ones for
-    every t: their error then hardly moves the minimum.
+    Heath and Wahba, Technometrics 21 (1979) 215-223). The errors should be independent, with
+    one spread on both grids. The trace is estimated with random signs (Hutchinson), the same
+    ones for every t: their error then hardly moves the minimum.
+
+    Parameters
+    ----------
+    neighbours : Neighbours
+        The couple of grids.
+    F, G : (M,) and (N,) array of float, or (M, k) and (N, k)
+        Old values; k couples of them share one choice.
+    seed : int
+        Of the random signs.
+
+    Returns
+    -------
+    Weights
     """
     n = sum(neighbours.alpha.shape)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], (n, -(-SIGNS // n) + 3))
@@ -59,8 +71,13 @@ def _smoothed(functional: CoupleFunctional, y: ndarray) -> ndarray:
 
 
 def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> tuple[Weights, str]:
-    """Weights given or found, and how, for old values F and G; a TypeError or ValueError if they
-    are neither `Weights` nor a pair nor ``"gcv"``."""
+    """Weights given or found, and how, for old values F and G.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are neither `Weights` nor a pair nor ``"gcv"``.
+    """
     if isinstance(weights, Weights):
         return weights, "weights given"
     if isinstance(weights, str):

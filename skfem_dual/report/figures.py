@@ -58,7 +58,10 @@ def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
 def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
     """Isobars with the edge of contact and the point of the resultant, and their quantity.
 
-    A ValueError if the pressure has no isobars, for it is constant or zero.
+    Raises
+    ------
+    ValueError
+        If the pressure has no isobars, for it is constant or zero.
     """
     scale, quantity = pressure_scale(solution)
     region, mesh = solution.contact_region, nodal_mesh(solution.punch.basis)
@@ -78,8 +81,13 @@ def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
 
 
 def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
-    """Lines of equal deflection of the base, with the edge of contact; a ValueError if it is the
-    same everywhere."""
+    """Lines of equal deflection of the base, with the edge of contact.
+
+    Raises
+    ------
+    ValueError
+        If the deflection is the same everywhere.
+    """
     mesh, region = nodal_mesh(solution.punch.basis), solution.contact_region
     basis = CellBasis(mesh, ElementTriP1() if len(mesh.t) == 3 else ElementQuad1())
     deflection, unit = solution.deflection(mesh.p), plan.units.displacement

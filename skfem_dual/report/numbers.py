@@ -66,11 +66,24 @@ def outline_corners(partition: Partition) -> ndarray:
 
 
 def characteristic_points(p: ndarray, corners: ndarray) -> ndarray:
-    """Points of a plan whose settlements say most, (2, k), from some that span it.
+    """Points of a plan whose settlements say most.
 
-    Its corners first, as they come, then in the directions of x and y, counter-clockwise from the
-    lowest on the left, the extreme points where no corner is: the four corners of a rectangle, the
-    four extreme points of a circle, the two corners of a half-circle with its crown.
+    The corners of its convex hull, or those given, and, in the directions of x and y, the extreme
+    points where no corner is: the four corners of a rectangle, the four extreme points of a
+    circle, the two corners of a half-circle with its crown.
+
+    Parameters
+    ----------
+    p : (2, n) array of float
+        Points that span the plan.
+    corners : (2, m) array of float, optional
+        Corners of its outline.
+
+    Returns
+    -------
+    (2, k) array of float
+        Counter-clockwise around the middle, from the lowest on the left; corners that are given
+        keep their order and come first.
     """
     hull = convex_hull(p)
     size, chosen, given = np.ptp(hull, axis=1).max(), corners, corners.shape[1]

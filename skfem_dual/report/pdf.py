@@ -4,7 +4,13 @@ from typing import Any
 
 
 def require_pdf() -> Any:
-    """WeasyPrint, or an ImportError if it or the library pango is missing."""
+    """WeasyPrint.
+
+    Raises
+    ------
+    ImportError
+        If it is missing, or the library pango it needs from the system.
+    """
     try:
         import weasyprint
     except ImportError as error:

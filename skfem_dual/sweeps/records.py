@@ -34,8 +34,13 @@ def record(key: bytes, body: bytes) -> bytes:
 
 
 def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
-    """Bodies by their keys, and the number of bytes that are no whole record; a ValueError if the
-    file was not written by `sweep`."""
+    """Bodies by their keys, and the number of bytes that are no whole record.
+
+    Raises
+    ------
+    ValueError
+        If the file was not written by `sweep`.
+    """
     data = path.read_bytes() if path.exists() else b""
     bodies: dict[bytes, deque[memoryview]] = {}
     view, torn, at = memoryview(data), 0, 0
@@ -92,8 +97,13 @@ def restored_record(body: memoryview, problem: Problem, path: PathLike) -> Any:
 
 
 def fingerprint(value: Any) -> bytes:
-    """SHA-256 of the content of a value: the same in any process, whatever has been cached; a
-    TypeError if it holds something without content, such as a lock or an open file."""
+    """SHA-256 of the content of a value: the same in any process, whatever has been cached.
+
+    Raises
+    ------
+    TypeError
+        If it holds something without content, such as a lock or an open file.
+    """
     known: dict[int, tuple[Any, bytes]] = {}  # the values too, or their ids would be used again
 
     def of(value: Any) -> bytes:

@@ -53,10 +53,17 @@ class Field:
     ) -> "Field":
         """The field of ``basis`` with ``values`` of its DOFs.
 
-        Cells of a dual grid come as their triangles in the common refinement, because renderers
-        fill concave polygons wrongly; quadrilaterals as four triangles around their middle, where
-        a bilinear function is the mean of its corners. A ValueError if the element is none of
-        ``elements``.
+        Cells of a dual grid come as their triangles in the common refinement, because
+        renderers fill concave polygons wrongly; quadrilaterals as four triangles around their
+        middle, where a bilinear function is the mean of its corners.
+
+        Raises
+        ------
+        TypeError
+            If ``basis`` is not a CellBasis.
+        ValueError
+            If its element is none of ``elements``, or the values are not finite or too many or
+            too few.
         """
         if not isinstance(basis, CellBasis):
             raise TypeError(f"expected a skfem CellBasis, got {shown(basis)}")
@@ -97,10 +104,16 @@ class Field:
         )
 
     def in_contact(self, region: ContactRegion) -> "Field":
-        """The part in a contact region, with triangles cut along its edge; a ValueError if that
-        has no area, or is that of another plan.
+        """The part in a contact region, with triangles cut along its edge.
 
         The values of a continuous field are zero on that edge, as pressures and gaps are.
+
+        Raises
+        ------
+        TypeError
+            If ``region`` is something else.
+        ValueError
+            If it has no area, or is that of another plan.
         """
         if not isinstance(region, ContactRegion):
             raise TypeError(f"expected a ContactRegion for contact, got {shown(region)}")
@@ -173,10 +186,17 @@ class Field:
 
 
 def continuous(basis: CellBasis, values: ArrayLike) -> Field:
-    """The continuous field of any scalar basis, for lines of equal values; a ValueError if it is
-    no scalar or jumps between the elements.
+    """The continuous field of any scalar basis, for lines of equal values.
 
     Elements of higher order are cut in triangles, on which they are taken as linear.
+
+    Raises
+    ------
+    TypeError
+        If ``basis`` is not a CellBasis.
+    ValueError
+        If the field is not a scalar or jumps between the elements, or the values are not finite
+        or too many or too few.
     """
     if not isinstance(basis, CellBasis) or isinstance(basis.elem, FLAT + CONTINUOUS):
         return Field.from_basis(basis, values, CONTINUOUS)

@@ -18,9 +18,16 @@ KINK = 0.1
 
 
 def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
-    """Where a continuous field takes the value ``level``: both ends of one segment in each
-    triangle that is crossed, (2, n, 2), and the number of the connected line each is part of,
-    (n,)."""
+    """Where a continuous field takes the value ``level``.
+
+    Returns
+    -------
+    segments : (2, n, 2) array of float
+        Coordinates of both ends of one segment in each triangle that is crossed:
+        ``segments[:, i, 0]`` to ``segments[:, i, 1]``.
+    lines : (n,) array of int
+        Number of the connected line each segment is part of.
+    """
     above = field.values[field.t] > level
     triangle, side = np.nonzero((above != np.roll(above, -1, axis=0)).T)  # two in each triangle
     ends = np.sort([field.t[side, triangle], field.t[(side + 1) % 3, triangle]], axis=0)
@@ -34,12 +41,26 @@ def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
 def label_boxes(
     field: Field, levels: ndarray, texts: list[str], letter: float
 ) -> dict[int, ndarray]:
-    """Room for the label of each level, upright and on one of its lines: from the number of the
-    level to the lower left and the upper right corner, shape (2, 2).
+    """Room for the label of each level, upright and on one of its lines.
 
-    A box is inside the field, and neither other labels nor lines of other levels nor the edge run
-    through it. A level has no label if there is no such place. ``letter`` is the height of one, in
-    units of the coordinates.
+    A box is inside the field, and neither other labels nor lines of other levels nor the edge
+    run through it. A level has no label if there is no such place.
+
+    Parameters
+    ----------
+    field : Field
+        A continuous field.
+    levels : (n,) array of float
+        The levels.
+    texts : list of str
+        The labels.
+    letter : float
+        Height of a letter, in units of the coordinates.
+
+    Returns
+    -------
+    dict
+        From the number of the level to the lower left and the upper right corner, shape (2, 2).
     """
     lines = [isoline(field, level) for level in levels]
     edge = _samples(field.p[:, field.outline].transpose(0, 2, 1), letter / 4)
@@ -84,9 +105,18 @@ def _samples(segments: ndarray, step: float) -> ndarray:
 
 
 def smooth_line(line: ndarray) -> ndarray:
-    """An edge of contact (2, k) without the kinks it has from triangle to triangle: a smoothing
-    spline, about a tenth of a segment from the points, with the same ends. A closed line ends
-    where it begins."""
+    """An edge of contact without the kinks it has from triangle to triangle.
+
+    Parameters
+    ----------
+    line : (2, k) array of float
+        Points in order; a closed line ends where it begins.
+
+    Returns
+    -------
+    (2, n) array of float
+        A smoothing spline, about a tenth of a segment from the points, with the same ends.
+    """
     from scipy.interpolate import splev, splprep  # takes long
 
     step = np.hypot(*np.diff(line, axis=1))

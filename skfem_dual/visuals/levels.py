@@ -57,13 +57,30 @@ def roundest(low: float, high: float) -> float:
 def choose_levels(
     field: Field, levels: int | Sequence[float] | ndarray | None = None, singular: bool = False
 ) -> ndarray:
-    """Increasing levels of isobars of a field that is not constant: those given, or about so many,
-    8 by default, round numbers in equal steps, in the range of `color_range`.
+    """Levels of isobars.
 
-    Of a ``singular`` field, which grows beyond all bounds to the edge, these would crowd: chosen
-    ones then are round numbers at quantiles of the area, and zero where the sign changes. A
-    ValueError if the field is constant, or the levels given are not finite and increasing or none
-    is inside the range of the field.
+    Parameters
+    ----------
+    field : Field
+        A field that is not constant.
+    levels : int or sequence of float, optional
+        The levels, or about how many, 8 by default. Chosen levels are round numbers in equal
+        steps, in the range of `color_range`.
+    singular : bool
+        Whether the field grows beyond all bounds to the edge, where levels in equal steps would
+        crowd: chosen ones then are round numbers at quantiles of the area, and zero where the
+        sign changes.
+
+    Returns
+    -------
+    (n,) array of float
+        Increasing.
+
+    Raises
+    ------
+    ValueError
+        If the field is constant, or the levels are not finite and increasing or none is
+        inside the range of the field.
     """
     low, high = field.values.min(), field.values.max()
     if high - low <= 1e-9 * max(abs(low), abs(high)):
@@ -105,8 +122,13 @@ def color_range(
 ) -> tuple[float, float, bool, bool]:
     """Ends of the colour range, and whether values lie below and above it.
 
-    Without ``clim``, two increasing numbers, an end is that of the values, but at most 1.5
-    interquartile ranges of the area beyond the quartile (Tukey's fences).
+    Without ``clim`` an end is that of the values, but at most 1.5 interquartile ranges of the
+    area beyond the quartile (Tukey's fences).
+
+    Raises
+    ------
+    ValueError
+        If ``clim`` is not two finite, increasing numbers.
     """
     smallest, greatest = float(field.values.min()), float(field.values.max())
     if clim is None:

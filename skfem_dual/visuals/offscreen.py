@@ -54,8 +54,13 @@ class Trial(NamedTuple):
 
 @cache
 def try_opengl(display: str | None, window: str | None) -> Trial:
-    """Draw in a process of its own with these ``DISPLAY`` and ``VTK_DEFAULT_OPENGL_WINDOW``, once;
-    that takes about a second."""
+    """Draw in a process of its own, once; that takes about a second.
+
+    Parameters
+    ----------
+    display, window : str or None
+        ``DISPLAY`` and ``VTK_DEFAULT_OPENGL_WINDOW`` of the process, if any.
+    """
     chosen = {"DISPLAY": display, WINDOW: window}
     kept = {k: v for k, v in os.environ.items() if k not in chosen}
     environment = kept | {k: v for k, v in chosen.items() if v is not None}
@@ -68,11 +73,16 @@ def try_opengl(display: str | None, window: str | None) -> Trial:
 
 @one_at_a_time
 def require_opengl() -> None:
-    """On Linux, choose between X11 and EGL; a RuntimeError if no choice works.
+    """On Linux, choose between X11 and EGL, and make sure that the choice works.
 
-    VTK crashes without an exception where libraries are missing or ``DISPLAY`` names a server that
-    has gone. Without a display it would try X11 first, with noise. A choice made in
+    VTK crashes without an exception where libraries are missing or ``DISPLAY`` names a server
+    that has gone. Without a display it would try X11 first, with noise. A choice made in
     ``VTK_DEFAULT_OPENGL_WINDOW`` is left as it is.
+
+    Raises
+    ------
+    RuntimeError
+        If there is no working OpenGL.
     """
     if not sys.platform.startswith("linux"):
         return
@@ -98,7 +108,15 @@ def require_opengl() -> None:
 
 
 def require_pyvista() -> Any:  # pyvista's decorators hide its types from mypy
-    """pyvista, able to draw; an ImportError that names the remedy if it is missing."""
+    """pyvista, able to draw.
+
+    Raises
+    ------
+    ImportError
+        If it is missing; names the remedy.
+    RuntimeError
+        As `require_opengl`.
+    """
     try:
         import pyvista
     except ImportError as error:

@@ -42,8 +42,15 @@ class Layer:
 def layers(
     grid: Mesh2D | DualMesh | GridCouple, nodes: bool, report: MeshReport | None = None
 ) -> Iterator[Layer]:
-    """What a mesh or a couple of grids is drawn with, from the lowest layer to the highest; a
-    TypeError or MeshError if it is something else or has faults."""
+    """What a mesh or a couple of grids is drawn with, from the lowest layer to the highest.
+
+    Raises
+    ------
+    TypeError
+        If ``grid`` is neither a two-dimensional skfem mesh nor a DualMesh nor a GridCouple.
+    MeshError
+        If coordinates are not finite or vertices do not exist.
+    """
     nodes = checked_flag("nodes", nodes)
     if report is not None:
         checked_instance("report", report, MeshReport, "check_mesh(mesh)")

@@ -106,9 +106,14 @@ class Subject:
 
 
 def pressure_scale(*solutions: CellPressures) -> tuple[float, str]:
-    """What pressures are drawn over, and the name of their ratio; a ValueError if there are none.
+    """What pressures are drawn over, and the name of their ratio.
 
     The mean pressure, or the largest of a cell where moments alone leave no mean.
+
+    Raises
+    ------
+    ValueError
+        If there is no pressure at all.
     """
     largest = max((float(np.abs(s.pressure).max()) for s in solutions), default=0.0)
     if largest == 0:
