@@ -44,8 +44,13 @@ def take_corners(options: argparse.Namespace) -> None:
                     f"({', '.join(SUFFIXES)}), got the mesh {options.mesh[0]}"
                 )
         return
-    usual = {"grid": "dual", "edge": "singular", "edge_boundaries": None}
-    for name, value in (usual | {"collocation": "centroid"}).items():
+    usual = {
+        "grid": "dual",
+        "edge": "singular",
+        "edge_boundaries": None,
+        "collocation": "centroid",
+    }
+    for name, value in usual.items():
         if getattr(options, name) != value:
             raise ValueError(
                 f"expected a mesh with --{name.replace('_', '-')}, got the outline {outlines[0]}, "

@@ -75,8 +75,12 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
         lines += [_lines(_base_rows(base)), ""]
         marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
         heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
-        columns = [cases.settlement, *cases.tilt, cases.largest_settlement]
-        columns.append(cases.largest_pressure)
+        columns = [
+            cases.settlement,
+            *cases.tilt,
+            cases.largest_settlement,
+            cases.largest_pressure,
+        ]
         shown = [
             [head, f"[{unit.symbol}]" if units.named else "", *_numbers(column * unit.factor)]
             for head, unit, column in zip(heads, marks, columns, strict=True)

@@ -17,12 +17,18 @@ SWEEPS = 20
 
 
 def flipped(mesh: MeshTri, everywhere: bool) -> tuple[MeshTri, int]:
-    """Flip facets near those not crossed by their corresponded ribs, as long as it helps; the
-    mesh, whose triangles keep their subdomains, and the number of flips.
+    """Flip facets near those not crossed by their corresponded ribs, as long as it helps.
 
-    A flip helps if then fewer facets of its two triangles are not crossed or, if they are as many,
-    the smallest angle of its triangles is larger. ``everywhere`` takes all facets. Each sweep
-    flips facets with no triangle in common, the best of their surroundings.
+    A flip helps if then fewer facets of its two triangles are not crossed or, if they are as
+    many, the smallest angle of its triangles is larger. ``everywhere`` takes all facets. Each
+    sweep flips facets with no triangle in common, the best of their surroundings.
+
+    Returns
+    -------
+    mesh : MeshTri
+        The nodes of the mesh; triangles keep their subdomains.
+    count : int
+        Number of flips.
     """
     count = 0
     for _ in range(SWEEPS):

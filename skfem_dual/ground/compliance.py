@@ -117,11 +117,28 @@ def through_homogeneous(
 def through_graded(
     q: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli, *, down: bool = False
 ) -> tuple[ndarray, ndarray]:
-    """Q (3, n) on top from Q at the depths ``bottom`` below it, one for each wave number.
+    """Q on top from Q at the depths ``bottom`` below it, one for each wave number.
 
-    Second, if it is wanted, what takes the tractions on top to those at the bottom, which decay
-    downwards, (n, 2, 2), else zero. A ConvergenceError if the moduli vary so that the equation
-    cannot be integrated.
+    Parameters
+    ----------
+    q : (3, n) array of float
+    k : (n,) array of float
+    bottom : (n,) array of float
+    moduli : callable
+    down : bool
+        Whether the second array is wanted.
+
+    Returns
+    -------
+    q : (3, n) array of float
+    down : (n, 2, 2) array of float
+        Takes the tractions on top to those at the bottom, which decay downwards; zero if not
+        wanted.
+
+    Raises
+    ------
+    ConvergenceError
+        If the moduli vary so that the equation cannot be integrated.
     """
     n = len(k)
 

@@ -73,8 +73,14 @@ def draw(
 
     Parameters
     ----------
-    grid, nodes, report, legend
-        As of `visuals.matplotlib.draw`; the lines are named beside the picture.
+    grid : MeshTri, MeshQuad, DualMesh or GridCouple
+        What to draw.
+    nodes : bool
+        Whether to mark the nodes, of both grids if there are two.
+    report : MeshReport, optional
+        What `check_mesh` found: where required conditions are violated is marked.
+    legend : bool
+        Whether to name the lines beside the picture.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("grid.png")``; otherwise ``show()`` opens
         a window.
@@ -128,9 +134,24 @@ def plot(
 
     Parameters
     ----------
-    basis, values, title, clim, cmap, edges, contact
-        As of `visuals.matplotlib.plot`; the scalar bar, its title above it, is marked with < or
-        > where values go on beyond ``clim``.
+    basis : CellBasis
+        Constants on cells (CellwiseBasis, ElementTriP0, ElementQuad0), drawn flat, or
+        continuous of first order (ElementTriP1, ElementQuad1), drawn smoothly.
+    values : (N,) array of float
+        One value per DOF.
+    title : str, optional
+        Quantity and unit, above the scalar bar.
+    clim : (low, high), optional
+        Ends of the colour range. By default those of the values, but at most 1.5 interquartile
+        ranges of the area beyond the quartiles, which the singular edge of a punch exceeds;
+        the scalar bar is marked with < or > there.
+    cmap : str
+        Name of a matplotlib colour map.
+    edges : bool
+        Whether to draw the edges of the cells.
+    contact : ContactRegion, optional
+        ``solution.contact_region``: its edge is drawn, and nothing but a neutral colour where
+        the punch has lifted off.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("pressure.png")``; otherwise ``show()``
         opens a window.
@@ -146,7 +167,8 @@ def plot(
     RuntimeError
         If there is no working OpenGL.
     TypeError, ValueError
-        As `visuals.matplotlib.plot`.
+        If ``basis`` is of another kind, the values are not finite or not one per DOF, or
+        ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
     """
     checked_style(title, cmap, edges=edges, off_screen=off_screen)
     field = Field.from_basis(basis, values)
@@ -190,8 +212,28 @@ def isobars(
 
     Parameters
     ----------
-    pressure, values, levels, title, labels, cmap, contact, scale
-        As of `visuals.matplotlib.isobars`; the title is above the scalar bar.
+    pressure : PunchSolution, ElasticSolution, PunchesSolution or CellBasis
+        A solution, whose pressure over its mean is drawn as `PunchSolution.pressure_field` has
+        it, with the edge of contact; or those of neighbours, also as a sequence; or any
+        continuous scalar basis, also of higher order.
+    values : (N,) array of float, optional
+        One value per DOF of the basis.
+    levels : int or sequence of float, optional
+        The values of the isobars, or about how many. By default about eight round numbers in
+        equal steps, zero among them where the sign changes; of a solution with a singular edge
+        such as part the area about equally.
+    title : str, optional
+        Quantity and unit, above the scalar bar; big numbers get a common factor there.
+    labels : bool
+        Whether to write the values on the isobars, once each where there is room: inside the
+        plan and off other lines and labels.
+    cmap : str
+        Name of a matplotlib colour map.
+    contact : ContactRegion, optional
+        Of a basis, ``solution.contact_region``: its edge is drawn, where the field falls to
+        zero, and nothing but a neutral colour where the punch has lifted off.
+    scale : float, optional
+        What the pressure of a solution is divided by; by default its mean.
     off_screen : bool
         Whether to draw into memory, for ``screenshot("isobars.png")``; otherwise ``show()``
         opens a window.
@@ -207,7 +249,9 @@ def isobars(
     RuntimeError
         If there is no working OpenGL.
     TypeError, ValueError
-        As `visuals.matplotlib.isobars`.
+        If ``pressure`` is of another kind, the values are constant, not finite or not one per DOF,
+        the levels do not increase or none is between the values, or ``contact`` is none or that
+        of another plan.
     """
     checked_style(title, cmap, labels=labels, off_screen=off_screen)
     subject = Subject.of(pressure, values, title, contact, scale)
