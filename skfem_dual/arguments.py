@@ -116,6 +116,14 @@ def checked_pair(name: str, value: Any) -> Pair:
     return checked_number(f"{name}[0]", x), checked_number(f"{name}[1]", y)
 
 
+def checked_place(name: str, value: Any) -> Pair:
+    """``value`` as two coordinates up to 1e100 in size; errors as `checked_number`."""
+    x, y = checked_pair(name, value)
+    if max(abs(x), abs(y)) > LARGEST:
+        raise ValueError(f"expected coordinates of {name} up to {LARGEST:g}, got ({x:g}, {y:g})")
+    return x, y
+
+
 def checked_array(
     name: str,
     value: Any,

@@ -69,6 +69,6 @@ def test_layer_in_closed_form_solves_the_equation():
     pair = np.tile(np.eye(2), (3, 1, 1)), np.moveaxis(below[[0, 1, 1, 2]].reshape(2, 2, 3), -1, 0)
     exact = through_homogeneous(pair, k * 1.5, 2.0, 0.3)
     moduli = lambda z: (np.full(3, 2.0), np.full(3, 0.3))  # noqa: E731
-    path = through_graded(below, k, 0.0, np.full(3, 1.5), moduli, down=True)
+    path = through_graded(below, k, np.full(3, 1.5), moduli, down=True)
     for found, expected in zip(path, exact, strict=True):
         assert found == pytest.approx(expected, rel=1e-9, abs=1e-10)

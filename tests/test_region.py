@@ -7,7 +7,7 @@ from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
 from skfem_dual import ContactRegion, DualMesh, HalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact import region
-from skfem_dual.contact.planes import fitted_planes
+from skfem_dual.contact.planes import PlaneFit
 from skfem_dual.grids import generate
 from skfem_dual.grids.cellwise import nodal_mesh
 from skfem_dual.grids.partition import Partition
@@ -88,7 +88,7 @@ def test_planes_are_fitted_exactly(plane, seed):
     rng = np.random.default_rng(seed)
     x, at = rng.random((2, 40)), rng.random((2, 10))
     a, b, c = plane
-    found = fitted_planes(x, a + b * x[0] + c * x[1], at)
+    found = PlaneFit.to_nearest(x, at)(a + b * x[0] + c * x[1])
     assert found[0] == pytest.approx(a + b * at[0] + c * at[1], abs=1e-6)
     assert found[1] == pytest.approx(b, abs=1e-6)
     assert found[2] == pytest.approx(c, abs=1e-6)
@@ -96,7 +96,9 @@ def test_planes_are_fitted_exactly(plane, seed):
 
 def test_planes_through_points_on_a_line():
     x = np.stack([np.arange(5.0), np.zeros(5)])
-    assert fitted_planes(x, 2 * x[0], x[:, :2])[:2] == pytest.approx(np.array([[0, 2], [2, 2]]))
+    assert PlaneFit.to_nearest(x, x[:, :2])(2 * x[0])[:2] == pytest.approx(
+        np.array([[0, 2], [2, 2]])
+    )
 
 
 def test_contact_is_the_same_on_both_grids():

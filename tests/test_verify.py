@@ -18,6 +18,7 @@ from skfem_dual import (
     Symmetry,
 )
 from skfem_dual.contact.load import Load
+from skfem_dual.contact.unilateral import How
 from skfem_dual.contact.verify import Verification
 from skfem_dual.errors import ResolutionWarning
 from skfem_dual.grids import generate
@@ -38,8 +39,8 @@ def answer():
     """A verification, and the answer it accepts."""
     of = punch()
     constraints = Load(1.0, (0.6, 0.0)).constraints(of.origin - of.centre)
-    verify = Verification(of.system, constraints, True, of.footprint.exact_rows)
-    contact, position = of.system.unilateral(constraints)
+    verify = Verification(of.system, constraints, How(), of.footprint.exact_rows)
+    contact, position = of.system.solve(constraints, How())
     assert verify(contact, position).success
     return verify, contact, position
 
@@ -86,7 +87,7 @@ def test_a_wrong_operator_is_noticed_by_exact_rows(answer):
     verify, _, _ = answer
     system = replace(verify.system, matrix=verify.system.matrix * (1 + 1e-3))
     verify = replace(verify, system=system)
-    contact, position = system.unilateral(verify.constraints)
+    contact, position = system.solve(verify.constraints, How())
     found = verify(contact, position)
     assert not found.success
     assert "than the operator says" in found.message

@@ -696,7 +696,9 @@ def test_coefficient_along_the_edge():
     import matplotlib.pyplot as plt
 
     plt.close(axes.figure)
-    with pytest.raises(TypeError, match="expected an EdgeCoefficient, got ndarray"):
+    with pytest.raises(
+        TypeError, match="expected an EdgeCoefficient for coefficient, got an array"
+    ):
         plot_edge(coefficient.values)
 
 
@@ -863,7 +865,7 @@ def test_kern_is_drawn_in_its_plan():
     assert kern.contains_point(axes.transData.transform(upright.get_xydata()[0]))
     length = sum(np.hypot(*np.diff(s, axis=0).T).sum() for s in axes.collections[0].get_segments())
     assert length == pytest.approx(8)
-    with pytest.raises(TypeError, match="expected a RigidPunch, got DualMesh"):
+    with pytest.raises(TypeError, match="expected a RigidPunch for punch, got DualMesh"):
         with_matplotlib.plot_kern(DualMesh.from_mesh(mesh))
 
 
@@ -881,7 +883,7 @@ def test_moment_rotation_curve(circle):
     assert axes.lines[-1].get_xydata()[0] == pytest.approx([0.5, 1 / 3], rel=0.02)
     assert "rotation" in axes.get_xlabel()
     assert "overturning" in axes.get_ylabel()
-    with pytest.raises(TypeError, match="expected a MomentRotation, got ndarray"):
+    with pytest.raises(TypeError, match="expected a MomentRotation for curve, got an array"):
         with_matplotlib.plot_moment_rotation(curve.moment)
 
 

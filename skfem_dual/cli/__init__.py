@@ -11,15 +11,7 @@ from .messages import one_line, progress_of_compilation, show_warning
 from .parser import build_parser
 
 #: what may come of bad input or a bad environment; anything else is a fault of the program
-BAD = (
-    ValueError,
-    TypeError,
-    OSError,
-    RuntimeError,
-    ImportError,
-    MemoryError,
-    ArithmeticError,
-)
+BAD = (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError, ArithmeticError)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

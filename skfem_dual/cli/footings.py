@@ -2,7 +2,7 @@
 
 import argparse
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -214,7 +214,7 @@ def solve_cases(
     return {base.name: cases for base, cases in zip(bases, found, strict=True)}
 
 
-def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, Mapping[str, CaseRow]]:
+def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, CaseRow]]:
     """Rows by case and footing.
 
     Raises
@@ -234,4 +234,4 @@ def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, Mapping[
     for case, of in found.items():
         if missing := [name for name in names if name not in of]:
             raise ValueError(f"expected a load of footing {missing[0]} in case {case!r}, got none")
-    return {case: found[case] for case in found}
+    return found

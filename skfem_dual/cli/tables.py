@@ -20,10 +20,7 @@ def solution_table(
 ) -> str:
     """Names and values of one solution."""
     (solution,) = footing.cases.solutions
-    rows = {"Mesh": f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"}
-    rows["Origin"] = _origin(base)
-    if base.accuracy is not None:
-        rows["Accuracy"] = str(base.accuracy)
+    rows = _base_rows(base)
     if solution is None:
         return _lines(rows)
     rows |= solution.table()
@@ -75,11 +72,7 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
     units = details.units
     for footing, base in zip(footings, bases, strict=True):
         cases = footing.cases
-        rows = {"Mesh": f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"}
-        rows["Origin"] = _origin(base)
-        if base.accuracy is not None:
-            rows["Accuracy"] = str(base.accuracy)
-        lines += [_lines(rows), ""]
+        lines += [_lines(_base_rows(base)), ""]
         marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
         heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
         columns = [
@@ -152,8 +145,12 @@ def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:
     return {name: f"W at ({bounds.at[0]:.4g}, {bounds.at[1]:.4g}) {low} to {high}{read}, {by}"}
 
 
-def _origin(base: Base) -> str:
-    return f"({base.origin[0]:.9g}, {base.origin[1]:.9g}), {base.origin_is}"
+def _base_rows(base: Base) -> dict[str, str]:
+    """What a footing is, and how its mesh was chosen."""
+    origin = f"({base.origin[0]:.9g}, {base.origin[1]:.9g}), {base.origin_is}"
+    mesh = f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"
+    chosen = {} if base.accuracy is None else {"Accuracy": str(base.accuracy)}
+    return {"Mesh": mesh, "Origin": origin} | chosen
 
 
 def _lines(rows: Mapping[str, str]) -> str:

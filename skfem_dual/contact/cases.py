@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_flag, checked_instance, checked_number, checked_sequence
+from ..arguments import checked_flag, checked_instance, checked_sequence
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
 from ..kernels.limits import threads_for_matrix
 from .cases_solution import CasesSolution
@@ -17,10 +17,10 @@ from .load import Constraints, Load
 from .many import ManyLoads
 from .one_sign import solved_each
 from .problem import Contact
-from .rigid import How, RigidBodies
+from .rigid import RigidBodies
 from .solution import PunchSolution
-from .system import Method, progress_bars
-from .unilateral import COARSEST
+from .system import progress_bars
+from .unilateral import How, Method
 from .verify import Verification
 
 Cases = Sequence[Any] | Mapping[str, Any]
@@ -98,22 +98,17 @@ def solve_cases(
     progress: bool = False,
 ) -> CaseAnswers:
     """Solve and verify cases; ``loads`` has the loads of the bodies in each."""
-    unilateral, progress = (
-        checked_flag("unilateral", unilateral),
-        checked_flag("progress", progress),
-    )
-    gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+    how, progress = How.checked(unilateral, method, gap_rtol), checked_flag("progress", progress)
     imposed: dict[int, Constraints] = {}
     messages = [""] * len(names)
     for k, load in enumerate(loads):
         try:
-            imposed[k] = problem.constraints(load, unilateral)
+            imposed[k] = problem.constraints(load, how.unilateral)
         except ValueError as error:  # the other cases do not depend on it
             messages[k] = str(error)
     answers: list[tuple[PunchSolution, ...] | None] = [None] * len(names)
     rough = []
     begin = perf_counter()
-    how = How(unilateral, method, gap_rtol)
     for k, (contact, position) in _verified(problem, imposed, how, progress).items():
         timings = problem.timings | {"all cases": perf_counter() - begin}
         answers[k] = problem.answers(loads[k], contact, position, timings)
@@ -134,8 +129,8 @@ def _verified(
     # threads are limited once, not for each case
     limits = threads_for_matrix(len(problem.cells))
     with np.errstate(over="ignore", invalid="ignore"), progress_bars(progress), limits:
-        many = ManyLoads(system, problem.cells, given, how.method, how.gap_rtol)
-        found = many.solve(how.unilateral)
+        many = ManyLoads(system, problem.cells, given, how)
+        found = many.solve()
         pressure = np.column_stack([contact.pressure for contact, _ in found])
         if not np.isfinite(pressure).all():
             raise ConvergenceError("the loads are too large for floating-point numbers")

@@ -16,10 +16,7 @@ EdgeBoundaries = str | Sequence[str] | ndarray
 
 
 def weights_of(
-    substrate: Substrate,
-    basis: CellBasis,
-    partition: Partition,
-    boundaries: EdgeBoundaries | None,
+    substrate: Substrate, basis: CellBasis, partition: Partition, boundaries: EdgeBoundaries | None
 ) -> EdgeWeights:
     """Weights that grow to the edge of the plan, or to the part of it on some boundaries."""
     ribs = edge_ribs(partition)

@@ -14,7 +14,7 @@ structure too stiff to bend is the rigid punch of the same cells.
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -25,7 +25,6 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import (
     checked_array,
-    checked_choice,
     checked_flag,
     checked_instance,
     checked_sequence,
@@ -43,14 +42,14 @@ from .edges import EdgeBoundaries
 from .elastic_solution import ElasticSolution
 from .footprint import Edge, Footprint
 from .load import Constraints, Pair
-from .one_sign import contact_of, solved
-from .pressed import Pressed
+from .one_sign import solved
 from .pressures import CellPressures
 from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 from .shapes import Gap
-from .system import ContactSystem, Method, progress_bars, timed
-from .verify import Verification
+from .system import ContactSystem, progress_bars, timed
+from .unilateral import How, Method
+from .verify import verified
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8
@@ -293,28 +292,24 @@ class ElasticPunch(Body):
             balanced without tension.
         """
         f, held = self.checked_loads(f, x)
-        unilateral = checked_flag("unilateral", unilateral)
-        checked_choice("method", method, get_args(Method))
+        how = How.checked(unilateral, method, gap_rtol)
         if start is not None:
             checked_instance("start", start, CellPressures)
         begin = perf_counter()
         constraints, sloped = self.share(f, held).constraints, np.zeros(len(self.partition), bool)
-        if unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
+        if how.unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
             raise ValueError(NO_BALANCE)
         pressures = None if start is None else start.pressures_on(self.footprint)
         rtol = 0.0 if self.rtol is None else self.rtol
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(f, held, flat, dense=method == "active-set")
-            given = constraints, unilateral
-            contact, position = contact_of(system, *given, method, start, gap_rtol)
-            verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
-            return verify(contact, position), position
+            return verified(system, constraints, how, start, rtol=rtol)
 
         with progress_bars(checked_flag("progress", progress)):
-            contact, position = solved(self.footprint, find, unilateral, pressures)
+            contact, position = solved(self.footprint, find, how.unilateral, pressures)
         timings = {"solution": perf_counter() - begin}
-        return self.solution(f, held, contact, position, timings)
+        return ElasticSolution.from_contact(self, f, held, contact, position, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:
         """Solutions under several loads, with the same factors.
@@ -363,28 +358,15 @@ class ElasticPunch(Body):
         return Share(
             (self.trace @ self.motions).T,
             self.motions.T @ loads,
-            self.initial_gap - self.trace @ self._lifted(f, held),
+            self.initial_gap - self.trace @ self.lifted(f, held),
             Constraints.forces(work_on(self.motions, self._effective(f, held))),
         )
-
-    def solution(
-        self,
-        f: ndarray,
-        held: ndarray,
-        contact: Contact,
-        position: ndarray,
-        timings: dict[str, float],
-        others: tuple[Pressed, ...] = (),
-    ) -> ElasticSolution:
-        """The answer, from the contact and the motions; ``others`` as of `PunchSolution`."""
-        lifted, timings = self._lifted(f, held), self.timings | timings
-        return ElasticSolution.from_contact(self, f, lifted, position, contact, timings, others)
 
     def _effective(self, f: ndarray, held: ndarray) -> ndarray:
         """Loads of the free DOFs, of the values of held ones too."""
         return f - self.compliance.stiffness @ held if held.any() else f
 
-    def _lifted(self, f: ndarray, held: ndarray) -> ndarray:
+    def lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
         return self.compliance.displacements(self._effective(f, held)) + held
 

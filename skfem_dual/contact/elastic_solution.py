@@ -10,12 +10,11 @@ from skfem.assembly.basis import AbstractBasis
 
 from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
-from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .pressed import Pressed
 from .pressures import CellPressures
-from .problem import Contact
+from .problem import Contact, warn_of
 from .solution import TINY
 
 #: forces on free DOFs that are not balanced, over the largest load
@@ -66,18 +65,18 @@ class ElasticSolution(CellPressures):
         cls,
         punch: Any,
         f: ndarray,
-        lifted: ndarray,
-        position: ndarray,
+        held: ndarray,
         contact: Contact,
+        position: ndarray,
         timings: dict[str, float],
         others: tuple[Pressed, ...] = (),
     ) -> "ElasticSolution":
-        """The answer, from displacements under the loads alone, motions and the contact."""
+        """The answer, from loads, values of DOFs that are held, contact and motions."""
         K, fixed = punch.compliance.stiffness, punch.compliance.fixed
         flat = contact.flat
         cells = punch.footprint if flat is None else punch.footprint.flattened(flat)
         pressed = punch.loads_of(cells) @ contact.pressure
-        bent = lifted - punch.compliance.displacements(pressed)
+        bent = punch.lifted(f, held) - punch.compliance.displacements(pressed)
         displacement = bent + punch.motions @ position
         forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
@@ -92,10 +91,7 @@ class ElasticSolution(CellPressures):
                 "its loads; likely cause: a stiffness of very different sizes together"
             )
             contact = replace(contact, success=False, message=message)
-        if not contact.success:
-            warn(contact.message, ConvergenceWarning, stacklevel=3)
-        elif rough := contact.rough:
-            warn(rough, ResolutionWarning, stacklevel=3)
+        warn_of(contact)
         # of the ground: what remains of the gap, less the structure's shape and deflection
         settled = contact.gap - punch.initial_gap + punch.trace @ displacement
         scale = max(np.abs(settled).max(), TINY)
@@ -113,7 +109,7 @@ class ElasticSolution(CellPressures):
             iterations=len(contact.history),
             success=contact.success,
             message=contact.message or contact.description,
-            timings=timings,
+            timings=punch.timings | timings,
             flat=flat,
             others=others,
         )

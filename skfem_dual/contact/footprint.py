@@ -6,6 +6,7 @@ alone or one of many. The equations are (5) of the paper.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -372,6 +373,12 @@ class Footprint(LoadedCells):
         kind = {3: "triangles", 4: "quadrilaterals"}.get(self.partition.polygons.sizes.max())
         kind = "dual cells" if self.on_dual_cells else kind
         return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
+
+
+def slices_of(parts: Sequence[LoadedCells]) -> list[slice]:
+    """Where the cells of each part are among those of all."""
+    ends = np.cumsum([0, *map(len, parts)])
+    return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
 
 def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:

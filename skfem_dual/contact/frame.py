@@ -19,8 +19,9 @@ from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
 from .load import Constraints
 from .problem import Contact
-from .system import ContactSystem, Method
-from .verify import Verification
+from .system import ContactSystem
+from .unilateral import How
+from .verify import verified
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +80,8 @@ class FramedSystem:
         )
         return system, Constraints.forces(motions.T @ self._forces)
 
-    def solve(
-        self,
-        unilateral: bool,
-        method: Method,
-        start: ndarray | None,
-        gap_rtol: float,
-        rtol: float,
-    ) -> tuple[Contact, ndarray]:
-        """Contact and position; arguments as of `RigidPunches.solve`.
+    def solve(self, how: How, start: ndarray | None, rtol: float) -> tuple[Contact, ndarray]:
+        """Contact and position, from pressures to begin with; ``rtol`` is that of products.
 
         Raises
         ------
@@ -101,19 +95,13 @@ class FramedSystem:
                 "bodies under a frame. Remedy: leave out at= and moments= beside settlement="
             )
         system, constraints = self._together
-        if not unilateral:
-            contact, whole = system.bilateral(constraints)
-        else:
-            if not system.can_balance(constraints):
-                raise ValueError(
-                    "expected loads that bodies under a frame balance without tension; the "
-                    "resultant of these pulls, or lies outside of the plans. Remedy: move them, "
-                    "or unilateral=False for ground that pulls"
-                )
-            contact, whole = system.unilateral(constraints, method, start, gap_rtol)
-        contact = Verification(system, constraints, unilateral, None, rtol, gap_rtol)(
-            contact, whole
-        )
+        if how.unilateral and not system.can_balance(constraints):
+            raise ValueError(
+                "expected loads that bodies under a frame balance without tension; the resultant "
+                "of these pulls, or lies outside of the plans. Remedy: move them, or "
+                "unilateral=False for ground that pulls"
+            )
+        contact, whole = verified(system, constraints, how, start, rtol=rtol)
         yields, motions = self._compliance
         moved = yields.displacements(self._forces - self._resultants @ contact.pressure)
         free = moved + motions @ whole

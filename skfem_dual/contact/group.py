@@ -9,12 +9,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..arguments import (
-    checked_flag,
-    checked_instance,
-    checked_number,
-    checked_sequence,
-)
+from ..arguments import checked_instance, checked_sequence
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -38,10 +33,10 @@ from .neighbours import (
 )
 from .problem import Contact, warn_of
 from .punch import RigidPunch
-from .rigid import How, RigidBodies
+from .rigid import RigidBodies
 from .solution import PunchSolution
-from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import COARSEST
+from .system import ContactSystem, progress_bars, timed
+from .unilateral import How, Method
 from .union import joint_operator, rows_of, union
 from .work import Part, Work
 
@@ -278,15 +273,12 @@ class RigidPunches(RigidBodies):
             If the system of equations is singular.
         """
         given = self._given("loads", loads)
-        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        unilateral = checked_flag("unilateral", unilateral)
-        everything = self.constraints(given, unilateral)
+        how = How.checked(unilateral, method, gap_rtol)
+        everything = self.constraints(given, how.unilateral)
         pressures = self._pressures_of(start)
         begin = perf_counter()
         with progress_bars(progress):
-            contact, position = self.contact(
-                everything, How(unilateral, method, gap_rtol), pressures
-            )
+            contact, position = self.contact(everything, how, pressures)
         timings = self.timings | {"solution": perf_counter() - begin}
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
@@ -303,7 +295,7 @@ class RigidPunches(RigidBodies):
         if self.stiffness is None:
             return super().answer(constraints, how, system, exact, start)
         framed = FramedSystem(system, self.stiffness, constraints)
-        return framed.solve(how.unilateral, how.method, start, how.gap_rtol, self._rtol)
+        return framed.solve(how, start, self._rtol)
 
     def solve_many(self, cases: Cases, **options: Any) -> tuple[CasesSolution, ...]:
         """Many load cases, each with one load for each body; answers for each punch.

@@ -13,7 +13,7 @@ from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from .planes import fitted_planes
+from .planes import PlaneFit
 from .system import ContactSystem
 
 
@@ -56,7 +56,8 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
     ratio = (by_moment / unit[:, :1]).T
     ends = np.unique(partition.facets[:, edge_ribs(partition)])
     edge = partition.polygons.p[:, ends]
-    on_edge = np.stack([fitted_planes(acting, a, edge)[0] for a in ratio])
+    planes = PlaneFit.to_nearest(acting, edge)
+    on_edge = np.stack([planes(a)[0] for a in ratio])
     # the half-planes 1 + a . d >= 0 have the polygon polar to the hull of the points -a
     hull = ConvexHull(-np.hstack([ratio, on_edge]).T)
     d = -hull.equations[:, :2] / hull.equations[:, 2:]

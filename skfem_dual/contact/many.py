@@ -23,8 +23,8 @@ from ..kernels.once import computed_once
 from .footprint import ExactRows, LoadedCells
 from .load import Constraints
 from .problem import Contact
-from .system import ContactSystem, Method
-from .unilateral import solve_scaled
+from .system import ContactSystem
+from .unilateral import How, solve_scaled
 
 #: so many contacts found are kept to begin others with
 KEPT = 256
@@ -77,17 +77,16 @@ class ManyLoads:
         The cells.
     constraints : sequence of Constraints
         What is imposed in each of k cases.
-    method, gap_rtol
-        As of `ContactSystem.unilateral`, for loads that are solved alone.
+    how : How
+        How contact is found, of loads that are solved alone.
     """
 
     system: ContactSystem
     cells: LoadedCells
     constraints: Sequence[Constraints]
-    method: Method = "auto"
-    gap_rtol: float = 1e-10
+    how: How
 
-    def solve(self, unilateral: bool) -> list[tuple[Contact, ndarray]]:
+    def solve(self) -> list[tuple[Contact, ndarray]]:
         """Contact and position in each case.
 
         Raises
@@ -95,7 +94,8 @@ class ManyLoads:
         ConvergenceError
             If a body can move without resistance.
         """
-        together = self._loaded if self.method == "auto" else np.zeros_like(self._loaded)
+        unilateral = self.how.unilateral
+        together = self._loaded if self.how.method == "auto" else np.zeros_like(self._loaded)
         moved = self._balanced(self._whole, self._full, self._given[:, together])
         pressure = self._full.pressure @ _and_one(moved)
         tension = -pressure.min(axis=0, initial=0.0) / np.abs(pressure).max(axis=0, initial=1e-300)
@@ -113,7 +113,7 @@ class ManyLoads:
         lifting = np.nonzero(~full)[0]
         found |= self._lifting_off(cases[lifting[np.argsort(tension[lifting], kind="stable")]])
         for k in np.nonzero(~together)[0].tolist():
-            found[k] = self._alone(k, unilateral)
+            found[k] = self.system.solve(self.constraints[k], self.how)
         return [found[k] for k in range(len(self.constraints))]
 
     @computed_once
@@ -231,7 +231,7 @@ class ManyLoads:
     ) -> tuple[Contact, ndarray, ContactSystem, csr_matrix] | None:
         """Contact and position in a case where some cells are flat, from pressures to begin with,
         and `without`; None if the case is to be solved alone."""
-        if self.method != "auto" or not self._loaded[k] or not self.dense:
+        if self.how.method != "auto" or not self._loaded[k] or not self.dense:
             return None
         system, lost = self.without(flat)
         law = Law(system.resultants * self._units[:, None], lost)
@@ -260,13 +260,14 @@ class ManyLoads:
         kept: deque[tuple[int, Responses]] = deque(maxlen=KEPT)
         last = None
         for k in cases.tolist():
-            start = self._full
+            nearby = self._full
             if kept:
                 others = place[:, [i for i, _ in kept]]
-                start = kept[int(np.argmin(np.abs(others.T - place[:, k]).sum(axis=1)))][1]
-            answer = self._pivoted(self._whole, start, self._given[:, k]) if self.dense else None
+                nearby = kept[int(np.argmin(np.abs(others.T - place[:, k]).sum(axis=1)))][1]
+            answer = self._pivoted(self._whole, nearby, self._given[:, k]) if self.dense else None
             if answer is None:
-                found[k] = self._alone(k, start=None if self.dense else last)
+                start = None if self.dense else last
+                found[k] = self.system.solve(self.constraints[k], self.how, start)
                 last = found[k][0].pressure if found[k][0].success else None
                 continue
             found[k] = answer[0], answer[0].motion * self._units
@@ -307,14 +308,6 @@ class ManyLoads:
                 return None
             responses = self._responses(law, contact)
         return None
-
-    def _alone(
-        self, k: int, unilateral: bool = True, start: ndarray | None = None
-    ) -> tuple[Contact, ndarray]:
-        """One case, as if it were the only one."""
-        if not unilateral:
-            return self.system.bilateral(self.constraints[k])
-        return self.system.unilateral(self.constraints[k], self.method, start, self.gap_rtol)
 
 
 def _and_one(moved: ndarray) -> ndarray:

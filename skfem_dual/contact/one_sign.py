@@ -12,11 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy import ndarray
 
-from ..errors import ConvergenceError
 from ..grids.polygons import readonly
-from .load import Constraints
 from .problem import Contact
-from .system import ContactSystem, Method
 
 #: solutions after which all cells are flat
 MOST = 5
@@ -35,30 +32,6 @@ class Flattening(Protocol):
 Answer = tuple[Contact, ndarray]
 Solve = Callable[[ndarray, ndarray | None], Answer]
 SolveEach = Callable[[list[int], ndarray, ndarray], list[Answer]]
-
-
-def contact_of(
-    system: ContactSystem,
-    constraints: Constraints,
-    unilateral: bool,
-    method: Method,
-    start: ndarray | None,
-    gap_rtol: float,
-) -> tuple[Contact, ndarray]:
-    """Contact and position under one set of loads.
-
-    Raises
-    ------
-    ConvergenceError
-        If the loads are too large for floating-point numbers, or as the system.
-    """
-    if unilateral:
-        contact, position = system.unilateral(constraints, method, start, gap_rtol)
-    else:
-        contact, position = system.bilateral(constraints)
-    if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
-        raise ConvergenceError("the loads are too large for floating-point numbers")
-    return contact, position
 
 
 def solved(

@@ -30,10 +30,10 @@ class PlaneFit:
     inverse: ndarray
 
     @classmethod
-    def to_nearest(cls, x: ndarray, at: ndarray, around: int = AROUND) -> "PlaneFit":
-        """Planes at points ``at``, shape (2, m), each following so many of the points ``x``."""
+    def to_nearest(cls, x: ndarray, at: ndarray) -> "PlaneFit":
+        """Planes at points ``at``, shape (2, m), each following the nearest of points ``x``."""
         n, of = x.shape[1], np.zeros(at.shape[1], dtype=int)
-        return cls.to(x, at, nearest(x, np.array([0, n]), at, of, min(around, n))[0])
+        return cls.to(x, at, nearest(x, np.array([0, n]), at, of, min(AROUND, n))[0])
 
     @classmethod
     def to(cls, x: ndarray, at: ndarray, near: ndarray) -> "PlaneFit":
@@ -65,11 +65,3 @@ def _planes(arm: ndarray) -> ndarray:
     inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
     inverse[:, 1:] /= reach[:, :, None]
     return inverse
-
-
-def fitted_planes(x: ndarray, values: ndarray, at: ndarray) -> ndarray:
-    """Values and slopes at points ``at`` of planes fitted to the nearest values of ``x``, (3, m).
-
-    `PlaneFit` serves several values at the same points.
-    """
-    return PlaneFit.to_nearest(x, at)(values)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
-from ..arguments import Pair, checked_flag, checked_number
+from ..arguments import Pair, checked_flag
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
@@ -27,12 +27,12 @@ from .load import Constraints, Load, between_waves, load_of, require_compression
 from .motions import holding
 from .pressures import CellPressures
 from .problem import Contact, warn_of
-from .rigid import How, RigidBodies
+from .rigid import RigidBodies
 from .shapes import Gap
 from .solution import PunchSolution
 from .stiffness import Movable
-from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import COARSEST
+from .system import ContactSystem, progress_bars, timed
+from .unilateral import How, Method
 from .work import Part, Work
 
 
@@ -296,15 +296,13 @@ class RigidPunch(Movable, RigidBodies):
             If the system of equations is singular.
         """
         load = Load(force, at, moments, settlement, tilt, horizontal, torsion)
-        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        unilateral = checked_flag("unilateral", unilateral)
+        how = How.checked(unilateral, method, gap_rtol)
         if self._periodic:
-            load = between_waves(load, unilateral)
+            load = between_waves(load, how.unilateral)
         progress = checked_flag("progress", progress)
-        constraints = self.constraints((load,), unilateral)
+        constraints = self.constraints((load,), how.unilateral)
         pressures = None if start is None else self.pressures_of(start)
         begin = perf_counter()
-        how = How(unilateral, method, gap_rtol)
         with progress_bars(progress):
             contact, position = self.contact(constraints, how, pressures)
         warn_of(contact)

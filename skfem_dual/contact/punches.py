@@ -7,9 +7,8 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from itertools import pairwise
 from time import perf_counter
-from typing import Any, ClassVar, get_args
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy import ndarray
@@ -18,7 +17,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csr_matrix
 
-from ..arguments import checked_choice, checked_flag, checked_number, checked_sequence
+from ..arguments import checked_flag, checked_sequence
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.compliance import Structures
@@ -26,20 +25,20 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.yielding import YieldingOperator
 from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
-from .footprint import Ground, LoadedCells
+from .footprint import Footprint, Ground, LoadedCells, slices_of
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .neighbours import checked_names, require_apart, require_one_ground
-from .one_sign import contact_of, solved
+from .one_sign import solved
 from .pressed import Pressed
 from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
 from .solution import PunchSolution
-from .system import ContactSystem, Method, progress_bars, timed
-from .unilateral import COARSEST
+from .system import ContactSystem, progress_bars, timed
+from .unilateral import How, Method
 from .union import joint_operator, union
-from .verify import Verification
+from .verify import verified
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,10 +104,15 @@ class Punches:
         """Numbers of the punches of each body: each is one."""
         return tuple((i,) for i in range(len(self.punches)))
 
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """The cells of each punch."""
+        return tuple(punch.footprint for punch in self.punches)
+
     @computed_once
     def cells(self) -> LoadedCells:
         """The cells of all punches, one punch after the other."""
-        return union([punch.footprint for punch in self.punches])
+        return union(self.footprints)
 
     @computed_once
     def ground(self) -> ndarray | InfluenceOperator:
@@ -117,7 +121,7 @@ class Punches:
         Up to 4000 cells exact and dense, unless all punches have an ``rtol``.
         """
         with timed(self.timings, "assembly"):
-            return joint_operator([punch.footprint for punch in self.punches], self.cells)
+            return joint_operator(self.footprints, self.cells)
 
     @computed_once
     def operator(self) -> YieldingOperator:
@@ -181,27 +185,22 @@ class Punches:
         ConvergenceError
             If a body can move without resistance.
         """
-        unilateral = checked_flag("unilateral", unilateral)
-        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        checked_choice("method", method, get_args(Method))
+        how = How.checked(unilateral, method, gap_rtol)
         given = self._checked_loads(loads)
         begin = perf_counter()
         flat = np.zeros(len(self.cells), dtype=bool)
         shares = self._shares(given, flat)
         constraints = Constraints.together([share.constraints for share in shares])
-        if unilateral:
+        if how.unilateral:
             self._require_balance(given, shares)
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, method == "active-set")
-            known = constraints, unilateral
-            contact, position = contact_of(system, *known, method, start, gap_rtol)
             rtol = getattr(self.ground, "rtol", 0.0)
-            verify = Verification(system, constraints, unilateral, None, rtol, gap_rtol)
-            return verify(contact, position), position
+            return verified(system, constraints, how, start, rtol=rtol)
 
         with progress_bars(checked_flag("progress", progress)):
-            contact, position = solved(self.cells, find, unilateral)
+            contact, position = solved(self.cells, find, how.unilateral)
         timings = self.timings | {"solution": perf_counter() - begin}
         parts = self._solutions(given, shares, contact, position, timings)
         return PunchesSolution(self, parts)
@@ -209,8 +208,7 @@ class Punches:
     @computed_once
     def _slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
-        ends = np.cumsum([0, *(len(p.footprint) for p in self.punches)])
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+        return slices_of(self.footprints)
 
     def _shares(self, given: list[Any], flat: ndarray) -> list[Share]:
         each = zip(self.punches, given, self._slices, strict=True)
@@ -276,15 +274,16 @@ class Punches:
         pressed = tuple(map(Pressed.of, self.punches, parts))
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
-            others, part = (*pressed[:i], *pressed[i + 1 :]), parts[i]
+            others, part, way = (*pressed[:i], *pressed[i + 1 :]), parts[i], moved[i]
             if isinstance(punch, RigidPunch):
                 warn_of(part)
-                own_times = punch.timings | timings
-                found = PunchSolution.from_contact(punch, load, part, moved[i], own_times, others)
+                times = punch.timings | timings
+                found = PunchSolution.from_contact(punch, load, part, way, times, others)
                 solutions.append(found)
             else:
                 f, held = load
-                solutions.append(punch.solution(f, held, part, moved[i], timings, others))
+                bent = ElasticSolution.from_contact(punch, f, held, part, way, timings, others)
+                solutions.append(bent)
         return tuple(solutions)
 
     def __repr__(self) -> str:

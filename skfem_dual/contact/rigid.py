@@ -3,8 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -12,27 +11,19 @@ from numpy import ndarray
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
-from ..operators.entries import some_rows
-from .footprint import ExactRows, Footprint, LoadedCells
+from .footprint import ExactRows, Footprint, LoadedCells, slices_of
 from .line_law import with_line_law
 from .load import Constraints, Load
-from .one_sign import contact_of, solved
+from .one_sign import solved
 from .problem import Contact
 from .solution import PunchSolution
-from .system import ContactSystem, Method
-from .verify import Verification
+from .system import ContactSystem
+from .unilateral import How
+from .verify import Verification, verified
 
 #: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
 #: the law of its line moves bodies on some hundred cells
 COARSE = 1e-3
-
-
-class How(NamedTuple):
-    """How contact is found; arguments of `RigidPunch.solve`."""
-
-    unilateral: bool
-    method: Method
-    gap_rtol: float
 
 
 class RigidBodies(ABC):
@@ -59,8 +50,7 @@ class RigidBodies(ABC):
     @computed_once
     def slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
-        ends = np.cumsum([0, *map(len, self.footprints)])
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+        return slices_of(self.footprints)
 
     @computed_once
     def sloping(self) -> tuple[SlopeCorrection, ...]:
@@ -127,14 +117,10 @@ class RigidBodies(ABC):
 
     def verification(self, constraints: Constraints, how: How) -> Verification:
         """What is asked of an answer."""
-        known = how.unilateral, self.exact_rows, self._rtol, how.gap_rtol
-        return Verification(self.system, constraints, *known)
+        return Verification(self.system, constraints, how, self.exact_rows, self._rtol)
 
     def contact(
-        self,
-        constraints: Constraints,
-        how: How,
-        start: ndarray | None = None,
+        self, constraints: Constraints, how: How, start: ndarray | None = None
     ) -> tuple[Contact, ndarray]:
         """Contact and positions, verified; ``start`` as of `solved`."""
 
@@ -177,8 +163,4 @@ class RigidBodies(ABC):
     ) -> tuple[Contact, ndarray]:
         """Contact and positions by the equations of a ``system``, verified by ``exact`` rows of
         its matrix."""
-        contact, position = contact_of(
-            system, constraints, how.unilateral, how.method, start, how.gap_rtol
-        )
-        known = how.unilateral, exact, self._rtol, how.gap_rtol
-        return Verification(system, constraints, *known)(contact, position), position
+        return verified(system, constraints, how, start, exact, self._rtol)

@@ -10,12 +10,12 @@ from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any, Literal, cast, get_args
+from typing import Any, cast
 
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_choice, checked_number
+from ..errors import ConvergenceError
 from ..grids.partition import Partition
 from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
@@ -32,16 +32,8 @@ from .cell_forces import CellForces
 from .load import Constraints
 from .positions import apart, by_force, noise, unanswered
 from .problem import Contact, ContactProblem
-from .unilateral import (
-    COARSEST,
-    MOST,
-    active_set,
-    beginning,
-    conjugate_gradients,
-    solve_scaled,
-)
+from .unilateral import MOST, How, active_set, beginning, conjugate_gradients, solve_scaled
 
-Method = Literal["auto", "active-set", "cg"]
 #: violation of the conditions on the gap to which iterations with a matrix go by default, and
 #: how many there are before an active set ends what they began
 EXACTLY, FEW = 1e-13, 100
@@ -240,35 +232,33 @@ class ContactSystem:
         forces = CellForces.from_problem(self._problem(constraints))
         return forces.balanced(np.zeros(len(self.areas))) is not None
 
-    def unilateral(
-        self,
-        constraints: Constraints,
-        method: Method = "auto",
-        start: ndarray | None = None,
-        gap_rtol: float = 1e-10,
+    def solve(
+        self, constraints: Constraints, how: How, start: ndarray | None = None
     ) -> tuple[Contact, ndarray]:
-        """Contact that is found, and the position, under what the ``constraints`` impose.
+        """Contact and position under what is imposed, from pressures to begin with.
 
-        Parameters
-        ----------
-        method : {"auto", "active-set", "cg"}
-            ``"auto"``: conjugate gradients, with a matrix to rounding errors; the active set
-            where they do not end soon, unless there are too many cells.
-        start : (n,) array of float, optional
-            Pressures to begin with.
-        gap_rtol : float
-            Accuracy of the gaps under conjugate gradients, over the largest settlement.
+        By default conjugate gradients find it, with a matrix to rounding errors; the active set
+        where they do not end soon, unless there are too many cells.
 
         Raises
         ------
         ValueError
-            If ``method`` is unknown or needs a matrix that is too large, or ``gap_rtol`` is not
-            positive and up to 0.01.
+            If the method needs a matrix that is too large.
         ConvergenceError
-            If the bodies can move without resistance.
+            If the bodies can move without resistance, or loads are too large for numbers.
         """
-        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
-        checked_choice("method", method, get_args(Method))
+        if how.unilateral:
+            contact, position = self._unilateral(constraints, how, start)
+        else:
+            contact, position = self.bilateral(constraints)
+        if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
+            raise ConvergenceError("the loads are too large for floating-point numbers")
+        return contact, position
+
+    def _unilateral(
+        self, constraints: Constraints, how: How, start: ndarray | None
+    ) -> tuple[Contact, ndarray]:
+        _, method, gap_rtol = how
         if method == "active-set" and not self._dense:
             raise ValueError(
                 f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
@@ -280,9 +270,9 @@ class ContactSystem:
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
         problem = self._problem(constraints)
-        contact = self._contact(problem, method, constraints.conjugate, start, gap_rtol)
+        contact = self._contact(problem, how, constraints.conjugate, start)
         if contact is None or not contact.success or noise(constraints, problem, contact):
-            other = apart(problem, True) or self._elsewhere(constraints, problem, method, gap_rtol)
+            other = apart(problem, True) or self._elsewhere(constraints, problem, how)
             other = other or apart(problem)
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
@@ -312,7 +302,7 @@ class ContactSystem:
         return contact if contact.success else None
 
     def _elsewhere(
-        self, constraints: Constraints, problem: ContactProblem, method: Method, gap_rtol: float
+        self, constraints: Constraints, problem: ContactProblem, how: How
     ) -> Contact | None:
         """Contact where the reaction does not act where the settlement is imposed."""
         if constraints.conjugate:
@@ -321,13 +311,14 @@ class ContactSystem:
 
         def solve(given: Constraints) -> tuple[Contact, ndarray]:
             nonlocal last
-            answer = self.unilateral(given, method, last, gap_rtol)
+            answer = self._unilateral(given, how, last)
             last = answer[0].pressure if answer[0].success else last
             return answer
 
         height = np.abs(self.gap - problem.gap).max() + np.ptp(self.gap)
-        exact = method != "cg" and self._dense
-        found = by_force(constraints, self.stiffness, height, solve, 0.0 if exact else gap_rtol)
+        exact = how.method != "cg" and self._dense
+        rtol = 0.0 if exact else how.gap_rtol
+        found = by_force(constraints, self.stiffness, height, solve, rtol)
         if found is None:
             return None
         contact, position = found
@@ -340,18 +331,13 @@ class ContactSystem:
         return replace(contact, motion=motion, gap=gap)
 
     def _contact(
-        self,
-        problem: ContactProblem,
-        method: Method,
-        conjugate: bool,
-        start: ndarray | None,
-        gap_rtol: float,
+        self, problem: ContactProblem, how: How, conjugate: bool, start: ndarray | None
     ) -> Contact | None:
         """Contact by one method, or by the active set from where conjugate gradients ended.
 
         None if there is no method for what is imposed.
         """
-        n = len(self.areas)
+        n, (_, method, gap_rtol) = len(self.areas), how
         if not conjugate and (method == "cg" or not self._dense):
             return None
         if method == "active-set" or not conjugate:

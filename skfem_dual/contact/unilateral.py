@@ -10,11 +10,13 @@ the cells in contact, and projected conjugate gradients in the manner of Polonsk
 which only multiply by D.
 """
 
+from typing import Literal, NamedTuple, Self, get_args
+
 import numpy as np
 from numpy import ndarray
 from tqdm import tqdm
 
-from ..arguments import checked_number
+from ..arguments import checked_choice, checked_flag, checked_number
 from ..errors import ConvergenceError
 from .cell_forces import CellForces, Step
 from .problem import Contact, ContactProblem
@@ -23,6 +25,23 @@ from .problem import Contact, ContactProblem
 COARSEST = 1e-2
 #: iterations of the conjugate gradients after which to give up
 MOST = 1000
+
+Method = Literal["auto", "active-set", "cg"]
+
+
+class How(NamedTuple):
+    """How contact is found; arguments of `RigidPunch.solve`."""
+
+    unilateral: bool = True
+    method: Method = "auto"
+    gap_rtol: float = 1e-10
+
+    @classmethod
+    def checked(cls, unilateral: bool, method: Method, gap_rtol: float) -> Self:
+        """The same, or a TypeError or ValueError."""
+        checked_choice("method", method, get_args(Method))
+        gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
+        return cls(checked_flag("unilateral", unilateral), method, gap_rtol)
 
 
 def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
@@ -112,13 +131,7 @@ def conjugate_gradients(
         Iterations after which to give up.
     progress : bool
         Whether to show a progress bar.
-
-    Raises
-    ------
-    ValueError
-        If ``gap_rtol`` is not positive and up to 0.01.
     """
-    gap_rtol = checked_number("gap_rtol", gap_rtol, above=0, at_most=COARSEST)
     forces, areas = CellForces.from_problem(problem), problem.areas
     motion, gap = np.zeros(len(problem.given)), problem.gap
     force = forces.balanced(np.zeros(len(areas)) if start is None else areas * start)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy import ndarray
@@ -16,7 +15,7 @@ from ..kernels.once import computed_once
 from ..operators.entries import some_rows
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import available_memory
-from .footprint import ExactRows, Footprint, LoadedCells
+from .footprint import ExactRows, Footprint, LoadedCells, slices_of
 
 
 def union(parts: Sequence[LoadedCells]) -> LoadedCells:
@@ -39,16 +38,16 @@ def matrix_of(parts: Sequence[LoadedCells]) -> ndarray:
     MemoryError
         Before the work, if the memory at hand will not do.
     """
-    ends = np.cumsum([0, *map(len, parts)]).tolist()
-    needed, memory = 16.0 * ends[-1] ** 2, available_memory()  # with its factors
+    slices = slices_of(parts)
+    n = slices[-1].stop
+    needed, memory = 16.0 * n**2, available_memory()  # with its factors
     if needed > memory:
         raise MemoryError(
             f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; the matrix of "
-            f"{ends[-1]} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 "
+            f"{n} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 "
             "for all punches, or coarser meshes"
         )
-    matrix = np.empty((ends[-1], ends[-1]))
-    slices = [slice(a, b) for a, b in pairwise(ends)]
+    matrix = np.empty((n, n))
     for rows, at in zip(slices, parts, strict=True):
         for columns, under in zip(slices, parts, strict=True):
             matrix[rows, columns] = under.influence(at.collocation_points)

@@ -15,6 +15,7 @@ from .footprint import ExactRows
 from .load import Constraints
 from .problem import Contact
 from .system import ContactSystem
+from .unilateral import How
 
 #: error of a load, over the largest one imposed on the body, or else over that of its pressures
 BALANCE = 1e-8
@@ -38,20 +39,19 @@ class Verification:
         The equations; only its products are used.
     constraints : Constraints
         What was imposed.
-    unilateral : bool
-        Whether the ground must not pull.
+    how : How
+        How it was found: whether the ground must not pull, and the tolerance of gaps.
     exact : ExactRows or None
         Settlements of some collocation points, known independently.
-    rtol, gap_rtol : float
-        Tolerances of the operator and of gaps.
+    rtol : float
+        Tolerance of the operator.
     """
 
     system: ContactSystem
     constraints: Constraints
-    unilateral: bool
+    how: How
     exact: ExactRows | None = None
     rtol: float = 0.0
-    gap_rtol: float = 0.0
 
     def __call__(
         self, contact: Contact, position: ndarray, settled: ndarray | None = None
@@ -65,16 +65,16 @@ class Verification:
         settled = system.matrix @ pressure if settled is None else settled
         moved = position @ system.planes
         gap = settled + system.gap - moved
-        touching = pressure > 0 if self.unilateral else np.ones(len(gap), dtype=bool)
+        touching = pressure > 0 if self.how.unilateral else np.ones(len(gap), dtype=bool)
         violation = float(np.where(touching, np.abs(gap), -gap).max().clip(0))
         largest = np.abs(settled).max()
-        allowed = largest * max(GAP, SLACK * self.rtol, SLACK * self.gap_rtol)
+        allowed = largest * max(GAP, SLACK * self.rtol, SLACK * self.how.gap_rtol)
         if not largest > 0:
             allowed = ROUNDING * max(np.abs(moved).max(), np.abs(system.gap).max())
         faults = [*self._load_faults(pressure), *self._row_faults(pressure, settled)]
         if not violation <= allowed:
             faults.append(f"ground and body are apart in contact, or overlap, by {violation:.1e}")
-        if self.unilateral and not pressure.min() >= 0:
+        if self.how.unilateral and not pressure.min() >= 0:
             faults.append(f"the ground pulls by {-pressure.min():.1e}")
         # in any units
         if largest > 0 and not (system.areas * (pressure / np.abs(pressure).max())) @ settled > 0:
@@ -121,3 +121,16 @@ class Verification:
                 f"the ground under cell {numbers[bad[0]]} settles by {error[bad[0]]:.1e} more or "
                 "less than the operator says; likely cause: a symmetry the cells do not have"
             )
+
+
+def verified(
+    system: ContactSystem,
+    constraints: Constraints,
+    how: How,
+    start: ndarray | None,
+    exact: ExactRows | None = None,
+    rtol: float = 0.0,
+) -> tuple[Contact, ndarray]:
+    """Contact and position by the equations, and whether they obey them."""
+    contact, position = system.solve(constraints, how, start)
+    return Verification(system, constraints, how, exact, rtol)(contact, position), position

@@ -14,7 +14,6 @@ R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -87,11 +86,10 @@ class Work:
         x, cell, load = zip(*found, strict=True)
         return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
 
-    @computed_once
+    @property
     def own(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
-        ends = np.cumsum([0, *(len(part.footprint) for part in self.parts)])
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+        return self.problem.slices
 
     @computed_once
     def planes(self) -> ndarray:

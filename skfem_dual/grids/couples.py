@@ -157,12 +157,7 @@ def boundary_nodes(grid: Partition) -> ndarray:
 
 
 def grid_of(
-    p: ndarray,
-    indices: ndarray,
-    offsets: ndarray,
-    facets: ndarray,
-    f2c: ndarray,
-    nodes: ndarray,
+    p: ndarray, indices: ndarray, offsets: ndarray, facets: ndarray, f2c: ndarray, nodes: ndarray
 ) -> Partition:
     """A partition from its polygons and ribs, ribs on the boundary in either direction."""
     outside = f2c[0] < 0

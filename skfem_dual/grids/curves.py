@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..arguments import LARGEST, checked_array, checked_number, checked_points
 from ..kernels.once import computed_once
 from .outline import distance_to_segments, inside_loops
+from .planar import cross
 
 
 @dataclass(frozen=True)
@@ -143,9 +144,8 @@ def check_loops(loops: list[ndarray]) -> None:
     def turn(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Sense of the triangles of all combinations of a side and a corner."""
         u, w = (q - p)[:, :, None], r[:, None, :] - p[:, :, None]
-        cross = u[0] * w[1] - u[1] * w[0]
-        scale = np.hypot(*u) * np.hypot(*w)
-        return np.where(np.abs(cross) <= 1e-12 * scale, 0, np.sign(cross))
+        area, scale = cross(u, w), np.hypot(*u) * np.hypot(*w)
+        return np.where(np.abs(area) <= 1e-12 * scale, 0, np.sign(area))
 
     def between(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Whether corners lie in the box of a side, on whose line they are."""

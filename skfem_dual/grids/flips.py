@@ -12,14 +12,16 @@ from .general import carried_boundaries, lasting_facets
 from .planar import cross
 from .quality import smallest_angles
 
+#: sweeps at most
+SWEEPS = 20
 
-def flipped(mesh: MeshTri, everywhere: bool = False, most: int = 20) -> tuple[MeshTri, int]:
+
+def flipped(mesh: MeshTri, everywhere: bool) -> tuple[MeshTri, int]:
     """Flip facets near those not crossed by their corresponded ribs, as long as it helps.
 
     A flip helps if then fewer facets of its two triangles are not crossed or, if they are as
     many, the smallest angle of its triangles is larger. ``everywhere`` takes all facets. Each
-    sweep flips facets with no triangle in common, the best of their surroundings; ``most`` is
-    the largest number of sweeps.
+    sweep flips facets with no triangle in common, the best of their surroundings.
 
     Returns
     -------
@@ -29,7 +31,7 @@ def flipped(mesh: MeshTri, everywhere: bool = False, most: int = 20) -> tuple[Me
         Number of flips.
     """
     count = 0
-    for _ in range(most):
+    for _ in range(SWEEPS):
         facets, t = _helpful(mesh, everywhere)
         if len(facets) == 0:
             break

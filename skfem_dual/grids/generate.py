@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
 from ..arguments import (
-    LARGEST,
     checked_choice,
     checked_integer,
-    checked_pair,
+    checked_place,
     checked_sequence,
     checked_size,
 )
@@ -89,7 +88,7 @@ def disc(
       Named boundaries [# facets]: edge [80]
     """
     radius = checked_size("radius", radius)
-    middle = _checked_centre("centre", centre)
+    middle = checked_place("centre", centre)
     mesh = _generate([Circle(middle, radius, _inscribed(boundary))], size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
@@ -143,7 +142,7 @@ def annulus(
     939
     """
     inner, outer = checked_size("inner", inner), checked_size("outer", outer)
-    middle = _checked_centre("hole", hole)
+    middle = checked_place("hole", hole)
     if np.hypot(*middle) + inner >= outer:
         raise ValueError(
             f"expected the hole to lie inside the circle of radius {outer}, got a hole of "
@@ -250,10 +249,9 @@ def polygon(
     """
     if isinstance(graded, str):
         raise ValueError(f"expected graded as a number from 0 to 1 for polygons, got {graded!r}")
-    loops = [
-        corners_of("outline", outline),
-        *(corners_of(f"holes[{i}]", h) for i, h in enumerate(checked_sequence("holes", holes))),
-    ]
+    loops = [corners_of("outline", outline)]
+    for i, hole in enumerate(checked_sequence("holes", holes)):
+        loops.append(corners_of(f"holes[{i}]", hole))
     check_loops(loops)
     return _generate([Polygon(loop) for loop in loops], size, n, graded, nboundary)
 
@@ -297,10 +295,8 @@ def polar(
     >>> polar(10, 40).nelements
     400
     """
-    rings, sectors = (
-        checked_integer("rings", rings, at_least=1),
-        checked_integer("sectors", sectors, at_least=3),
-    )
+    rings = checked_integer("rings", rings, at_least=1)
+    sectors = checked_integer("sectors", sectors, at_least=3)
     if rings * sectors > MOST:
         raise ValueError(f"expected at most {MOST:g} cells, got {shown(rings * sectors)}")
     r = np.linspace(0, 1, rings + 1)
@@ -345,14 +341,6 @@ def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:
     moved = MeshTri(np.ascontiguousarray(p), mesh.t).with_boundaries(mesh.boundaries)
     require(dual_conditions(Corners(moved)))
     return moved
-
-
-def _checked_centre(name: str, value: Sequence[float]) -> tuple[float, float]:
-    """Two coordinates whose products are numbers."""
-    x, y = checked_pair(name, value)
-    if max(abs(x), abs(y)) > LARGEST:
-        raise ValueError(f"expected coordinates of {name} up to {LARGEST:g}, got ({x:g}, {y:g})")
-    return x, y
 
 
 def _ratio(a: ndarray, b: ndarray) -> ndarray:

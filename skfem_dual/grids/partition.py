@@ -98,7 +98,7 @@ class Partition:
         polygons = Polygons.from_cells(mesh.p, mesh.t)
         a, b = (mesh.p[:, node] for node in mesh.facets)
         inside = polygons.centroids[:, mesh.f2t[0]] - a
-        on_left = (b - a)[0] * inside[1] - (b - a)[1] * inside[0] >= 0
+        on_left = cross(b - a, inside) >= 0
         partition = cls(
             polygons,
             np.where(on_left, mesh.facets, mesh.facets[::-1]),
@@ -156,7 +156,7 @@ class Partition:
 def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
     v = mesh.p[:, mesh.t]
     onward, back = np.roll(v, -1, axis=1) - v, np.roll(v, 1, axis=1) - v
-    turns = onward[0] * back[1] - onward[1] * back[0]
+    turns = cross(onward, back)
     size = np.max(np.ptp(v, axis=1), axis=0) ** 2
     one_sense = (turns >= -1e-14 * size).all(axis=0) | (turns <= 1e-14 * size).all(axis=0)
     yield Condition(

@@ -182,10 +182,8 @@ def relocate(
     (True, 0)
     """
     checked_choice("to", to, ("neighbours", "cells"))
-    tol, maxiter = (
-        checked_number("tol", tol, above=0),
-        checked_integer("maxiter", maxiter, at_least=1),
-    )
+    tol = checked_number("tol", tol, above=0)
+    maxiter = checked_integer("maxiter", maxiter, at_least=1)
     _check(mesh)
     with _shown(progress) as show:
         moved, report = relocated(mesh, to, _free_nodes(mesh, fixed), tol, maxiter, show)

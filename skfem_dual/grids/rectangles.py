@@ -147,13 +147,8 @@ def rectangular_couple(
 
 
 def _cells(present: ndarray, around: str | ndarray) -> tuple[Kind, ndarray]:
-    """Nodes of A with a cell of B around them, shape (nx, ny), and the kind of the couple.
-
-    Raises
-    ------
-    TypeError, ValueError, MeshError
-        As `rectangular_couple`.
-    """
+    """Nodes of A with a cell of B around them, shape (nx, ny), and the kind of the couple; errors
+    as of `rectangular_couple`."""
     kinds: dict[str, Kind] = {"inner": "minimal", "all": "maximal"}
     kind: Kind
     ring = np.pad(present, 1).astype(int)

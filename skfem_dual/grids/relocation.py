@@ -18,6 +18,8 @@ ROUNDNESS = 0.01
 WINDOW = 8
 #: entries of banded matrices up to which these are factorised sooner than sparse ones
 BANDED = 2**18
+#: parts of so few nodes are not halved
+LEAF = 64
 
 Show = Callable[[int, float], None]
 
@@ -195,7 +197,7 @@ def _solver(mesh: MeshTri, free: ndarray) -> Callable[[ndarray], ndarray]:
     return lambda right: factors.solve(right[order])[place]
 
 
-def _dissection(i: ndarray, j: ndarray, p: ndarray, leaf: int = 64) -> ndarray:
+def _dissection(i: ndarray, j: ndarray, p: ndarray) -> ndarray:
     """Order of elimination: halves, then the nodes between them, and the halves likewise.
 
     Fills in O(n log n) entries, fewer than orders found without coordinates. Nodes ``i`` and
@@ -205,7 +207,7 @@ def _dissection(i: ndarray, j: ndarray, p: ndarray, leaf: int = 64) -> ndarray:
     i, j = np.append(i, j), np.append(j, i)
     part = np.zeros(n, dtype=int)
     level = np.full(n, 64)  # of the separator a node belongs to
-    for depth in range(int(np.log2(max(n / leaf, 1)))):
+    for depth in range(int(np.log2(max(n / LEAF, 1)))):
         place = np.empty(n, dtype=int)
         place[np.lexsort([p[depth % 2], part])] = np.arange(n)
         count = np.bincount(part, minlength=1 << depth)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import Delaunay
 
+from .corners import signed_areas
 from .fan import Fan
 from .outline import distance_to_segments, edge_ribs
 from .partition import Partition
@@ -12,7 +13,7 @@ from .partition import Partition
 ACROSS = 24
 
 
-def surroundings(partition: Partition, fan: Fan, beyond: float = 0.5) -> tuple[ndarray, ndarray]:
+def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray, ndarray]:
     """Triangles from the edge of a plan outwards, over its holes too.
 
     Parameters
@@ -48,7 +49,6 @@ def surroundings(partition: Partition, fan: Fan, beyond: float = 0.5) -> tuple[n
     p = np.hstack([edge, grid[:, free]])
     t = Delaunay((p - p.mean(axis=1, keepdims=True)).T).simplices.T
     t = t[:, fan.locate(p[:, t].mean(axis=1)) < 0]
-    onward = p[:, t[1:]] - p[:, t[:1]]
-    turn = onward[0, 0] * onward[1, 1] - onward[0, 1] * onward[1, 0]
-    t, turn = t[:, np.abs(turn) > 1e-9 * h**2], turn[np.abs(turn) > 1e-9 * h**2]
-    return p, np.where(turn > 0, t, t[[0, 2, 1]])
+    turn = 2 * signed_areas(p, t)
+    full = np.abs(turn) > 1e-9 * h**2
+    return p, np.where(turn > 0, t, t[[0, 2, 1]])[:, full]

@@ -115,15 +115,14 @@ def through_homogeneous(
 
 
 def through_graded(
-    q: ndarray, k: ndarray, top: float, bottom: ndarray, moduli: Moduli, *, down: bool = False
+    q: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli, *, down: bool = False
 ) -> tuple[ndarray, ndarray]:
-    """Q at depth ``top`` from Q at the depths ``bottom``, one for each wave number.
+    """Q on top from Q at the depths ``bottom`` below it, one for each wave number.
 
     Parameters
     ----------
     q : (3, n) array of float
     k : (n,) array of float
-    top : float
     bottom : (n,) array of float
     moduli : callable
     down : bool
@@ -141,11 +140,11 @@ def through_graded(
     ConvergenceError
         If the moduli vary so that the equation cannot be integrated.
     """
-    n, height = len(k), bottom - top
+    n = len(k)
 
     def rate(s: float, flat: ndarray) -> ndarray:
         a, b, c, *rest = flat.reshape(-1, n)
-        ratio, nu = moduli(bottom - s * height)
+        ratio, nu = moduli(bottom - s * bottom)
         m = nu / (1 - nu)
         f = ratio / (1 - nu**2)
         dz = [
@@ -156,7 +155,7 @@ def through_graded(
         if rest:  # t' = -k (f Q11 t + (f Q12 - m) s), s' = -k t, of the tractions on the way
             t1, s1, t2, s2 = rest
             dz += [t1 * f * a + s1, t1 * (f * b - m), t2 * f * a + s2, t2 * (f * b - m)]
-        return (-k * height * np.stack(dz)).ravel()
+        return (-k * bottom * np.stack(dz)).ravel()
 
     start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
     # below the surface nothing is known better than the integrals over waves

@@ -82,11 +82,11 @@ class Stratum(NamedTuple):
         start = homogeneous(*self.moduli(bottom))
         reached = bottom == self.thickness
         if pair is None:
-            return through_graded(start, k, 0.0, bottom, self.moduli)
+            return through_graded(start, k, bottom, self.moduli)
         x, y = pair
         q = y @ np.linalg.inv(x)
         start = np.where(reached, np.stack([q[:, 0, 0], q[:, 0, 1], q[:, 1, 1]]), start)
-        q, tractions = through_graded(start, k, 0.0, bottom, self.moduli, down=down)
+        q, tractions = through_graded(start, k, bottom, self.moduli, down=down)
         # nothing of short waves reaches the bottom
         return q, np.where(reached[:, None, None], np.linalg.inv(x) @ tractions, 0.0)
 

@@ -1,23 +1,15 @@
 """Fields of scikit-fem as VTU files."""
 
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 from numpy import ndarray
-from skfem import (
-    CellBasis,
-    ElementQuad0,
-    ElementQuad1,
-    ElementTriP0,
-    ElementTriP1,
-    ElementTriP2,
-)
+from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, ElementTriP2
 
 from ..arguments import checked_array, checked_instance
 from ..grids.cellwise import CellwiseBasis
 from .polygons import write_polygons
-from .writing import write_whole
+from .writing import require_vtu, write_whole
 
 
 def write_field(
@@ -47,9 +39,7 @@ def write_field(
     import meshio
 
     checked_instance("basis", basis, CellBasis)
-
-    if Path(path).suffix != ".vtu":
-        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    require_vtu(path)
     values = checked_array("values", values, (basis.N,), each="DOF")
     if isinstance(basis, CellwiseBasis):
         write_polygons(path, basis.partition.polygons, {name: values})

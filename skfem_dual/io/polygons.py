@@ -1,7 +1,6 @@
 """Dual grids and solutions as polygons in VTU files."""
 
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy import ndarray
@@ -13,7 +12,7 @@ from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons
 from .guarded import read_through_meshio
-from .writing import PathLike, write_whole
+from .writing import PathLike, require_vtu, write_whole
 
 
 def write_dual(path: PathLike, dual: DualMesh) -> None:
@@ -112,9 +111,7 @@ def write_polygons(
     import meshio
 
     checked_instance("polygons", polygons, Polygons)
-
-    if Path(path).suffix != ".vtu":
-        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    require_vtu(path)
     cell_data = {"cell": np.arange(len(polygons)), **(cell_data or {})}
     for kind, data, n in (
         ("cell", cell_data, len(polygons)),
@@ -123,18 +120,21 @@ def write_polygons(
         for name, values in data.items():
             if len(values) != n:
                 raise ValueError(f"expected {n} values of {kind} data {name!r}, got {len(values)}")
-    groups = [np.nonzero(polygons.sizes == k)[0] for k in np.unique(polygons.sizes)]
-    blocks = []
-    for group in groups:
-        places = polygons.offsets[group][:, None] + np.arange(polygons.sizes[group[0]])
-        blocks.append(("polygon", polygons.indices[places]))
+    blocks = list(blocks_of(polygons))
     mesh = meshio.Mesh(
         np.vstack([polygons.p, np.zeros(polygons.p.shape[1])]).T,
-        blocks,
+        [("polygon", vertices) for _, vertices in blocks],
         point_data={k: np.asarray(v) for k, v in (point_data or {}).items()},
-        cell_data={k: [np.asarray(v)[g] for g in groups] for k, v in cell_data.items()},
+        cell_data={k: [np.asarray(v)[cells] for cells, _ in blocks] for k, v in cell_data.items()},
     )
     write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))
+
+
+def blocks_of(polygons: Polygons) -> Iterator[tuple[ndarray, ndarray]]:
+    """Polygons with equally many vertices: their numbers, and the vertices of each, (n, k)."""
+    for size in np.unique(polygons.sizes):
+        cells = np.nonzero(polygons.sizes == size)[0]
+        yield cells, polygons.indices[polygons.offsets[cells][:, None] + np.arange(size)]
 
 
 def read_polygons(path: PathLike) -> tuple[Polygons, dict[str, ndarray], dict[str, ndarray]]:

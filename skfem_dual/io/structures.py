@@ -1,6 +1,5 @@
 """Structures and the ground under them in one VTU file."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,8 @@ from ..arguments import checked_instance, checked_number
 from ..contact.elastic_solution import ElasticSolution
 from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
-from .writing import PathLike, write_whole
+from .polygons import blocks_of
+from .writing import PathLike, require_vtu, write_whole
 
 #: what VTK calls the elements, and the order of their vertices; the last is that of
 #: skfem.io.meshio, whose import takes long
@@ -53,8 +53,7 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
 
     checked_instance("solution", solution, ElasticSolution)
     beyond = checked_number("beyond", beyond, above=0)
-    if Path(path).suffix != ".vtu":
-        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    require_vtu(path)
     p, moved, kind, t, level = _structure(solution)
     punch = solution.punch
     polygons, fan = punch.partition.polygons, punch.fan
@@ -64,10 +63,8 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
     first, second = p.shape[1], p.shape[1] + polygons.p.shape[1]
     blocks: list[tuple[str, ndarray]] = [(kind, t.T)]
     numbers = [np.arange(t.shape[1])]
-    for size in np.unique(polygons.sizes):
-        cells = np.nonzero(polygons.sizes == size)[0]
-        places = polygons.offsets[cells][:, None] + np.arange(size)
-        blocks.append(("polygon", first + polygons.indices[places]))
+    for cells, vertices in blocks_of(polygons):
+        blocks.append(("polygon", first + vertices))
         numbers.append(cells)
     blocks.append(("triangle", second + triangles.T))
     numbers.append(np.arange(triangles.shape[1]))

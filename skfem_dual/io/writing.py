@@ -12,6 +12,12 @@ from ..arguments import checked_instance
 PathLike = str | os.PathLike[str]
 
 
+def require_vtu(path: PathLike) -> None:
+    """Refuse names of files that do not end in .vtu, with a ValueError."""
+    if Path(path).suffix != ".vtu":
+        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+
+
 def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     """Let ``write`` produce a file that replaces ``path`` only when complete.
 

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from skfem import MeshTri
 
 from ..arguments import (
-    LARGEST,
     Pair,
     checked_array,
     checked_pair,
+    checked_place,
     checked_sequence,
     checked_size,
 )
@@ -104,11 +104,7 @@ class Plan:
         >>> print(f"{plan.area:.4f}")  # 4 + pi / 2
         5.5708
         """
-        outline = ring_of("corners", corners, bulges)
-        rings = [
-            _hole(f"holes[{i}]", hole) for i, hole in enumerate(checked_sequence("holes", holes))
-        ]
-        return cls(((outline, tuple(rings)),))
+        return cls(((ring_of("corners", corners, bulges), _made("holes", holes)),))
 
     @classmethod
     def circle(cls, centre: Pair, radius: float, holes: Sequence = ()) -> "Plan":
@@ -127,16 +123,9 @@ class Plan:
         >>> print(f"{ring.area / np.pi:.3f}")
         0.750
         """
-        x, y = checked_pair("centre", centre)
-        if max(abs(x), abs(y)) > LARGEST:
-            raise ValueError(
-                f"expected coordinates of centre up to {LARGEST:g}, got ({x:g}, {y:g})"
-            )
-        outline = Ring.circle(np.array([x, y]), checked_size("radius", radius))
-        rings = [
-            _hole(f"holes[{i}]", hole) for i, hole in enumerate(checked_sequence("holes", holes))
-        ]
-        return cls(((outline, tuple(rings)),))
+        middle = np.array(checked_place("centre", centre))
+        outline = Ring.circle(middle, checked_size("radius", radius))
+        return cls(((outline, _made("holes", holes)),))
 
     @classmethod
     def from_rings(cls, rings: Sequence) -> "Plan":
@@ -147,10 +136,9 @@ class Plan:
         rings : sequence
             Each as corners, as in `from_polygon`, or as a `Plan` of one part without holes.
         """
-        items = checked_sequence("rings", rings)
-        if not items:
+        made = list(_made("rings", rings))
+        if not made:
             raise MeshError("expected at least one ring, got none")
-        made = [_hole(f"rings[{i}]", ring) for i, ring in enumerate(items)]
         require_simple(made, [f"ring {i}" for i in range(len(made))])
         return cls(tuple((made[i], tuple(made[h] for h in holes)) for i, holes in nested(made)))
 
@@ -362,6 +350,12 @@ def _names(parts: Sequence[Part]) -> list[list[str]]:
         ]
         for i, (_, holes) in enumerate(parts)
     ]
+
+
+def _made(name: str, values: Any) -> tuple[Ring, ...]:
+    """Rings from a sequence of their corners, or of plans."""
+    items = checked_sequence(name, values)
+    return tuple(_hole(f"{name}[{i}]", value) for i, value in enumerate(items))
 
 
 def _hole(name: str, value: Any) -> Ring:

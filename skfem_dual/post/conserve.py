@@ -7,6 +7,7 @@ from numpy import ndarray
 
 from ..elements.balance import can_balance
 from ..errors import ConvergenceError
+from ..grids.corners import signed_areas
 from ..kernels.once import computed_once
 from .regular import RegularCouple
 
@@ -89,8 +90,7 @@ class Balance:
 
 def _hat_integrals(p: ndarray, t: ndarray, planes: ndarray) -> ndarray:
     """Integrals of hat functions times linear functions given at the nodes, shape (k, nodes)."""
-    a, b = p[:, t[1]] - p[:, t[0]], p[:, t[2]] - p[:, t[0]]
-    area = np.abs(a[0] * b[1] - a[1] * b[0]) / 2
+    area = np.abs(signed_areas(p, t))
     return np.stack(
         [np.bincount(t.ravel(), (area / 12 * (g[t].sum(axis=0) + g[t])).ravel()) for g in planes]
     )

@@ -68,14 +68,9 @@ class CoupleEstimate:
                 strict=True,
             )
         ]
-        return "\n".join(
-            [
-                "<skfem_dual CoupleEstimate object>",
-                *rows,
-                f"  Mixed settlement: {self.mixed_settlement:.6g}",
-                f"  Indicator: {self.total:.4g}",
-            ]
-        )
+        rows += [f"  Mixed settlement: {self.mixed_settlement:.6g}"]
+        rows += [f"  Indicator: {self.total:.4g}"]
+        return "\n".join(["<skfem_dual CoupleEstimate object>", *rows])
 
 
 def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> CoupleEstimate:

@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
-from scipy.sparse.linalg import splu
 from skfem import CellBasis, ElementTriP1, ElementTriP2, Mesh, MeshTri
-from skfem.models.poisson import laplace, unit_load
 
 from ..arguments import checked_instance, checked_integer
 from ..contact.pressures import CellPressures
@@ -30,6 +28,7 @@ from ..grids.outline import distance_to_segments
 from ..grids.planar import cross
 from ..grids.refinement import Refinement
 from .postprocess import postprocess
+from .regular import torsion
 
 #: where the square root of the distance to the line of contact levels off, over the greatest
 FAR = 0.25
@@ -258,21 +257,12 @@ def _coordinates(triangles: ndarray, x: ndarray) -> ndarray:
 def _torsion(base: MeshTri, singular: ndarray) -> ndarray:
     """Coefficients of the torsion function of the plan, positive inside."""
     basis = CellBasis(base, ElementTriP2())
-    n = base.p.shape[1]
-    values = np.ones(basis.N)
     if not singular.any():
-        return values
-    fixed = np.zeros(basis.N, dtype=bool)
-    fixed[base.facets[:, singular]] = True
-    fixed[n:] = singular
-    values[fixed] = 0.0
-    free = np.nonzero(~fixed)[0]
-    matrix = laplace.assemble(basis)[free][:, free].tocsc()
-    options = {"SymmetricMode": True}
-    factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-    values[free] = factors.solve(unit_load.assemble(basis)[free])
-    # flat triangles and corners may break the maximum principle
-    values[free] = values[free].clip(1e-6 * values.max())
+        return np.ones(basis.N)
+    n, held = base.p.shape[1], np.zeros(basis.N, dtype=bool)
+    held[base.facets[:, singular]] = True
+    held[n:] = singular
+    values = torsion(basis, held)
     out = _bernstein(base, values)
     least = np.maximum(out[base.facets].mean(axis=0) / 2, values[n:] / 2)
     out[n:] = np.where(singular, 0.0, np.maximum(out[n:], least))
@@ -329,14 +319,10 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
     matrix[matrix[:, 0, 0] < 1e-12] = np.eye(6)
     right = np.array([sums(a * s[cell]) for a in terms]).T
     found = np.linalg.solve(matrix, right[..., None])[:, :3, 0].T
-    found[1:] /= _spread(node, size, n)
+    sizes = np.ones(n)
+    sizes[node] = size
+    found[1:] /= sizes
     return found
-
-
-def _spread(node: ndarray, size: ndarray, n: int) -> ndarray:
-    out = np.ones(n)
-    out[node] = size
-    return out
 
 
 def _around(solution: CellPressures, base: MeshTri) -> csr_matrix:

@@ -1,7 +1,7 @@
 """The functional H(U, V) of Section 5 and its minimum."""
 
 from dataclasses import astuple, dataclass, fields
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -181,6 +181,12 @@ class Neighbours:
         )
 
 
+def factorised(matrix: Any) -> SuperLU:
+    """Factors of a sparse matrix that is symmetric and positive definite."""
+    options = {"SymmetricMode": True}
+    return splu(matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
 def surrounding_means(
     polygons: Polygons, node: ndarray, x: ndarray, shape: tuple[int, int]
 ) -> csr_array:
@@ -336,8 +342,7 @@ class CoupleFunctional:
 
     @computed_once
     def _factors(self) -> SuperLU:
-        options = {"SymmetricMode": True}
-        return splu(self.matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        return factorised(self.matrix)
 
     def _iterate(self, b: ndarray) -> ndarray:
         matrix, inverse = self.matrix, 1 / self.matrix.diagonal()

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import block_array, csr_array, diags_array, eye_array
-from scipy.sparse.linalg import splu
 from skfem import CellBasis, ElementTriP1, MeshTri
 from skfem.models.poisson import laplace, unit_load
 
@@ -24,9 +23,10 @@ from ..grids.fan import Fan
 from ..grids.general import general_triangulation
 from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
+from ..grids.planar import cross
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .functional import Neighbours
+from .functional import Neighbours, factorised
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,17 +112,7 @@ class RegularCouple:
         """The torsion function at the nodes of the general triangulation."""
         # along the ribs no triangle has all its nodes on the edge
         mesh = general_triangulation(self.dual, "rib")
-        free = np.nonzero(~self.edge_nodes)[0]
-        hats = CellBasis(mesh, ElementTriP1())
-        stiffness, load = laplace.assemble(hats), unit_load.assemble(hats)
-        phi = np.zeros(mesh.p.shape[1])
-        matrix = stiffness[free][:, free].tocsc()
-        options = {"SymmetricMode": True}
-        factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-        phi[free] = factors.solve(load[free])
-        # flat triangles may break the maximum principle
-        phi[free] = phi[free].clip(1e-6 * phi.max())
-        return phi
+        return torsion(CellBasis(mesh, ElementTriP1()), self.edge_nodes)
 
     @computed_once
     def weights(self) -> tuple[TorsionWeights, TorsionWeights] | None:
@@ -141,16 +131,12 @@ class RegularCouple:
         crossing = np.where(
             inner, (1 - share) * self.phi[ends[0]] + share * self.phi[ends[1]], self.phi[at_middle]
         )
-        values = (
-            np.concatenate([self.phi[:n], crossing, self.phi[n : n + m]]),
-            self.phi[: n + m],
-        )
+        first = np.concatenate([self.phi[:n], crossing, self.phi[n : n + m]])
+        values = first, self.phi[: n + m]
         fans = Fan.from_dual(dual), Fan.from_mesh(mesh)
-        first, second = (
-            TorsionWeights(grid, fan, np.empty(0), phi)
-            for grid, fan, phi in zip(self.partitions, fans, values, strict=True)
-        )
-        return first, second
+        each = zip(self.partitions, fans, values, strict=True)
+        on_cells, on_triangles = (TorsionWeights(g, f, np.empty(0), phi) for g, f, phi in each)
+        return on_cells, on_triangles
 
     @computed_once
     def means(self) -> ndarray:
@@ -240,15 +226,22 @@ class RegularCouple:
         return CellBasis(self.general, ElementTriP1(), mapping=own_mapping(self.general))
 
 
+def torsion(basis: CellBasis, held: ndarray) -> ndarray:
+    """The torsion function: zero at the DOFs that are held, (N,) array of bool, else positive."""
+    free, values = np.nonzero(~held)[0], np.zeros(basis.N)
+    matrix = laplace.assemble(basis)[free][:, free]
+    values[free] = factorised(matrix).solve(unit_load.assemble(basis)[free])
+    # flat triangles and corners may break the maximum principle
+    values[free] = values[free].clip(1e-6 * values.max())
+    return values
+
+
 def _edges(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray]:
     """Slopes of hat functions times twice the signed area, shape (2, 3, m), and that area."""
     v = p[:, t]
     opposite = np.roll(v, -2, axis=1) - np.roll(v, -1, axis=1)
     first, second = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
-    return (
-        np.stack([-opposite[1], opposite[0]]),
-        first[0] * second[1] - first[1] * second[0],
-    )
+    return np.stack([-opposite[1], opposite[0]]), cross(first, second)
 
 
 def _slopes(p: ndarray, t: ndarray) -> list[csr_array]:

@@ -64,12 +64,7 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
         write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
 
 
-def report_html(
-    solution: Reported,
-    *,
-    details: Details | None = None,
-    **said: Any,
-) -> str:
+def report_html(solution: Reported, *, details: Details | None = None, **said: Any) -> str:
     """A page with input, results and checks of a solution.
 
     Of a rigid punch the problem is solved on the other grid of the mesh, too, which tells how
@@ -120,22 +115,19 @@ def report_html(
     kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
     checked_instance("solution", solution, kinds)
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
-    footings = [] if isinstance(solution, ElasticSolution) else footings_of(solution, details)
     if isinstance(solution, ElasticSolution):
+        title, success = STRUCTURE, solution.success
         parts = structure_sections(
             solution, mesh_name, details.remarks, __version__, details.units
         )
-    elif isinstance(solution, PunchSolution):
-        parts = _punch_sections(solution, mesh_name, footings)
     else:
-        parts = cases_sections(footings, mesh_name, __version__)
-    title = details.title
-    if title is None:
-        title = STRUCTURE if isinstance(solution, ElasticSolution) else TITLE
-    if isinstance(solution, ElasticSolution):
-        success = solution.success
-    else:
-        success = all(footing.cases.success.all() for footing in footings)
+        footings = footings_of(solution, details)
+        title, success = TITLE, all(footing.cases.success.all() for footing in footings)
+        if isinstance(solution, PunchSolution):
+            parts = _punch_sections(solution, mesh_name, footings)
+        else:
+            parts = cases_sections(footings, mesh_name, __version__)
+    title = title if details.title is None else details.title
     failed = "" if success else "NOT CONVERGED: "
     who = [text for text in (details.project, details.author) if text is not None]
     subtitle = " · ".join([*who, f"{details.date:%Y-%m-%d %H:%M}", mesh_name])
@@ -148,7 +140,7 @@ def _punch_sections(
     details = footings[0].details
     standing = Standing(solution, details.units)
     return [
-        warnings_of(solution, standing, details.remarks),
+        warnings_of(standing, details.remarks),
         in_short(solution, standing),
         input_section(solution, standing, mesh_name),
         position_section(solution, standing),

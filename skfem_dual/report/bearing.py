@@ -32,7 +32,7 @@ def bearing_section(footings: Sequence[Footing]) -> Html:
         for k, name in enumerate(footing.cases.names):
             values = footing.mean_pressure[k], footing.cases.largest_pressure[k]
             used = [percent(u) for u in footing.utilisation[:, k]] if allowable else []
-            rows.append((_label(footing, name), *(amount(v, unit, 4) for v in values), *used))
+            rows.append((footing.called(name), *(amount(v, unit, 4) for v in values), *used))
     stated = ""
     if allowable is not None:
         mean, largest = np.array([np.nan_to_num(f.utilisation).max(axis=1) for f in footings]).max(
@@ -75,7 +75,7 @@ def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Htm
             most = int(np.nanargmax(w))
             rows.append(
                 (
-                    _label(footing, name),
+                    footing.called(name),
                     *(coordinate(c, size) for c in x),
                     amount(np.nanmin(w), sink),
                     amount(w[most], sink),
@@ -106,7 +106,3 @@ def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Htm
             table(rows, head, "Largest differences of footings, at their centroids", numeric=True)
         )
     return section("Settlements of corners and points", *parts)
-
-
-def _label(footing: Footing, text: str) -> str:
-    return f"{footing.name}, {text}" if footing.name else text

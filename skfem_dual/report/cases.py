@@ -9,7 +9,7 @@ from ..ground.substrates import Substrate
 from .bearing import bearing_section, points_section
 from .checks import error_section, solver_section
 from .depth import depth_section
-from .figures import mesh_picture, plan_picture
+from .figures import mesh_picture
 from .footing import Between, Footing, between
 from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
 from .numbers import Standing
@@ -30,7 +30,7 @@ from .page import (
     symbol,
     table,
 )
-from .results import in_words, isobars_figure, point_names, read
+from .results import in_words, isobars_figure, plan_figure, read
 from .sliding import sliding_section
 
 #: quantities of the envelope as engineers call them
@@ -67,7 +67,7 @@ def _notices(footings: Sequence[Footing]) -> Html:
     for footing in footings:
         cases = footing.cases
         for k in np.nonzero(~cases.success)[0]:
-            heading = f"NO SOLUTION in the case {_of(footing)}{cases.names[k]}"
+            heading = f"NO SOLUTION in the case {footing.called(cases.names[k])}"
             notices.append(notice("fault", heading, f"{cases.messages[k]}."))
     for remark in dict.fromkeys(footings[0].details.remarks):
         if not any(remark in message for f in footings for message in f.cases.messages):
@@ -80,7 +80,7 @@ def _in_short(footings: Sequence[Footing], pairs: Sequence[Between]) -> Html:
     items: list[tuple[str, Any]] = []
     for quantity, called in CALLED.items():
         found = [
-            (e.value, _of(f) + e.name, f)
+            (e.value, f.called(e.name), f)
             for f in footings
             if f.cases.success.any()
             for e in f.cases.envelope()
@@ -106,12 +106,10 @@ def _value(quantity: str, value: float, footing: Footing) -> Html:
     units = footing.details.units
     if quantity == "contact_share":
         return percent(value)
-    unit = {
-        "largest_pressure": units.pressure,
-        "largest_settlement": units.displacement,
-        "slope": units.slope,
-    }[quantity]
-    return read(value, unit)
+    if quantity == "slope":
+        return read(value, units.slope)
+    pressure = quantity == "largest_pressure"
+    return read(value, units.pressure if pressure else units.displacement)
 
 
 def _input(footings: Sequence[Footing], mesh_name: str) -> Html:
@@ -204,10 +202,9 @@ def _envelope(footings: Sequence[Footing]) -> Html:
             continue
         for extreme in footing.cases.envelope():
             value = _value(extreme.quantity, extreme.value, footing)
-            rows.append((_of(footing) + CALLED[extreme.quantity], value, extreme.name))
+            rows.append((footing.called(CALLED[extreme.quantity]), value, extreme.name))
     return section(
-        "Envelope",
-        table(rows, ("Quantity", "Value", "Governing case"), "", numeric=True),
+        "Envelope", table(rows, ("Quantity", "Value", "Governing case"), "", numeric=True)
     )
 
 
@@ -217,15 +214,9 @@ def _pictures(footing: Footing) -> Html:
     if standing is None:
         return NONE
     caption = "Mesh of the plan" + (" and its dual grid." if standing.dual is not None else ".")
-    names = point_names(standing)
     parts = [
         figure(mesh_picture(standing.solution, standing), caption, caption),
-        figure(
-            plan_picture(standing, names),
-            "The plan with its corners",
-            "The plan with the points of the table of settlements",
-            "." if standing.kern is None else " and its kern.",
-        ),
+        plan_figure(standing, "The plan with its corners"),
     ]
     numbers = {footing.governing: ["the largest pressure"]} if not cases.success.any() else {}
     for extreme in cases.envelope() if cases.success.any() else ():
@@ -242,7 +233,3 @@ def _pictures(footing: Footing) -> Html:
     return section(
         f"Pressure of the governing cases{', ' if footing.name else ''}{footing.name}", *parts
     )
-
-
-def _of(footing: Footing) -> str:
-    return f"{footing.name}, " if footing.name else ""

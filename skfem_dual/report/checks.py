@@ -1,7 +1,7 @@
 """What tells how far a solution is to be trusted, as sections of a report."""
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..plans.search import Accuracy
 from ..units import Units
-from .numbers import Standing
+from .numbers import Plan, Standing
 from .page import (
     DASH,
     NONE,
@@ -36,49 +36,44 @@ DEFORMED, COARSE, UNBALANCED = 0.1, 0.02, 1e-6
 ROUNDING = 1e-12
 
 
-def warnings_of(
-    solution: PunchSolution,
-    standing: Standing,
-    remarks: Sequence[str],
+def notices(
+    plan: Plan, what: str, cautions: Iterable[tuple[Any, ...]], remarks: Sequence[str]
 ) -> Html:
-    """What a reader must know before the results."""
-    notices = []
+    """What a reader must know before the results: whether ``what`` was sought is not found, what
+    the ground cannot do, other cautions in parts, and remarks."""
+    solution, shown = plan.solution, []
     if not solution.success:
-        notices.append(
-            notice(
-                "fault",
-                "NOT CONVERGED: do not use these results",
-                f"The contact was not found: {solution.message}.",
-            )
-        )
+        heading = "NOT CONVERGED: do not use these results"
+        shown.append(notice("fault", heading, f"The {what} was not found: {solution.message}."))
+    if plan.pulled_area > 0:
+        share = percent(plan.pulled_area / plan.plan_area)
+        pulled = "The ground would have to pull on ", share, " of the plan, which soil does not."
+        cautions = [pulled, *cautions]
+    told = [(remark,) for remark in dict.fromkeys(remarks) if remark != solution.message]
+    return joined([*shown, *(notice("caution", "Caution", *c) for c in (*cautions, *told))])
 
-    def caution(*parts: Any) -> None:
-        notices.append(notice("caution", "Caution", *parts))
 
-    if standing.pulled_area > 0:
-        share = percent(standing.pulled_area / standing.plan_area)
-        caution("The ground would have to pull on ", share, " of the plan, which soil does not.")
+def warnings_of(standing: Standing, remarks: Sequence[str]) -> Html:
+    """Notices about a punch."""
+    return notices(standing, "contact", _cautions(standing), remarks)
+
+
+def _cautions(standing: Standing) -> Iterator[tuple[Any, ...]]:
     if standing.edge_distance < 0:
-        caution("The resultant acts beyond the convex hull of the plan: the punch turns over.")
-    deepest = np.abs(standing.settlement_of_hull).max() / standing.size
-    if deepest > DEFORMED:
-        share = percent(deepest)
-        caution(
-            "The largest settlement is ", share, " of the extent of the plan, far beyond small "
-            "deformations. Check the units of load and moduli.",
+        yield ("The resultant acts beyond the convex hull of the plan: the punch turns over.",)
+    scale = np.abs(standing.settlement_of_hull).max()
+    if scale / standing.size > DEFORMED:
+        yield (
+            "The largest settlement is ", percent(scale / standing.size), " of the extent of the "
+            "plan, far beyond small deformations. Check the units of load and moduli.",
         )  # fmt: skip
     if np.nan_to_num(standing.imbalance).max() > UNBALANCED:
-        caution("The pressures do not balance the load, see the check of the resultant.")
+        yield ("The pressures do not balance the load, see the check of the resultant.",)
     if standing.bounds is not None:
         low, high = standing.bounds.settlement
-        scale = np.abs(standing.settlement_of_hull).max()
         if high - low > 2 * COARSE * scale:
             share = percent((high - low) / (2 * scale))
-            caution("The settlement is known to within ", share, " only. Use a finer mesh.")
-    for remark in dict.fromkeys(remarks):
-        if remark != solution.message:
-            caution(remark)
-    return joined(notices)
+            yield "The settlement is known to within ", share, " only. Use a finer mesh."
 
 
 def resultant_section(solution: PunchSolution, standing: Standing) -> Html:

@@ -232,7 +232,7 @@ def _written(figure: Figure, vector: bool) -> Picture:
     # a hundredth of a point is enough
     beyond = re.compile(r"(?<=\.\d\d)\d+")
     text = re.sub(r' d="[^"]*"', lambda d: beyond.sub("", d[0]), buffer.getvalue().decode())
-    return Picture("data:image/svg+xml;base64," + b64encode(text.encode()).decode(), width)
+    return Picture.from_svg(text, width)
 
 
 @contextmanager

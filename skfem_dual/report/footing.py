@@ -46,6 +46,10 @@ class Footing:
             solution = CasesSolution(*single, (solution.message,))
         return cls(name, solution, details)
 
+    def called(self, text: str) -> str:
+        """Something of it, as it is called beside other footings."""
+        return f"{self.name}, {text}" if self.name else text
+
     @cached_property
     def governing(self) -> int:
         """The case with the largest pressure among those with success, else the first solved."""

@@ -1,11 +1,11 @@
 """The input of a solution, as a section of a report."""
 
-from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..grids.cellwise import nodal_mesh
 from ..ground.graded import GradedHalfSpace
@@ -63,12 +63,14 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
             "Forces, pressures and settlements are positive into the ground. Points are given in "
             "the coordinates of the plan, except where they are said to be from the origin.",
         ),
-        figure(
-            mesh_picture(solution, standing),
-            "The mesh of the plan and its dual grid",
-            "Mesh of the plan" + (" and its dual grid." if standing.dual is not None else "."),
-        ),
+        mesh_figure(solution, standing),
     )
+
+
+def mesh_figure(solution: CellPressures, plan: Plan) -> Html:
+    """The mesh and its dual grid, if it has one."""
+    caption = "Mesh of the plan" + (" and its dual grid." if plan.dual is not None else ".")
+    return figure(mesh_picture(solution, plan), "The mesh of the plan and its dual grid", caption)
 
 
 def said_of(units: Units) -> str:
@@ -161,13 +163,12 @@ def signs_of_moments() -> Html:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="410" height="95" '
         f'viewBox="0 0 410 95">{views}</svg>'
     )
-    uri = "data:image/svg+xml;base64," + b64encode(svg.encode()).decode()
     text = (
         "Positive moments: Mx, about the x axis, presses down the side of larger y; My, about the "
         "y axis, presses down the side of larger x. A force P off the point it is given for by "
         "(ex, ey) is the same as My = P ex and Mx = P ey."
     )
-    return figure(Picture(uri, 410), "Signs of moments", text)
+    return figure(Picture.from_svg(svg, 410), "Signs of moments", text)
 
 
 def ground_table(substrate: Substrate, units: Units) -> Html:

@@ -18,8 +18,8 @@ from ..grids.partition import Partition
 from ..grids.planar import contours, cross
 from ..units import PLAIN, Units
 
-#: from this turn on a vertex of the plan's convex hull is a corner, unless so many of them are
-#: that they are the nodes of a curve on a coarse mesh
+#: from this turn on a vertex of the outline is a corner, unless so many of them are that they are
+#: the nodes of a curve on a coarse mesh
 SHARP, MANY = np.deg2rad(20.0), 12
 #: with more of them, and middles of ribs between at most, it is a circle
 ALIKE = 6
@@ -65,7 +65,7 @@ def outline_corners(partition: Partition) -> ndarray:
     return np.hstack([np.empty((2, 0)), *(own for _, own in sorted(found, key=lambda f: f[0]))])
 
 
-def characteristic_points(p: ndarray, corners: ndarray | None = None) -> ndarray:
+def characteristic_points(p: ndarray, corners: ndarray) -> ndarray:
     """Points of a plan whose settlements say most.
 
     The corners of its convex hull, or those given, and, in the directions of x and y, the extreme
@@ -86,15 +86,7 @@ def characteristic_points(p: ndarray, corners: ndarray | None = None) -> ndarray
         keep their order and come first.
     """
     hull = convex_hull(p)
-    size = np.ptp(hull, axis=1).max()
-    kept = corners is not None
-    if corners is None:
-        after = np.roll(hull, -1, axis=1) - hull
-        before = np.roll(after, 1, axis=1)
-        turn = np.arctan2(cross(before, after), (before * after).sum(axis=0))
-        sharp = turn > SHARP
-        corners = hull[:, sharp & (sharp.sum() <= MANY)]
-    chosen, given = corners, corners.shape[1] if kept else 0
+    size, chosen, given = np.ptp(hull, axis=1).max(), corners, corners.shape[1]
     for along in np.array([[1, 0], [0, 1], [-1, 0], [0, -1]]):
         reach = along @ hull
         extreme = reach >= reach.max() - 1e-6 * size

@@ -2,9 +2,10 @@
 
 import html
 import re
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy import ndarray
@@ -18,6 +19,11 @@ class Picture:
 
     uri: str
     width: int
+
+    @classmethod
+    def from_svg(cls, text: str, width: int) -> Self:
+        """A vector graphic."""
+        return cls("data:image/svg+xml;base64," + b64encode(text.encode()).decode(), width)
 
 
 class Html(str):

@@ -105,9 +105,8 @@ def axes_of(units: Units) -> tuple[str, str]:
 
 def read(value: float, unit: Unit) -> Html:
     """A number with its unit, if that has a name."""
-    return joined(
-        [amount(value, unit), *([" ", symbol(unit)] if unit.symbol[0] not in "FL" else [])]
-    )
+    named = unit.symbol[0] not in "FL"
+    return joined([amount(value, unit), symbol(unit)], " ") if named else amount(value, unit)
 
 
 def value_at(value: float, x: ndarray, plan: Plan) -> Html:
@@ -125,13 +124,8 @@ def in_words(plan: Plan) -> str:
 
 
 def _slope(slope: float, standing: Standing) -> Html:
-    return joined(
-        [
-            amount(slope, standing.units.slope),
-            Html("<br>"),
-            one_to(slope, standing.is_level(slope)),
-        ]
-    )
+    tilted = amount(slope, standing.units.slope)
+    return joined([tilted, one_to(slope, standing.is_level(slope))], "<br>")
 
 
 def pressure_section(solution: CellPressures, plan: Plan) -> Html:
@@ -193,8 +187,7 @@ def isobars_figure(solution: CellPressures, plan: Plan, why: str = "") -> Html:
 
 def standing_section(standing: Standing) -> Html:
     """Kern and overturning."""
-    point, names = standing.force_point, point_names(standing)
-    rows: list[tuple] = []
+    point, rows = standing.force_point, list[tuple]()
     if point is None:
         rows.append(("Resultant", "no force into the ground that would act in a point", NONE))
     else:
@@ -239,13 +232,15 @@ def standing_section(standing: Standing) -> Html:
             "of the plan. The ground is elastic here: its bearing capacity is not checked, and it "
             "yields before a punch turns over."
         ),
-        figure(
-            plan_picture(standing, names),
-            "The plan with its kern and the point where the resultant acts",
-            "The plan with the points of the table of settlements",
-            "." if standing.kern is None else " and its kern.",
-        ),
+        plan_figure(standing, "The plan with its kern and the point where the resultant acts"),
     )
+
+
+def plan_figure(standing: Standing, alt: str) -> Html:
+    """The plan with the points whose settlements are told."""
+    caption = "The plan with the points of the table of settlements"
+    picture = plan_picture(standing, point_names(standing))
+    return figure(picture, alt, caption, "." if standing.kern is None else " and its kern.")
 
 
 def _within(standing: Standing) -> str:

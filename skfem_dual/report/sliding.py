@@ -1,7 +1,5 @@
 """How a footing slides and twists under horizontal loads, as a section of a report."""
 
-from base64 import b64encode
-
 from .footing import Footing
 from .page import NONE, Html, Picture, amount, figure, joined, paragraph, section, table
 
@@ -32,7 +30,7 @@ def sliding_section(footing: Footing) -> Html:
         return NONE
     head = ["Case", *(f"H{axis} [{units.force.symbol}]" for axis in "xy")]
     head += [f"T [{units.moment.symbol}]", *(f"U{axis} [{sink.symbol}]" for axis in "xy")]
-    uri = "data:image/svg+xml;base64," + b64encode(SIGNS.encode()).decode()
+    picture = Picture.from_svg(SIGNS, 280)
     return section(
         joined(["Sliding and twisting", f" {footing.name}".rstrip()]),
         table(rows, [*head, f"twist [{slope.symbol}]"], numeric=True),
@@ -42,5 +40,5 @@ def sliding_section(footing: Footing) -> Html:
             "friction will not do is to be checked apart from this. Horizontal forces above the "
             "base bring moments, which are among the loads only where they are given."
         ),
-        figure(Picture(uri, 280), "Signs of horizontal loads", "Positive directions, from above."),
+        figure(picture, "Signs of horizontal loads", "Positive directions, from above."),
     )

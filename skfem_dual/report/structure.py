@@ -1,6 +1,6 @@
 """Deflections, pressures and checks of a structure that bends, as sections of a report."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,9 +9,9 @@ from numpy import ndarray
 from ..contact.elastic_solution import ElasticSolution
 from ..grids.cellwise import nodal_mesh
 from ..units import Units
-from .checks import ROUNDING, UNBALANCED, solver_section
-from .figures import deflection_picture, mesh_picture
-from .input import edge_rule, extent_rows, ground_table, said_of, shape_of
+from .checks import DEFORMED, ROUNDING, UNBALANCED, notices, solver_section
+from .figures import deflection_picture
+from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, shape_of
 from .numbers import Plan
 from .page import (
     NONE,
@@ -20,7 +20,6 @@ from .page import (
     coordinate,
     figure,
     joined,
-    notice,
     number,
     paragraph,
     percent,
@@ -33,8 +32,6 @@ from .page import (
 )
 from .results import axes_of, in_words, point_names, pressure_section, read, value_at
 
-#: deflection over the extent of the plan from which on a reader is warned
-DEFORMED = 0.1
 #: points of the edge are looked at so far inside, over the distance to a cell's centroid
 INSIDE = 1e-6
 
@@ -45,7 +42,7 @@ def structure_sections(
     """All of a report but its head."""
     plan = Plan(solution, units)
     return [
-        _warnings(solution, plan, remarks),
+        notices(plan, "contact region", _cautions(solution, plan), remarks),
         _in_short(solution, plan),
         _input(solution, plan, mesh_name),
         _deflections(solution, plan),
@@ -60,31 +57,15 @@ def _deflection(solution: ElasticSolution) -> ndarray:
     return solution.punch.trace @ solution.displacement
 
 
-def _warnings(solution: ElasticSolution, plan: Plan, remarks: Sequence[str]) -> Html:
-    notices = []
-    if not solution.success:
-        heading = "NOT CONVERGED: do not use these results"
-        reason = f"The contact region was not found: {solution.message}."
-        notices.append(notice("fault", heading, reason))
-
-    def caution(*parts: Any) -> None:
-        notices.append(notice("caution", "Caution", *parts))
-
-    if plan.pulled_area > 0:
-        share = percent(plan.pulled_area / plan.plan_area)
-        caution("The ground would have to pull on ", share, " of the plan, which soil does not.")
+def _cautions(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ...]]:
     deepest = np.abs(_deflection(solution)).max() / plan.size
     if deepest > DEFORMED:
-        caution(
-            *("The largest deflection is ", percent(deepest), " of the extent of the plan, far "),
+        yield (
+            "The largest deflection is ", percent(deepest), " of the extent of the plan, far "
             "beyond small deformations. Check the units of loads, moduli and stiffness.",
-        )
+        )  # fmt: skip
     if solution.equilibrium_residual > UNBALANCED:
-        caution("The structure is not in equilibrium, see the check.")
-    for remark in dict.fromkeys(remarks):
-        if remark != solution.message:
-            caution(remark)
-    return joined(notices)
+        yield ("The structure is not in equilibrium, see the check.",)
 
 
 def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
@@ -117,7 +98,6 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
         *extent_rows(plan),
         ("Shape of the unloaded base", shape_of(punch.gap), NONE),
     ]
-    caption = "Mesh of the plan" + (" and its dual grid." if plan.dual is not None else ".")
     return section(
         "Input",
         table(rows, ("Structure and plan", "", "Unit")),
@@ -127,7 +107,7 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
             "Pressures and deflections are positive into the ground. Points are given in the "
             "coordinates of the mesh.",
         ),
-        figure(mesh_picture(solution, plan), "The mesh of the plan and its dual grid", caption),
+        mesh_figure(solution, plan),
     )
 
 

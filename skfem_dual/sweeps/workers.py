@@ -8,12 +8,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
-from concurrent.futures import (
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-)
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from queue import SimpleQueue

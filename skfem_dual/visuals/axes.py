@@ -40,6 +40,15 @@ def checked_axes(ax: Axes | None) -> Axes | None:
     return ax
 
 
+def diagram(ax: Axes | None, size: tuple[float, float]) -> Axes:
+    """Axes for curves over numbers, new ones of some inches if none are given."""
+    plt = pyplot()
+    ax = checked_axes(ax) or plt.figure(figsize=size, layout="compressed").add_subplot()
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.show = plt.show  # type: ignore[union-attr]
+    return ax
+
+
 def prepared(ax: Axes | None, p: ndarray) -> Axes:
     """The axes to draw the points ``p`` in, with a method show as skfem's have."""
     plt = pyplot()

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked_text
+from ..arguments import checked_instance, checked_text
 from ..contact.paths import MomentRotation
 from ..contact.pressures import EdgeCoefficient
 from ..contact.punch import RigidPunch
-from .axes import checked_axes, draw_segments, legend_below, letter, prepared, pyplot
+from .axes import diagram, draw_segments, legend_below, letter, prepared
 from .field import Field
 from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
@@ -53,22 +53,15 @@ def plot_edge(
     TypeError
         If ``coefficient`` is something else.
     """
-    if not isinstance(coefficient, EdgeCoefficient):
-        raise TypeError(f"expected an EdgeCoefficient, got {type(coefficient).__name__}")
-    plt = pyplot()
+    checked_instance("coefficient", coefficient, EdgeCoefficient)
     if title is not None:
         checked_text("title", title)
-    ax = checked_axes(ax) or plt.figure(figsize=(6.5, 3.8), layout="compressed").add_subplot()
+    ax = diagram(ax, (6.5, 3.8))
     contours = np.unique(coefficient.contour)
     for contour, (color, style) in zip(contours, cycle(LINES)):
-        own = coefficient.contour == contour
-        ax.plot(
-            coefficient.arc[own],
-            coefficient.values[own],
-            style,
-            color=color,
-            label=f"contour {contour}",
-        )
+        own, label = coefficient.contour == contour, f"contour {contour}"
+        arc, values = coefficient.arc[own], coefficient.values[own]
+        ax.plot(arc, values, style, color=color, label=label)
     if len(contours) > 1:
         ax.legend(frameon=False, fontsize=letter(0.9))
     ax.set_xlim(0, coefficient.arc.max())
@@ -77,8 +70,6 @@ def plot_edge(
         ax.set_ylim(low, high)
     ax.set_xlabel("length along the contour")
     ax.set_ylabel(title or r"$\lim\, p\,\sqrt{d}$")
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.show = plt.show  # type: ignore[union-attr]
     return ax
 
 
@@ -107,8 +98,7 @@ def plot_kern(punch: RigidPunch, *, ax: Axes | None = None) -> Axes:
     ValueError, ConvergenceError
         As `RigidPunch.kern`.
     """
-    if not isinstance(punch, RigidPunch):
-        raise TypeError(f"expected a RigidPunch, got {type(punch).__name__}")
+    checked_instance("punch", punch, RigidPunch)
     corners = punch.kern() + np.array(punch.origin)[:, None]
     field = Field.from_basis(punch.basis, np.zeros(punch.basis.N))
     ax = prepared(ax, field.p)
@@ -146,10 +136,8 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     TypeError
         If ``curve`` is something else.
     """
-    if not isinstance(curve, MomentRotation):
-        raise TypeError(f"expected a MomentRotation, got {type(curve).__name__}")
-    plt = pyplot()
-    ax = checked_axes(ax) or plt.figure(figsize=(6.2, 4.2), layout="compressed").add_subplot()
+    checked_instance("curve", curve, MomentRotation)
+    ax = diagram(ax, (6.2, 4.2))
     note: dict[str, Any] = {"fontsize": letter(0.9), "color": OUTLINE}
     rotation, share = curve.rotation, curve.eccentricity / curve.overturning
     right = np.interp(SHOWN, share, rotation)
@@ -177,6 +165,4 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     ax.set_ylim(0, 1.08)
     ax.set_xlabel("rotation")
     ax.set_ylabel("moment / overturning moment")
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.show = plt.show  # type: ignore[union-attr]
     return ax

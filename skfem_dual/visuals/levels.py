@@ -55,9 +55,7 @@ def roundest(low: float, high: float) -> float:
 
 
 def choose_levels(
-    field: Field,
-    levels: int | Sequence[float] | ndarray | None = None,
-    singular: bool = False,
+    field: Field, levels: int | Sequence[float] | ndarray | None = None, singular: bool = False
 ) -> ndarray:
     """Levels of isobars.
 

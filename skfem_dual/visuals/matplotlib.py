@@ -28,13 +28,7 @@ from .curves import plot_edge, plot_kern, plot_moment_rotation
 from .depth import draw_interfaces, plot_profile
 from .field import Field
 from .isolines import label_boxes, smooth_line
-from .levels import (
-    choose_levels,
-    color_range,
-    common_exponent,
-    short_numbers,
-    title_with_factor,
-)
+from .levels import choose_levels, color_range, common_exponent, short_numbers, title_with_factor
 from .offscreen import one_at_a_time
 from .style import (
     COLORMAP,

@@ -65,10 +65,7 @@ def report_html(report: Report) -> str:
 
 
 def _page(
-    name: str,
-    rows: Iterable[tuple[str, str]],
-    drawn: Callable[[Axes], None] | None,
-    cells: int,
+    name: str, rows: Iterable[tuple[str, str]], drawn: Callable[[Axes], None] | None, cells: int
 ) -> str:
     """A heading, a table and what is drawn into axes, or a note why it is not."""
     cell = '<td style="text-align:left">'

@@ -67,11 +67,7 @@ def layers(
     fine = fineness(mesh.nelements)
     kind = "triangulation" if mesh.elem.refdom.nnodes == 3 else "grid"
     yield Layer(
-        kind,
-        mesh.p,
-        mesh.facets[:, mesh.f2t[1] != -1],
-        PRIMAL if dual else OUTLINE,
-        1.2 * fine,
+        kind, mesh.p, mesh.facets[:, mesh.f2t[1] != -1], PRIMAL if dual else OUTLINE, 1.2 * fine
     )
     if dual:
         yield Layer("dual grid", dual.p, dual.facets[:, dual.corresponded >= 0], DUAL, 2 * fine)
