@@ -72,13 +72,8 @@ class RigidBodies(ABC):
 
     @property
     def exact_rows(self) -> ExactRows | None:
-        """Some rows of the matrix by exact entries: its own where all are, else computed apart
-        from it; None if there are none."""
-        matrix = self.__dict__.get("matrix")  # of a punch
-        if matrix is None:
-            return self.cells.exact_rows
-        numbers = some_rows(len(matrix), len(matrix))
-        return ExactRows(numbers, matrix[numbers])
+        """Some rows of the matrix, computed apart from it; None if there are none."""
+        return self.cells.exact_rows
 
     @property
     @abstractmethod

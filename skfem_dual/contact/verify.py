@@ -1,8 +1,7 @@
 """Whether an answer obeys the equations of contact, whatever has solved them.
 
 Balance, gaps and signs are taken from the final pressures and the position alone: by a product of
-the whole operator, and by some rows by exact entries, which no sums, symmetries, flat cells or
-factors have changed.
+the whole operator, and by some exact rows that neither its assembly nor its factors have seen.
 """
 
 from collections.abc import Iterator
