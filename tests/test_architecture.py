@@ -181,7 +181,6 @@ LAYERS = [
         "contact.bearing",
         "contact.bounds",
         "contact.solution",
-        "contact.together",
         "contact.cases_solution",
         "contact.rigid",
         "contact.cases",
