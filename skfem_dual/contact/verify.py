@@ -30,20 +30,12 @@ ROUNDING = 64 * float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """What is asked of an answer.
+    """What is asked of an answer to the equations of a ``system``, of which only products are
+    used, under what was imposed and by ``how`` it was found: whether the ground must not pull, and
+    the tolerance of gaps.
 
-    Attributes
-    ----------
-    system : ContactSystem
-        The equations; only its products are used.
-    constraints : Constraints
-        What was imposed.
-    how : How
-        How it was found: whether the ground must not pull, and the tolerance of gaps.
-    exact : ExactRows or None
-        Settlements of some collocation points, known independently.
-    rtol : float
-        Tolerance of the operator.
+    ``exact`` are settlements of some collocation points, known independently; ``rtol`` is the
+    tolerance of the operator.
     """
 
     system: ContactSystem
