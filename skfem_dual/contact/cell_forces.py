@@ -35,14 +35,8 @@ class Step(NamedTuple):
 class CellForces:
     """A problem in the forces on its cells, with the steps of conjugate gradients between them.
 
-    Attributes
-    ----------
-    problem : ContactProblem
-        The problem.
-    acting : (k, n) array of float
-        Resultants of unit forces on the cells.
-    scale : (n,) array of float
-        Forces by unit settlements but for a factor, as a diagonal matrix has it.
+    ``acting``, (k, n), are the resultants of unit forces on the cells, ``scale``, (n,), forces by
+    unit settlements but for a factor, as a diagonal matrix has it.
     """
 
     problem: ContactProblem

@@ -23,15 +23,8 @@ class Product(Protocol):
 
 
 class Share(NamedTuple):
-    """What a body under its load brings into the equations, of one body or of several.
-
-    Attributes
-    ----------
-    planes, resultants, gap
-        As of `ContactSystem`.
-    constraints : Constraints
-        What is imposed on it.
-    """
+    """What a body under its load brings into the equations, of one body or of several: see
+    `ContactSystem` for planes, resultants and gap."""
 
     planes: ndarray
     resultants: ndarray
@@ -121,6 +114,15 @@ class Contact:
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @classmethod
+    def nowhere(
+        cls, problem: ContactProblem, motion: ndarray | None = None, message: str = ""
+    ) -> "Contact":
+        """None in any cell, after a motion; a message tells why none was found."""
+        motion = np.zeros(len(problem.given)) if motion is None else motion
+        nothing, gap = np.zeros(len(problem.areas)), problem.gap - motion @ problem.planes
+        return cls(nothing, motion, gap, nothing > 0, not message, message)
 
     @property
     def line(self) -> LineWeights | None:

@@ -30,20 +30,12 @@ ROUNDING = 64 * float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """What is asked of an answer.
+    """What is asked of an answer to the equations of a ``system``, of which only products are
+    used, under what was imposed and by ``how`` it was found: whether the ground must not pull, and
+    the tolerance of gaps.
 
-    Attributes
-    ----------
-    system : ContactSystem
-        The equations; only its products are used.
-    constraints : Constraints
-        What was imposed.
-    how : How
-        How it was found: whether the ground must not pull, and the tolerance of gaps.
-    exact : ExactRows or None
-        Settlements of some collocation points, known independently.
-    rtol : float
-        Tolerance of the operator.
+    ``exact`` are settlements of some collocation points, known independently; ``rtol`` is the
+    tolerance of the operator.
     """
 
     system: ContactSystem
@@ -91,9 +83,8 @@ class Verification:
         given, system = self.constraints.given, self.system
         if not len(given):
             return
-        unit = np.abs(self.constraints.motions.T @ system.planes).max(axis=1)
-        unit[unit == 0] = 1.0
-        acting = (self.constraints.balance / unit[:, None]) @ system.resultants
+        _, balance, unit = system.scaled(self.constraints)
+        acting = balance @ system.resultants
         error = np.abs(acting @ pressure - given / unit)
         # the loads of a body are measured by the largest of them
         work = np.abs(acting)

@@ -19,15 +19,8 @@ from .regular import RegularCouple, TorsionWeights
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Mean pressures on one grid of a `DualMesh`, and how they vary inside its cells.
-
-    Attributes
-    ----------
-    cells : Footprint
-        Edge-weighted cells.
-    pressure : (n,) array of float
-        Their mean pressures.
-    """
+    """Mean pressures (n,) on one grid of a `DualMesh`, and how they vary inside its edge-weighted
+    cells."""
 
     cells: Footprint
     pressure: ndarray

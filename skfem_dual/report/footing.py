@@ -22,17 +22,7 @@ from .results import point_names
 
 @dataclass(frozen=True, eq=False)
 class Footing:
-    """One footing under its k cases.
-
-    Attributes
-    ----------
-    name : str
-        As it is called beside others.
-    cases : CasesSolution
-        Its answers.
-    details : Details
-        Units, allowable pressure and points wanted.
-    """
+    """One footing, as it is called beside others, under its k cases."""
 
     name: str
     cases: CasesSolution
@@ -174,19 +164,8 @@ def _require_points_on(footings: list[Footing], details: Details) -> None:
 
 @dataclass(frozen=True)
 class Between:
-    """The largest difference of two footings' settlements, at their centroids.
-
-    Attributes
-    ----------
-    first, second : str
-        The footings.
-    distance : float
-        Of their centroids.
-    difference : float
-        Settlement of the second less that of the first.
-    case : str
-        Where that is largest.
-    """
+    """The largest difference of two footings' settlements, at their centroids so far apart: that
+    of the second less that of the first, in the case where it is largest."""
 
     first: str
     second: str
