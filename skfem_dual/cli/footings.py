@@ -31,8 +31,25 @@ from .outlines import is_outline, plan_of, solve_outline
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """One footing: its mesh by its name, that of the file without its suffix, where settlement and
-    moments refer to and how that was chosen, and of an outline how the mesh was."""
+    """One footing: its mesh by its name, and where its origin comes from.
+
+    Attributes
+    ----------
+    name : str
+        Of the file, without its suffix.
+    path : str
+        Of the file.
+    mesh : MeshTri
+        Its plan.
+    dual : DualMesh
+        The dual grid.
+    origin : pair of float
+        Where settlement and moments refer to.
+    origin_is : str
+        How that was chosen.
+    accuracy : Accuracy, optional
+        How the mesh was chosen, if that of an outline.
+    """
 
     name: str
     path: str

@@ -28,9 +28,19 @@ Cases = Sequence[Any] | Mapping[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class CaseAnswers:
-    """Answers of all punches in all cases by their ``names``, None where no pressures can balance
-    the loads; ``messages`` tell what was found, or why not, ``rough`` are warnings of contact on
-    few cells."""
+    """Answers of all punches in all cases.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the cases.
+    answers : tuple of tuple of PunchSolution, or None
+        Of each case those of the punches; None where no pressures can balance the loads.
+    messages : tuple of str
+        What was found, or why not.
+    rough : tuple of str
+        Warnings of contact on few cells.
+    """
 
     names: tuple[str, ...]
     answers: tuple[tuple[PunchSolution, ...] | None, ...]

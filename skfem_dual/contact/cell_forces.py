@@ -35,8 +35,14 @@ class Step(NamedTuple):
 class CellForces:
     """A problem in the forces on its cells, with the steps of conjugate gradients between them.
 
-    ``acting``, (k, n), are the resultants of unit forces on the cells, ``scale``, (n,), forces by
-    unit settlements but for a factor, as a diagonal matrix has it.
+    Attributes
+    ----------
+    problem : ContactProblem
+        The problem.
+    acting : (k, n) array of float
+        Resultants of unit forces on the cells.
+    scale : (n,) array of float
+        Forces by unit settlements but for a factor, as a diagonal matrix has it.
     """
 
     problem: ContactProblem

@@ -26,10 +26,16 @@ from .verify import verified
 
 @dataclass(frozen=True, eq=False)
 class FramedSystem:
-    """The equations of ``bodies`` on the ground without the frame, and of the frame by its
-    ``stiffness`` (m, m) against the positions of the system, under one set of loads.
+    """The equations of bodies on the ground and the frame on them, under one set of loads.
 
-    Positions imposed are held, forces act on bodies and frame together.
+    Attributes
+    ----------
+    bodies : ContactSystem
+        Of the bodies without the frame.
+    stiffness : (m, m) array of float
+        Of the frame against the positions of the system.
+    constraints : Constraints
+        What is imposed. Positions imposed are held, forces act on bodies and frame together.
     """
 
     bodies: ContactSystem

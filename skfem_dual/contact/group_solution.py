@@ -95,9 +95,19 @@ def _moved(solution: PunchSolution | ElasticSolution) -> str:
 
 @dataclass(frozen=True, eq=False)
 class GroupAnswer:
-    """Positions of all bodies of a ``group`` by the work of the pressures, computed on demand,
-    from the loads on its bodies and the contact found; ``elsewhere`` takes the solutions on other
-    grids, for `Bounds`."""
+    """Positions of all bodies of a group by the work of the pressures, computed on demand.
+
+    Attributes
+    ----------
+    group : RigidPunches
+        The group.
+    loads : tuple of Load
+        What was imposed on its bodies.
+    contact : Contact
+        What was found.
+    elsewhere : dict
+        Takes the solutions on other grids, for `Bounds`.
+    """
 
     group: Any
     loads: tuple[Load, ...]

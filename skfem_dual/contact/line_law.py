@@ -118,8 +118,17 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
 
 @dataclass(frozen=True, eq=False)
 class CellsOnLines:
-    """The cells of a problem, weighted along lines of contact under each punch; ``flat``, (n,)
-    array of bool, are those whose pressures do not follow those around."""
+    """The cells of a problem, weighted along lines of contact.
+
+    Attributes
+    ----------
+    problem : RigidBodies
+        What is solved.
+    lines : tuple of LineWeights or None
+        Under each punch.
+    flat : (n,) array of bool
+        Cells whose pressures do not follow those around.
+    """
 
     problem: Any
     lines: tuple[LineWeights | None, ...]

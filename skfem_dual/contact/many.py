@@ -35,16 +35,30 @@ ROUNDING = 1e-12
 
 
 class Law(NamedTuple):
-    """How pressures act where some cells have lost their slopes: forces on the unit motions by
-    unit pressures, (m, n), and the slopes that are lost, (2 n, n)."""
+    """How pressures act where some cells have lost their slopes.
+
+    Attributes
+    ----------
+    acting : (m, n) array of float
+        Forces on the unit motions by unit pressures.
+    lost : (2 n, n) csr_matrix
+        The slopes that are lost, likewise.
+    """
 
     acting: ndarray
     lost: csr_matrix
 
 
 class Responses(NamedTuple):
-    """Pressures and gaps of all cells, (n, m + 1) each, while those in ``contact``, (n,) array of
-    bool, touch: by each unit motion, and in the last column without any."""
+    """Pressures and gaps of all cells while some are in contact.
+
+    Attributes
+    ----------
+    contact : (n,) array of bool
+        The cells in contact.
+    pressure, gap : (n, m + 1) array of float
+        By each unit motion, and in the last column without any.
+    """
 
     contact: ndarray
     pressure: ndarray
@@ -53,8 +67,19 @@ class Responses(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ManyLoads:
-    """The equations of `ContactSystem` for some ``cells`` under what is imposed in each of k
-    cases; ``how`` contact is found is for loads that are solved alone."""
+    """The equations of `ContactSystem` under many loads.
+
+    Attributes
+    ----------
+    system : ContactSystem
+        The equations.
+    cells : LoadedCells
+        The cells.
+    constraints : sequence of Constraints
+        What is imposed in each of k cases.
+    method, gap_rtol
+        As of `ContactSystem.unilateral`, for loads that are solved alone.
+    """
 
     system: ContactSystem
     cells: LoadedCells

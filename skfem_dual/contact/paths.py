@@ -1,6 +1,6 @@
 """Sequences of loads."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..arguments import (
     checked_pair,
     checked_sequence,
 )
+from .body import Body
 from .cases import solve_cases
 from .load import load_of
 from .punch import RigidPunch
@@ -114,10 +115,26 @@ def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> Lo
     >>> [round(float(area), 1) for area in path.contact_area]
     [3.1, 2.9, 1.7]
     """
-    checked_instance("punch", punch, RigidPunch)
+    checked_instance("punch", punch, Body)
     loads = checked_sequence("loads", loads)
     for number, load in enumerate(loads):
         checked_instance(f"loads[{number}]", load, Mapping)
+    if isinstance(punch, RigidPunch) and loads:
+        return _together(punch, loads, options)
+    solutions: list[PunchSolution] = []
+    for number, load in enumerate(loads):
+        # from full contact the next step is found at once; a failed one is no beginning
+        last = solutions[-1] if solutions else None
+        start = last if last is not None and last.iterations and last.success else None
+        try:
+            solutions.append(punch.solve(**load, start=start, **options))
+        except ValueError as error:
+            raise ValueError(f"load {number}: {error}") from error
+    return LoadPath(tuple(solutions))
+
+
+def _together(punch: RigidPunch, loads: Sequence[Mapping], options: dict[str, Any]) -> LoadPath:
+    """Of a rigid punch, whose loads share what they can."""
     names = tuple(f"load {number}" for number in range(len(loads)))
     given = [(load_of(name, load),) for name, load in zip(names, loads, strict=True)]
     found = solve_cases(punch, names, given, **options)

@@ -20,8 +20,17 @@ def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
 
 
 class Pressed(NamedTuple):
-    """A body on the ground, rigid or not, and the mean pressures of its cells, (n,); ``flat`` and
-    ``line`` are as of `PunchSolution`."""
+    """A body on the ground and what it presses with.
+
+    Attributes
+    ----------
+    body : RigidPunch or ElasticPunch
+        The body.
+    pressure : (n,) array of float
+        Mean pressures of its cells.
+    flat, line
+        As of `PunchSolution`.
+    """
 
     body: Any
     pressure: ndarray

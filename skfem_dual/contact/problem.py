@@ -23,8 +23,15 @@ class Product(Protocol):
 
 
 class Share(NamedTuple):
-    """What a body under its load brings into the equations, of one body or of several: see
-    `ContactSystem` for planes, resultants and gap."""
+    """What a body under its load brings into the equations, of one body or of several.
+
+    Attributes
+    ----------
+    planes, resultants, gap
+        As of `ContactSystem`.
+    constraints : Constraints
+        What is imposed on it.
+    """
 
     planes: ndarray
     resultants: ndarray

@@ -30,12 +30,20 @@ ROUNDING = 64 * float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """What is asked of an answer to the equations of a ``system``, of which only products are
-    used, under what was imposed and by ``how`` it was found: whether the ground must not pull, and
-    the tolerance of gaps.
+    """What is asked of an answer.
 
-    ``exact`` are settlements of some collocation points, known independently; ``rtol`` is the
-    tolerance of the operator.
+    Attributes
+    ----------
+    system : ContactSystem
+        The equations; only its products are used.
+    constraints : Constraints
+        What was imposed.
+    unilateral : bool
+        Whether the ground must not pull.
+    exact : ExactRows or None
+        Settlements of some collocation points, known independently.
+    rtol, gap_rtol : float
+        Tolerances of the operator and of gaps.
     """
 
     system: ContactSystem

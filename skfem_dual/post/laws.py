@@ -19,8 +19,15 @@ from .regular import RegularCouple, TorsionWeights
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Mean pressures (n,) on one grid of a `DualMesh`, and how they vary inside its edge-weighted
-    cells."""
+    """Mean pressures on one grid of a `DualMesh`, and how they vary inside its cells.
+
+    Attributes
+    ----------
+    cells : Footprint
+        Edge-weighted cells.
+    pressure : (n,) array of float
+        Their mean pressures.
+    """
 
     cells: Footprint
     pressure: ndarray

@@ -34,9 +34,18 @@ FEWEST = 6
 class Mixture:
     """What is known of a couple of BEM solutions with a singular edge.
 
-    ``cells`` are the dual cells and triangles, edge-weighted; ``laws`` the pressures, of one or of
-    both solutions, with the law of the edge inside the cells, and ``shares`` those of them;
-    ``share`` is that of the solution on dual cells, and ``reason`` the criterion that applied.
+    Attributes
+    ----------
+    cells : pair of Footprint
+        Dual cells and triangles, edge-weighted.
+    laws : sequence of Law
+        Pressures, of one or of both solutions, with the law of the edge inside the cells.
+    shares : sequence of float
+        Of them.
+    share : float
+        That of the solution on dual cells.
+    reason : str
+        The criterion that applied.
     """
 
     cells: tuple[Footprint, Footprint]

@@ -21,11 +21,17 @@ PARTS = np.array([0.5, 1.0, 2.0])
 
 
 class Below(NamedTuple):
-    """What a report tells of the ground below a footing over the depth, and what each part of it,
-    (k + 1,), contributes to the settlement of the surface.
+    """What a report tells of the ground below a footing.
 
-    ``depths``, (k,), are where one part ends and the next begins, interfaces if there are any; the
-    last goes down for ever, or ends at a rigid base.
+    Attributes
+    ----------
+    profile : Profile
+        Over the depth.
+    depths : (k,) array of float
+        Where one part of the ground ends and the next begins, interfaces if there are any.
+    parts : (k + 1,) array of float
+        What each part of the ground contributes to the settlement of the surface; the last one
+        goes down for ever, or ends at a rigid base.
     """
 
     profile: Profile

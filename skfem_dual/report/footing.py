@@ -22,7 +22,17 @@ from .results import point_names
 
 @dataclass(frozen=True, eq=False)
 class Footing:
-    """One footing, as it is called beside others, under its k cases."""
+    """One footing under its k cases.
+
+    Attributes
+    ----------
+    name : str
+        As it is called beside others.
+    cases : CasesSolution
+        Its answers.
+    details : Details
+        Units, allowable pressure and points wanted.
+    """
 
     name: str
     cases: CasesSolution
@@ -164,8 +174,19 @@ def _require_points_on(footings: list[Footing], details: Details) -> None:
 
 @dataclass(frozen=True)
 class Between:
-    """The largest difference of two footings' settlements, at their centroids so far apart: that
-    of the second less that of the first, in the case where it is largest."""
+    """The largest difference of two footings' settlements, at their centroids.
+
+    Attributes
+    ----------
+    first, second : str
+        The footings.
+    distance : float
+        Of their centroids.
+    difference : float
+        Settlement of the second less that of the first.
+    case : str
+        Where that is largest.
+    """
 
     first: str
     second: str

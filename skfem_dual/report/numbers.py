@@ -124,9 +124,16 @@ def reach(polygon: ndarray, centre: ndarray, point: ndarray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The plan of a body and the resultant on it, read off its solution, in some units.
+    """The plan of a body and the resultant on it.
 
     All coordinates are those of the mesh.
+
+    Attributes
+    ----------
+    solution : PunchSolution or ElasticSolution
+        What it is read off.
+    units : Units
+        Of its numbers, and those to read.
     """
 
     solution: Any
@@ -203,7 +210,17 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class Standing(Plan):
-    """How a punch stands: its plan, where the resultant acts, and how far that is from trouble."""
+    """How a punch stands: its plan, where the resultant acts, and how far that is from trouble.
+
+    All coordinates are those of the mesh.
+
+    Attributes
+    ----------
+    solution : PunchSolution
+        What it is read off.
+    units : Units
+        Of its numbers, and those to read.
+    """
 
     solution: PunchSolution
 

@@ -37,8 +37,15 @@ Shown = Literal["displacement", "pressure"]
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Polygons ``faces`` of equally many vertices, (k, m), between displaced points (3, n) in
-    space, z upwards."""
+    """Polygons of equally many vertices in space.
+
+    Attributes
+    ----------
+    p : (3, n) array of float
+        Displaced points, z upwards.
+    faces : (k, m) array of int
+        Vertices of each polygon.
+    """
 
     p: ndarray
     faces: ndarray
@@ -46,11 +53,22 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """Structure and ground, displaced ``scale`` times as far as they are.
+    """Structure and ground, displaced.
 
-    ``displacement`` is that of the structure at its points, the deflection of a plate, the length
-    of that of a solid; the ground is a little deeper than it is, the ``edge`` of contact, lines
-    (3, k), a little higher; ``level`` is the height at which the ground lay.
+    Attributes
+    ----------
+    scale : float
+        How many times larger than they are displacements are drawn.
+    structure : Surface
+        A plate, or the boundary of a solid.
+    displacement : (n,) array of float
+        At its points: deflection of a plate, length of the displacement of a solid.
+    ground : Surface
+        The surface of the ground, a little deeper than it is.
+    edge : list of (3, k) arrays of float
+        The edge of contact, a little higher than it is.
+    level : float
+        Height at which the ground lay.
     """
 
     solution: ElasticSolution

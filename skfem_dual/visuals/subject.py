@@ -30,8 +30,21 @@ Drawn: TypeAlias = "CellPressures | Sequence[CellPressures] | PunchesSolution | 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A continuous ``field`` on the whole plan and the part of it that is drawn, ``pressed``,
-    where there is ``contact``; its title, and whether it grows beyond all bounds to the edge."""
+    """A continuous field and the part of it that is drawn.
+
+    Attributes
+    ----------
+    field : Field
+        On the whole plan.
+    pressed : Field
+        Where there is contact.
+    contact : ContactRegion or None
+        Where that is.
+    title : str or None
+        The quantity.
+    singular : bool
+        Whether it grows beyond all bounds to the edge.
+    """
 
     field: Field
     pressed: Field
