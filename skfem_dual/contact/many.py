@@ -77,8 +77,8 @@ class ManyLoads:
         The cells.
     constraints : sequence of Constraints
         What is imposed in each of k cases.
-    method, gap_rtol
-        As of `ContactSystem.unilateral`, for loads that are solved alone.
+    how : How
+        How contact is found, of loads that are solved alone.
     """
 
     system: ContactSystem

@@ -38,12 +38,12 @@ class Verification:
         The equations; only its products are used.
     constraints : Constraints
         What was imposed.
-    unilateral : bool
-        Whether the ground must not pull.
+    how : How
+        How it was found: whether the ground must not pull, and the tolerance of gaps.
     exact : ExactRows or None
         Settlements of some collocation points, known independently.
-    rtol, gap_rtol : float
-        Tolerances of the operator and of gaps.
+    rtol : float
+        Tolerance of the operator.
     """
 
     system: ContactSystem
