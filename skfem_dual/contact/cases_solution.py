@@ -1,7 +1,7 @@
 """What load cases answer: one row for each, and their envelope."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +10,13 @@ from numpy import ndarray
 from scipy.spatial import ConvexHull
 
 from ..grids.polygons import readonly
-from ..kernels.once import computed_once
+from ..kernels.once import computed_once, remember
+from .along_lines import has_law, on_each
 from .bearing import Circles
 from .footprint import Footprint
 from .load import Load
 from .solution import PunchSolution
-from .together import prepare
+from .work import Alone
 
 #: columns of `CasesSolution.table`
 COLUMNS = (
@@ -33,6 +34,8 @@ COLUMNS = (
     "message",
 )
 SLIDING = "ux", "uy", "twist"
+#: cells of cases that are looked at together: what they take stays in the cache
+CELLS = 10_000
 
 
 @dataclass(frozen=True)
@@ -267,3 +270,37 @@ class CasesSolution:
             rows = [*rows[:10], "  ...", rows[-1]]
         found = f"  {self.success.sum()} of {len(self)} found"
         return "\n".join(["<skfem_dual CasesSolution object>", head, *rows, found])
+
+
+def prepare(solutions: Sequence[PunchSolution]) -> None:
+    """Find where contact ends, and what flat punches settle by it, under one punch that lifts off.
+
+    The solutions keep what is found, as if each had looked for it.
+    """
+    lifting = [each for each in solutions if (each.gap > 0).any()]
+    step = max(CELLS // len(lifting[0].gap), 1) if lifting else 1
+    for begin in range(0, len(lifting), step):
+        some = lifting[begin : begin + step]
+        _find_regions(some)
+        _find_positions([s.member for s in some if isinstance(s.member, Alone) and s.success])
+
+
+def _find_regions(solutions: Sequence[PunchSolution]) -> None:
+    pressure = np.stack([each.pressure_in_points for each in solutions])
+    gap = np.stack([each.gap for each in solutions])
+    triangles = solutions[0].punch.footprint.triangles
+    found = triangles.fitted_each(pressure, gap, solutions[0].contact_modulus)
+    for each, region in zip(solutions, found, strict=True):
+        remember(each, "contact_region", each.region_of(region))
+        if isinstance(each.member, Alone) and each.line is None:
+            remember(each.member, "region", region)
+
+
+def _find_positions(members: Sequence[Alone]) -> None:
+    some = [each for each in members if each.works and has_law(each.punch.work, each.contact)]
+    if some:
+        contacts, positions = [each.contact for each in some], [each.position for each in some]
+        regions = [[each.region] for each in some]
+        found = on_each(some[0].punch.work, contacts, positions, regions)
+        for each, compliances in zip(some, found, strict=True):
+            remember(each, "on_line", compliances)

@@ -22,7 +22,7 @@ def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
     """A position without contact, if the load allows for one, by the least motions or by none."""
     if problem.given.any():
         return None
-    k, n = problem.planes.shape
+    k = len(problem.planes)
     motion = np.zeros(k)
     if problem.gap.min() < 0:
         if still or not k:
@@ -34,16 +34,7 @@ def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
         if not found.success:
             return None
         motion = scale * (found.x[:k] - found.x[k:])
-    nothing = np.zeros(n)
-    return Contact(nothing, motion, problem.gap - motion @ problem.planes, nothing > 0)
-
-
-def unanswered(problem: ContactProblem) -> Contact:
-    """No answer where no force leads to what is imposed."""
-    nothing = np.zeros(len(problem.areas))
-    message = "no force was found under which the settlement is the one imposed"
-    motion = np.zeros(len(problem.given))
-    return Contact(nothing, motion, problem.gap, nothing > 0, False, message)
+    return Contact.nowhere(problem, motion)
 
 
 def by_force(

@@ -122,6 +122,15 @@ class Contact:
         for name in ("pressure", "motion", "gap", "touching"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
+    @classmethod
+    def nowhere(
+        cls, problem: ContactProblem, motion: ndarray | None = None, message: str = ""
+    ) -> "Contact":
+        """None in any cell, after a motion; a message tells why none was found."""
+        motion = np.zeros(len(problem.given)) if motion is None else motion
+        nothing, gap = np.zeros(len(problem.areas)), problem.gap - motion @ problem.planes
+        return cls(nothing, motion, gap, nothing > 0, not message, message)
+
     @property
     def line(self) -> LineWeights | None:
         """How pressures end along the line of contact under the only body."""

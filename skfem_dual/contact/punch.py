@@ -18,6 +18,7 @@ from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
+from .body import Movable
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
 from .edges import EdgeBoundaries
@@ -30,7 +31,6 @@ from .problem import Contact, warn_of
 from .rigid import RigidBodies
 from .shapes import Gap
 from .solution import PunchSolution
-from .stiffness import Movable
 from .system import ContactSystem, progress_bars, timed
 from .unilateral import How, Method
 from .work import Part, Work

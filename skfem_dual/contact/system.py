@@ -30,13 +30,14 @@ from ..operators.toeplitz import BlockToeplitz
 from ..operators.yielding import TOO_SOFT, YieldingOperator
 from .cell_forces import CellForces
 from .load import Constraints
-from .positions import apart, by_force, noise, unanswered
+from .positions import apart, by_force, noise
 from .problem import Contact, ContactProblem
 from .unilateral import MOST, How, active_set, beginning, conjugate_gradients, solve_scaled
 
 #: violation of the conditions on the gap to which iterations with a matrix go by default, and
 #: how many there are before an active set ends what they began
 EXACTLY, FEW = 1e-13, 100
+UNANSWERED = "no force was found under which the settlement is the one imposed"
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
 
@@ -216,7 +217,7 @@ class ContactSystem:
         ConvergenceError
             If the bodies can move without resistance.
         """
-        motions, balance, unit = self._scaled(constraints)
+        motions, balance, unit = self.scaled(constraints)
         fixed = self.stiffness @ constraints.fixed - self.resultants @ self.shape_pressures
         motion = solve_scaled(
             balance @ self.stiffness @ motions, constraints.given / unit - balance @ fixed
@@ -276,11 +277,11 @@ class ContactSystem:
             other = other or apart(problem)
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
-            contact = other or contact or unanswered(problem)
-        return contact, constraints.fixed + self._scaled(constraints)[0] @ contact.motion
+            contact = other or contact or Contact.nowhere(problem, message=UNANSWERED)
+        return contact, constraints.fixed + self.scaled(constraints)[0] @ contact.motion
 
     def _problem(self, constraints: Constraints) -> ContactProblem:
-        motions, balance, unit = self._scaled(constraints)
+        motions, balance, unit = self.scaled(constraints)
         return ContactProblem(
             matrix=self.matrix if self._regular is None else self._regular,
             areas=self.areas,
@@ -326,7 +327,7 @@ class ContactSystem:
             polished = active_set(replace(problem, matrix=self._array), contact.pressure > 0)
             if polished.success:
                 return polished
-        motion = np.linalg.lstsq(self._scaled(constraints)[0], position - constraints.fixed)[0]
+        motion = np.linalg.lstsq(self.scaled(constraints)[0], position - constraints.fixed)[0]
         gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
         return replace(contact, motion=motion, gap=gap)
 
@@ -361,7 +362,7 @@ class ContactSystem:
             found = replace(found, message=f"{found.message}; {TOO_SOFT}")
         return found
 
-    def _scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
+    def scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""
         unit = np.abs(constraints.motions.T @ self.planes).max(axis=1, initial=0.0)
         unit[unit == 0] = 1.0

@@ -136,8 +136,7 @@ def conjugate_gradients(
     motion, gap = np.zeros(len(problem.given)), problem.gap
     force = forces.balanced(np.zeros(len(areas)) if start is None else areas * start)
     if force is None:
-        nothing = np.zeros(len(areas))
-        return Contact(nothing, motion, gap, nothing > 0, False, "the load cannot be balanced")
+        return Contact.nowhere(problem, message="the load cannot be balanced")
     settlement = forces.settlement(force)
     before: Step | None = None
     history: list[float] = []

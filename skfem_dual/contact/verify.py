@@ -91,9 +91,8 @@ class Verification:
         given, system = self.constraints.given, self.system
         if not len(given):
             return
-        unit = np.abs(self.constraints.motions.T @ system.planes).max(axis=1)
-        unit[unit == 0] = 1.0
-        acting = (self.constraints.balance / unit[:, None]) @ system.resultants
+        _, balance, unit = system.scaled(self.constraints)
+        acting = balance @ system.resultants
         error = np.abs(acting @ pressure - given / unit)
         # the loads of a body are measured by the largest of them
         work = np.abs(acting)

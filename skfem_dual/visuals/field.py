@@ -151,8 +151,7 @@ class Field:
     @cached_property
     def areas(self) -> ndarray:
         """Area of each triangle."""
-        (ax, ay), (bx, by) = (self.p[:, self.t[i]] - self.p[:, self.t[0]] for i in (1, 2))
-        return abs(ax * by - ay * bx) / 2
+        return np.abs(signed_areas(self.p, self.t))
 
     @property
     def outline(self) -> ndarray:
