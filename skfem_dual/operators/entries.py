@@ -218,8 +218,7 @@ class Sample:
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
         rng, n = np.random.default_rng(0), self.rows.shape[1]
-        q = (np.ones(n), *rng.choice([-1.0, 1.0], (2, n)))
-        # one by one, as single precision will not do: that takes less memory
-        uniform, *mixed = (product(v)[self.numbers] - self.rows @ v for v in q)
+        q = np.vstack([np.ones(n), rng.choice([-1.0, 1.0], (2, n))]).T
+        uniform, *mixed = (product(q)[self.numbers] - self.rows @ q).T
         squares = np.sum(np.square(mixed), axis=0) / 2 / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -7,6 +7,7 @@ import os
 from dataclasses import dataclass
 
 from .entries import EXACT
+from .fmm.expansions import degree_of
 from .fmm.summation import SHORT, SINGLE, order_for
 
 #: products after which the faster operator is to be ready
@@ -45,8 +46,10 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
     terms, size = order * (order + 1) / 2, 4 if rtol >= SINGLE else 8
     each, kernels = max(points, cells), 2 if layered else 1
     near = 2 if rtol >= SHORT and not layered else size
+    degree = max(5, degree_of(order))
+    moments = (degree + 1) * (degree + 2) / 2
     # near entries, moments and near slopes of every cell, expansions of every box, vectors
-    kept = 100.0 * near + (21 * kernels + 30) * size + 2 * terms * kernels
+    kept = 100.0 * near + (moments * kernels + 30) * size + 2 * terms * kernels
     memory = each * (kept + 400 + 900 * layered)
     setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
