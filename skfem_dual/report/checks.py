@@ -60,9 +60,8 @@ def warnings_of(
         caution("The ground would have to pull on ", share, " of the plan, which soil does not.")
     if standing.edge_distance < 0:
         caution("The resultant acts beyond the convex hull of the plan: the punch turns over.")
-    deepest = np.abs(standing.settlement_of_hull).max() / standing.size
-    if deepest > DEFORMED:
-        share = percent(deepest)
+    if standing.deformation > DEFORMED:
+        share = percent(standing.deformation)
         caution(
             "The largest settlement is ", share, " of the extent of the plan, far beyond small "
             "deformations. Check the units of load and moduli.",
