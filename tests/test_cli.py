@@ -114,6 +114,16 @@ def test_lift_off(capsys, tmp_path):
     assert found["complementarity_residual"] < 1e-12
 
 
+def test_moduli_in_another_unit_are_suspected(capsys):
+    """Megapascals for kilopascals: a disc settles by half of its radius."""
+    load = ["--force", "30", "--units", "kN,m"]
+    code, _, err = run(capsys, "solve", DISC, "--young", "30", "--poisson", "0.3", *load)
+    assert code == 0
+    assert "a settlement is 22.8 % of the extent of the plan" in err[0]
+    code, _, err = run(capsys, "solve", DISC, "--young", "30e3", "--poisson", "0.3", *load)
+    assert (code, err) == (0, [])
+
+
 def test_named_edges(capsys):
     annulus = DATA / "eccentric_annulus.msh"
     load = [*GROUND, "--force", "1"]

@@ -10,6 +10,7 @@ from skfem import (
     BilinearForm,
     CellBasis,
     ElementHex1,
+    ElementLineP1,
     ElementQuad0,
     ElementQuad1,
     ElementQuad2,
@@ -23,6 +24,7 @@ from skfem import (
     ElementVector,
     FacetBasis,
     MeshHex,
+    MeshLine,
     MeshQuad,
     MeshTet,
     MeshTri,
@@ -241,6 +243,9 @@ def test_what_does_not_cover_the_plan_is_told():
         s.load_vector(CellBasis(twice, ElementTriP1()))
     with pytest.raises(ValueError, match="one plane z = const"):
         s.load_vector(FacetBasis(MeshTet(), ElementTetP1()))
+    line = CellBasis(MeshLine(), ElementLineP1())
+    with pytest.raises(TypeError, match="got CellBasis on a MeshLine1"):
+        s.load_vector(line)
     with pytest.raises(TypeError, match="got FacetBasis"):
         s.load_vector(FacetBasis(mesh, ElementTriP1()))
 

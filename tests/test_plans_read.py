@@ -198,9 +198,19 @@ def test_damaged_entities(tmp_path):
         Plan.read(path, layer="0")
 
 
+def test_whole_arcs_are_circles(tmp_path):
+    def draw(space, layer):
+        space.add_arc((3, 1), 2.0, 30, 390, dxfattribs=layer)
+        space.add_arc((3, 1), 1.0, 0, 360, dxfattribs=layer)
+
+    plan = Plan.read(drawing(tmp_path / "a.dxf", draw))
+    assert plan.area == pytest.approx(3 * np.pi)
+    assert all(ring.is_circle for ring in plan.rings)
+
+
 def test_a_drawing_without_an_outline(tmp_path):
     path = drawing(tmp_path / "a.dxf", lambda space, layer: space.add_text("A"))
-    with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles in .*, got none"):
+    with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles in .*, got 1 TEXT"):
         Plan.read(path)
 
 

@@ -256,6 +256,13 @@ def test_bad_grounds(make, kind, message):
         make()
 
 
+def test_equal_layers_are_one_ground():
+    one, other = (LayeredHalfSpace([Layer(1.0, 1.0, 0.2)], HalfSpace(2.0, 0.3)) for _ in "12")
+    assert one == other
+    assert len({one, other}) == 1
+    assert one != LayeredHalfSpace([Layer(1.0, 1.0, 0.2)], "bonded")
+
+
 def test_bad_numbers():
     with pytest.raises(TypeError, match="expected a number for thickness, got None"):
         Layer(None, 1.0, 0.2)

@@ -15,9 +15,11 @@ from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
 from ..io import write_cases, write_solution, write_whole
 from ..report import write_report
+from ..report.checks import DEFORMED
 from ..report.data import plain, report_data
 from ..report.details import Details
 from ..report.footing import Footing, footings_of
+from ..report.numbers import Standing
 from ..terminal import tell
 from ..units import Units
 from .footings import (
@@ -63,6 +65,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         for standing in standings:
             _ = standing.bounds  # known from here on
         times["bounds"] = perf_counter() - begin
+    _tell_of_units(details.units, standings)
     _write_data(options, footings, times, condition)
     if governing := _governing(footings):
         if options.vtu:
@@ -89,6 +92,16 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     if isinstance(solution, PunchSolution):
         return code, solution_table(footings[0], bases[0], times, condition)
     return code, case_table(footings, bases, times)
+
+
+def _tell_of_units(units: Units, standings: Sequence[Standing]) -> None:
+    """Tell of settlements as of a thousand times too soft a ground, of numbers with units."""
+    most = max((standing.deformation for standing in standings), default=0.0)
+    if units.named and most > DEFORMED:
+        tell(
+            f"warning: a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
+            "small deformations. Remedy: check the units of load and moduli"
+        )
 
 
 def _governing(footings: Sequence[Footing]) -> list[PunchSolution]:

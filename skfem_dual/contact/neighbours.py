@@ -87,7 +87,8 @@ def require_one_ground(punches: Sequence[Any], names: Sequence[str]) -> None:
         if punch.substrate != punches[0].substrate:
             raise ValueError(
                 f"expected all punches on one substrate, got {punches[0].substrate} under "
-                f"punch {names[0]} and {punch.substrate} under punch {name}"
+                f"punch {names[0]} and {punch.substrate} under punch {name}. Remedy: make the "
+                "ground once for all punches"
             )
 
 

@@ -38,9 +38,10 @@ class ShapeFunctions:
         if type(basis) is FacetBasis and basis.mesh.dim() == 3:
             return cls._of_facets(basis, component)
         if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
+            mesh = f" on a {type(basis.mesh).__name__}" if isinstance(basis, AbstractBasis) else ""
             raise TypeError(
                 "expected a CellBasis on a 2-D mesh or a FacetBasis on facets of a 3-D mesh, got "
-                f"{type(basis).__name__}"
+                f"{type(basis).__name__}{mesh}"
             )
         mesh = basis.mesh
         elements = np.arange(mesh.nelements) if basis.tind is None else np.asarray(basis.tind)

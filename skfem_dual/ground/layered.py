@@ -58,7 +58,7 @@ class Layer:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class LayeredHalfSpace(Stratified):
     """Layers, bonded to each other, on a base.
 

@@ -72,8 +72,10 @@ class Convolution:
         if self._few is not None:
             return self._few @ q
         if q.ndim == 2:
-            sums = [self.by_transforms(column) for column in q.T]
-            return np.array(sums).reshape(q.T.shape).T  # of no columns, too
+            sums = np.empty(q.shape)  # of no columns, too
+            for column in range(q.shape[1]):
+                sums[:, column] = self.by_transforms(q[:, column])
+            return sums
         return self.by_transforms(q)
 
     def by_transforms(self, q: ndarray) -> ndarray:

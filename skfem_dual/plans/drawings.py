@@ -81,15 +81,16 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
             f"expected the layer of the outline in {path}, which has {had}. Remedy: layer= with "
             "one of these names"
         )
+    others = Counter(e.dxftype() for e in entities if e.dxftype() not in SHAPES)
+    left = ", ".join(f"{n} {kind}" for kind, n in sorted(others.items()))
     if not shapes:
         wanted = "" if layer is None else f" on the layer {layer!r}"
         raise MeshError(
             f"expected polylines, lines, arcs or circles{wanted} in {path}, got "
-            f"{had if layers else 'none'}. Remedy: "
+            f"{had or left or 'none'}. Remedy: "
             + ("layer= with one of these names" if layers else "draw the outline with them")
         )
-    if others := Counter(e.dxftype() for e in entities if e.dxftype() not in SHAPES):
-        left = ", ".join(f"{n} {kind}" for kind, n in sorted(others.items()))
+    if others:
         warnings.warn(
             f"{path}: left out {left}; only lines, arcs and circles are read", MeshWarning, 6
         )
@@ -108,13 +109,13 @@ def _piece(entity: Any, path: Path) -> tuple[ndarray, ndarray, bool]:
         )
     if kind == "LINE":
         return _plane([entity.dxf.start, entity.dxf.end]), np.zeros(2), False
-    if kind == "CIRCLE":
+    turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360 if kind == "ARC" else 0.0
+    if kind in ("CIRCLE", "ARC") and turn == 0:
         x, y, _ = entity.ocs().to_wcs(entity.dxf.center)
         r = float(entity.dxf.radius)
         return np.array([[x + r, x - r], [y, y]]), np.ones(2), True
     if kind == "ARC":
-        turn = np.radians((entity.dxf.end_angle - entity.dxf.start_angle) % 360)
-        bulge = np.sign(up) * np.tan(turn / 4)
+        bulge = np.sign(up) * np.tan(np.radians(turn / 4))
         return _plane([entity.start_point, entity.end_point]), np.array([bulge, 0.0]), False
     if kind == "LWPOLYLINE":
         corners = list(entity.vertices_in_wcs())

@@ -61,16 +61,16 @@ def warnings_of(standing: Standing, remarks: Sequence[str]) -> Html:
 def _cautions(standing: Standing) -> Iterator[tuple[Any, ...]]:
     if standing.edge_distance < 0:
         yield ("The resultant acts beyond the convex hull of the plan: the punch turns over.",)
-    scale = np.abs(standing.settlement_of_hull).max()
-    if scale / standing.size > DEFORMED:
+    if standing.deformation > DEFORMED:
         yield (
-            "The largest settlement is ", percent(scale / standing.size), " of the extent of the "
+            "The largest settlement is ", percent(standing.deformation), " of the extent of the "
             "plan, far beyond small deformations. Check the units of load and moduli.",
         )  # fmt: skip
     if np.nan_to_num(standing.imbalance).max() > UNBALANCED:
         yield ("The pressures do not balance the load, see the check of the resultant.",)
     if standing.bounds is not None:
         low, high = standing.bounds.settlement
+        scale = np.abs(standing.settlement_of_hull).max()
         if high - low > 2 * COARSE * scale:
             share = percent((high - low) / (2 * scale))
             yield "The settlement is known to within ", share, " only. Use a finer mesh."

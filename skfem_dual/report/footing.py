@@ -19,6 +19,9 @@ from .details import Details
 from .numbers import Standing, distance_inside, reach
 from .results import point_names
 
+#: distance of centroids over the extent of a footing up to which they are in the same place
+SAME = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Footing:
@@ -201,10 +204,13 @@ class Between:
 
 
 def between(footings: list[Footing]) -> list[Between]:
-    """The differences of all pairs of footings, of cases with success."""
+    """The differences of all pairs of footings with centroids apart, of cases with success."""
     found = []
     for a, b in combinations(footings, 2):
         centres = [footing.cases.footprint.centre for footing in (a, b)]
+        distance = float(np.hypot(*(centres[1] - centres[0])))
+        if distance <= SAME * np.sqrt(a.cases.footprint.partition.areas.sum()):
+            continue  # one lies in a hole of the other
         settled = [
             f.cases.settlement + (c - np.array(f.cases.footprint.origin)) @ f.cases.tilt
             for f, c in zip((a, b), centres)
@@ -213,6 +219,5 @@ def between(footings: list[Footing]) -> list[Between]:
         if np.isnan(difference).all():
             continue
         k = int(np.nanargmax(np.abs(difference)))
-        distance = float(np.hypot(*(centres[1] - centres[0])))
         found.append(Between(a.name, b.name, distance, float(difference[k]), a.cases.names[k]))
     return found

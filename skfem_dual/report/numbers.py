@@ -318,6 +318,11 @@ class Standing(Plan):
         NaN without a resultant."""
         return np.nan if self.force_point is None else distance_inside(self.hull, self.force_point)
 
+    @property
+    def deformation(self) -> float:
+        """Largest settlement over the extent of the plan."""
+        return float(np.abs(self.settlement_of_hull).max() / self.size)
+
     @cached_property
     def settlement_of_hull(self) -> ndarray:
         """Settlements of the vertices of the hull, the largest and smallest of the plan among
