@@ -262,7 +262,7 @@ def one_thread() -> Iterator[None]:
         numba.config.NUMBA_NUM_THREADS = threads
 
 
-def main(n=500, reference=1200, repeat=5, every=1) -> Result:
+def main(n=500, reference=1200, repeat=3, every=1) -> Result:
     """Solve problems 1, 1 + every, ... on meshes of about n nodes, references on finer ones.
 
     Meshes graded by a number, those of all references among them, have half as many again.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -63,6 +63,11 @@ class ShapeFunctions:
         inside = mesh.p[2, mesh.t[:, basis.tind]].mean(axis=0)
         up = np.where(inside > height, 1.0, -1.0)  # against the outward normal
         return cls(basis, v[:2], np.asarray(basis.tind), height, up, component)
+
+    def on(self, cells: ndarray) -> "ShapeFunctions":
+        """Those of some of the cells."""
+        up = None if self.up is None else self.up[cells]
+        return replace(self, cells=self.cells[..., cells], elements=self.elements[cells], up=up)
 
     def values(self, cell: ndarray, x: ndarray) -> ndarray:
         """What unit pressure works on, shape (Nbfun, m), at a point of each cell."""
