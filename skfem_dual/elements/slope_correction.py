@@ -213,7 +213,7 @@ class SlopeCorrection:
     def _adding(self, slopes: csr_matrix) -> Add:
         """What does so to a block of some rows."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
+        rows, columns = _arrays(slopes), _arrays(slopes.tocsc())
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
 
         def add(k: slice, block: ndarray) -> None:
