@@ -7,6 +7,7 @@ from plans import disc, rectangle
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact.footprint import Footprint
 from skfem_dual.contact.pressures import CellPressures
+from skfem_dual.elements.influence import influence_matrix
 
 SOIL = HalfSpace(1.0, 0.25)
 
@@ -130,6 +131,18 @@ def test_points_in_any_byte_order_and_lists_of_them():
         )
     with pytest.raises(ValueError, match=r"shape \(2, m\), got \(3, 1\)"):
         punch.influence([[0.0], [0.0], [0.0]])
+
+
+def test_entries_are_the_sum_of_their_parts():
+    """What is added to blocks of rows, and added to whole matrices one after the other."""
+    cells = RigidPunch(HalfSpace(1.0, 0.25), DualMesh.from_mesh(disc(3)).basis()).footprint
+    x = np.random.default_rng(0).uniform(-1, 1, (2, 200))
+    matrix = influence_matrix(cells.substrate, cells.partition, x)
+    uniform = matrix.copy()
+    cells.edge_correction(x).add_to(matrix)
+    cells.slope_correction(x).add_to(matrix, cells.slopes)
+    np.testing.assert_allclose(cells.influence(x), matrix, rtol=1e-14, atol=1e-15)
+    assert np.abs(matrix - uniform).max() > 0.01 * uniform.max()
 
 
 @pytest.mark.parametrize("x", [None, np.array([[0.0, 0.3, -2.0], [0.1, 0.95, 3.0]])])

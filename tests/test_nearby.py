@@ -23,8 +23,9 @@ def test_against_all_pairs(spread):
 
 
 def test_none():
-    """No points, no circles, and one point on the edge of its circle."""
+    """No points, no circles, circles that are points, and one point on the edge of its circle."""
     one, none = np.zeros((2, 1)), np.empty((2, 0))
     assert [len(part) for part in in_circles(np.ones(1), one, none)] == [0, 2]
     assert [len(part) for part in in_circles(np.empty(0), none, one)] == [0, 1]
+    assert in_circles(np.zeros(1), one, one)[0].tolist() == [0]
     assert in_circles(np.ones(1), one, np.array([[1.0], [0.0]]))[0].tolist() == [0]

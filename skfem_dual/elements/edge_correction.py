@@ -6,7 +6,6 @@ near and a smooth far correction, each of which any operator can take.
 """
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Self
 
 import numpy as np
@@ -19,7 +18,7 @@ from .edge_weights import EdgeWeights
 from .law_strips import STRIPS
 from .moments import INSIDE, Series, far_influence
 from .near_sums import NearSums
-from .remainder import add_rows
+from .remainder import add_by_rows
 
 #: points nearer to a cell's centroid than so many of its radii take the exact correction; none of
 #: a regular mesh lies just there
@@ -83,8 +82,7 @@ class EdgeCorrection:
 
     def add_to(self, matrix: ndarray) -> None:
         """Add the correction to a dense matrix of shape (m, n)."""
-        with Threads() as run:
-            run(partial(add_rows, self.add, matrix), self.x.shape[1], CELL * len(self.cells))
+        add_by_rows(self.add, matrix, CELL * len(self.cells))
 
     def apply(self, q: ndarray) -> ndarray:
         """The correction times mean pressures ``q`` of shape (n,) or (n, k)."""

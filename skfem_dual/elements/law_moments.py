@@ -156,13 +156,13 @@ def _add_half(corners, at_apex, at_side, triangles, j, room, own):
     """
     ax, ay, bx, by, ox, oy = corners
     onward, about = room
-    total = max(at_apex + at_side, TINY)
-    size = 2 * abs((bx - ax) * (oy - ay) - (by - ay) * (ox - ax)) / total
+    scale, share = 1 / triangles.mean[j], 1 / max(at_apex + at_side, TINY)
+    size = 2 * share * abs((bx - ax) * (oy - ay) - (by - ay) * (ox - ax))
     onward[:], about[:] = 0.0, 0.0
     for k in range(TAU.shape[0]):
         root = at_apex + (at_side - at_apex) * TAU[k]
-        t = TAU[k] * (at_apex + root) / total
-        over = factor_at(triangles.factors, j, root) / triangles.mean[j] - root
+        t = TAU[k] * (at_apex + root) * share
+        over = factor_at(triangles.factors, j, root) * scale - root
         power = size * t * ALONG_TAU[k] * over
         for a in range(ORDERS):
             onward[a] += power

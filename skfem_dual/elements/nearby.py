@@ -48,9 +48,8 @@ class Squares(NamedTuple):
         column, row = ((x - corner[:, None]) / side).astype(np.int64)
         keys = (row << 32) + column
         order = np.argsort(keys, kind="stable")
-        x, numbers, keys, corner = inputs(
-            x.take(order, axis=1), order.astype(np.int32), keys[order], corner
-        )
+        x, numbers = x.take(order, axis=1), order.astype(np.int32)
+        x, numbers, keys, corner = inputs(x, numbers, keys[order], corner)
         return cls(x, numbers, keys, corner, side)
 
 

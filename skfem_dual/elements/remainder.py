@@ -20,6 +20,7 @@ from ..grids.partition import Partition
 from ..ground.hankel import RadialTable, SquareTable, square_value
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import Threads
 from .clouds import Clouds, cloud_sum
 from .edge_weights import EdgeWeights
 from .moments import load_moments, reach_of
@@ -127,6 +128,12 @@ def _clouds(pieces: Pieces, centres: ndarray, nearest: ndarray, smallest: float)
 def add_rows(add: Add, matrix: ndarray, rows: slice) -> None:
     """Add to some rows of the ``matrix`` of a block of cells; work for `Threads`."""
     add(rows, matrix[rows])
+
+
+def add_by_rows(add: Add, matrix: ndarray, each: int) -> None:
+    """Add to a matrix, some rows at a time, each of which takes some nanoseconds."""
+    with Threads() as run:
+        run(partial(add_rows, add, matrix), len(matrix), each)
 
 
 def _add(

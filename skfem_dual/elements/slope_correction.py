@@ -10,7 +10,6 @@ polygonal and polyhedral domains, IEEE Trans. Antennas Propag. 32 (1984).
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -24,7 +23,7 @@ from ..kernels.threads import Threads
 from .law_strips import STRIPS
 from .near_slopes import AT_REST, NearSlopes
 from .near_sums import NearSums
-from .remainder import Add, add_rows
+from .remainder import Add, add_by_rows
 from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
@@ -180,7 +179,7 @@ class SlopeCorrection:
 
     def add_to(self, matrix: ndarray, slopes: Slopes, sign: float = 1.0) -> None:
         """Add ``sign`` times what ``slopes`` make of mean pressures to a dense (m, n) matrix."""
-        self._run(self.adding(slopes, sign), matrix)
+        add_by_rows(self.adding(slopes, sign), matrix, CELL * len(self.areas))
 
     def adding(self, slopes: Slopes, sign: float = 1.0) -> Add:
         """What does so to a block of some rows."""
@@ -209,16 +208,12 @@ class SlopeCorrection:
 
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
-        self._run(self._adding(slopes), matrix)
-
-    def _run(self, add: Add, matrix: ndarray) -> None:
-        with Threads() as run:
-            run(partial(add_rows, add, matrix), self.x.shape[1], CELL * len(self.areas))
+        add_by_rows(self._adding(slopes), matrix, CELL * len(self.areas))
 
     def _adding(self, slopes: csr_matrix) -> Add:
         """What does so to a block of some rows."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        rows, columns = _arrays(slopes), _arrays(csc_matrix(slopes))
+        rows, columns = _arrays(slopes), _arrays(slopes.tocsc())
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
 
         def add(k: slice, block: ndarray) -> None:

@@ -223,9 +223,8 @@ class DualMesh:
         crossing = len(self) + mesh.t2f.take(elements, axis=1)[[0, 0, 1, 1, 2, 2]]
         barycentre = np.broadcast_to(len(self) + mesh.nfacets + elements, crossing.shape)
         # vertices ascend as skfem wants them: its sorting leaves them in place
-        t = np.stack([mesh.t.take(elements, axis=1)[_PAIRS], crossing, barycentre]).transpose(
-            0, 2, 1
-        )
+        node = mesh.t.take(elements, axis=1)[_PAIRS]
+        t = np.stack([node, crossing, barycentre]).transpose(0, 2, 1)
         return np.ascontiguousarray(t.reshape(3, -1), dtype=np.int32)
 
     @computed_once

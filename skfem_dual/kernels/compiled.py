@@ -40,8 +40,7 @@ def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
 
 
 def _input(a: ndarray) -> ndarray:
-    flags = a.flags
-    if flags.c_contiguous and not flags.writeable:
+    if type(a) is ndarray and a.flags.c_contiguous and not a.flags.writeable:
         return a
     view = np.ascontiguousarray(a)[...]
     view.flags.writeable = False
