@@ -94,17 +94,6 @@ def test_a_wrong_operator_is_noticed_by_exact_rows(answer):
     assert replace(verify, rtol=1e-3)(contact, position).success
 
 
-def test_rows_that_a_punch_takes_from_its_matrix_are_those_assembled_apart():
-    """In other blocks of rows; under a symmetry, whose matrix has not all, they are such."""
-    for symmetry in (None, "auto"):
-        of = punch(symmetry=symmetry)
-        assert of.solve(1.0).success
-        own, apart = of.exact_rows, of.footprint.exact_rows
-        assert (own is apart) == (symmetry is not None)
-        np.testing.assert_array_equal(own.numbers, apart.numbers)
-        np.testing.assert_allclose(own.rows, apart.rows, rtol=1e-13)
-
-
 @pytest.mark.filterwarnings("ignore:150 cells of a size")
 def test_settlements_of_the_wrong_sign_are_no_success():
     """A layer far thinner than the cells: the discrete ground is not stable any more."""
