@@ -21,6 +21,7 @@ from skfem_dual import (
     RigidPunches,
     stress_below,
 )
+from skfem_dual.grids.generate import annulus
 from skfem_dual.report import figures, report_html, write_report
 from skfem_dual.report.data import SCHEMA, plain, report_data, substrate_data
 from skfem_dual.report.details import Details
@@ -136,6 +137,16 @@ def test_between_footings():
     assert "right, P1" not in names  # a point is that of the footing it lies on
     with pytest.raises(ValueError, match=r"points on the plan, got \(2, 0\), 1 off it"):
         report_html(found, points=[(2.0, 0.0)], mesh_name="pair")
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_ring_around_a_footing_has_no_angular_distortion_to_it():
+    meshes = {"pad": disc(3), "ring": annulus(1.5, 2.0, n=60)}
+    punches = [RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis()) for mesh in meshes.values()]
+    solved = RigidPunches(punches).solve_many({"dead": [{"force": 300.0}, {"force": 900.0}]})
+    found = dict(zip(meshes, solved, strict=True))
+    assert between(footings_of(found, Details())) == []
+    assert "Angular distortion" not in report_html(found, mesh_name="pad and ring")
 
 
 def test_data_is_the_page(cases):

@@ -133,8 +133,8 @@ def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> N
         raise ValueError(
             f"expected a basis that covers all cells, but {outside:.4g} of their area "
             f"{areas.sum():.6g} lies outside ({outside / areas.sum():.2%}), the first in cell "
-            f"{bare[0]}. Remedy: a mesh of the whole plan with the same boundary; or partial=True "
-            "to leave out the load outside"
+            f"{bare[0]}. Remedy: a mesh of the whole plan with the same boundary; or, of a load "
+            "vector, partial=True to leave out the load outside"
         )
 
 
