@@ -325,6 +325,23 @@ def test_auto_takes_what_fits(monkeypatch):
     assert operator.method == "fast"
 
 
+def test_expansions_that_are_known_take_no_memory_again(monkeypatch):
+    """The position by work under ten million cells was refused what the operator already had."""
+    cells = Partition.from_basis(BASES["dual cells"])
+    common = {"method": "fast", "edge": "constant"}
+    operator = InfluenceOperator(GROUNDS["homogeneous"], cells, **common)
+    few = operator.x[:, :50]
+    anew = InfluenceOperator(GROUNDS["homogeneous"], cells, collocation=few, **common)
+    monkeypatch.setattr(resources, "available_memory", lambda: 0.9 * anew.estimate.memory)
+    with pytest.raises(MemoryError, match="from 545 cells to 50 points"):
+        InfluenceOperator(GROUNDS["homogeneous"], cells, collocation=few, **common)
+    known = InfluenceOperator(
+        GROUNDS["homogeneous"], cells, collocation=few, like=operator, **common
+    )
+    q = np.ones(545)
+    np.testing.assert_allclose(known @ q, (operator @ q)[:50], rtol=2e-6)
+
+
 def test_memory_at_hand():
     assert resources.available_memory() > 2**20
 

@@ -154,15 +154,16 @@ class InfluenceOperator(LinearOperator):
             checked_choice("method", method, ("auto", "toeplitz"))
         layered = not periodic and substrate.remainder is not None
         places = None if lattice is None else prod(lattice.shape)
-        self.method, self.estimate = choose(method, m, n, float(rtol), layered, places)
-        self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
         known = None if like is None else self._expansions(like)
+        asked = method, m, n, float(rtol), layered, places
+        self.method, self.estimate = choose(*asked, known is not None)
+        self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
         start = perf_counter()
         single = self.method == "fast" and rtol >= SINGLE
         self._entries = Entries(substrate, partition, x, weights, slopes, single)
         self.correction, self.sloping = self._entries.correction, self._entries.sloping
-        asked = self._entries, self.method, self.rtol, known
-        self._kept, self.error, self.row_error = within(*asked)
+        kept = within(self._entries, self.method, self.rtol, known)
+        self._kept, self.error, self.row_error = kept
         self.setup_time = perf_counter() - start
 
     @classmethod

@@ -33,10 +33,13 @@ class Estimate:
         )
 
 
-def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -> Estimate:
+def estimate(
+    method: str, points: int, cells: int, rtol: float, layered: bool, known: bool = False
+) -> Estimate:
     """Estimate of an operator from ``cells`` to ``points``, by what was measured.
 
-    ``layered`` if the influence function has a remainder.
+    ``layered`` if the influence function has a remainder, ``known`` if the expansions of the
+    cells are those of another operator.
     """
     if method == "dense":
         entries = float(points) * cells
@@ -50,7 +53,7 @@ def estimate(method: str, points: int, cells: int, rtol: float, layered: bool) -
     moments = (degree + 1) * (degree + 2) / 2
     # near entries, moments and near slopes of every cell, expansions of every box, vectors
     kept = 100.0 * near + (moments * kernels + 30) * size + 2 * terms * kernels
-    memory = each * (kept + 400 + 900 * layered)
+    memory = (points if known else each) * kept + each * (400 + 900 * layered)
     setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
 
@@ -85,13 +88,19 @@ def transforms(places: int, layered: bool) -> Estimate:
 
 
 def choose(
-    method: str, points: int, cells: int, rtol: float, layered: bool, places: int | None = None
+    method: str,
+    points: int,
+    cells: int,
+    rtol: float,
+    layered: bool,
+    places: int | None = None,
+    known: bool = False,
 ) -> tuple[str, Estimate]:
     """The method, "dense", "fast" or "toeplitz", and what it will take.
 
     Of ``"auto"`` the last if the cells are on a regular grid of so many ``places``, else what is
     sooner ready for `PRODUCTS` products and fits into the memory; below `EXACT` only a matrix
-    will do.
+    will do. ``known`` as of `estimate`.
 
     Raises
     ------
@@ -99,7 +108,7 @@ def choose(
         If the memory at hand will not do.
     """
     names = ["dense"] if rtol < EXACT else ["dense", "fast"]
-    estimates = {name: estimate(name, points, cells, rtol, layered) for name in names}
+    estimates = {name: estimate(name, points, cells, rtol, layered, known) for name in names}
     memory = available_memory()
     if places is not None:
         estimates["toeplitz"] = transforms(places, layered)
