@@ -123,8 +123,8 @@ class Fan:
     def _compact(self) -> "Fan":
         """With the vertices of its triangles only."""
         numbers, t = _numbered(self.t, self.p.shape[1])
-        kept = readonly(self.p.take(numbers, axis=1)), readonly(t), readonly(numbers, np.int32)
-        return replace(self, **dict(zip(("p", "t", "numbers"), kept)))
+        p, numbers = readonly(self.p.take(numbers, axis=1)), readonly(numbers, np.int32)
+        return replace(self, p=p, t=readonly(t), numbers=numbers)
 
     def halved(self, found: Callable[[ndarray, ndarray], ndarray], times: int) -> "Fan":
         """With some sides of triangles cut in halves, so often.
