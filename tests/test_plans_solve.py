@@ -112,7 +112,7 @@ def test_what_is_not_reached_is_told():
     with pytest.warns(ResolutionWarning, match=r"not reached: .* MiB allowed. Remedy: memory="):
         short = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, memory=1e6)
     with pytest.warns(ResolutionWarning, match=r"not reached: .* s are allowed. Remedy: time_lim"):
-        brief = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, time_limit=0.5)
+        brief = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, time_limit=1e-3)
     for solution in (short, brief):
         assert not solution.accuracy.reached
         assert solution.accuracy.error > solution.accuracy.asked
