@@ -12,6 +12,7 @@ from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
+from ...kernels.limits import limited_threads
 from ...kernels.once import computed_once
 from ...kernels.threads import Threads
 from .assembly import (
@@ -31,7 +32,7 @@ from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
 from .near_entries import NearEntries
-from .quadtree import OFFSETS, Quadtree
+from .quadtree import Quadtree
 
 #: cells, or points, of a box that is not divided
 LEAF = 22
@@ -147,9 +148,9 @@ class FastSummation:
     ) -> "FastSummation":
         """With M2L to a part of the tolerance, which takes no time but in products."""
         laws = _laws(substrate, partition, x, weights, self.chebyshev, SHARPER * self.rtol)
-        far_lists = [self.tree.far_lists(level) for level in range(len(self.tree.levels) - 1)]
+        families = [self.tree.families(level) for level in range(len(self.tree.levels) - 1)]
         far_fields = tuple(
-            replace(far, m2l=m2l_translations(self.tree, far_lists, factors))
+            replace(far, m2l=m2l_translations(self.tree, families, factors))
             for far, (*_, factors) in zip(self.far_fields, laws, strict=True)
         )
         return replace(self, far_fields=far_fields)
@@ -187,7 +188,7 @@ class FastSummation:
         known = tree, chebyshev.order, circles
         p2m = p2m or tuple(CellExpansions.of(*known, moments, dtype) for moments, *_ in laws)
         levels = range(len(tree.levels) - 1)
-        far_lists = [tree.far_lists(level) for level in levels]
+        families = [tree.families(level) for level in levels]
         return cls(
             tree,
             x,
@@ -200,7 +201,7 @@ class FastSummation:
             tuple(
                 FarField(
                     own,
-                    m2l_translations(tree, far_lists, factors),
+                    m2l_translations(tree, families, factors),
                     m2p_blocks(tree, chebyshev, kernel, x, lists.m2p, dtype),
                 )
                 for own, (_, kernel, factors) in zip(p2m, laws, strict=True)
@@ -247,7 +248,8 @@ class FastSummation:
         tree = self.tree
         q = np.array([row[tree.cells] for row in q])
         out = np.zeros((len(q), self.x.shape[1]))
-        with Threads() as run:
+        # threads of BLAS would wait for each other longer than the products take
+        with limited_threads(1, "blas"), Threads() as run:
             self._add_expansions(q, dipoles, out, np.float32 if rough else float, run)
             self.p2p.add(q, dipoles, out, run)
         settled = np.empty_like(out)
@@ -291,15 +293,14 @@ def _laws(
     tolerance: float,
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
-    every, degree = np.ones(len(OFFSETS), bool), degree_of(chebyshev.order)
-    singular = substrate.surface.influence
-    left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
+    degree, singular = degree_of(chebyshev.order), substrate.surface.influence
+    left, core, right = compressed(chebyshev.m2l(singular, 1.0), tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
         (
             lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
-            lambda h, _: (left, core / h, right),
+            lambda h: (left, core / h, right),
         )
     ]
     if (table := substrate.remainder) is not None:
@@ -311,7 +312,7 @@ def _laws(
             (
                 lambda cells: of_pieces[..., cells],
                 kernel,
-                lambda h, needed: compressed(chebyshev.m2l(kernel, h, needed), tolerance),
+                lambda h: compressed(chebyshev.m2l(kernel, h), tolerance),
             )
         )
     return laws
