@@ -12,6 +12,7 @@ from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
+from ...kernels.compiled import inputs
 from ...kernels.limits import limited_threads
 from ...kernels.once import computed_once
 from ...kernels.threads import Threads
@@ -170,8 +171,10 @@ class FastSummation:
         # beside the middles of cells entries differ little from those of charges
         regular = substrate.remainder is None and np.array_equal(x, partition.centroids)
         near_dtype = np.int16 if rtol >= SHORT and regular else dtype
-        chebyshev = Chebyshev(order_for(rtol))
-        cells, x = tree.cells, np.ascontiguousarray(x[:, tree.points])
+        chebyshev, cells = Chebyshev(order_for(rtol)), tree.cells
+        circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
+        (x,) = inputs(x[:, tree.points])
+        x = circles.middles if np.array_equal(x, circles.middles) else x  # once will do
         reach = radii(partition.polygons)
         lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
         used = np.zeros(len(cells), dtype=bool)
@@ -179,7 +182,6 @@ class FastSummation:
         place = np.cumsum(used, dtype=np.int32) - 1
         near = NearField.from_partition(substrate, partition, weights, cells[used], 10 * rtol)
         rows = tree.targets[:, lists.p2p.boxes]
-        circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
         fall = Fall.from_substrate(substrate)
         p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, near_dtype)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
