@@ -149,18 +149,19 @@ class Entries:
         """Settlements under mean pressures (n,) or (n, k) by a fast summation.
 
         ``slopes`` takes them, as (k, n), to slopes, as `Slopes.of_rows` does; ``rough`` as of
-        `FastSummation.apply`.
+        `FastSummation.add`.
         """
-        columns = q.reshape(len(q), -1)
-        settled, dipoles = np.zeros((columns.shape[1], self.x.shape[1])), None
+        rows = q.reshape(len(q), -1).T
+        settled, dipoles = np.zeros((len(rows), self.x.shape[1])), None
         if self.correction is not None:
-            settled += (self.correction.near @ columns).T
+            for own, row in zip(settled, rows, strict=True):
+                own += self.correction.near @ row
         if slopes is not None and self.sloping is not None:
-            dipoles = slopes(columns.T)
+            dipoles = slopes(rows)
             self.sloping.near.add_product(dipoles, settled)
             for own in dipoles:  # in their place: they take no memory of their own
                 own[:] = self.sloping.dipoles(own[None], fast.tree.cells)[0]
-        settled += fast.apply(columns.T, dipoles, rough)
+        fast.add(rows, dipoles, settled, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
 

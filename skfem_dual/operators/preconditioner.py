@@ -139,8 +139,9 @@ class Groups:
         rows = w.T.reshape(-1, len(w))
         inner, out = np.zeros(rows.shape), np.empty(rows.shape)
         with Threads() as run:
-            self.blocks.add_product(rows[:, self.cells], inner, run)
-        out[:, self.cells] = self.units * inner
+            self.blocks.add_product(rows.take(self.cells, axis=1), inner, run)
+        for own, row in zip(out, inner, strict=True):
+            own[self.cells] = self.units * row
         return out.reshape(w.T.shape).T
 
 
@@ -194,7 +195,7 @@ class Coarse:
         pressures = np.zeros_like(means)
         with Threads() as run:
             self.inverse.add_product(self.unit * means, pressures, run)
-        return pressures[:, self.box].T, w - means[:, self.box].T
+        return pressures.take(self.box, axis=1).T, w - means.take(self.box, axis=1).T
 
 
 def large_boxes(partition: Partition, size: int) -> ndarray:

@@ -241,22 +241,23 @@ class FastSummation:
         near = self.p2p.nbytes + self.p2l.nbytes
         return near + translations + far + self.dipoles.nbytes
 
-    def apply(self, q: ndarray, dipoles: ndarray | None = None, rough: bool = False) -> ndarray:
-        """Settlements at the points under several loads, shape (s, m).
+    def add(
+        self, q: ndarray, dipoles: ndarray | None, settled: ndarray, rough: bool = False
+    ) -> None:
+        """Add what several loads do at the points to settlements, shape (s, m).
 
         Mean pressures ``q`` are of shape (s, n), and dipoles of the cells, in the order of the
         tree, (s, 2, n). Expansions are in single precision if ``rough``.
         """
-        tree = self.tree
-        q = np.array([row[tree.cells] for row in q])
-        out = np.zeros((len(q), self.x.shape[1]))
+        tree, q = self.tree, q.take(self.tree.cells, axis=1)
+        for row in settled:  # in place: a second array would be large
+            row[:] = row[tree.points]
         # threads of BLAS would wait for each other longer than the products take
         with limited_threads(1, "blas"), Threads() as run:
-            self._add_expansions(q, dipoles, out, np.float32 if rough else float, run)
-            self.p2p.add(q, dipoles, out, run)
-        settled = np.empty_like(out)
-        settled[:, tree.points] = out
-        return settled
+            self._add_expansions(q, dipoles, settled, np.float32 if rough else float, run)
+            self.p2p.add(q, dipoles, settled, run)
+        for row in settled:
+            row[tree.points] = row.copy()
 
     def _add_expansions(
         self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
