@@ -87,10 +87,10 @@ class Preconditioner:
     def __matmul__(self, w: ndarray) -> ndarray:
         """Approximate pressures under settlements ``w`` of shape (n,) or (n, k)."""
         columns = w.reshape(len(w), -1)
-        out, rest = self.coarse.split(columns)
-        if self.acting is not None:
-            rest = columns - self.acting.coarsely(out)
-        out += self.groups @ rest
+        means = self.coarse.means(columns)
+        out = self.coarse.on_cells(self.coarse.factors.solve(means))
+        known = self.coarse.on_cells(means) if self.acting is None else self.acting.coarsely(out)
+        out += self.groups @ (columns - known)
         return out.reshape(w.shape)
 
 
@@ -174,12 +174,13 @@ class Coarse:
         matrix = influence_matrix(operator.substrate, squares, squares.nodes)
         return cls(box, partition.areas / areas[box], RoughFactors.from_matrix(matrix))
 
-    def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
-        """Pressures under the means of settlements (n, k) over the boxes; settlements less the
-        means."""
-        means = np.array([np.bincount(self.box, self.shares * column) for column in w.T])
-        pressures = self.factors.solve(means)
-        return pressures.take(self.box, axis=1).T, w - means.take(self.box, axis=1).T
+    def means(self, w: ndarray) -> ndarray:
+        """Those over the boxes of settlements (n, k), shape (k, nboxes)."""
+        return np.array([np.bincount(self.box, self.shares * column) for column in w.T])
+
+    def on_cells(self, values: ndarray) -> ndarray:
+        """Values of the boxes (k, nboxes) on their cells, (n, k)."""
+        return values.take(self.box, axis=1).T
 
 
 def large_boxes(partition: Partition, size: int) -> ndarray:

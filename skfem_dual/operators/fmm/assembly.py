@@ -16,16 +16,12 @@ from .quadtree import BESIDE, OFFSETS, Quadtree
 
 #: from half-width to the matrices of M2L as `compressed`
 Factors = Callable[[float], tuple[ndarray, ndarray, ndarray]]
-#: which of `OFFSETS` leads from each box of a family, in the last place, to each of one at each of
-#: `BESIDE`; the number beyond the last to adjacent boxes
+#: which of `OFFSETS` leads to each box of a family at each of `BESIDE` from each box, in the last
+#: place, of another; the number beyond the last where both are adjacent
 _QUARTERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
 _WAYS = (2 * BESIDE[:, None] + _QUARTERS)[:, :, None] - _QUARTERS
-_NUMBERS = np.argmax(
-    np.append(
-        (_WAYS[..., None, :] == OFFSETS).all(axis=-1), np.ones((len(BESIDE), 4, 4, 1)), axis=-1
-    ),
-    axis=-1,
-)
+_SAME = (_WAYS[..., None, :] == OFFSETS).all(axis=-1)
+_NUMBERS = np.where(_SAME.any(axis=-1), _SAME.argmax(axis=-1), len(OFFSETS))
 
 
 def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
