@@ -9,7 +9,7 @@ from numpy import ndarray
 from skfem import MeshQuad1
 
 from ..arguments import Pair
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import readonly
@@ -92,7 +92,8 @@ class Bounds:
             raise ValueError(reason)
         at = load.point or (0.0, 0.0) if load.force is not None else (0.0, 0.0)
         to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
-        on_others = list(_on_other_grids(solution))
+        with warnings_kept():  # those of the solution were told
+            on_others = list(_on_other_grids(solution))
         own, *others = (s.positions @ to_point.T for s in (solution, *on_others))
         best = others[0][0] if _weighted(solution) and not _on_dual(solution) else own[0]
         half = _half(solution, on_others, best, [own, *others])
