@@ -13,6 +13,7 @@ from ..errors import ConvergenceError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import readonly
+from ..ground.periodic import PeriodicGround
 from ..messages import shown
 from ..operators.symmetry import Symmetry
 from .load import Load
@@ -170,6 +171,8 @@ def why_none(solution: Any) -> str:
     """Why there are no bounds, in words; empty if there are."""
     if not solution.success:
         return "expected a solution whose equations hold, for bounds; see its message"
+    if isinstance(solution.footprint.substrate, PeriodicGround):
+        return "expected ground without a period, for bounds: it takes one regular grid"
     group = _group(solution)
     if solution.others and (group is None or group.joined or group.stiffness is not None):
         return (

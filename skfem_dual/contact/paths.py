@@ -155,7 +155,8 @@ def load_path(
 def _together(punch: RigidPunch, loads: Sequence[Mapping], options: dict[str, Any]) -> LoadPath:
     """Of a rigid punch, whose loads share what they can."""
     names = tuple(f"load {number}" for number in range(len(loads)))
-    given = [(load_of(name, load),) for name, load in zip(names, loads, strict=True)]
+    unilateral = options.get("unilateral", True)
+    given = [(punch.acted_on(load_of(*pair), unilateral),) for pair in zip(names, loads)]
     found = solve_cases(punch, names, given, **options)
     for name, answer, message in zip(names, found.answers, found.messages, strict=True):
         if answer is None:
