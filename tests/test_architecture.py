@@ -187,7 +187,6 @@ LAYERS = [
         "contact.elastic_solution",
         "contact.punch",
         "contact.below",
-        "contact.paths",
         "contact.neighbours",
         "contact.group_solution",
         "contact.frame",
@@ -195,6 +194,7 @@ LAYERS = [
         "contact.refine",
         "contact.resisted",
         "contact.elastic",
+        "contact.paths",
         "contact.punches",
     ],
     [
