@@ -15,7 +15,7 @@ TINY, EPS = float(np.finfo(float).tiny), float(np.finfo(float).eps)
 
 
 #: real matrices of so many rows are factorised in single precision: in half the time
-SINGLE = 1500
+SINGLE = 600
 #: for up to so many right-hand sides at a time refinement is sooner done than factors in double
 #: precision, and in up to so many steps
 FEW, STEPS = 16, 6
@@ -79,7 +79,7 @@ class Factors:
     def _substituted(self, rhs: ndarray, trans: int) -> ndarray:
         """``getrs`` of LAPACK counts pivots from one, and scipy shifts them in place for as long
         as the call takes: a second thread would see other rows. Each call takes a copy."""
-        return lu_solve((self.lu, self.pivots.copy()), rhs, trans=trans)
+        return lu_solve((self.lu, self.pivots.copy()), rhs, trans=trans, check_finite=False)
 
     def _refined(self, rhs: ndarray) -> ndarray | None:
         """Solutions to rounding errors; None where steps do not fall fast."""
