@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
-from ..kernels.compiled import compiled, inputs
+from ..kernels.compiled import compiled, inputs, vectorised
 from .graded_rule import gauss
 from .law_moments import Triangles, by_distance, factor_at
 from .segments import ROWS, WIDTH, put_segment
@@ -63,7 +63,7 @@ class Strips(NamedTuple):
         return self._replace(starts=starts, segments=segments)
 
 
-@compiled
+@vectorised
 def _steep(triangles, cells, most, steep):
     """Whether the law varies over cells by more than a factor."""
     for k in range(cells.shape[0]):
@@ -76,7 +76,7 @@ def _steep(triangles, cells, most, steep):
         steep[k] = greatest > most * least
 
 
-@compiled
+@vectorised
 def _cut(triangles, cells, steep, room, starts, segments):
     """Put the strips of steep cells one after the other."""
     for k in range(cells.shape[0]):
