@@ -34,6 +34,7 @@ from ..kernels.once import computed_once
 from .graded_rule import graded
 from .law_moments import Factors, Triangles, law_moments
 from .law_polynomials import law_polynomials
+from .law_strips import Strips
 from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
@@ -273,6 +274,11 @@ class EdgeWeights:
         fan, factors = self.fan, Factors(*inputs(*self.factors))
         p, t, root, starts, mean = inputs(fan.p, fan.t, self.root, fan.starts, self.mean)
         return Triangles(p, t, root, starts, mean, factors)
+
+    @computed_once
+    def strips(self) -> Strips:
+        """What weighted cells are cut into near by."""
+        return Strips.of(self.triangles, self.cells)
 
     @computed_once
     def moments(self) -> ndarray:
