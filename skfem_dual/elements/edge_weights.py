@@ -258,7 +258,7 @@ class EdgeWeights:
         """Sums over the triangles of each cell."""
         return np.bincount(self.fan.cell, values, minlength=len(self.partition))
 
-    @computed_once
+    @property
     def moment(self) -> ndarray:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
         fan = self.fan
@@ -266,7 +266,7 @@ class EdgeWeights:
         arm = fan.p.take(fan.t, axis=1).mean(axis=1) + off
         arm -= self.partition.centroids.take(fan.cell, axis=1)
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
-        return readonly(np.where(self.weighted, first / self.mean, 0.0))
+        return np.where(self.weighted, first / self.mean, 0.0)
 
     @computed_once
     def triangles(self) -> Triangles:

@@ -176,7 +176,7 @@ def _together(
 def _answered(inverse: Product, vectors: Sequence[ndarray]) -> ndarray:
     """What an approximate inverse makes of vectors, in columns."""
     if isinstance(inverse, Preconditioner):
-        return inverse @ np.stack(vectors, axis=1)
+        return inverse @ np.stack(vectors).T
     return np.stack([inverse @ v for v in vectors], axis=1)
 
 

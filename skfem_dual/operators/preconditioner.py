@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from scipy.linalg import inv
 from scipy.sparse import csr_matrix
 
 from ..elements.influence import influence_matrix
@@ -19,7 +20,6 @@ from ..grids.partition import Partition
 from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
-from .factors import Factors
 from .fmm.linear_maps import SparseBlocks
 from .fmm.lists import near_lists
 from .fmm.loops import Layout
@@ -38,6 +38,8 @@ OVERLAP = 0.9
 AROUND = 100
 #: greatest short integer
 GREATEST = 32767
+#: rows of the inverse for large boxes that are multiplied together
+GRAIN = 64
 #: large boxes, about; over the root of the number of cells, where that is more: a million take 9
 #: steps with 3000 and 11 with 1000; and the fewest cells in one
 COARSE, BY_ROOT, FEWEST = 1000, 3.0, 30
@@ -87,11 +89,10 @@ class Preconditioner:
     def __matmul__(self, w: ndarray) -> ndarray:
         """Approximate pressures under settlements ``w`` of shape (n,) or (n, k)."""
         columns = w.reshape(len(w), -1)
-        out, rest = (np.array(x).T for x in zip(*map(self.coarse.split, columns.T)))
+        out, rest = self.coarse.split(columns)
         if self.acting is not None:
             rest = columns - self.acting.coarsely(out)
-        for k in range(columns.shape[1]):
-            out[:, k] += self.groups @ rest[:, k]
+        out += self.groups @ rest
         return out.reshape(w.shape)
 
 
@@ -133,12 +134,14 @@ class Groups:
         return cls(cells, blocks, units)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Pressures under settlements ``w`` of shape (n,) as if other groups had none."""
-        inner, out = np.zeros(len(w)), np.empty(len(w))
+        """Pressures under settlements ``w`` of shape (n,) or (n, k) as if other groups had
+        none."""
+        rows = w.T.reshape(-1, len(w))
+        inner, out = np.zeros(rows.shape), np.empty(rows.shape)
         with Threads() as run:
-            self.blocks.add_product(w[None, self.cells], inner[None], run)
-        out[self.cells] = self.units * inner
-        return out
+            self.blocks.add_product(rows[:, self.cells], inner, run)
+        out[:, self.cells] = self.units * inner
+        return out.reshape(w.T.shape).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +154,17 @@ class Coarse:
         Box of each cell.
     shares : (n,) array of float
         Area of each cell over that of its box.
-    factors : Factors
-        Of the settlements of the squares' middles.
+    inverse : SparseBlocks
+        Pressures by settlements of the squares' middles, in single precision: products with it,
+        other than solutions with such factors, are the same linear map to rounding in double.
+    unit : float
+        What it is multiplied by.
     """
 
     box: ndarray
     shares: ndarray
-    factors: Factors
+    inverse: SparseBlocks
+    unit: float
 
     @classmethod
     def from_operator(cls, operator: InfluenceOperator) -> "Coarse":
@@ -170,12 +177,24 @@ class Coarse:
         middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
         squares = _squares(middles / areas, np.sqrt(areas))
         matrix = influence_matrix(operator.substrate, squares, squares.nodes)
-        return cls(box, partition.areas / areas[box], Factors.from_matrix(matrix))
+        unit = np.abs(matrix).max()
+        values = inv((matrix / unit).astype(np.float32), overwrite_a=True)
+        first, k = np.arange(0, len(matrix), GRAIN), len(matrix)
+        rows = np.stack([first, np.minimum(first + GRAIN, k)])
+        starts, columns = k * np.arange(len(first) + 1), np.tile(np.arange(k), len(first))
+        layout = Layout.from_lists(rows, starts, columns)
+        return cls(
+            box, partition.areas / areas[box], SparseBlocks(layout, values.ravel()), 1 / unit
+        )
 
     def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
-        """Pressures under the means of settlements over the boxes; settlements less the means."""
-        mean = np.bincount(self.box, self.shares * w)
-        return self.factors.solve(mean)[self.box], w - mean[self.box]
+        """Pressures under the means of settlements (n, k) over the boxes; settlements less the
+        means."""
+        means = np.array([np.bincount(self.box, self.shares * column) for column in w.T])
+        pressures = np.zeros_like(means)
+        with Threads() as run:
+            self.inverse.add_product(self.unit * means, pressures, run)
+        return pressures[:, self.box].T, w - means[:, self.box].T
 
 
 def large_boxes(partition: Partition, size: int) -> ndarray:
