@@ -12,7 +12,6 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, csr_matrix, eye_array
 
 from ..grids.fan import Fan
 from ..grids.lines import signed_distance
@@ -140,15 +139,15 @@ class LineWeights(EdgeWeights):
         root = np.sqrt(self.in_points.clip(0))
         return pressure * self.relative(np.arange(len(root)), root)
 
-    def carried(self) -> csr_matrix:
-        """Mean pressures by those of the cells in contact in their points, shape (n, n).
-
-        Others that reach into the contact carry as much, over the law, as their neighbours do.
-        """
+    @computed_once
+    def carrying(self) -> tuple[ndarray, ndarray]:
+        """Cells out of contact in their points that reach into it, beside neighbours that are in
+        contact, (2, k), and what they carry of the mean pressures of these, (k,): as much, over
+        the law, as the neighbours do."""
         n, f2c, touching = len(self.partition), self.partition.f2c, self.in_contact
         pairs = np.hstack([f2c, f2c[::-1]])[:, np.tile(f2c[1] >= 0, 2)]
         pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & touching[pairs[1]]]
-        cell, other = np.unique(pairs, axis=1)
+        cell, other = np.divmod(np.unique(np.int64(n) * pairs[0] + pairs[1]), n)
         share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)
         share *= self.mean[cell] / self.mean[other] / np.bincount(cell, share, n)[cell]
-        return csr_matrix(coo_matrix((share, (cell, other)), shape=(n, n)) + eye_array(n))
+        return np.stack([cell, other]), share
