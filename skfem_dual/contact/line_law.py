@@ -280,7 +280,7 @@ class OnLines(NamedTuple):
 
 
 @compiled
-def _carry(cells, others, shares, matrix):
+def _carry(cells: ndarray, others: ndarray, shares: ndarray, matrix: ndarray) -> None:
     for i in range(matrix.shape[0]):
         for k in range(cells.shape[0]):
             matrix[i, others[k]] += shares[k] * matrix[i, cells[k]]

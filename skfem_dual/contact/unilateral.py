@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from ..arguments import checked_choice, checked_flag, checked_number
 from ..errors import ConvergenceError
+from ..operators.guided import Guided, Part
 from .cell_forces import CellForces, Step
 from .problem import Contact, ContactProblem
 
@@ -25,6 +26,8 @@ from .problem import Contact, ContactProblem
 COARSEST = 1e-2
 #: iterations of the conjugate gradients after which to give up
 MOST = 1000
+#: cells in contact from which on iterations between them are sooner than a factorisation
+SOONER = 800
 
 Method = Literal["auto", "active-set", "cg"]
 
@@ -68,17 +71,13 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
             message = "contact shrank to fewer cells than the motions of the punch"
             break
         inside = np.nonzero(contact)[0]
-        # one factorisation for the gap and the motions
-        rhs = np.column_stack([-problem.gap[inside], planes[:, inside].T])
-        unit = np.linalg.solve(D[np.ix_(inside, inside)], rhs)
-        acting = problem.resultants[:, inside]
         try:
-            motion = solve_scaled(acting @ unit[:, 1:], problem.given - acting @ unit[:, 0])
+            between, motion = _between(problem, inside, pressure[inside])
         except ConvergenceError:
             message = "contact shrank to cells on which the punch can tilt without resistance"
             break
         pressure = np.zeros(len(D))
-        pressure[inside] = unit[:, 0] + unit[:, 1:] @ motion
+        pressure[inside] = between
         settlement = D @ pressure
         gap = settlement + problem.gap - motion @ planes
         touching = contact.copy()
@@ -96,6 +95,27 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
             wrong[: np.nonzero(wrong)[0][-1]] = False
         contact ^= wrong
     return Contact(pressure, motion, gap, touching, False, message, tuple(history))
+
+
+def _between(problem: ContactProblem, inside: ndarray, near: ndarray) -> tuple[ndarray, ndarray]:
+    """Pressures on some cells, by their numbers, that settle as the punch moves, and its motions;
+    pressures ``near`` begin iterations where these are sooner than a factorisation."""
+    matrix = np.asarray(problem.matrix)[np.ix_(inside, inside)]
+    planes, acting = problem.planes[:, inside], problem.resultants[:, inside]
+    gap, given = problem.gap[inside], problem.given
+    if problem.inverse is not None and len(inside) >= SOONER:
+        inverse = Part(problem.inverse, inside, len(problem.areas))
+        guided = Guided.of(matrix, planes, acting, inverse)
+        motion = solve_scaled(acting @ guided.spread, given - acting @ near)
+        pressure = near + guided.spread @ motion
+        settled = matrix @ pressure
+        found = guided.solve(motion @ planes - gap - settled, float(np.linalg.norm(settled)))
+        if found is not None:
+            return pressure + found[: len(inside)], motion + found[len(inside) :]
+    # one factorisation for the gap and the motions
+    unit = np.linalg.solve(matrix, np.column_stack([-gap, planes.T]))
+    motion = solve_scaled(acting @ unit[:, 1:], given - acting @ unit[:, 0])
+    return unit[:, 0] + unit[:, 1:] @ motion, motion
 
 
 def beginning(start: ndarray | None, n: int) -> ndarray:
