@@ -114,12 +114,15 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
     for cells, own in zip(problem.footprints, problem.slices, strict=True):
         fit = cells.weights is None and cells.collocation == "centroid"
         inside = pressure[own] > 0
-        edge = []
+        edge = None
         if fit and problem.system.gap[own].any() and _is_wide(cells.partition.f2c, inside):
             modulus = cells.substrate.surface.contact_modulus
-            edge = cells.triangles.fitted(pressure[own], gap[own], modulus).edge
+            edge = cells.triangles.fitted(pressure[own], gap[own], modulus).segments(1)
+        if edge is None or edge.starts[-1] == 0:
+            lines.append(None)
+            continue
         law = cells.partition, cells.fan, edge, cells.collocation_points, gap[own] == 0
-        lines.append(LineWeights.from_lines(*law) if edge else None)
+        lines.append(LineWeights.from_lines(*law))
     return tuple(lines)
 
 
