@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from ..arguments import checked_choice, checked_flag, checked_number
 from ..errors import ConvergenceError
+from ..operators.factors import submatrix
 from ..operators.guided import Guided, Part
 from .cell_forces import CellForces, Step
 from .problem import Contact, ContactProblem
@@ -26,6 +27,8 @@ from .problem import Contact, ContactProblem
 COARSEST = 1e-2
 #: iterations of the conjugate gradients after which to give up
 MOST = 1000
+#: condition number of a stiffness from which on some motion meets no resistance
+FREE = 1e13
 #: cells in contact from which on iterations between them are sooner than a factorisation
 SOONER = 800
 
@@ -100,7 +103,7 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
 def _between(problem: ContactProblem, inside: ndarray, near: ndarray) -> tuple[ndarray, ndarray]:
     """Pressures on some cells, by their numbers, that settle as the punch moves, and its motions;
     pressures ``near`` begin iterations where these are sooner than a factorisation."""
-    matrix = np.asarray(problem.matrix)[np.ix_(inside, inside)]
+    matrix = submatrix(np.asarray(problem.matrix), inside, inside)
     planes, acting = problem.planes[:, inside], problem.resultants[:, inside]
     gap, given = problem.gap[inside], problem.given
     if problem.inverse is not None and len(inside) >= SOONER:
@@ -203,15 +206,15 @@ def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
     """
     if len(given) == 0:
         return np.zeros(given.shape)
-    rows = np.abs(stiffness).max(axis=1, keepdims=True)
-    if (
-        not np.isfinite(stiffness).all()
-        or not rows.all()
-        or np.linalg.cond(stiffness / rows) > 1e13
-    ):
+    rows = np.abs(stiffness).max(axis=1)
+    fixed = np.isfinite(stiffness).all() and rows.all()
+    if fixed:
+        left, sizes, right = np.linalg.svd(stiffness / rows[:, None])
+        fixed = sizes[0] <= FREE * sizes[-1]
+    if not fixed:
         raise ConvergenceError(
             "the punch can move without resistance; likely cause: a plan of a few cells on one "
             "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
             "use at least three cells that do not lie on one line"
         )
-    return np.linalg.solve(stiffness / rows, (given.T / rows[:, 0]).T)
+    return right.T @ ((left.T @ (given.T / rows).T).T / sizes).T

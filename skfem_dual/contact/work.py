@@ -21,7 +21,7 @@ from numpy import ndarray
 
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.once import computed_once
-from ..operators.factors import Factors
+from ..operators.factors import Factors, submatrix
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .along_lines import has_law, on_each, regions_of
@@ -235,7 +235,7 @@ class Work:
         if not known:
             return None
         cells = np.nonzero(touching)[0]
-        matrix = np.asarray(system.matrix)[np.ix_(cells, cells)]
+        matrix = submatrix(np.asarray(system.matrix), cells, cells)
         pressures = np.zeros((len(touching), len(self.unit)))
         pressures[cells] = Factors.from_matrix(matrix).solve(system.planes[:, cells].T)
         return pressures / self.unit
