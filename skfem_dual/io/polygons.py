@@ -70,15 +70,14 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
     ValueError
         If the suffix is not ``.vtu``, or the ground has a period.
     """
+    kind = PunchSolution, "write_structure for what bends"
     for solution in solutions or (None,):
-        kind = PunchSolution, "write_structure for what bends"
-        if isinstance(
-            checked_instance("solution", solution, *kind).footprint.substrate, PeriodicGround
-        ):
-            raise ValueError(
-                "expected ground without a period, which moves beside cells too. Remedy: "
-                "write_field(path, solution.punch.basis, solution.pressure)"
-            )
+        checked_instance("solution", solution, *kind)
+    if any(isinstance(s.footprint.substrate, PeriodicGround) for s in solutions):
+        raise ValueError(
+            "expected ground without a period, which moves beside cells too. Remedy: "
+            "write_field(path, solution.punch.basis, solution.pressure)"
+        )
     parts = [solution.punch.partition for solution in solutions]
     every = list(zip(solutions, parts, strict=True))
     write_polygons(
