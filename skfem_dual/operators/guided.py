@@ -11,8 +11,11 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from .dense_solver import MOST, ROUNDING, FewColumns
+from .dense_solver import ROUNDING, FewColumns
 from .iterative import Product, solve_many
+
+#: iterations after which factors are sooner made: where contact is scattered
+MOST = 24
 
 
 @dataclass(frozen=True, eq=False)
