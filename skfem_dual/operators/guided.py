@@ -64,7 +64,7 @@ class Guided:
         norm = float(np.linalg.norm(rest))
         if norm <= ROUNDING * size:
             return np.zeros(self.shape[1])
-        rtol = min(ROUNDING * size / norm, 0.5)
+        rtol = min(ROUNDING * max(size / norm, 1.0), 0.5)
         found = solve_many(self, rest[:, None], rtol, preconditioner=self.inverse, most=MOST)
         return found.solution[:, 0] if found.success else None
 
