@@ -90,7 +90,7 @@ def _put_distances(
             if last or used[cell]:
                 for k in range(len(some)):
                     some[k] = strength[near[cell, k]]
-                z = np.median(some)
+                z = _median(some)
                 inside = square[cell] > 0
                 distance[cell] = square[cell] * z * z * z if inside else -gaps[cell] * z
         for k in range(len(i)):
@@ -101,6 +101,18 @@ def _put_distances(
             slope = np.hypot(along_x, along_y)
             onward = (along_x * step[0, k] + along_y * step[1, k]) / slope
             across[k] = max(0.3 * length[k], onward)
+
+
+@compiled
+def _median(values: ndarray) -> float:
+    """That of a few values, which are sorted."""
+    for k in range(1, len(values)):
+        value, at = values[k], k
+        while at > 0 and values[at - 1] > value:
+            values[at] = values[at - 1]
+            at -= 1
+        values[at] = value
+    return (values[len(values) // 2] + values[(len(values) - 1) // 2]) / 2
 
 
 @inlined
@@ -180,7 +192,7 @@ def _put_moved(
     for i in range(len(moved)):
         for k in range(count):
             areas[k] = sizes[near[i, k]] ** 2
-        size, strength, outside = np.sqrt(np.median(areas)), 0.0, 0.0
+        size, strength, outside = np.sqrt(_median(areas)), 0.0, 0.0
         for k in range(count):
             j = near[i, k]
             ax, ay = (x[0, j] - points[0, i]) / size, (x[1, j] - points[1, i]) / size

@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from ..arguments import checked_choice, checked_flag, checked_number
 from ..errors import ConvergenceError
-from ..operators.factors import submatrix
+from ..operators.factors import Factors, submatrix
 from ..operators.guided import Guided, Part
 from .cell_forces import CellForces, Step
 from .problem import Contact, ContactProblem
@@ -67,7 +67,7 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
     pressure, gap, motion = np.zeros(len(D)), problem.gap, np.zeros(len(planes))
     touching = np.zeros(len(D), dtype=bool)
     history: list[float] = []
-    fewest, patience = len(D) + 1, 3
+    fewest, patience, iterate = len(D) + 1, 3, True
     message = f"no convergence in {most} iterations of the active set"
     for _ in range(most):
         if contact.sum() < len(planes):
@@ -75,7 +75,9 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
             break
         inside = np.nonzero(contact)[0]
         try:
-            between, motion = _between(problem, inside, pressure[inside])
+            found = _iterated(problem, inside, pressure[inside]) if iterate else None
+            iterate = found is not None
+            between, motion = found or _between(problem, inside)
         except ConvergenceError:
             message = "contact shrank to cells on which the punch can tilt without resistance"
             break
@@ -100,25 +102,33 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
     return Contact(pressure, motion, gap, touching, False, message, tuple(history))
 
 
-def _between(problem: ContactProblem, inside: ndarray, near: ndarray) -> tuple[ndarray, ndarray]:
+def _between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]:
     """Pressures on some cells, by their numbers, that settle as the punch moves, and its motions;
-    pressures ``near`` begin iterations where these are sooner than a factorisation."""
+    by one factorisation for the gap and the motions."""
     matrix = submatrix(np.asarray(problem.matrix), inside, inside)
-    planes, acting = problem.planes[:, inside], problem.resultants[:, inside]
-    gap, given = problem.gap[inside], problem.given
-    if problem.inverse is not None and len(inside) >= SOONER:
-        inverse = Part(problem.inverse, inside, len(problem.areas))
-        guided = Guided.of(matrix, planes, acting, inverse)
-        motion = solve_scaled(acting @ guided.spread, given - acting @ near)
-        pressure = near + guided.spread @ motion
-        settled = matrix @ pressure
-        found = guided.solve(motion @ planes - gap - settled, float(np.linalg.norm(settled)))
-        if found is not None:
-            return pressure + found[: len(inside)], motion + found[len(inside) :]
-    # one factorisation for the gap and the motions
-    unit = np.linalg.solve(matrix, np.column_stack([-gap, planes.T]))
-    motion = solve_scaled(acting @ unit[:, 1:], given - acting @ unit[:, 0])
+    rhs = np.column_stack([-problem.gap[inside], problem.planes[:, inside].T])
+    unit, acting = Factors.from_matrix(matrix).solve(rhs), problem.resultants[:, inside]
+    motion = solve_scaled(acting @ unit[:, 1:], problem.given - acting @ unit[:, 0])
     return unit[:, 0] + unit[:, 1:] @ motion, motion
+
+
+def _iterated(
+    problem: ContactProblem, inside: ndarray, near: ndarray
+) -> tuple[ndarray, ndarray] | None:
+    """The same by iterations from pressures ``near``; None if they do not end soon, or there are
+    too few cells for them, or no approximate inverse."""
+    k, n = len(inside), len(problem.areas)
+    if problem.inverse is None or k < SOONER:
+        return None
+    planes, acting = problem.planes[:, inside], problem.resultants[:, inside]
+    matrix = submatrix(np.asarray(problem.matrix), inside, inside)
+    guided = Guided.of(matrix, planes, acting, Part(problem.inverse, inside, n))
+    motion = solve_scaled(acting @ guided.spread, problem.given - acting @ near)
+    pressure = near + guided.spread @ motion
+    settled = matrix @ pressure
+    rest = motion @ planes - problem.gap[inside] - settled
+    found = guided.solve(rest, float(np.linalg.norm(settled)))
+    return None if found is None else (pressure + found[:k], motion + found[k:])
 
 
 def beginning(start: ndarray | None, n: int) -> ndarray:

@@ -11,8 +11,11 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from .dense_solver import MOST, ROUNDING, FewColumns
+from .dense_solver import ROUNDING, FewColumns
 from .iterative import Product, solve_many
+
+#: iterations after which factors are sooner made: where contact is scattered
+MOST = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +64,7 @@ class Guided:
         norm = float(np.linalg.norm(rest))
         if norm <= ROUNDING * size:
             return np.zeros(self.shape[1])
-        rtol = min(ROUNDING * size / norm, 0.5)
+        rtol = min(ROUNDING * max(size / norm, 1.0), 0.5)
         found = solve_many(self, rest[:, None], rtol, preconditioner=self.inverse, most=MOST)
         return found.solution[:, 0] if found.success else None
 
