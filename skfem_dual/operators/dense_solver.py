@@ -64,7 +64,7 @@ class DenseSolver:
         return self.factors.solve(rhs)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate solution for a right-hand side (n,)."""
+        """Approximate solutions for right-hand sides (n,) or (n, k)."""
         return self.inverse @ w
 
     def condition_number(self, matrix: ndarray) -> float:
@@ -107,9 +107,11 @@ class TwoLevels:
         return cls(Groups.from_operator(matrix, partition), means, rows, box, coarse)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate pressures under settlements ``w`` of shape (n,)."""
-        p = self.groups @ w
-        return p + self.coarse.solve(self.means @ w - self.rows @ p)[self.box]
+        """Approximate pressures under settlements ``w`` of shape (n,) or (n, k)."""
+        columns = w.reshape(len(w), -1)
+        p = self.groups @ columns
+        left = self.means @ columns - FewColumns(self.rows) @ p
+        return (p + self.coarse.solve(left)[self.box]).reshape(w.shape)
 
 
 @dataclass(frozen=True, eq=False)

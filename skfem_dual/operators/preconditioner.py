@@ -133,12 +133,14 @@ class Groups:
         return cls(cells, blocks, units)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Pressures under settlements ``w`` of shape (n,) as if other groups had none."""
-        inner, out = np.zeros(len(w)), np.empty(len(w))
+        """Pressures under settlements ``w`` of shape (n,) or (n, k) as if other groups had
+        none."""
+        rows = w.T.reshape(-1, len(w))
+        inner, out = np.zeros(rows.shape), np.empty(rows.shape)
         with Threads() as run:
-            self.blocks.add_product(w[None, self.cells], inner[None], run)
-        out[self.cells] = self.units * inner
-        return out
+            self.blocks.add_product(rows[:, self.cells], inner, run)
+        out[:, self.cells] = self.units * inner
+        return out.reshape(w.T.shape).T
 
 
 @dataclass(frozen=True, eq=False)
