@@ -10,7 +10,7 @@ from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
 from skfem_dual import DualMesh, check_mesh
-from skfem_dual.grids.corners import numbered_facets, signed_areas
+from skfem_dual.grids.corners import signed_areas
 from skfem_dual.io import read_mesh
 
 DATA = Path(__file__).parent / "data"
@@ -50,17 +50,6 @@ MESHES = {
 def case(request):
     mesh, parts, holes = MESHES[request.param]()
     return DualMesh.from_mesh(mesh), parts, holes
-
-
-def test_facets_are_numbered_as_skfem_does(case):
-    shuffled = np.random.default_rng(3).integers(0, 9, (3, 40))  # facets of many triangles, points
-    for mesh in (MeshTri(case[0].mesh.p, case[0].mesh.t), MeshTri(np.zeros((2, 9)), shuffled)):
-        for found, known in zip(
-            numbered_facets(mesh.t, mesh.p.shape[1]),
-            (mesh.facets, mesh.t2f, mesh.f2t),
-            strict=True,
-        ):
-            np.testing.assert_array_equal(found, known)
 
 
 def test_counting_identities(case):

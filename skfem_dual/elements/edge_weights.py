@@ -14,7 +14,6 @@ Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Self
 
 import numpy as np
@@ -30,7 +29,7 @@ from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
-from ..kernels.once import computed_once
+from ..kernels.once import computed_once, remember
 from .graded_rule import graded
 from .law_moments import Factors, Triangles, law_moments
 from .law_polynomials import law_polynomials
@@ -116,19 +115,28 @@ class EdgeWeights:
 
     def with_fan(self, fan: Fan) -> Self:
         """On other triangles that fill the cells, halved next to corners."""
-        if self.corners is not None and len(self.corners.node):
-            fan = fan.halved(partial(self._bent, self.corners.x), HALVES)
-        return replace(self, fan=fan)
+        if self.corners is None or len(self.corners.node) == 0:
+            return replace(self, fan=fan)
+        corners, phi = self.corners.x, np.empty(0)
 
-    def _bent(self, corners: ndarray, p: ndarray, t: ndarray) -> ndarray:
-        """Keys of the sides of triangles next to corners along which phi is far from linear."""
-        beside = np.zeros(t.shape[1], dtype=bool)
-        _next_to(*inputs(p, t, corners), beside)
-        n = p.shape[1]
-        keys = np.unique(side_keys(t[:, beside], n))
-        a, b = (p[:, end] for end in np.divmod(keys, n))
-        begin, end, middle = self.phi_at(np.hstack([a, b, (a + b) / 2])).reshape(3, -1)
-        return keys[np.abs(2 * middle - begin - end) > 2 * BENT * middle]
+        def bent(p: ndarray, t: ndarray) -> ndarray:
+            """Keys of the sides of triangles next to corners along which phi is far from
+            linear."""
+            nonlocal phi
+            beside = np.zeros(t.shape[1], dtype=bool)
+            _next_to(*inputs(p, t, corners), beside)
+            n = p.shape[1]
+            keys = np.unique(side_keys(t[:, beside], n))
+            a, b = np.divmod(keys, n)
+            new = p[:, len(phi) :]
+            found = self.phi_at(np.hstack([new, (p.take(a, axis=1) + p.take(b, axis=1)) / 2]))
+            phi, middle = np.append(phi, found[: new.shape[1]]), found[new.shape[1] :]
+            return keys[np.abs(2 * middle - phi[a] - phi[b]) > 2 * BENT * middle]
+
+        out = replace(self, fan=fan.halved(bent, HALVES))
+        phi = np.append(phi, self.phi_at(out.fan.p[:, len(phi) :]))
+        remember(out, "root", out._root_of(phi))
+        return out
 
     @computed_once
     def _edge(self) -> tuple[ndarray, ndarray, float]:
@@ -154,9 +162,12 @@ class EdgeWeights:
         phi is exact there and linear in the triangles: between the nodes of the mesh alone it
         would miss how far the sides of a curved plan's polygon lie from its corners.
         """
+        return self._root_of(self.phi_at(self.fan.p))
+
+    def _root_of(self, phi: ndarray) -> ndarray:
+        """Never zero: means are sums of positive terms, and a tiny root is as good."""
         size = np.sqrt(self.partition.areas.sum())
-        # never zero: the means below are sums of positive terms, and a tiny root is as good
-        return readonly(np.sqrt(self.phi_at(self.fan.p)).clip(1e-20 * np.sqrt(size)))
+        return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
     def roots_in(self, fan: Fan, triangle: ndarray) -> ndarray:
         """The same at the vertices of triangles in weighted cells, shape (3, m), which another

@@ -13,7 +13,7 @@ from skfem.generic_utils import OrientedBoundary
 from ..arguments import checked_indices
 from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, dual_conditions, user_tags
-from .corners import Corners, numbered_facets
+from .corners import Corners, facets_of
 from .partition import Partition
 from .polygons import Polygons, readonly
 from .report import require
@@ -92,12 +92,12 @@ class DualMesh:
         )
         mesh.doflocs.setflags(write=False)
         mesh.t.setflags(write=False)
-        known = numbered_facets(mesh.t, mesh.p.shape[1])
-        mesh._facets, mesh._t2f, mesh._f2t = map(readonly, known)
+        mesh._facets, mesh._t2f, mesh._f2t = facets_of(mesh.t, mesh.nvertices)
         corners = Corners(mesh)
         require(dual_conditions(corners))
         partition = _dual_partition(corners)
-        mesh._facets = partition.f2c[:, : mesh.nfacets]  # kept once
+        # the mesh is kept: long integers of numpy, and columns that the cells of ribs have too
+        mesh._t2f, mesh._facets = readonly(mesh.t2f, np.int32), partition.f2c[:, : mesh.nfacets]
         return cls(mesh, partition)
 
     def lines(self) -> list[str]:
