@@ -32,8 +32,8 @@ SAMPLES, MANY = 16, 2**22
 APART = 7919
 #: rows on a regular grid, which are all alike
 ALIKE = 3
-#: with more cells products with one vector of random signs are compared, with fewer with two:
-#: nothing else takes as much memory
+#: with more cells products with one vector of random signs are compared, with fewer with two, and
+#: one after the other: nothing else takes as much memory
 LARGE = 500_000
 #: errors do not refer to less than so many times what homogeneous ground would settle
 FLOOR = 0.01
@@ -149,18 +149,19 @@ class Entries:
         """Settlements under mean pressures (n,) or (n, k) by a fast summation.
 
         ``slopes`` takes them, as (k, n), to slopes, as `Slopes.of_rows` does; ``rough`` as of
-        `FastSummation.apply`.
+        `FastSummation.add`.
         """
-        columns = q.reshape(len(q), -1)
-        settled, dipoles = np.zeros((columns.shape[1], self.x.shape[1])), None
+        rows = q.reshape(len(q), -1).T
+        settled, dipoles = np.zeros((len(rows), self.x.shape[1])), None
         if self.correction is not None:
-            settled += (self.correction.near @ columns).T
+            for own, row in zip(settled, rows, strict=True):
+                own += self.correction.near @ row
         if slopes is not None and self.sloping is not None:
-            dipoles = slopes(columns.T)
+            dipoles = slopes(rows)
             self.sloping.near.add_product(dipoles, settled)
             for own in dipoles:  # in their place: they take no memory of their own
                 own[:] = self.sloping.dipoles(own[None], fast.tree.cells)[0]
-        settled += fast.apply(columns.T, dipoles, rough)
+        fast.add(rows, dipoles, settled, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
 
@@ -224,6 +225,8 @@ class Sample:
         q = np.ones((3 if n <= LARGE else 2, n))
         for row in q[1:]:
             row -= 2.0 * rng.integers(2, size=n, dtype=np.int8)
-        uniform, *mixed = (product(q.T)[self.numbers] - self.rows @ q.T).T
+        blocks = [q.T] if n <= LARGE else [row[:, None] for row in q]
+        found = [product(some)[self.numbers] - self.rows @ some for some in blocks]
+        uniform, *mixed = np.hstack(found).T
         squares = np.mean(np.square(mixed), axis=0) / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.linalg import inv
 from scipy.sparse import csr_matrix
 
 from ..elements.influence import influence_matrix
@@ -20,6 +19,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
+from .factors import RoughFactors
 from .fmm.linear_maps import SparseBlocks
 from .fmm.lists import near_lists
 from .fmm.loops import Layout
@@ -38,8 +38,6 @@ OVERLAP = 0.9
 AROUND = 100
 #: greatest short integer
 GREATEST = 32767
-#: rows of the inverse for large boxes that are multiplied together
-GRAIN = 64
 #: large boxes, about; over the root of the number of cells, where that is more: a million take 9
 #: steps with 3000 and 11 with 1000; and the fewest cells in one
 COARSE, BY_ROOT, FEWEST = 1000, 3.0, 30
@@ -139,8 +137,9 @@ class Groups:
         rows = w.T.reshape(-1, len(w))
         inner, out = np.zeros(rows.shape), np.empty(rows.shape)
         with Threads() as run:
-            self.blocks.add_product(rows[:, self.cells], inner, run)
-        out[:, self.cells] = self.units * inner
+            self.blocks.add_product(rows.take(self.cells, axis=1), inner, run)
+        for own, row in zip(out, inner, strict=True):
+            own[self.cells] = self.units * row
         return out.reshape(w.T.shape).T
 
 
@@ -154,17 +153,13 @@ class Coarse:
         Box of each cell.
     shares : (n,) array of float
         Area of each cell over that of its box.
-    inverse : SparseBlocks
-        Pressures by settlements of the squares' middles, in single precision: products with it,
-        other than solutions with such factors, are the same linear map to rounding in double.
-    unit : float
-        What it is multiplied by.
+    factors : RoughFactors
+        Of the settlements of the squares' middles.
     """
 
     box: ndarray
     shares: ndarray
-    inverse: SparseBlocks
-    unit: float
+    factors: RoughFactors
 
     @classmethod
     def from_operator(cls, operator: InfluenceOperator) -> "Coarse":
@@ -177,24 +172,14 @@ class Coarse:
         middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
         squares = _squares(middles / areas, np.sqrt(areas))
         matrix = influence_matrix(operator.substrate, squares, squares.nodes)
-        unit = np.abs(matrix).max()
-        values = inv((matrix / unit).astype(np.float32), overwrite_a=True)
-        first, k = np.arange(0, len(matrix), GRAIN), len(matrix)
-        rows = np.stack([first, np.minimum(first + GRAIN, k)])
-        starts, columns = k * np.arange(len(first) + 1), np.tile(np.arange(k), len(first))
-        layout = Layout.from_lists(rows, starts, columns)
-        return cls(
-            box, partition.areas / areas[box], SparseBlocks(layout, values.ravel()), 1 / unit
-        )
+        return cls(box, partition.areas / areas[box], RoughFactors.from_matrix(matrix))
 
     def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
         """Pressures under the means of settlements (n, k) over the boxes; settlements less the
         means."""
         means = np.array([np.bincount(self.box, self.shares * column) for column in w.T])
-        pressures = np.zeros_like(means)
-        with Threads() as run:
-            self.inverse.add_product(self.unit * means, pressures, run)
-        return pressures[:, self.box].T, w - means[:, self.box].T
+        pressures = self.factors.solve(means)
+        return pressures.take(self.box, axis=1).T, w - means.take(self.box, axis=1).T
 
 
 def large_boxes(partition: Partition, size: int) -> ndarray:
