@@ -332,6 +332,8 @@ def _add_rows(x, begin, circles, fall, moments, sloped, slopes, matrix):
                 local[n + j, i] = f * (xy * dx + yy * dy)
         for start in range(0, matrix.shape[1], COLUMNS):
             width = min(COLUMNS, matrix.shape[1] - start)
+            if starts[start] == starts[start + width]:
+                continue
             for k in range(width):
                 _combine(numbers, values, starts[start + k], starts[start + k + 1], local, tile[k])
             for i in range(count):

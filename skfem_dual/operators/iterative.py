@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ..arguments import checked_array, checked_instance, checked_integer, checked_number
 from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
-from .preconditioner import Preconditioner, approximate_inverse
+from .preconditioner import approximate_inverse
 
 #: directions that GMRES keeps before it starts anew
 RESTART = 60
@@ -175,9 +175,7 @@ def _together(
 
 def _answered(inverse: Product, vectors: Sequence[ndarray]) -> ndarray:
     """What an approximate inverse makes of vectors, in columns."""
-    if isinstance(inverse, Preconditioner):
-        return inverse @ np.stack(vectors).T
-    return np.stack([inverse @ v for v in vectors], axis=1)
+    return inverse @ np.stack(vectors).T
 
 
 def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Search":
