@@ -10,7 +10,7 @@ from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
 from skfem_dual import DualMesh, check_mesh
-from skfem_dual.grids.corners import signed_areas
+from skfem_dual.grids.corners import facets_of, signed_areas
 from skfem_dual.io import read_mesh
 
 DATA = Path(__file__).parent / "data"
@@ -258,3 +258,14 @@ def test_a_hub_of_many_triangles():
     dual = DualMesh.from_mesh(MeshTri(p, t))
     assert dual.polygons.sizes[0] == n
     assert dual.areas.sum() == pytest.approx(n / 2 * np.sin(2 * np.pi / n))
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10**6), st.integers(3, 30), st.integers(1, 60))
+def test_facets_are_numbered_as_skfem_does(seed, n, m):
+    """Also of triangles that share facets with several others, or all nodes."""
+    t = np.random.default_rng(seed).permuted(np.tile(np.arange(n), (m, 1)), axis=1)[:, :3].T
+    mesh = MeshTri(np.zeros((2, n)), np.ascontiguousarray(t))
+    found = facets_of(mesh.t, n)
+    for own, expected in zip(found, (mesh.facets, mesh.t2f, mesh.f2t), strict=True):
+        assert np.array_equal(own, expected)
