@@ -144,6 +144,7 @@ LAYERS = [
         "operators.flattened",
         "operators.iterative",
         "operators.dense_solver",
+        "operators.guided",
         "operators.compliance",
         "operators.yielding",
         "operators.representations",

@@ -2,6 +2,7 @@
 
 import json
 
+import ezdxf
 import numpy as np
 import pytest
 
@@ -97,6 +98,8 @@ def test_what_is_not_reached_is_told(capsys):
         (["{drawing}"], "Remedy: --layer with one of these names"),
         (["--corners", CORNERS, "--layer", "A"], "--layer with a drawing (.dxf)"),
         (["{drawing}", "--layer", "FOOTING", "--grid", "triangles"], "a mesh with --grid"),
+        (["--corners", CORNERS, "--drawn-in", "mm"], "expected --units with --drawn-in"),
+        (["{mesh}", "--drawn-in", "mm", "--units", "kN,m"], "--drawn-in with an outline"),
         (["--corners", "0,0 1,1 1,0 0,1"], "meeting itself at (0.5, 0.5)"),
         (["--corners", "0,0 1,x"], "got '1,x'"),
         (["--corners", "0,0 1,0"], "at least 3 corners of --corners, got 2"),
@@ -120,3 +123,26 @@ def test_a_drawing_at_site_coordinates(capsys, request):
     assert code == 0
     area = 12 * 4 + 5 * 5 - np.pi * 0.75**2 + (1 - np.pi / 4)
     assert float(rows(out)["Contact area"]) == pytest.approx(area, rel=1e-5)
+
+
+def test_a_drawing_in_another_unit(capsys, tmp_path):
+    """It is taken as it stands, which is told, unless its unit is named."""
+    path = tmp_path / "pad.dxf"
+    document = ezdxf.new(units=ezdxf.units.MM)
+    corners = [(0, 0), (3000, 0), (3000, 2000), (0, 2000)]
+    document.modelspace().add_lwpolyline(corners, close=True)
+    document.saveas(path)
+    ground = "--young", "30e3", "--poisson", "0.25", "--force", "100", "--accuracy", "1e-2"
+    arguments = ["solve", path, *ground, "--units", "kN,m"]
+    _, out, err = run(capsys, *arguments)
+    assert "drawn in mm ($INSUNITS), --units says m, which is taken. Remedy: --drawn-in mm" in err
+    assert rows(out)["Contact area"] == "6e+06 m²"
+    _, out, err = run(capsys, *arguments, "--drawn-in", "mm")
+    assert err == ""
+    assert rows(out)["Contact area"] == "6 m²"
+    assert rows(out)["Origin"] == "(1.5, 1), centroid of the plan"
+    _, out, err = run(capsys, *arguments, "--drawn-in", "m")
+    assert err == ""
+    assert rows(out)["Contact area"] == "6e+06 m²"
+    _, _, err = run(capsys, *arguments[:-1], "kN,mm")
+    assert err == ""

@@ -1,6 +1,7 @@
 """Outlines on the command line: a plan, and the mesh that its loads take."""
 
 import argparse
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,13 @@ from .. import Accuracy, DualMesh, Load, Plan
 from ..arguments import Pair
 from ..ground.substrates import Substrate
 from ..plans.corners import ring_of
+from ..plans.drawings import unit_of_drawing
 from ..plans.read import SUFFIXES
 from ..plans.search import Problem, governing
 from ..plans.solve import reached
 from ..plans.tables import corners_of_text
 from ..terminal import is_watched
+from ..units import LENGTHS, Units
 
 #: what stands for the name of a file where the corners are given
 CORNERS = "corners"
@@ -37,7 +40,7 @@ def take_corners(options: argparse.Namespace) -> None:
     outlines = [path for path in options.mesh if is_outline(path)]
     chosen = "accuracy", "time_limit"
     if not outlines:
-        for name in (*chosen, "layer"):
+        for name in (*chosen, "layer", "drawn_in"):
             if getattr(options, name) is not None:
                 raise ValueError(
                     f"expected --{name.replace('_', '-')} with an outline "
@@ -46,6 +49,10 @@ def take_corners(options: argparse.Namespace) -> None:
         return
     if options.layer is not None and not any(path.lower().endswith(".dxf") for path in outlines):
         raise ValueError(f"expected --layer with a drawing (.dxf), got {outlines[0]}")
+    if options.drawn_in is not None and not options.units:
+        raise ValueError(
+            f"expected --units with --drawn-in, to which {options.drawn_in} are changed, got none"
+        )
     usual = {
         "grid": "dual",
         "edge": "singular",
@@ -66,13 +73,31 @@ def is_outline(path: str) -> bool:
 
 
 def plan_of(options: argparse.Namespace, path: str) -> Plan:
-    """The plan in a file, or of the corners given."""
+    """The plan in a file, or of the corners given, in the units of all input."""
     if path == CORNERS:
         corners = corners_of_text(options.corners)
         ring = ring_of("--corners", [c[:2] for c in corners], [c[2] for c in corners])
-        return Plan.from_rings([ring])
-    drawing = Path(path).suffix.lower() == ".dxf"
-    return Plan.read(path, layer=options.layer if drawing else None)
+        plan = Plan.from_rings([ring])
+    else:
+        drawing = Path(path).suffix.lower() == ".dxf"
+        plan = Plan.read(path, layer=options.layer if drawing else None)
+        if drawing and options.units and options.drawn_in is None:
+            _tell_of_unit(Path(path), Units(options.units).length.symbol)
+    if options.drawn_in is None:
+        return plan
+    own, wanted = LENGTHS[options.drawn_in][0], LENGTHS[Units(options.units).length.symbol][0]
+    return plan.scaled(own / wanted)
+
+
+def _tell_of_unit(path: Path, wanted: str) -> None:
+    """Tell of a drawing that says it is in another unit, which is often wrong."""
+    if (own := unit_of_drawing(path)) not in (None, wanted):
+        scaled = f"--drawn-in {own} to change it to {wanted}, " if own in LENGTHS else ""
+        warnings.warn(
+            f"{path} says that it is drawn in {own} ($INSUNITS), --units says {wanted}, which "
+            f"is taken. Remedy: {scaled}--drawn-in {wanted} if the drawing is wrong",
+            stacklevel=2,
+        )
 
 
 def solve_outline(

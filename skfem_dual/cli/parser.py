@@ -7,6 +7,7 @@ from typing import Any
 
 from .. import __version__
 from ..terminal import Parser, number
+from ..units import LENGTHS
 from .grids import check, dual
 from .solve import solve
 
@@ -139,6 +140,11 @@ def _add_outlines(group: Any) -> None:
         "--corners", metavar="TEXT", help='an outline instead of MESH: "0,0 12,0 12,8 0,8"'
     )
     group.add_argument("--layer", metavar="NAME", help="layer of a drawing that has the outline")
+    group.add_argument(
+        "--drawn-in",
+        choices=tuple(LENGTHS),
+        help="unit of length of the outline, if not that of --units, to which it is changed",
+    )
     group.add_argument(
         "--accuracy",
         type=number,

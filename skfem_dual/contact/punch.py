@@ -148,7 +148,7 @@ class RigidPunch(Movable, RigidBodies):
     def matrix(self) -> ndarray:
         """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
         with timed(self.timings, "assembly"):
-            return self.influence(self.collocation_points)
+            return self.footprint.in_points.matrix()
 
     @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:

@@ -275,7 +275,7 @@ class InfluenceOperator(LinearOperator):
 
     def roughly(self, q: ndarray) -> ndarray:
         """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
-        q = checked_array("q", q, (self.shape[1], "k"))
+        q = checked_array("q", q, (self.shape[1], "k"), order="K")
         return product(self._entries, self._kept, q, rough=True)
 
     def coarsely(self, q: ndarray) -> ndarray:

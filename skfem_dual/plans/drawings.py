@@ -35,7 +35,7 @@ def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[l
     MeshError
         If there are none, a line is not closed or branches, or the layer is not told.
     """
-    entities = _on_layer(_shapes(path), layer, path)
+    entities = _on_layer(list(_drawing(path).modelspace()), layer, path)
     rings: list[ndarray] = []
     pieces: list[Piece] = []
     for entity in entities:
@@ -50,8 +50,20 @@ def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[l
     return [[(x, y, b) for x, y, b in ring.tolist()] for ring in rings]
 
 
-def _shapes(path: Path) -> list[Any]:
-    """All entities of the model space that may be shapes."""
+def unit_of_drawing(path: Path) -> str | None:
+    """Symbol of the length that a drawing says it is drawn in (``$INSUNITS``), if it does.
+
+    Raises
+    ------
+    MeshError
+        If it cannot be read.
+    """
+    from ezdxf.units import decode
+
+    return decode(_drawing(path).header.get("$INSUNITS", 0))
+
+
+def _drawing(path: Path) -> Any:
     try:
         import ezdxf
     except ImportError as error:
@@ -59,11 +71,10 @@ def _shapes(path: Path) -> list[Any]:
             "ezdxf reads drawings. Remedy: python -m pip install 'skfem-dual[plans]'"
         ) from error
     try:
-        drawing = ezdxf.readfile(path)
+        return ezdxf.readfile(path)
     except (ezdxf.DXFError, OSError, ValueError, LookupError, StopIteration) as error:
         why = str(error) or "the file ends too soon"
         raise MeshError(f"expected a DXF drawing in {path}: {why}") from error
-    return list(drawing.modelspace())
 
 
 def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
