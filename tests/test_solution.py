@@ -283,3 +283,11 @@ def test_shared_arrays_are_read_only():
             if isinstance(value, np.ndarray) and value.flags.writeable:
                 writeable.append(f"{type(thing).__name__}.{name}")
     assert writeable == []
+
+
+def test_imposed_positions_take_no_work():
+    """Two triangles resist no tilt, so that no work tells one; imposed it is what it is."""
+    basis = DualMesh.from_mesh(MeshTri()).primal_basis()
+    solution = RigidPunch(UNIT, basis, origin=(0.5, 0.5)).solve(settlement=0.1, tilt=(0.0, 0.02))
+    assert np.array_equal(solution.positions, [[0.1, 0.0, 0.02]] * 3)
+    assert "Settlement W0     0.1" in str(solution)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from plans import disc, perturbed, rectangle
 from scipy.sparse.linalg import aslinearoperator
@@ -134,6 +134,7 @@ def test_complementarity(e, angle, seed, roughness, grid):
 @pytest.mark.filterwarnings("ignore:contact on")
 @settings(max_examples=20, deadline=None)
 @given(*[st.floats(-1, 1).map(lambda v: round(v, 9))] * 3)
+@example(0.0, 0.0, 0.0)
 def test_given_position(settlement, lx, ly):
     """The ground meets the punch where it is pushed in, and nowhere else."""
     of = punch(disc(3), gap=Cone(0.3))

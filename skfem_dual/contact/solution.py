@@ -162,7 +162,11 @@ class PunchSolution(CellPressures):
     def positions(self) -> ndarray:
         """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
-        found = self.member.positions if self.member is not None and self.success else None
+        # that of a body under a frame stands in its load, and is not imposed
+        imposed = not (self.others or self.load.settlement is None or self.load.tilt is None)
+        found = None
+        if self.member is not None and self.success and not imposed:
+            found = self.member.positions
         if found is None:
             found = np.array([collocated, collocated])
         return readonly(np.vstack([found, collocated]))
