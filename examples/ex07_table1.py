@@ -172,7 +172,7 @@ PRINTED = {
 
 def concentrated(law: Callable) -> MeshQuad:
     """The polar grid of 10 rings x 40 sectors with other radii."""
-    mesh = polar(10, POLAR, boundary="inscribed")
+    mesh = polar(10, POLAR, true_area=False)
     s = np.hypot(*mesh.p)
     return MeshQuad(mesh.p * np.divide(law(s), s, out=np.ones_like(s), where=s > 0), mesh.t)
 
@@ -203,7 +203,7 @@ def main(n=800) -> Result:
     """All grids; the polygons' own settlements on meshes of n nodes."""
     polars = {name: concentrated(law) for name, law in LAWS.items()}
     duals = {counts: DualMesh.from_mesh(triangulation(counts)) for counts in RINGS}
-    dual, quads = duals[RINGS[0]], [polar(10, POLAR, boundary="inscribed"), polars[ARITHMETIC]]
+    dual, quads = duals[RINGS[0]], [polar(10, POLAR, true_area=False), polars[ARITHMETIC]]
     bases = *(CellBasis(q, ElementQuad0()) for q in quads), dual.primal_basis(), dual.basis()
     meshes = *quads, dual.mesh, dual
     own = [settlement_of_polygon(sides, n) for sides in (POLAR, TRIANGULAR)]

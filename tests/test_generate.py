@@ -104,8 +104,8 @@ def test_graded_by_size(name, graded):
 
 @pytest.mark.parametrize("law", ["sine", "quadratic"])
 def test_laws_of_a_disc(law):
-    uniform = disc(n=400, boundary="inscribed")
-    mesh = disc(n=400, graded=law, boundary="inscribed")
+    uniform = disc(n=400, true_area=False)
+    mesh = disc(n=400, graded=law, true_area=False)
     assert np.array_equal(mesh.t, uniform.t)
     assert Quality.of(mesh).uncrossed == 0
     s, r = np.hypot(*uniform.p), np.hypot(*mesh.p)
@@ -118,7 +118,7 @@ def test_laws_of_a_disc(law):
 @pytest.mark.parametrize("law", ["sine", "quadratic"])
 def test_laws_of_an_annulus_and_a_rectangle(law):
     f = (lambda u: np.sin(np.pi * u / 2)) if law == "sine" else (lambda u: u * (2 - abs(u)))
-    uniform, mesh = (annulus(0.5, 2.0, n=400, graded=g, boundary="inscribed") for g in (None, law))
+    uniform, mesh = (annulus(0.5, 2.0, n=400, graded=g, true_area=False) for g in (None, law))
     u, v = ((np.hypot(*m.p) - 1.25) / 0.75 for m in (uniform, mesh))
     assert v == pytest.approx(f(u), abs=1e-12)
     eccentric = annulus(0.3, n=500, hole=(0.4, 0.1), graded=law)
@@ -130,7 +130,7 @@ def test_laws_of_an_annulus_and_a_rectangle(law):
 
 
 def test_areas():
-    inscribed = disc(n=100, boundary="inscribed")
+    inscribed = disc(n=100, true_area=False)
     sides = len(inscribed.boundary_nodes())
     assert area(inscribed) == pytest.approx(sides / 2 * np.sin(2 * np.pi / sides))
     for graded in (None, "sine", 0.2):
@@ -144,7 +144,7 @@ def test_areas():
 
 
 def test_tags():
-    mesh = annulus(0.3, 2, hole=(0.5, 0), n=400, boundary="inscribed")
+    mesh = annulus(0.3, 2, hole=(0.5, 0), n=400, true_area=False)
     x = mesh.p[:, mesh.facets]
     assert np.hypot(*x[..., mesh.boundaries["edge"]]) == pytest.approx(2)
     assert np.hypot(*(x[..., mesh.boundaries["hole"]] - [[[0.5]], [[0]]])) == pytest.approx(0.3)
@@ -218,7 +218,7 @@ def test_eccentric_annuli(inner, share, direction, n):
 
 def test_polar_grid():
     """Table 1: 400 elements of the relative area 3.12869."""
-    mesh = polar(10, 40, boundary="inscribed")
+    mesh = polar(10, 40, true_area=False)
     partition = Partition.from_mesh(mesh)
     assert mesh.nelements == len(partition) == 400
     assert partition.areas.sum() == pytest.approx(3.12869, abs=1e-5)
@@ -293,8 +293,8 @@ def test_arguments_of_wrong_types():
         disc(0.1, centre=(0, 0, 0))
     with pytest.raises(TypeError, match="expected a sequence for holes"):
         polygon(EXCISED, 3, 0.1)
-    with pytest.raises(ValueError, match='boundary "area" or "inscribed"'):
-        disc(0.1, boundary="outside")
+    with pytest.raises(TypeError, match="expected True or False for true_area"):
+        disc(0.1, true_area="outside")
 
 
 def test_too_few_boundary_nodes():

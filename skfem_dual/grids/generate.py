@@ -1,7 +1,6 @@
 """Triangulations of plans, near uniform or graded to the edge, and polar grids."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from numpy import ndarray
@@ -10,6 +9,7 @@ from skfem import MeshQuad, MeshTri
 
 from ..arguments import (
     checked_choice,
+    checked_flag,
     checked_integer,
     checked_place,
     checked_sequence,
@@ -29,7 +29,6 @@ LAWS = {
 }
 
 Grading = str | float | None
-Boundary = Literal["area", "inscribed"]
 
 
 def disc(
@@ -40,7 +39,7 @@ def disc(
     centre: Sequence[float] = (0.0, 0.0),
     graded: Grading = None,
     nboundary: int | None = None,
-    boundary: Boundary = "area",
+    true_area: bool = True,
 ) -> MeshTri:
     """Triangulation of a disc.
 
@@ -62,9 +61,9 @@ def disc(
         equilateral.
     nboundary : int, optional
         Number of boundary nodes; by default it follows from the size.
-    boundary : {"area", "inscribed"}
+    true_area : bool
         Whether the polygon of the boundary nodes has the area of the circle, for a settlement tens
-        of times closer to that of the circle, or its nodes lie on the circle.
+        of times closer to that of the circle; else its nodes lie on the circle.
 
     Returns
     -------
@@ -89,7 +88,8 @@ def disc(
     """
     radius = checked_size("radius", radius)
     middle = checked_place("centre", centre)
-    mesh = _generate([Circle(middle, radius, _inscribed(boundary))], size, n, graded, nboundary)
+    inscribed = not checked_flag("true_area", true_area)
+    mesh = _generate([Circle(middle, radius, inscribed)], size, n, graded, nboundary)
     if not isinstance(graded, str):
         return mesh
     x = mesh.p - np.array(middle)[:, None]
@@ -106,7 +106,7 @@ def annulus(
     hole: Sequence[float] = (0.0, 0.0),
     graded: Grading = None,
     nboundary: int | None = None,
-    boundary: Boundary = "area",
+    true_area: bool = True,
 ) -> MeshTri:
     """Triangulation of a concentric or eccentric annulus.
 
@@ -116,7 +116,7 @@ def annulus(
         Radii of the hole and of the annulus, whose centre is the origin.
     hole : (2,) array of float
         Centre of the hole.
-    size, n, nboundary, boundary
+    size, n, nboundary, true_area
         As for `disc`, for each circle; ``nboundary`` counts the nodes on both.
     graded : {"sine", "quadratic"} or float, optional
         As for `disc`, but a law holds to both edges: with ``u`` from -1 on the hole to 1 on the
@@ -148,7 +148,7 @@ def annulus(
             f"expected the hole to lie inside the circle of radius {outer}, got a hole of "
             f"radius {inner} at {middle}"
         )
-    inscribed = _inscribed(boundary)
+    inscribed = not checked_flag("true_area", true_area)
     curves = [Circle((0.0, 0.0), outer, inscribed), Circle(middle, inner, inscribed)]
     mesh = _generate(curves, size, n, graded, nboundary)
     if not isinstance(graded, str):
@@ -262,7 +262,7 @@ def polar(
     *,
     radius: float = 1.0,
     graded: str | None = None,
-    boundary: Boundary = "area",
+    true_area: bool = True,
 ) -> MeshQuad:
     """Polar grid of quadrilaterals on a disc, that of Table 1 of the paper.
 
@@ -275,8 +275,9 @@ def polar(
     graded : {"sine", "quadratic"}, optional
         None: rings of equal width; otherwise drawn to the edge by ``r = sin(pi s / 2)`` or
         ``r = 1 - (1 - s)^2``.
-    boundary : {"area", "inscribed"}
-        Whether the cells together have the area of the circle, or lie in it as in the paper.
+    true_area : bool
+        Whether the cells together have the area of the circle; else they lie in it, as in the
+        paper.
 
     Returns
     -------
@@ -304,7 +305,7 @@ def polar(
         r = LAWS[checked_choice("graded", graded, LAWS)](r)
     r *= checked_size("radius", radius)
     step = 2 * np.pi / sectors
-    if not _inscribed(boundary):
+    if checked_flag("true_area", true_area):
         r *= np.sqrt(step / np.sin(step))
     angle = np.tile(step * np.arange(sectors), rings + 1)
     p = np.repeat(r, sectors) * np.stack([np.cos(angle), np.sin(angle)])
@@ -327,10 +328,6 @@ def _generate(
         checked_choice("graded", graded, LAWS)
         graded = None
     return generated(curves, size, n, graded, nboundary)
-
-
-def _inscribed(boundary: Boundary) -> bool:
-    return checked_choice("boundary", boundary, ("area", "inscribed")) == "inscribed"
 
 
 def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:
