@@ -144,6 +144,7 @@ LAYERS = [
         "operators.flattened",
         "operators.iterative",
         "operators.dense_solver",
+        "operators.guided",
         "operators.compliance",
         "operators.yielding",
         "operators.representations",
@@ -187,7 +188,6 @@ LAYERS = [
         "contact.elastic_solution",
         "contact.punch",
         "contact.below",
-        "contact.paths",
         "contact.neighbours",
         "contact.group_solution",
         "contact.frame",
@@ -195,6 +195,7 @@ LAYERS = [
         "contact.refine",
         "contact.resisted",
         "contact.elastic",
+        "contact.paths",
         "contact.punches",
     ],
     [

@@ -18,6 +18,7 @@ from skfem_dual import (
 from skfem_dual.contact.exact import cone_pressure
 from skfem_dual.contact.line_law import CellsOnLines
 from skfem_dual.contact.system import ContactSystem
+from skfem_dual.elements.line_weights import _mean_share
 from skfem_dual.errors import ConvergenceWarning
 from skfem_dual.grids.generate import disc
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
@@ -124,6 +125,20 @@ def test_the_ground_meets_the_sphere(pressed):
     points = pressed.punch.collocation_points[:, pressed.gap == 0]
     shape = pressed.settlement - np.sum(points**2, axis=0) / 2
     assert pressed.ground_displacement(points) == pytest.approx(shape, abs=1e-4 * A**2)
+
+
+def test_means_of_roots_times_coordinates():
+    """Of x over triangles, by hand."""
+    roots = np.sqrt(np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [2.0, 2.0, 2.0]]).T.clip(1e-40))
+    assert _mean_share(*roots) == pytest.approx([16 / 105, 8 / 35, np.sqrt(2) / 3], rel=1e-12)
+    rng = np.random.default_rng(0)
+    a, b, c = rng.random((3, 1, 1))  # by Gauss's rule, in coordinates that take the root away
+    x, w = np.polynomial.legendre.leggauss(40)
+    u, v = np.meshgrid((1 + x) / 2, (1 + x) / 2)
+    one, two = 1 - u, u * (1 - v)
+    s = one * a**2 + two * b**2 + (u - two) * c**2
+    expected = np.sum(np.outer(w, w) / 2 * u * np.sqrt(s) * one)
+    assert _mean_share(a, b, c).item() == pytest.approx(expected, rel=1e-10)
 
 
 def test_layers():

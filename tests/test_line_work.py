@@ -9,7 +9,7 @@ from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.elements import crossed_loads
 from skfem_dual.elements.crossed import CrossedCells, _roots
 from skfem_dual.grids.generate import disc, rectangle
-from skfem_dual.grids.lines import Segments, signed_distance
+from skfem_dual.grids.lines import Segments
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
 
 SOIL = HalfSpace(1.0, 0.0)
@@ -87,12 +87,12 @@ def test_crossed_cells_near_and_far(monkeypatch):
     """Series and second moments against integrals over the sides of all triangles."""
     cells = flat(disc(n=120)).footprint
     line = np.array([[0.31, 0.36, 0.31], [-0.9, 0.0, 0.9]])  # contact to its left
+    lines = Segments(line[:, :-1], line[:, 1:], np.array([0, 2]))
     touching = cells.partition.centroids[0] < 0.3
     x = np.hstack([cells.partition.centroids, cells.partition.nodes, [[30.0], [40.0]]])
 
     def influence():
         law = cells.partition, cells.fan, cells.weights
-        lines = Segments.from_lines([line])
         (found,) = CrossedCells.from_lines(*law, lines, touching[None])
         return found, found.influence(SOIL, x)
 
@@ -107,9 +107,10 @@ def test_crossed_cells_near_and_far(monkeypatch):
 
 def test_sides_of_a_sharp_line():
     """In front of its tip all is to its left, whichever of both segments a point is nearer to."""
-    tip = [np.array([[-1.0, 0.0, -1.0], [0.1, 0.0, -0.2]])]
+    line = np.array([[-1.0, 0.0, -1.0], [0.1, 0.0, -0.2]])
+    tip = Segments(line[:, :-1], line[:, 1:], np.array([0, 2]))
     x = np.array([[0.5, 0.5, -0.5, -0.5, -0.5], [0.2, -0.2, 0.5, -0.5, 0.0]])
-    distance = signed_distance(x, tip)
+    distance = tip.signed_distance(x)
     assert distance[:2] == pytest.approx([np.hypot(0.5, 0.2)] * 2, rel=1e-12)
     assert (np.sign(distance) == [1, 1, 1, 1, -1]).all()
 

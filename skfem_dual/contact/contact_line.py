@@ -11,6 +11,7 @@ from numpy import ndarray
 
 from ..grids.lines import Segments
 from ..grids.nearest import nearest
+from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from .planes import PlaneFit
 
 #: pairs of neighbours, one in contact, that tell the strength in a cell
@@ -20,12 +21,12 @@ AROUND = 7
 FOLLOWED, INSIDE = 32, 0.03
 #: points of a line over which its way is averaged
 NEAREST = 3
+#: of the polynomial: 1, s, the place, their product, s^2 inside and outside
+TERMS = 6
 #: of the normal equations, over their trace
 RIDGE = 1e-7
 #: the line moves by no more than this part of a cell
 FARTHEST = 0.5
-#: places on lines at a time, so that what they take stays in the cache
-CHUNK = 1024
 
 
 def edge_distance(
@@ -58,27 +59,69 @@ def edge_distance(
     around = min(AROUND, np.diff(starts).min())
     near = nearest(middle, starts, x, np.repeat(np.arange(k), n), around)[0]
     beside = nearest(x, firsts, middle, each, min(2 * AROUND, n))[0]
-    across = 0.8 * np.hypot(*step)
-    planes, distance = PlaneFit.to(x, middle, beside), np.empty(len(sizes))
-    used = np.zeros(len(sizes), dtype=bool)
+    used, distance = np.zeros(len(sizes), dtype=bool), np.empty(len(sizes))
     used[beside] = True
-    for some in (used, used, slice(None)):  # the direction across follows from the distances
-        strength = np.median(_strength(square[i], gaps[j], across)[near[some]], axis=1)
-        both = square[some] * strength**3, -gaps[some] * strength
-        distance[some] = np.where(inside[some], *both)
-        slope = planes(distance)[1:]
-        normal = slope / np.hypot(*slope)
-        across = np.maximum(np.sum(normal * step, axis=0), 0.3 * np.hypot(*step))
+    slopes = PlaneFit.to(x, middle, beside).inverse[:, 1:]
+    _put_distances(*inputs(i, j, step, near, beside, slopes, square, gaps, used), distance)
     return distance
 
 
-def _strength(f: ndarray, g: ndarray, across: ndarray) -> ndarray:
+@vectorised
+def _put_distances(
+    i: ndarray,
+    j: ndarray,
+    step: ndarray,
+    near: ndarray,
+    beside: ndarray,
+    slopes: ndarray,
+    square: ndarray,
+    gaps: ndarray,
+    used: ndarray,
+    distance: ndarray,
+) -> None:
+    """Distances of cells by the strengths of the pairs ``near`` them; the direction across the
+    edge follows from those of the cells ``beside`` each pair."""
+    length = np.hypot(step[0], step[1])
+    across, strength, some = 0.8 * length, np.empty(len(i)), np.empty(near.shape[1])
+    for last in (False, False, True):
+        for k in range(len(i)):
+            strength[k] = _strength(square[i[k]], gaps[j[k]], across[k])
+        for cell in range(len(distance)):
+            if last or used[cell]:
+                for k in range(len(some)):
+                    some[k] = strength[near[cell, k]]
+                z = _median(some)
+                inside = square[cell] > 0
+                distance[cell] = square[cell] * z * z * z if inside else -gaps[cell] * z
+        for k in range(len(i)):
+            along_x, along_y = 0.0, 0.0
+            for at in range(beside.shape[1]):
+                along_x += slopes[k, 0, at] * distance[beside[k, at]]
+                along_y += slopes[k, 1, at] * distance[beside[k, at]]
+            slope = np.hypot(along_x, along_y)
+            onward = (along_x * step[0, k] + along_y * step[1, k]) / slope
+            across[k] = max(0.3 * length[k], onward)
+
+
+@compiled
+def _median(values: ndarray) -> float:
+    """That of a few values, which are sorted."""
+    for k in range(1, len(values)):
+        value, at = values[k], k
+        while at > 0 and values[at - 1] > value:
+            values[at] = values[at - 1]
+            at -= 1
+        values[at] = value
+    return (values[len(values) // 2] + values[(len(values) - 1) // 2]) / 2
+
+
+@inlined
+def _strength(f: float, g: float, across: float) -> float:
     """The root z = K^(-2/3) of ``f z^3 + g z = across``, by Newton's method from above: from at
     most half as much again five steps lead to rounding."""
-    with np.errstate(divide="ignore"):
-        z = np.minimum(np.cbrt(across / f), across / g)
+    z = min(np.cbrt(across / f), across / g)
     for _ in range(5):
-        z = z - (f * z**3 + g * z - across) / (3 * f * z**2 + g)
+        z = z - (f * z * z * z + g * z - across) / (3 * f * z * z + g)
     return z
 
 
@@ -114,12 +157,8 @@ def moved_line(
     of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))[used]
     distance = np.empty(x.shape[1])
     distance[used] = lines.signed_distance(x[:, used], of)  # the region is to the left
-    cells = x, sizes, distance, square, gaps
     moved = np.empty(len(near))
-    for begin in range(0, len(moved), CHUNK):
-        some = slice(begin, begin + CHUNK)
-        around = (values[..., near[some]] for values in cells)
-        moved[some] = _beyond(points[:, some], tangents[:, some], *around)
+    _put_moved(*inputs(points, tangents, near, x, sizes, distance, square, gaps), moved)
     return points, moved
 
 
@@ -134,36 +173,95 @@ def mean_of_nearest(
     return np.sum(np.append(by, 0.0)[near] * known, axis=1) / known.sum(axis=1).clip(1)
 
 
-def _beyond(
+@vectorised
+def _put_moved(
     points: ndarray,
     tangents: ndarray,
+    near: ndarray,
     x: ndarray,
     sizes: ndarray,
     distance: ndarray,
     square: ndarray,
     gaps: ndarray,
-) -> ndarray:
-    """How far beyond m points contact ends, by the k cells around each; these as (..., m, k)."""
-    inner = square > 0
-    size = np.sqrt(np.median(sizes**2, axis=1))[:, None]
-    arm = x - points[:, :, None]
-    along = np.einsum("im,imk->mk", tangents, arm) / size
-    s = distance / size
-    squares = np.where(inner, s**2, 0.0), np.where(inner, 0.0, s**2)
-    columns = np.stack([np.ones(s.shape), s, along, s * along, *squares], axis=1)
-    # cells beyond a ridge of the distance, between two lines, count little
-    weight = np.exp(-(np.sum((arm / size) ** 2, axis=0)) / 2) * np.where(inner, INSIDE, 1.0)
-    weighted = columns * weight[:, None]
-    matrix = weighted @ columns.swapaxes(1, 2)
-    matrix += RIDGE * np.trace(matrix, axis1=1, axis2=2)[:, None, None] * np.eye(6)
-    gaps = gaps / np.cbrt(size**2)
-    # value and slope on the line by the values of the cells
-    rows = np.linalg.inv(matrix)[:, :2] @ weighted
-    strength = np.max(square / np.maximum(s, 0.5), axis=1)
-    for _ in range(3):  # K^2 times the size, by which gaps are compared with pressures
-        values = np.where(inner, square, -np.cbrt(strength**2)[:, None] * gaps)
-        start, slope = (rows @ values[..., None])[..., 0].T
-        strength = np.where(slope > 0, slope, strength)
-    moved = np.divide(start, slope, out=np.zeros_like(start), where=slope > 0)
-    known = np.sum(weight * ~inner, axis=1) > 0.5
-    return np.where(known, moved.clip(-FARTHEST, FARTHEST), 0.0) * size[:, 0]
+    moved: ndarray,
+) -> None:
+    """How far beyond points contact ends, by polynomials in the cells ``near`` each, (m, k)."""
+    count = near.shape[1]
+    areas, columns, weights = np.empty(count), np.empty((TERMS, count)), np.empty(count)
+    matrix, rows = np.empty((TERMS, TERMS)), np.empty((TERMS, 2))
+    for i in range(len(moved)):
+        for k in range(count):
+            areas[k] = sizes[near[i, k]] ** 2
+        size, strength, outside = np.sqrt(_median(areas)), 0.0, 0.0
+        for k in range(count):
+            j = near[i, k]
+            ax, ay = (x[0, j] - points[0, i]) / size, (x[1, j] - points[1, i]) / size
+            s, along, inner = distance[j] / size, tangents[0, i] * ax, square[j] > 0
+            along += tangents[1, i] * ay
+            # cells beyond a ridge of the distance, between two lines, count little
+            weights[k] = np.exp(-(ax * ax + ay * ay) / 2) * (INSIDE if inner else 1.0)
+            outside += 0.0 if inner else weights[k]
+            columns[0, k], columns[1, k], columns[2, k] = 1.0, s, along
+            columns[3, k] = s * along
+            columns[4, k], columns[5, k] = s * s if inner else 0.0, 0.0 if inner else s * s
+            strength = max(strength, square[j] / max(s, 0.5))
+        _put_equations(columns, weights, matrix, rows)
+        if not outside > 0.5 or not _solved(matrix, rows):
+            moved[i] = 0.0
+            continue
+        unit, start, slope = np.cbrt(size * size), 0.0, 0.0
+        for _ in range(3):  # K^2 times the size, by which gaps are compared with pressures
+            start, slope, factor = 0.0, 0.0, np.cbrt(strength * strength) / unit
+            for k in range(count):
+                j = near[i, k]
+                value = weights[k] * (square[j] if square[j] > 0 else -factor * gaps[j])
+                for a in range(TERMS):
+                    start += rows[a, 0] * columns[a, k] * value
+                    slope += rows[a, 1] * columns[a, k] * value
+            strength = slope if slope > 0 else strength
+        beyond = start / slope if slope > 0 else 0.0
+        moved[i] = min(max(beyond, -FARTHEST), FARTHEST) * size
+
+
+@inlined
+def _put_equations(columns: ndarray, weights: ndarray, matrix: ndarray, rows: ndarray) -> None:
+    """Normal equations for the value and the slope on the line."""
+    trace = 0.0
+    for a in range(TERMS):
+        for b in range(a + 1):
+            total = 0.0
+            for k in range(len(weights)):
+                total += columns[a, k] * columns[b, k] * weights[k]
+            matrix[a, b] = total
+        trace += matrix[a, a]
+        rows[a, 0], rows[a, 1] = 0.0, 0.0
+    for a in range(TERMS):
+        matrix[a, a] += RIDGE * trace
+    rows[0, 0], rows[1, 1] = 1.0, 1.0
+
+
+@compiled
+def _solved(matrix: ndarray, rows: ndarray) -> bool:
+    """Solve a few equations by the lower half of their positive matrix, after Cholesky."""
+    n = len(matrix)
+    for a in range(n):
+        for b in range(a + 1):
+            total = matrix[a, b]
+            for k in range(b):
+                total -= matrix[a, k] * matrix[b, k]
+            if a > b:
+                matrix[a, b] = total / matrix[b, b]
+            elif total > 0.0:
+                matrix[a, a] = np.sqrt(total)
+            else:
+                return False
+    for k in range(rows.shape[1]):
+        for a in range(n):
+            for b in range(a):
+                rows[a, k] -= matrix[a, b] * rows[b, k]
+            rows[a, k] /= matrix[a, a]
+        for a in range(n - 1, -1, -1):
+            for b in range(a + 1, n):
+                rows[a, k] -= matrix[b, a] * rows[b, k]
+            rows[a, k] /= matrix[a, a]
+    return True

@@ -136,9 +136,14 @@ class LoadedCells:
         return np.zeros((2, len(self))) if self.slopes is None else self.slopes.of(pressure)
 
     @computed_once
+    def in_points(self) -> Entries:
+        """What unit pressures on the cells make of the collocation points."""
+        return self.entries(self.collocation_points)
+
+    @property
     def sloping(self) -> SlopeCorrection | None:
-        """That of the collocation points."""
-        return self.slope_correction(self.collocation_points)
+        """What slopes inside the cells add there."""
+        return self.in_points.sloping
 
     def unit_slopes(self) -> ndarray:
         """Settlement of the collocation points by unit slopes along x, then along y, (n, 2 n)."""
@@ -267,7 +272,7 @@ class Footprint(LoadedCells):
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition, edge == "singular"):
-            warn(coarse, ResolutionWarning, stacklevel=2)
+            warn(coarse, ResolutionWarning)
         law: tuple[EdgeWeights | None, Slopes | None] = None, None
         if edge == "singular":
             weights = weights_of(substrate, basis, partition, edge_boundaries)

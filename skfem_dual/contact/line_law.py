@@ -9,16 +9,16 @@ in their part of it what their neighbours do. Twice: the edge follows the better
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceError
 from ..grids.polygons import readonly
+from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from .footprint import ExactRows, Footprint
 from .one_sign import solved
@@ -37,12 +37,14 @@ STRAYS = 3
 #: up to so many cells it is cheap to solve between those in contact again
 MOST = 3000
 
-#: contact and positions by a system with exact rows of its matrix, from pressures, verified
-Solve = Callable[[ContactSystem, ExactRows, ndarray], tuple[Contact, ndarray]]
+#: contact and positions by a system, from pressures; and whether they obey its equations and
+#: exact rows of its matrix
+Solve = Callable[[ContactSystem, ndarray], tuple[Contact, ndarray]]
+Verify = Callable[[ContactSystem, ExactRows, Contact, ndarray], Contact]
 
 
 def with_line_law(
-    problem: Any, solve: Solve, found: tuple[Contact, ndarray]
+    problem: Any, solve: Solve, verify: Verify, found: tuple[Contact, ndarray]
 ) -> tuple[Contact, ndarray]:
     """Contact and position of shaped rigid punches with the law of the line of contact.
 
@@ -55,8 +57,8 @@ def with_line_law(
     ----------
     problem : RigidBodies
         What is solved.
-    solve : callable
-        Contact and positions by equations.
+    solve, verify : callable
+        Contact and positions by equations, and whether they obey them.
     found : Contact and (m,) array of float
         By cells.
     """
@@ -66,6 +68,7 @@ def with_line_law(
         return found
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
     lines: tuple[LineWeights | None, ...] = ()
+    last: OnLines | None = None
     for number in range(TIMES + STRAYS):
         if number < TIMES:
             lines = _lines(problem, pressure, gap)
@@ -73,18 +76,19 @@ def with_line_law(
             lines = others
         else:
             break
-        cells = CellsOnLines(problem, lines, np.zeros(len(pressure), dtype=bool))
         if all(line is None for line in lines):
-            return found
+            break
+        cells = CellsOnLines(problem, lines, np.zeros(len(pressure), dtype=bool))
         if (answer := cells.solved(solve, pressure > 0)) is None:
-            return found
-        again, moved = answer
-        gap = np.where(again.touching, 0.0, again.gap.clip(0))
-        pressure = cells.at_points(again.pressure, gap == 0)
-        found = replace(again, history=(*contact.history, *again.history), lines=lines), moved
-        if again.refuted:
-            return found
-    return found
+            break
+        last = answer
+        gap = np.where(last.contact.touching, 0.0, last.contact.gap.clip(0))
+        pressure = cells.at_points(last.contact.pressure, gap == 0)
+    if last is None:
+        return found
+    again = last.verified(verify)
+    history = (*contact.history, *again.history)
+    return replace(again, history=history, lines=last.cells.lines), last.position
 
 
 def _without_strays(
@@ -110,12 +114,15 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
     for cells, own in zip(problem.footprints, problem.slices, strict=True):
         fit = cells.weights is None and cells.collocation == "centroid"
         inside = pressure[own] > 0
-        edge = []
+        edge = None
         if fit and problem.system.gap[own].any() and _is_wide(cells.partition.f2c, inside):
             modulus = cells.substrate.surface.contact_modulus
-            edge = cells.triangles.fitted(pressure[own], gap[own], modulus).edge
+            edge = cells.triangles.fitted(pressure[own], gap[own], modulus).segments(1)
+        if edge is None or edge.starts[-1] == 0:
+            lines.append(None)
+            continue
         law = cells.partition, cells.fan, edge, cells.collocation_points, gap[own] == 0
-        lines.append(LineWeights.from_lines(*law) if edge else None)
+        lines.append(LineWeights.from_lines(*law))
     return tuple(lines)
 
 
@@ -166,22 +173,25 @@ class CellsOnLines:
         each = zip(self.parts, self._own, strict=True)
         return np.concatenate([cells.turning(pressure[own]) for cells, own in each])
 
-    @computed_once
-    def carried(self) -> csr_matrix:
-        """`LineWeights.carried` of all, shape (n, n)."""
-        each = zip(self.parts, self.lines, strict=True)
-        own = [identity(len(cells)) if line is None else line.carried() for cells, line in each]
-        return csr_matrix(block_diag(own))
+    def carried(self, pressure: ndarray) -> ndarray:
+        """Mean pressures by those of the cells in contact in their points, (n,): others that
+        reach into the contact carry as much, over the law, as their neighbours do."""
+        cells, others, shares = self._carrying
+        return pressure + np.bincount(cells, shares * pressure[others], len(pressure))
 
-    def by_carried(self, matrix: ndarray) -> ndarray:
-        """``matrix @ carried``: few cells carry anything but their own pressure."""
-        shares = (self.carried - identity(len(self))).tocoo()
-        few, row = np.unique(shares.row, return_inverse=True)
-        beside, column = np.unique(shares.col, return_inverse=True)
-        dense = coo_matrix((shares.data, (row, column)), (len(few), len(beside))).toarray()
-        out = matrix.copy()
-        out[:, beside] += matrix[:, few] @ dense
-        return out
+    @computed_once
+    def _carrying(self) -> tuple[ndarray, ndarray, ndarray]:
+        """`LineWeights.carrying` of all."""
+        each = zip(self.lines, self._own, strict=True)
+        found = [(line.carrying, own.start) for line, own in each if line is not None]
+        pairs = np.hstack([pairs + start for (pairs, _), start in found])
+        cells, others, shares = inputs(*pairs, np.concatenate([own for (_, own), _ in found]))
+        return cells, others, shares
+
+    def carry(self, matrix: ndarray) -> ndarray:
+        """A ``matrix`` for mean pressures, changed into one for those that `carried` takes."""
+        _carry(*self._carrying, matrix)
+        return matrix
 
     def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
         """Pressures in the collocation points by means over the cells; zero out of contact."""
@@ -191,55 +201,89 @@ class CellsOnLines:
                 out[own] = np.where(touching[own], line.at_points(pressure[own]), 0.0)
         return out
 
-    def solved(self, solve: Solve, touching: ndarray) -> tuple[Contact, ndarray] | None:
+    def solved(self, solve: Solve, touching: ndarray) -> "OnLines | None":
         """Contact and positions, beginning with some cells in contact; None if not found."""
-        begin = touching.astype(float)
+        begin, last = touching.astype(float), None
         for line, own in zip(self.lines, self._own, strict=True):
             if line is not None:
                 begin[own] = line.in_contact
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
+            nonlocal last
             cells = self.flattened(flat)
-            acting = self.by_carried(self.problem.resultants_of(cells.parts))
-            matrix = self.by_carried(self.matrix_with(flat))
-            system = replace(self.problem.system, matrix=matrix, resultants=acting)
-            numbers, rows = rows_of(cells.parts)
-            contact, position = solve(system, ExactRows(numbers, self.by_carried(rows)), begin)
-            return replace(contact, pressure=self.carried @ contact.pressure), position
+            last = cells, *solve(cells.system, begin)
+            return replace(last[1], pressure=cells.carried(last[1].pressure)), last[2]
 
         try:
-            contact, position = solved(self, find, True)
+            contact, _ = solved(self, find, True)
         except ConvergenceError:
             return None
-        return (contact, position) if contact.success or contact.refuted else None
+        return OnLines(*last, contact) if last is not None and contact.success else None
+
+    @computed_once
+    def system(self) -> ContactSystem:
+        """The equations for pressures that `carried` takes."""
+        system = self.problem.system
+        acting = self.carry(np.array(self.problem.resultants_of(self.parts)))
+        return replace(system, matrix=self.matrix, resultants=acting, nearby=system.approximate)
+
+    @property
+    def exact_rows(self) -> ExactRows:
+        """Some rows of their matrix, computed apart from it."""
+        numbers, rows = rows_of(self.parts)
+        return ExactRows(numbers, self.carry(rows))
 
     @computed_once
     def matrix(self) -> ndarray:
-        """Settlements of the collocation points by mean pressures of all cells."""
+        """Settlements of the collocation points by pressures that `carried` takes."""
         x = self.problem.cells.collocation_points
         matrix = np.array(self.problem.operator)
         every = zip(self.parts, self.lines, self._own, self.problem.sloping, strict=True)
         for cells, line, own, sloping in every:
             if line is None or cells.slopes is None:
                 continue
+            block = np.ascontiguousarray(matrix[:, own])
             if cells.substrate.remainder is None:
-                block = np.ascontiguousarray(matrix[:, own])
                 coefficient = cells.substrate.singular_coefficient
                 EdgeCorrection.from_weights(line, coefficient, x).add_to(block)
             else:
                 block = replace(cells, slopes=None).influence(x)
             sloping.add_to(block, cells.slopes)
-            matrix[:, own] = block
-        return matrix
-
-    def matrix_with(self, flat: ndarray) -> ndarray:
-        """The same where some cells are flat."""
-        if not flat.any():
-            return self.matrix
-        matrix = self.matrix.copy()
-        for cells, own, sloping in zip(self.parts, self._own, self.problem.sloping, strict=True):
-            if cells.slopes is not None and flat[own].any():
-                block = np.ascontiguousarray(matrix[:, own])
-                sloping.add_to(block, cells.slopes.without(~flat[own]), -1.0)
+            if not np.shares_memory(block, matrix):
                 matrix[:, own] = block
-        return matrix
+        return self.carry(matrix)
+
+
+class OnLines(NamedTuple):
+    """What was found with the law of lines of contact.
+
+    Attributes
+    ----------
+    cells : CellsOnLines
+        The cells and their equations.
+    solution : Contact
+        Of these.
+    position : (m,) array of float
+        Of the bodies.
+    contact : Contact
+        The same with all the pressures that are carried.
+    """
+
+    cells: CellsOnLines
+    solution: Contact
+    position: ndarray
+    contact: Contact
+
+    def verified(self, verify: Verify) -> Contact:
+        """The contact, without success where the equations do not hold."""
+        cells, solution, position, contact = self
+        checked = verify(cells.system, cells.exact_rows, solution, position)
+        pressure, history, flat = contact.pressure, contact.history, contact.flat
+        return replace(checked, pressure=pressure, history=history, flat=flat)
+
+
+@compiled
+def _carry(cells: ndarray, others: ndarray, shares: ndarray, matrix: ndarray) -> None:
+    for i in range(matrix.shape[0]):
+        for k in range(cells.shape[0]):
+            matrix[i, others[k]] += shares[k] * matrix[i, cells[k]]

@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix, hstack
 
 from ..elements.crossed import CrossedCells
 from ..kernels.once import computed_once, remember
-from ..operators.factors import Factors
+from ..operators.factors import Factors, submatrix
 from .problem import Contact
 from .sectors import Sectors
 
@@ -162,13 +162,13 @@ class LineWork:
         by, change, rows = by[:, :, touching], self.change[:, touching], self.work.columns
         place = np.full(len(rows), -1)
         place[touching] = np.arange(len(touching))
-        transposed, inside = _part(rows, touching, touching), self.in_contact[columns]
+        transposed, inside = submatrix(rows, touching, touching), self.in_contact[columns]
         transposed[place[columns[inside]]] += change[inside]
         outer, inner, _ = self._carried(0)
         own = self.in_contact[cells]
         special = np.union1d(cells[own], inner)
         # those out of contact have neither rows nor slopes of their own
-        without = _part(rows, outer, touching) + change[np.searchsorted(columns, outer)]
+        without = submatrix(rows, outer, touching) + change[np.searchsorted(columns, outer)]
         parts = np.zeros((self.nlaws, len(special), len(touching)))
         share = np.zeros((len(special), len(outer)))
         at = np.searchsorted(special, inner), np.arange(len(outer))
@@ -280,8 +280,3 @@ def find_changes(work: Any, lined: Sequence[LineWork]) -> None:
         found, crossed = np.ascontiguousarray(own.T), each.crossed[each.columns[0]]
         found[crossed] -= work.columns[each.crossed]
         remember(each, "change", found)
-
-
-def _part(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
-    """Some rows and columns, three times as soon as by both at once."""
-    return matrix.take(rows, axis=0).take(columns, axis=1)

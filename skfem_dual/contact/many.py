@@ -96,6 +96,8 @@ class ManyLoads:
         """
         unilateral = self.how.unilateral
         together = self._loaded if self.how.method == "auto" else np.zeros_like(self._loaded)
+        if not together.any():
+            return [self.system.solve(constraints, self.how) for constraints in self.constraints]
         moved = self._balanced(self._whole, self._full, self._given[:, together])
         pressure = self._full.pressure @ _and_one(moved)
         tension = -pressure.min(axis=0, initial=0.0) / np.abs(pressure).max(axis=0, initial=1e-300)
@@ -200,16 +202,19 @@ class ManyLoads:
         """Those of some cells in contact, by the lesser number of equations."""
         inside, outside = np.nonzero(contact)[0], np.nonzero(~contact)[0]
         pressure, gap = np.zeros((2, *self._motions.shape))
-        felt = np.nonzero(abs(law.lost) @ contact.astype(float))[0] if law.lost.nnz else inside[:0]
-        k, lost = len(outside), law.lost[felt]
+        felt, lost, k = inside[:0], law.lost, len(outside)
+        if law.lost.nnz:
+            felt = np.nonzero(abs(law.lost) @ contact.astype(float))[0]
+            lost = law.lost[felt]
         if k + len(felt) <= len(inside):
-            spread = self._inverse[outside]
+            full, spread = self._full.pressure, self._inverse[outside]
+            transposed, known = spread.take(outside, axis=1), full[outside]
             if len(felt):
                 spread = np.vstack([spread, self._spread[felt]])
-            transposed = np.hstack([spread[:, outside], (lost @ spread.T).T])
-            transposed[k:, k:] -= np.eye(len(felt))
-            full = self._full.pressure
-            unknown = np.linalg.solve(transposed.T, -np.vstack([full[outside], lost @ full]))
+                transposed = np.hstack([spread.take(outside, axis=1), (lost @ spread.T).T])
+                transposed[k:, k:] -= np.eye(len(felt))
+                known = np.vstack([known, lost @ full])
+            unknown = np.linalg.solve(transposed.T, -known)
             pressure = full + spread.T @ unknown
             pressure[outside], gap[outside] = 0.0, unknown[:k]
         else:

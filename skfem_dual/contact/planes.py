@@ -6,12 +6,13 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.nearest import nearest
+from ..kernels.compiled import inputs, vectorised
 
 #: neighbours over which planes are fitted
 AROUND = 7
 #: planes through points nearly on one line, by the determinant of their equations, are fitted
-#: with more care; planes at a time
-FLAT, CHUNK = 1e-5, 4096
+#: with more care
+FLAT = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +39,10 @@ class PlaneFit:
     @classmethod
     def to(cls, x: ndarray, at: ndarray, near: ndarray) -> "PlaneFit":
         """The same by the numbers of those that each follows, (m, around)."""
-        inverse = np.empty((len(near), 3, near.shape[1]))
-        for begin in range(0, len(near), CHUNK):
-            some = slice(begin, begin + CHUNK)
-            inverse[some] = _planes(x[:, near[some]] - at[:, some, None])
+        inverse, flat = np.empty((len(near), 3, near.shape[1])), np.zeros(len(near), dtype=bool)
+        _put_planes(*inputs(x, at, near), inverse, flat)
+        if flat.any():
+            inverse[flat] = _without_slope_across(x[:, near[flat]] - at[:, flat, None])
         return cls(near, inverse)
 
     def values(self, values: ndarray) -> ndarray:
@@ -53,15 +54,38 @@ class PlaneFit:
         return (self.inverse @ values[self.near][..., None])[..., 0].T
 
 
-def _planes(arm: ndarray) -> ndarray:
-    """Values and slopes of m planes by unit values at k points, (m, 3, k), from (2, m, k)."""
+@vectorised
+def _put_planes(x: ndarray, at: ndarray, near: ndarray, inverse: ndarray, flat: ndarray) -> None:
+    """Values and slopes of planes by unit values at points; marks those ``flat`` on a line."""
+    count = near.shape[1]
+    for i in range(len(near)):
+        reach = 0.0
+        for k in range(count):
+            j = near[i, k]
+            reach = max(reach, (x[0, j] - at[0, i]) ** 2 + (x[1, j] - at[1, i]) ** 2)
+        reach = np.sqrt(reach)
+        u, v, uu, uv, vv = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(count):
+            j = near[i, k]
+            a, b = (x[0, j] - at[0, i]) / reach, (x[1, j] - at[1, i]) / reach
+            inverse[i, 1, k], inverse[i, 2, k] = a, b
+            u, v, uu, uv, vv = u + a, v + b, uu + a * a, uv + a * b, vv + b * b
+        own, beside, across = uu * vv - uv * uv, uv * v - u * vv, u * uv - uu * v
+        det = count * own + u * beside + v * across
+        flat[i] = not det > FLAT * count * uu * vv
+        for k in range(count):
+            a, b = inverse[i, 1, k], inverse[i, 2, k]
+            inverse[i, 0, k] = (own + beside * a + across * b) / det
+            both = u * v - count * uv
+            along = beside + (count * vv - v * v) * a + both * b
+            upward = across + both * a + (count * uu - u * u) * b
+            inverse[i, 1, k], inverse[i, 2, k] = along / (det * reach), upward / (det * reach)
+
+
+def _without_slope_across(arm: ndarray) -> ndarray:
+    """The same of points on lines, by their arms (2, m, k): no slope across these."""
     reach = np.hypot(*arm).max(axis=1, keepdims=True)
     rows = np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
-    matrix = rows @ rows.swapaxes(1, 2)
-    # points on one line give no slope across it
-    clear = np.linalg.det(matrix) > FLAT * np.prod(np.diagonal(matrix, axis1=1, axis2=2), axis=1)
-    inverse = np.empty(rows.shape)
-    inverse[clear] = np.linalg.solve(matrix[clear], rows[clear])
-    inverse[~clear] = np.linalg.pinv(rows[~clear].swapaxes(1, 2), rcond=1e-6)
+    inverse = np.linalg.pinv(rows.swapaxes(1, 2), rcond=1e-6)
     inverse[:, 1:] /= reach[:, :, None]
     return inverse

@@ -136,9 +136,16 @@ class RigidBodies(ABC):
         on_line = how._replace(method="active-set")
         if not how.unilateral or how.gap_rtol >= COARSE:
             return found
-        return with_line_law(
-            self, lambda *system: self.answer(constraints, on_line, *system), found
-        )
+
+        def solve(system: ContactSystem, start: ndarray) -> tuple[Contact, ndarray]:
+            return system.solve(constraints, on_line, start)
+
+        def verify(
+            system: ContactSystem, exact: ExactRows, contact: Contact, position: ndarray
+        ) -> Contact:
+            return Verification(system, constraints, on_line, exact, self._rtol)(contact, position)
+
+        return with_line_law(self, solve, verify, found)
 
     def flattened(
         self, constraints: Constraints, flat: ndarray, start: ndarray | None, how: How

@@ -89,6 +89,12 @@ class ContactSystem:
                 return Factors.from_matrix(matrix)
             return DenseSolver.from_matrix(matrix, self.partition)
 
+    @property
+    def _iterated(self) -> bool:
+        """Whether the matrix is given and needs no factors."""
+        many = self.partition is not None and len(self.areas) >= ITERATED
+        return many and isinstance(self.matrix, np.ndarray)
+
     @computed_once
     def preconditioner(self) -> Any:
         """Approximate inverse of the matrix, if that is an operator."""
@@ -138,8 +144,8 @@ class ContactSystem:
             return self.nearby
         if self._regular is not None:
             return self._regular.inverse
-        if self._given and self.gap.any():  # shaped punches begin with no contact
-            return None
+        if self._given and self.gap.any() and not self._iterated:
+            return None  # shaped punches begin with no contact, and factors take longer
         return self.factors if self._given else self.preconditioner
 
     @property

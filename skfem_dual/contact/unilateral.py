@@ -18,6 +18,8 @@ from tqdm import tqdm
 
 from ..arguments import checked_choice, checked_flag, checked_number
 from ..errors import ConvergenceError
+from ..operators.factors import Factors, submatrix
+from ..operators.guided import Guided, Part
 from .cell_forces import CellForces, Step
 from .problem import Contact, ContactProblem
 
@@ -25,6 +27,10 @@ from .problem import Contact, ContactProblem
 COARSEST = 1e-2
 #: iterations of the conjugate gradients after which to give up
 MOST = 1000
+#: condition number of a stiffness from which on some motion meets no resistance
+FREE = 1e13
+#: cells in contact from which on iterations between them are sooner than a factorisation
+SOONER = 800
 
 Method = Literal["auto", "active-set", "cg"]
 
@@ -61,24 +67,22 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
     pressure, gap, motion = np.zeros(len(D)), problem.gap, np.zeros(len(planes))
     touching = np.zeros(len(D), dtype=bool)
     history: list[float] = []
-    fewest, patience = len(D) + 1, 3
+    fewest, patience, iterate = len(D) + 1, 3, True
     message = f"no convergence in {most} iterations of the active set"
     for _ in range(most):
         if contact.sum() < len(planes):
             message = "contact shrank to fewer cells than the motions of the punch"
             break
         inside = np.nonzero(contact)[0]
-        # one factorisation for the gap and the motions
-        rhs = np.column_stack([-problem.gap[inside], planes[:, inside].T])
-        unit = np.linalg.solve(D[np.ix_(inside, inside)], rhs)
-        acting = problem.resultants[:, inside]
         try:
-            motion = solve_scaled(acting @ unit[:, 1:], problem.given - acting @ unit[:, 0])
+            found = _iterated(problem, inside, pressure[inside]) if iterate else None
+            iterate = found is not None
+            between, motion = found or _between(problem, inside)
         except ConvergenceError:
             message = "contact shrank to cells on which the punch can tilt without resistance"
             break
         pressure = np.zeros(len(D))
-        pressure[inside] = unit[:, 0] + unit[:, 1:] @ motion
+        pressure[inside] = between
         settlement = D @ pressure
         gap = settlement + problem.gap - motion @ planes
         touching = contact.copy()
@@ -96,6 +100,35 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
             wrong[: np.nonzero(wrong)[0][-1]] = False
         contact ^= wrong
     return Contact(pressure, motion, gap, touching, False, message, tuple(history))
+
+
+def _between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]:
+    """Pressures on some cells, by their numbers, that settle as the punch moves, and its motions;
+    by one factorisation for the gap and the motions."""
+    matrix = submatrix(np.asarray(problem.matrix), inside, inside)
+    rhs = np.column_stack([-problem.gap[inside], problem.planes[:, inside].T])
+    unit, acting = Factors.from_matrix(matrix).solve(rhs), problem.resultants[:, inside]
+    motion = solve_scaled(acting @ unit[:, 1:], problem.given - acting @ unit[:, 0])
+    return unit[:, 0] + unit[:, 1:] @ motion, motion
+
+
+def _iterated(
+    problem: ContactProblem, inside: ndarray, near: ndarray
+) -> tuple[ndarray, ndarray] | None:
+    """The same by iterations from pressures ``near``; None if they do not end soon, or there are
+    too few cells for them, or no approximate inverse."""
+    k, n = len(inside), len(problem.areas)
+    if problem.inverse is None or k < SOONER:
+        return None
+    planes, acting = problem.planes[:, inside], problem.resultants[:, inside]
+    matrix = submatrix(np.asarray(problem.matrix), inside, inside)
+    guided = Guided.of(matrix, planes, acting, Part(problem.inverse, inside, n))
+    motion = solve_scaled(acting @ guided.spread, problem.given - acting @ near)
+    pressure = near + guided.spread @ motion
+    settled = matrix @ pressure
+    rest = motion @ planes - problem.gap[inside] - settled
+    found = guided.solve(rest, float(np.linalg.norm(settled)))
+    return None if found is None else (pressure + found[:k], motion + found[k:])
 
 
 def beginning(start: ndarray | None, n: int) -> ndarray:
@@ -152,6 +185,9 @@ def conjugate_gradients(
             if history[-1] <= gap_rtol:
                 return Contact(force / areas, motion, gap, contact, history=tuple(history))
             before = forces.descent(gap, contact, before)
+            if before.decrease == 0:
+                message = "so few cells are in contact that the load alone tells their pressures"
+                break
             product = forces.settlement(before.direction)
             size = (gap @ before.direction) / (before.direction @ product)
             trial = force - size * before.direction
@@ -183,15 +219,15 @@ def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
     """
     if len(given) == 0:
         return np.zeros(given.shape)
-    rows = np.abs(stiffness).max(axis=1, keepdims=True)
-    if (
-        not np.isfinite(stiffness).all()
-        or not rows.all()
-        or np.linalg.cond(stiffness / rows) > 1e13
-    ):
+    rows = np.abs(stiffness).max(axis=1)
+    fixed = np.isfinite(stiffness).all() and rows.all()
+    if fixed:
+        left, sizes, right = np.linalg.svd(stiffness / rows[:, None])
+        fixed = sizes[0] <= FREE * sizes[-1]
+    if not fixed:
         raise ConvergenceError(
             "the punch can move without resistance; likely cause: a plan of a few cells on one "
             "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
             "use at least three cells that do not lie on one line"
         )
-    return np.linalg.solve(stiffness / rows, (given.T / rows[:, 0]).T)
+    return right.T @ ((left.T @ (given.T / rows).T).T / sizes).T

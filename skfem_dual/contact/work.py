@@ -21,7 +21,8 @@ from numpy import ndarray
 
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.once import computed_once
-from ..operators.factors import Factors
+from ..operators.entries import Entries
+from ..operators.factors import Factors, submatrix
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .along_lines import has_law, on_each, regions_of
@@ -109,7 +110,7 @@ class Work:
     @computed_once
     def rows(self) -> ndarray:
         """Settlement of the sectors under unit pressure on each cell, if these are few."""
-        return np.hstack([cells.influence(self.sectors.x) for cells, *_ in self.parts])
+        return self._in_sectors.matrix()
 
     @computed_once
     def at_sectors(self) -> Points:
@@ -138,9 +139,14 @@ class Work:
         )
 
     @computed_once
+    def _in_sectors(self) -> Entries:
+        """What unit pressures on the cells make of the sectors."""
+        return self.problem.cells.entries(self.sectors.x)
+
+    @property
     def _sloping(self) -> SlopeCorrection | None:
-        """What slopes inside the cells add to it."""
-        return self.problem.cells.slope_correction(self.sectors.x)
+        """What slopes inside the cells add there."""
+        return self._in_sectors.sloping
 
     def positions(
         self,
@@ -235,7 +241,7 @@ class Work:
         if not known:
             return None
         cells = np.nonzero(touching)[0]
-        matrix = np.asarray(system.matrix)[np.ix_(cells, cells)]
+        matrix = submatrix(np.asarray(system.matrix), cells, cells)
         pressures = np.zeros((len(touching), len(self.unit)))
         pressures[cells] = Factors.from_matrix(matrix).solve(system.planes[:, cells].T)
         return pressures / self.unit

@@ -237,16 +237,19 @@ class EdgeWeights:
     @computed_once
     def of_triangles(self) -> tuple[ndarray, ndarray]:
         """Mean of w over each triangle of the fan, and where its load acts, from the centroid."""
-        a, b, c = self.root[self.fan.t]
-        mean = mean_weight(a, b, c)
-        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
-        if np.ptp(self.factors.values):
-            mean, shares = self._means_with_factor()
+        mean, shares = self._means()
         v = self.fan.p.take(self.fan.t, axis=1)
         return readonly(mean), readonly(np.sum(v * (shares / mean - 1 / 3), axis=1))
 
+    def _means(self) -> tuple[ndarray, ndarray]:
+        """Means of w over each triangle, and of its products with the barycentric coordinates."""
+        if np.ptp(self.factors.values):
+            return self._means_with_factor()
+        a, b, c = self.root[self.fan.t]
+        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
+        return mean_weight(a, b, c), shares
+
     def _means_with_factor(self) -> tuple[ndarray, ndarray]:
-        """Means of w and of its products with the barycentric coordinates over each triangle."""
         square, cell = self.root[self.fan.t] ** 2, self.fan.cell
         shares = np.zeros_like(square)
         for begin in range(0, len(cell), CHUNK):
@@ -269,7 +272,7 @@ class EdgeWeights:
         """Sums over the triangles of each cell."""
         return np.bincount(self.fan.cell, values, minlength=len(self.partition))
 
-    @computed_once
+    @property
     def moment(self) -> ndarray:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
         fan = self.fan
@@ -277,7 +280,7 @@ class EdgeWeights:
         arm = fan.p.take(fan.t, axis=1).mean(axis=1) + off
         arm -= self.partition.centroids.take(fan.cell, axis=1)
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
-        return readonly(np.where(self.weighted, first / self.mean, 0.0))
+        return np.where(self.weighted, first / self.mean, 0.0)
 
     @computed_once
     def triangles(self) -> Triangles:

@@ -153,7 +153,9 @@ def cut_triangle(piece, triangles, j, most, levels):
     v0, v1, v2, sign = by_distance(piece, triangles)
     p, root = triangles.p, triangles.root
     s0, s1, s2 = root[v0], root[v1], root[v2]
-    strips = max(FEWEST, int(np.ceil(most * (s2 - s0) - ROUNDING)))
+    # where the law is constant, as out of contact, one is enough
+    share = most * (s2 - s0)
+    strips = max(FEWEST, int(np.ceil(share - ROUNDING))) if share > ROUNDING else 1
     # levels equidistant in the root, with the middle vertex among them
     lower, count = s0, 0
     levels[0, 0], levels[0, 1] = p[0, v0], p[1, v0]

@@ -12,15 +12,13 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import coo_matrix, csr_matrix, eye_array
 
 from ..grids.fan import Fan
-from ..grids.lines import signed_distance
+from ..grids.lines import Segments
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
-from .graded_rule import graded
 from .law_moments import Factors
 
 #: cells over which the root varies by less than this factor are left constant
@@ -31,6 +29,8 @@ VALUES = 2**14
 TINY = 30.0
 #: cells farther from it than so many times their size are not looked at
 REACH = 4.0
+
+_SQUARES = readonly(np.linspace(0, 1, VALUES)[None] ** 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +53,7 @@ class LineWeights(EdgeWeights):
 
     @classmethod
     def from_lines(
-        cls,
-        partition: Partition,
-        fan: Fan,
-        lines: list[ndarray],
-        points: ndarray,
-        touching: ndarray,
+        cls, partition: Partition, fan: Fan, lines: Segments, points: ndarray, touching: ndarray
     ) -> Self:
         """Of the lines where contact ends.
 
@@ -68,7 +63,7 @@ class LineWeights(EdgeWeights):
             The n cells.
         fan : Fan
             Triangles of all of them.
-        lines : list of (2, k) array of float
+        lines : Segments
             Lines with contact to their left.
         points : (2, n) array of float
             Collocation points of the cells.
@@ -76,12 +71,12 @@ class LineWeights(EdgeWeights):
             Cells in contact, as far from the lines as they are not weighted.
         """
         size = np.sqrt(partition.areas)
-        in_points = signed_distance(points, lines)
+        in_points = lines.signed_distance(points)
         near = np.abs(in_points) < REACH * size
         in_points = np.where(near, in_points, np.where(touching, size.max(), -size.max()))
         own = near[fan.cell]
         used = np.unique(fan.t[:, own])
-        depth = signed_distance(fan.p[:, used], lines)
+        depth = lines.signed_distance(fan.p[:, used])
         depth = np.where(np.abs(depth) > 1e-9 * size.min(), depth, 0.0)
         everywhere = np.full(fan.p.shape[1], depth.max())
         everywhere[used] = depth
@@ -100,17 +95,13 @@ class LineWeights(EdgeWeights):
     def factors(self) -> Factors:
         """``s``, over which ``s^(-1/2)`` is the weight."""
         most = self.root.max()
-        values = readonly(np.linspace(0, most, VALUES)[None] ** 2)
+        values = readonly(most**2 * _SQUARES)
         own = np.zeros(len(self.partition), dtype=np.int32)
         return Factors(values, np.array([(VALUES - 1) / most]), own)
 
-    def _means_with_factor(self) -> tuple[ndarray, ndarray]:
-        square = self.root[self.fan.t] ** 2
-        whole = np.repeat(np.eye(3)[..., None], square.shape[1], axis=2)
-        shares = np.zeros_like(square)
-        for at, load in graded(whole, square, 2):  # s and a coordinate: exact
-            depth = np.einsum("ikq,ik->kq", at, square)
-            shares += np.einsum("ikq,kq->ik", at, load * depth)
+    def _means(self) -> tuple[ndarray, ndarray]:
+        roots = self.root[self.fan.t]
+        shares = np.stack([_mean_share(*np.roll(roots, -k, axis=0)) for k in range(3)])
         return shares.sum(axis=0), shares
 
     @computed_once
@@ -140,15 +131,29 @@ class LineWeights(EdgeWeights):
         root = np.sqrt(self.in_points.clip(0))
         return pressure * self.relative(np.arange(len(root)), root)
 
-    def carried(self) -> csr_matrix:
-        """Mean pressures by those of the cells in contact in their points, shape (n, n).
-
-        Others that reach into the contact carry as much, over the law, as their neighbours do.
-        """
+    @computed_once
+    def carrying(self) -> tuple[ndarray, ndarray]:
+        """Cells out of contact in their points that reach into it, beside neighbours that are in
+        contact, (2, k), and what they carry of the mean pressures of these, (k,): as much, over
+        the law, as the neighbours do."""
         n, f2c, touching = len(self.partition), self.partition.f2c, self.in_contact
         pairs = np.hstack([f2c, f2c[::-1]])[:, np.tile(f2c[1] >= 0, 2)]
         pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & touching[pairs[1]]]
-        cell, other = np.unique(pairs, axis=1)
+        cell, other = np.divmod(np.unique(np.int64(n) * pairs[0] + pairs[1]), n)
         share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)
         share *= self.mean[cell] / self.mean[other] / np.bincount(cell, share, n)[cell]
-        return csr_matrix(coo_matrix((share, (cell, other)), shape=(n, n)) + eye_array(n))
+        return np.stack([cell, other]), share
+
+
+def _mean_share(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
+    """Mean over a triangle of ``s^(1/2)`` times the barycentric coordinate of the vertex of a, by
+    the roots of s in its vertices.
+
+    By Hermite and Genocchi it is twice the divided difference of ``8/105 s^(7/2)`` at the four
+    points a^2, a^2, b^2, c^2; all terms are positive.
+    """
+    s, q = b + c, b * c
+    more, less = s * s + q, s * s - q
+    top = 3 * a**5 * s + 6 * a**4 * s**2 + 4 * a**3 * s * more + 2 * a**2 * s**2 * more
+    top += 4 * a * q * s * less + 2 * q**2 * less
+    return 8 / 105 * top / ((a + b) ** 2 * (a + c) ** 2 * s)

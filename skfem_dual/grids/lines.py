@@ -36,12 +36,6 @@ class Segments(NamedTuple):
         starts = np.searchsorted(picture[real], np.arange(k + 1))
         return cls(begin[:, real], end[:, real], starts)
 
-    @classmethod
-    def from_lines(cls, lines: list[ndarray]) -> Self:
-        """Of lines of shape (2, k) in one picture."""
-        begin, end = (np.hstack([line[:, some] for line in lines]) for some in (_BUT_LAST, _LATER))
-        return cls.from_ends(begin, end, np.zeros(begin.shape[1], dtype=int), 1)
-
     @property
     def picture(self) -> ndarray:
         """That of each, (m,)."""
@@ -61,14 +55,6 @@ class Segments(NamedTuple):
         along = self.end - self.begin
         _signed(*inputs(x, of, self.starts, self.begin, along, near), out)
         return out
-
-
-_BUT_LAST, _LATER = slice(None, -1), slice(1, None)
-
-
-def signed_distance(x: ndarray, lines: list[ndarray]) -> ndarray:
-    """Distance of points of shape (2, m) to the nearest of some lines, see `Segments`."""
-    return Segments.from_lines(lines).signed_distance(x)
 
 
 @vectorised

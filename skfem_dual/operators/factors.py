@@ -9,6 +9,7 @@ from scipy.linalg import get_lapack_funcs, lu_factor
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..grids.polygons import readonly
+from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
 
 TINY, EPS = float(np.finfo(float).tiny), float(np.finfo(float).eps)
@@ -57,10 +58,8 @@ class Factors:
         """Of a square array of finite numbers."""
         if len(matrix) < SINGLE or matrix.dtype != np.float64:
             return cls(*_factors(matrix))
-        scale = float(max(matrix.max(), -matrix.min()))
-        single = np.empty(matrix.shape, np.float32)
-        np.multiply(matrix, 1 / scale, out=single, casting="same_kind")
-        return cls(*_factors(single.T), matrix, scale)
+        lu, pivots, scale = _in_single(matrix)
+        return cls(lu, pivots, matrix, scale)
 
     @computed_once
     def in_double(self) -> "Factors":
@@ -139,7 +138,71 @@ class Factors:
         return self._substituted((rhs / size).astype(np.float32), 1) * (size / self.scale)
 
 
+@dataclass(frozen=True, eq=False)
+class RoughFactors:
+    """LU factors in single precision of a matrix that is not kept: an approximate inverse.
+
+    What they are multiplied by is in double precision, so that products are the same linear map
+    to its rounding, which iterations may ask for.
+
+    Attributes
+    ----------
+    lu, pivots, scale
+        As of `Factors`, the first transposed.
+    """
+
+    lu: ndarray
+    pivots: ndarray
+    scale: float
+
+    @classmethod
+    def from_matrix(cls, matrix: ndarray) -> "RoughFactors":
+        """Of a square array of finite numbers."""
+        lu, pivots, scale = _in_single(matrix)
+        return cls(lu.T, pivots, scale)
+
+    def solve(self, rows: ndarray) -> ndarray:
+        """Solutions for right-hand sides in rows, (k, n)."""
+        out = rows / self.scale
+        _substitute(*inputs(self.lu, self.pivots), out)
+        return out
+
+
+@vectorised
+def _substitute(lu, pivots, rows):
+    """Solutions in place of right-hand sides, by factors of the transposed matrix."""
+    n = lu.shape[0]
+    for i in range(n):
+        for row in rows:
+            total = 0.0
+            for j in range(i):
+                total += lu[i, j] * row[j]
+            row[i] = (row[i] - total) / lu[i, i]
+    for i in range(n - 1, -1, -1):
+        for row in rows:
+            total = 0.0
+            for j in range(i + 1, n):
+                total += lu[i, j] * row[j]
+            row[i] -= total
+    for i in range(n - 1, -1, -1):
+        for row in rows:
+            row[i], row[pivots[i]] = row[pivots[i]], row[i]
+
+
+def _in_single(matrix: ndarray) -> tuple[ndarray, ndarray, float]:
+    """Factors of the transposed matrix over its largest entry, and this."""
+    scale = float(max(matrix.max(), -matrix.min()))
+    single = np.empty(matrix.shape, np.float32)
+    np.multiply(matrix, 1 / scale, out=single, casting="same_kind")
+    return *_factors(single.T), scale
+
+
 def _factors(array: ndarray) -> tuple[ndarray, ndarray]:
     lu, pivots = lu_factor(array, overwrite_a=array.dtype == np.float32)
     lu.setflags(write=False)
     return lu, readonly(pivots)
+
+
+def submatrix(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
+    """Some rows and columns, three times as soon as by both at once."""
+    return matrix.take(rows, axis=0).take(columns, axis=1)

@@ -120,7 +120,7 @@ def solve_many(
     >>> print(f"{force:.2f}")  # exact for the circle: 2
     2.00
     """
-    rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column")
+    rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column", order="K")
     rtol = checked_number("rtol", rtol, above=0, below=1)
     most = MOST if most is None else checked_integer("most", most, at_least=1)
     inverse = preconditioner
