@@ -36,7 +36,7 @@ class Strips(NamedTuple):
         Weighted cells that are.
     starts : (k + 1,) array of int
         Where the segments of each begin; a steep one with none is cut when it is needed.
-    segments : (ROWS, m) array of float
+    segments : (m, ROWS) array of float
         See `put_segment`.
     """
 
@@ -50,16 +50,16 @@ class Strips(NamedTuple):
         steep, starts = np.empty(len(cells), bool), np.zeros(len(cells) + 1, np.int64)
         sizes = np.diff(triangles.starts)[cells]
         _steep(triangles, *inputs(cells), STEEP, steep)
-        segments = np.empty((ROWS, 0))
+        segments = np.empty((0, ROWS))
         if 0 < steep.sum() <= KEPT:
             room = strips_room(STRIPS, int(sizes.max()))
-            segments = np.empty((ROWS, len(room[0]) * 3 * int(sizes[steep].sum())))
+            segments = np.empty((len(room[0]) * 3 * int(sizes[steep].sum()), ROWS))
             _cut(triangles, *inputs(cells, steep), room, starts, segments)
-        return cls(*inputs(steep, starts, segments[:, : starts[-1]]))
+        return cls(*inputs(steep, starts, segments[: starts[-1]]))
 
     def emptied(self) -> Self:
         """With no segments kept."""
-        starts, segments = inputs(np.zeros_like(self.starts), self.segments[:, :0])
+        starts, segments = inputs(np.zeros_like(self.starts), self.segments[:0])
         return self._replace(starts=starts, segments=segments)
 
 
@@ -83,9 +83,9 @@ def _cut(triangles, cells, steep, room, starts, segments):
         starts[k + 1] = starts[k]
         if steep[k]:
             count = strip_segments(triangles, cells[k], STRIPS, room)
-            for row in range(ROWS):
-                for i in range(count):
-                    segments[row, starts[k] + i] = room[1][row, i]
+            for i in range(count):
+                for row in range(ROWS):
+                    segments[starts[k] + i, row] = room[1][row, i]
             starts[k + 1] += count
 
 
@@ -105,7 +105,7 @@ def kept_segments(kept, k, triangles, j, most, room):
         return strip_segments(triangles, j, most, room)
     for row in range(ROWS):
         for i in range(end - begin):
-            room[1][row, i] = kept.segments[row, begin + i]
+            room[1][row, i] = kept.segments[begin + i, row]
     return end - begin
 
 

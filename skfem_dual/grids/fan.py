@@ -245,42 +245,30 @@ def _numbered(t: ndarray, n: int) -> tuple[ndarray, ndarray]:
 def _closed(t: ndarray, n: int, cut: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     """`side_keys` of sides to cut, those of triangles with two others among them; the triangles
     that have any, and the numbers of their sides among those, -1 for others."""
-    (t,) = inputs(t)
-    while True:
-        beside, place, more = _beside(t, n, cut)
-        if len(more) == 0:
-            return cut, beside, place
-        cut = np.union1d(cut, more)
+    ends = np.zeros(n, dtype=np.int8)
+    ends[np.concatenate(np.divmod(cut, n))] = 1
+    # third sides end where the two others do
+    beside = np.nonzero(ends[t].sum(axis=0) >= 2)[0]
+    keys, side = np.unique(side_keys(t.take(beside, axis=1), n), return_inverse=True)
+    halved = np.zeros(len(keys), dtype=bool)
+    halved[np.searchsorted(keys, cut)] = True
+    (side,) = inputs(side.reshape(3, -1))
+    _close(side, halved)
+    place = np.where(halved, np.cumsum(halved) - 1, -1)[side]
+    some = np.nonzero((place >= 0).any(axis=0))[0]
+    return keys[halved], beside[some], place.take(some, axis=1)
 
 
 @compiled
-def _beside(t, n, cut):
-    """Triangles at sides to cut and the numbers of these; third sides of those with two."""
-    m, ends = t.shape[1], np.zeros(n, np.uint8)
-    beside, place = np.empty(m, np.int64), np.empty((3, m), np.int64)
-    for key in cut:
-        ends[key // n], ends[key % n] = 1, 1
-    count, number, more = 0, 0, np.empty(2 * len(cut), np.int64)
-    for k in range(m):
-        if ends[t[0, k]] + ends[t[1, k]] + ends[t[2, k]] < 2:
-            continue
-        halves, left = 0, np.int64(0)
-        for i in range(3):
-            a, b = np.int64(t[i, k]), np.int64(t[(i + 1) % 3, k])
-            key = min(a, b) * n + max(a, b)
-            at = np.searchsorted(cut, key)
-            if at < len(cut) and cut[at] == key:
-                place[i, count] = at
-                halves += 1
-            else:
-                place[i, count], left = -1, key
-        if halves == 2:  # a side has two triangles at most
-            more[number] = left
-            number += 1
-        if halves > 0:
-            beside[count] = k
-            count += 1
-    return beside[:count].copy(), place[:, :count].copy(), more[:number].copy()
+def _close(side, halved):
+    """Halve third sides of triangles until none has just two that are."""
+    again = True
+    while again:
+        again = False
+        for k in range(side.shape[1]):
+            a, b, c = side[:, k]
+            if np.int64(halved[a]) + halved[b] + halved[c] == 2:
+                halved[a], halved[b], halved[c], again = True, True, True, True
 
 
 def _cut(t: ndarray, middle: ndarray, halved: ndarray) -> tuple[ndarray, ndarray]:
