@@ -6,7 +6,7 @@ byte order. Messages name the argument, what was expected and what came.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy import ndarray
@@ -132,6 +132,7 @@ def checked_array(
     least: int = 0,
     each: str = "",
     error: type[ValueError] = ValueError,
+    order: Literal["C", "K"] = "C",
 ) -> ndarray:
     """``value`` as finite numbers in an array.
 
@@ -154,7 +155,8 @@ def checked_array(
     Returns
     -------
     ndarray of float
-        C-contiguous, in native byte order; the argument itself if it is such an array.
+        In native byte order, C-contiguous unless ``order`` is "K"; the argument itself if it is
+        such an array.
 
     Raises
     ------
@@ -175,7 +177,7 @@ def checked_array(
     if shape is not None:
         _require_shape(name, array, shape, least, error)
     with np.errstate(over="ignore"):  # of long doubles, found below
-        array = np.asarray(array, dtype=float, order="C")
+        array = np.asarray(array, dtype=float, order=order)
     if not np.isfinite(array).all():
         i = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise error(f"expected finite {name}, got {float(array[i])} at {_place(i, each)}")

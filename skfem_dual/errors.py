@@ -1,5 +1,6 @@
 """Errors and warnings of the package."""
 
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,14 +35,18 @@ class Told(NamedTuple):
     category: type[Warning]
 
 
+PACKAGE = __name__.split(".")[0]
 _kept: ContextVar[list[Told] | None] = ContextVar("warnings kept", default=None)
 
 
-def warn(message: str, category: type[Warning], stacklevel: int = 1) -> None:
-    """`warnings.warn` of what was solved, unless they are kept; see `warnings_kept`."""
+def warn(message: str, category: type[Warning]) -> None:
+    """Warn at the line that called the package, unless warnings are kept; see `warnings_kept`."""
     kept = _kept.get()
     if kept is None:
-        warnings.warn(message, category, stacklevel=stacklevel + 1)
+        frame, level = sys._getframe(), 1
+        while frame.f_back and str(frame.f_globals.get("__name__")).split(".")[0] == PACKAGE:
+            frame, level = frame.f_back, level + 1
+        warnings.warn(message, category, stacklevel=level)
     else:
         kept.append(Told(message, category))
 

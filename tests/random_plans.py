@@ -1,9 +1,16 @@
-"""Random plans of footings, grounds and loads, for the tests."""
+"""Random plans of footings, grounds and loads with their answers, for tests and benchmarks."""
 
 import numpy as np
 
-from skfem_dual import GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace
-from skfem_dual.plans.plan import Plan
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    Plan,
+    RigidPunch,
+)
 
 KINDS = "rectangle", "star", "L", "T", "disc", "annulus", "rounded", "frame", "stadium", "two"
 
@@ -81,3 +88,28 @@ def random_load(rng, plan):
         x = rng.uniform(plan.bounds[:, 0], plan.bounds[:, 1])
         if plan.contains(x):
             return {"force": 1.0, "at": tuple(share * (x - plan.centroid))}
+
+
+def error(solution, settlement, tilt):
+    """Error of the settlement of any point of the plan, over that under the force."""
+    x = solution.footprint.partition.polygons.p - np.array(solution.punch.origin)[:, None]
+    under = settlement + tilt @ solution.centre_of_pressure
+    return np.abs(solution.settlement - settlement + (solution.tilt - tilt) @ x).max() / under
+
+
+def random_case(seed, n):
+    """A plan, ground and load, and the answer on a fine mesh."""
+    rng = np.random.default_rng(seed)
+    plan = random_plan(rng, KINDS[seed % len(KINDS)])
+    ground, load = random_ground(rng, np.sqrt(plan.area)), random_load(rng, plan)
+    punch = RigidPunch(
+        ground,
+        DualMesh.from_mesh(plan.mesh(n=n, graded=0.25)).basis(),
+        origin=tuple(plan.centroid),
+    )
+    truth = punch.solve(**load)
+    return plan, ground, load, (truth.settlement, truth.tilt)
+
+
+def in_plan(plan, load):
+    return load | {"at": tuple(plan.centroid + load["at"])}

@@ -188,7 +188,6 @@ LAYERS = [
         "contact.elastic_solution",
         "contact.punch",
         "contact.below",
-        "contact.paths",
         "contact.neighbours",
         "contact.group_solution",
         "contact.frame",
@@ -196,6 +195,7 @@ LAYERS = [
         "contact.refine",
         "contact.resisted",
         "contact.elastic",
+        "contact.paths",
         "contact.punches",
     ],
     [

@@ -67,6 +67,13 @@ def test_cases(load, capsys):
     assert "lifted" in capsys.readouterr().out
 
 
+def test_plan_cost(load, capsys):
+    ((kept, cost),) = load("plan_cost").main(plans=1, fine=400).T
+    assert kept
+    assert cost > 0
+    assert "1 plans, 100.0% within 1e-03" in capsys.readouterr().out
+
+
 def test_unilateral(load, capsys):
     unilateral = load("unilateral")
     rows = unilateral.main(sizes=(150,))

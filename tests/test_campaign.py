@@ -115,7 +115,7 @@ def test_processes_that_hang_or_crash_are_told(load, monkeypatch, tmp_path):
     driver.write_text(text.replace("KINDS = {", 'KINDS = {"bad": ("campaign_bad", {}),'))
     monkeypatch.setattr(campaign, "__file__", str(driver))
     monkeypatch.setattr(campaign, "PATIENCE", 1.0)
-    monkeypatch.setattr(campaign, "START", 10.0)
+    monkeypatch.setattr(campaign, "START", 60.0)
     found = list(campaign.found_in("bad"))
     assert [(outcome, label) for outcome, label, _ in found] == [
         ("fine", "good"),

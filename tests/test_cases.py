@@ -17,6 +17,7 @@ from skfem_dual import (
     RigidPunches,
     bearing_pressure,
 )
+from skfem_dual.io import write_cases
 
 UNIT = HalfSpace(1.0, 0.0)
 RANDOM = np.random.default_rng(3)
@@ -200,6 +201,26 @@ def test_table(tmp_path):
         cases.write(tmp_path / "no" / "out.csv")
     with pytest.raises(TypeError, match="str or PathLike for path, got None"):
         cases.write(None)
+
+
+def test_tables_of_several_footings(tmp_path):
+    """Columns of one table are there for all."""
+    still = punch(disc(3)).solve_many([Load(force=1.0)])
+    pushed = punch(disc(3)).solve_many([Load(force=2.0, horizontal=(0.5, 0.0))])
+    write_cases(path := tmp_path / "out.csv", still, pushed, footings=("Süd", "Łąka"))
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["footing"], row["force"], bool(row["ux"])) for row in rows] == [
+        ("Süd", "1.0", False),
+        ("Łąka", "2.0", True),
+    ]
+    for tables, names, error in (
+        ((), (), ValueError),
+        ((still,), ("a", "b"), ValueError),
+        ((still.table(),), (), TypeError),
+    ):
+        with pytest.raises(error, match="expected"):
+            write_cases(path, *tables, footings=names)
 
 
 @pytest.mark.slow

@@ -48,6 +48,7 @@ def test_horizontal_loads(capsys, footing, tmp_path):
     x, y = 1000 * shear.displacement
     expected = f"({x:.5g}, {y:.5g}) mm, twist {1000 * shear.twist:.6g} ‰"
     assert table["Displacement"] == expected
+    assert table["Horizontal force"] == "(60, -20) kN, torsion 45 kN·m"
     text = "name,force,hx,hy,torsion\nrest,500,0,0,0\nstorm,500,60,-20,45\n"
     cases, data, rows = cases_in(tmp_path, text), tmp_path / "out.json", tmp_path / "out.csv"
     files = ["--json", data, "--table", rows, "--report", tmp_path / "out.html"]

@@ -3,7 +3,6 @@
 import os
 import random
 import re
-import time
 import warnings
 
 import meshio
@@ -149,10 +148,8 @@ def test_headers_that_promise_more_than_the_file_holds(tmp_path):
         "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n"
         "DIMENSIONS 20000 20000 1\nORIGIN 0 0 0\nSPACING 1 1 1\n"
     )
-    start = time.monotonic()
     with pytest.raises(MeshError, match="far more memory than the file is large"):
         read_mesh(path)
-    assert time.monotonic() - start < 10
     path = tmp_path / "plan.off"
     for content in ("OFF\n", "OFF\n# only\n\n", "OFF"):
         path.write_text(content)
@@ -179,10 +176,8 @@ ENDLESS = {
 def test_readers_that_do_not_end(tmp_path, suffix):
     path = tmp_path / f"plan{suffix}"
     path.write_text(ENDLESS[suffix])
-    start = time.monotonic()
     with pytest.raises(MeshError, match="does not come to an end; the file is damaged"):
         read_mesh(path)
-    assert time.monotonic() - start < 10
 
 
 def damaged(content, dice):
@@ -211,14 +206,13 @@ def damaged(content, dice):
 @pytest.mark.parametrize("suffix", FORMATS)
 @pytest.mark.parametrize("rounds", [5, pytest.param(300, marks=pytest.mark.slow)])
 def test_damage_of_any_kind(tmp_path, suffix, rounds):
-    """A mesh that can be used, or a MeshError in a few words within 10 s."""
+    """A mesh that can be used, or a MeshError in a few words, and always an end."""
     path = tmp_path / f"plan{suffix}"
     name, options = FORMATS[suffix]
     meshio.write(path, SOUND, name, **options)
     sound = path.read_bytes()
     for seed in range(rounds):
         path.write_bytes(damaged(sound, random.Random(f"{suffix} {seed}")))
-        start = time.monotonic()
         found, message = None, ""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -232,7 +226,6 @@ def test_damage_of_any_kind(tmp_path, suffix, rounds):
             assert np.isfinite(found.p).all()
             assert (found.t >= 0).all()
             assert found.t.max() < found.p.shape[1]
-        assert time.monotonic() - start < 10
 
 
 def test_messages_are_cut_but_keep_the_remedy():

@@ -1,5 +1,7 @@
 """Settlements under weighted cells against independent quadrature."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plans import perturbed, rectangle
@@ -72,7 +74,7 @@ def weights_of_square(n):
 def by_strips(monkeypatch):
     """Strips in all weighted cells, at all points."""
     monkeypatch.setattr("skfem_dual.elements.edge_correction.IN_STRIPS", 1e9)
-    monkeypatch.setattr("skfem_dual.elements.near_sums.STEEP", 0.0)
+    monkeypatch.setattr("skfem_dual.elements.law_strips.STEEP", 0.0)
     monkeypatch.setattr("skfem_dual.elements.near_sums.BESIDE", 1e9)
 
 
@@ -98,7 +100,7 @@ def test_own_settlement_equals_quadrature(weights, request):
     coarse, fine = uniform.copy(), uniform.copy()
     EdgeCorrection.from_weights(weights, 1 / np.pi, x).add_to(coarse)
     request.getfixturevalue("by_strips")
-    EdgeCorrection.from_weights(weights, 1 / np.pi, x, strips=100).add_to(fine)
+    EdgeCorrection.from_weights(replace(weights), 1 / np.pi, x, strips=100).add_to(fine)
     tested = 0
     for j in np.nonzero(weights.weighted)[0]:
         triangles = np.arange(fan.starts[j], fan.starts[j + 1])
@@ -167,7 +169,7 @@ def test_far_settlements_equal_strips(grid, request):
     found, exact = np.zeros((2, x.shape[1], len(areas)))
     EdgeCorrection.from_weights(weights, 1.0, x).add_to(found)
     request.getfixturevalue("by_strips")
-    EdgeCorrection.from_weights(weights, 1.0, x, strips=12).add_to(exact)
+    EdgeCorrection.from_weights(replace(weights), 1.0, x, strips=12).add_to(exact)
     r = np.hypot(*(x[:, :, None] - x[:, None]))
     off = np.abs(found - exact) * r / areas
     distance = r / radii(weights.partition.polygons)
@@ -201,3 +203,15 @@ def test_points_next_to_centroids():
         for x in (centroids, centroids + 1e-16)
     )
     assert near == pytest.approx(at, rel=1e-6, abs=1e-9)
+
+
+def test_strips_are_kept_or_cut_when_needed(monkeypatch):
+    weights = weights_of_square(5)
+    x = weights.partition.centroids
+    kept = EdgeCorrection.from_weights(weights, 1.0, x)
+    assert weights.strips.segments.shape[1] > 0
+    monkeypatch.setattr("skfem_dual.elements.law_strips.KEPT", 0)
+    weights = replace(weights)
+    cut = EdgeCorrection.from_weights(weights, 1.0, x)
+    assert weights.strips.segments.shape[1] == 0
+    np.testing.assert_array_equal(cut.near.toarray(), kept.near.toarray())

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from skfem_dual.operators.factors import SINGLE, Factors
+from skfem_dual.operators.factors import SINGLE, Factors, RoughFactors
 
 
 @pytest.mark.parametrize("trans", [0, 1])
@@ -44,3 +44,14 @@ def test_single_precision_is_refined_or_given_up(smallest, refined):
     assert ("in_double" in vars(factors)) == (not refined)
     transposed = factors.solve(matrix.T @ exact[:, 0], trans=1)
     assert np.abs(transposed - exact[:, 0]).max() < 1e-14 / smallest
+
+
+@pytest.mark.parametrize("unit", [1e-30, 1.0, 1e30])
+def test_rough_factors_are_a_linear_map_near_the_inverse(unit):
+    rng = np.random.default_rng(4)
+    matrix = unit * (rng.standard_normal((300, 300)) + 10 * np.diag(rng.choice([-1.0, 1.0], 300)))
+    factors, rhs = RoughFactors.from_matrix(matrix), rng.standard_normal((3, 300))
+    found = factors.solve(rhs)
+    assert np.abs(found @ matrix.T - rhs).max() < 1e-4
+    together = factors.solve((np.array([[2.0, -3.0, 7.0]]) @ rhs) / 3)[0]
+    assert together == pytest.approx((2 * found[0] - 3 * found[1] + 7 * found[2]) / 3, rel=1e-11)

@@ -202,6 +202,17 @@ def test_products_are_linear_and_take_columns():
 MESH = perturbed(rectangle(12), 0.03)
 
 
+@pytest.mark.parametrize("method", ["dense", "fast"])
+def test_numbers_of_any_kind(method):
+    """Bytes in the other order, single precision, whole and complex numbers are what they say."""
+    operator = InfluenceOperator(GROUNDS["homogeneous"], BASES["triangles"], 1e-5, method)
+    q = np.arange(1.0, operator.shape[1] + 1)
+    expected = operator @ q
+    for kind in (">f8", "f4", "i8", "longdouble"):
+        assert operator @ q.astype(kind) == pytest.approx(expected, rel=1e-13)
+    assert operator @ (2j * q) == pytest.approx(2j * expected, rel=1e-13)
+
+
 @settings(max_examples=8)
 @given(st.floats(-1e4, 1e4), st.floats(1e-6, 1e6), st.integers(0, 3), st.integers(0, 2**32 - 1))
 def test_moved_scaled_turned_and_renumbered(shift, factor, quarters, seed):

@@ -7,7 +7,7 @@ import numba
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from skfem_dual.kernels.limits import SharedLimit, limited_threads
+from skfem_dual.kernels.limits import SharedLimit, limited_threads, threads_for_matrix
 
 
 def blas():
@@ -62,4 +62,19 @@ def test_limits_of_another_thread_that_never_lifts_them():
             assert pool.submit(work).result() == {1}
     finally:
         forever.restore_original_limits()
+    assert blas() == before
+
+
+def test_a_limit_that_another_may_lift_is_asked_for_again():
+    """As many threads as BLAS has by itself need no limit, which takes longer than a small matrix;
+    with two, one is asked for even where somebody has limited them to one by now."""
+    before = blas()
+    with threadpool_limits(2, "blas"):
+        other = limited_threads(1, "blas")
+        other.__enter__()
+        with threads_for_matrix(200):
+            other.__exit__(None, None, None)
+            assert set(blas()) == {1}
+    with threadpool_limits(1, "blas"), threads_for_matrix(200):
+        assert set(blas()) == {1}
     assert blas() == before

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from elastic_shapes import plate
 from plans import disc, rectangle
 
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, load_path, moment_rotation
@@ -37,6 +38,18 @@ def test_a_sphere_pressed_in_and_out():
     # exact: settlement in proportion to force ** (2 / 3)
     ratio = path.settlement[2] / path.settlement[1]
     assert ratio == pytest.approx(2 ** (2 / 3), rel=1e-2)
+
+
+def test_a_structure_along_a_path():
+    """As alone, and twice that; it bends, so that no settlement and tilt tell where it is."""
+    alone = plate(1.0, n=60)
+    of, f = alone.punch, alone.f
+    path = load_path(of, [{"f": k * f} for k in (1.0, 2.0)])
+    assert path[1].pressure == pytest.approx(2 * alone.pressure, rel=1e-6, abs=1e-8)
+    assert path.force == pytest.approx([1.0, 2.0])
+    assert "  2            {:.5g} to {:.5g}".format(*path[1].deflection_range) in repr(path)
+    with pytest.raises(TypeError, match=r"a structure that bends. Remedy: \[s.deflection\(x\)"):
+        _ = path.settlement
 
 
 def test_which_load_is_impossible():

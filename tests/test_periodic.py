@@ -22,7 +22,9 @@ from skfem_dual import (
     RigidPunch,
     RigidPunches,
     flexible_settlement,
+    load_path,
 )
+from skfem_dual.io import write_solution
 
 SOIL = HalfSpace(3.0, 0.3)
 MODULUS = SOIL.contact_modulus
@@ -143,6 +145,18 @@ def test_the_settlement_is_the_work_of_the_force():
     assert "inf" in repr(again)
 
 
+def test_cases_and_paths():
+    """As one by one: no case shares full contact with others."""
+    punch, forces = wavy(32)[0], (2e-3, 5e-3, 9e-3)
+    alone = [punch.solve(force) for force in forces]
+    cases = punch.solve_many([{"force": force} for force in forces])
+    path = load_path(punch, [{"force": force} for force in forces])
+    for found in (cases.solutions, path.solutions):
+        for one, other in zip(found, alone, strict=True):
+            assert np.array_equal(one.pressure, other.pressure)
+            assert one.settlement == other.settlement
+
+
 def flat(basis, **options):
     return RigidPunch(PeriodicGround(SOIL, (1.0, 1.0)), basis, **options)
 
@@ -169,6 +183,12 @@ GAP = {"gap": lambda x: x[0]}
         (lambda: flat(cells(8, 8), **GAP).solve(1.0, tilt=(0.1, 0)), "a force alone"),
         (lambda: flat(cells(8, 8), **GAP).solve(1.0, unilateral=False), "a force alone"),
         (lambda: flat(cells(8, 8), **GAP).stiffness(), "solve under a force"),
+        (lambda: flat(cells(8, 8), **GAP).solve(1.0).bounds, "ground without a period, for b"),
+        (
+            lambda: write_solution("a.vtu", flat(cells(8, 8), **GAP).solve(1.0)),
+            r"Remedy: write_field\(path, solution.punch.basis, solution.pressure\)",
+        ),
+        (lambda: load_path(flat(cells(8, 8), **GAP), [{"settlement": 1.0}]), "a force alone"),
         (lambda: flat(cells(8, 8), **GAP).matrix, "ground without a period"),
         (
             lambda: flat(cells(8, 8), **GAP).solve(1.0).displacement([[0.5], [0.5]]),

@@ -205,6 +205,7 @@ def test_a_mesh_of_another_plan_is_refused():
             lambda: Plan.from_polygon([(0, 0), (1, 0), (2, 0)]),
             r"got none at \(., 0\), where the line turns back",
         ),
+        (lambda: Plan.from_polygon([(0, 0), (1e-200, 0), (0, 1e-200)]), "extent from 1e-100 on"),
         (
             lambda: Plan.from_polygon([(0, 0), (1, 0), (1, 0), (0, 1)]),
             r"without duplicate corners, got corners 1 and 2 both at \(1, 0\)",

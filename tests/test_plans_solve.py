@@ -1,43 +1,16 @@
 """Answers from outlines, as accurate as asked for."""
 
-from time import perf_counter, process_time
-
 import numpy as np
 import pytest
-from random_plans import KINDS, random_ground, random_load, random_plan
+from random_plans import error, in_plan, random_case
 
-from skfem_dual import DualMesh, HalfSpace, Plan, ResolutionWarning, RigidPunch, solve_plan
+from skfem_dual import HalfSpace, Plan, ResolutionWarning, solve_plan
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.contact.load import Load
-from skfem_dual.plans.search import FIRST, LARGEST_STEP, Problem, governing
+from skfem_dual.plans.search import Problem, governing
 from skfem_dual.plans.solve import reached
 
 SOIL = HalfSpace(30e6, 0.25)
-
-
-def error(solution, settlement, tilt):
-    """Error of the settlement of any point of the plan, over that under the force."""
-    x = solution.footprint.partition.polygons.p - np.array(solution.punch.origin)[:, None]
-    under = settlement + tilt @ solution.centre_of_pressure
-    return np.abs(solution.settlement - settlement + (solution.tilt - tilt) @ x).max() / under
-
-
-def random_case(seed, n):
-    """A plan, ground and load, and the answer on a fine mesh."""
-    rng = np.random.default_rng(seed)
-    plan = random_plan(rng, KINDS[seed % len(KINDS)])
-    ground, load = random_ground(rng, np.sqrt(plan.area)), random_load(rng, plan)
-    punch = RigidPunch(
-        ground,
-        DualMesh.from_mesh(plan.mesh(n=n, graded=0.25)).basis(),
-        origin=tuple(plan.centroid),
-    )
-    truth = punch.solve(**load)
-    return plan, ground, load, (truth.settlement, truth.tilt)
-
-
-def in_plan(plan, load):
-    return load | {"at": tuple(plan.centroid + load["at"])}
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
@@ -112,7 +85,7 @@ def test_what_is_not_reached_is_told():
     with pytest.warns(ResolutionWarning, match=r"not reached: .* MiB allowed. Remedy: memory="):
         short = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, memory=1e6)
     with pytest.warns(ResolutionWarning, match=r"not reached: .* s are allowed. Remedy: time_lim"):
-        brief = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, time_limit=1e-3)
+        brief = solve_plan(plan, SOIL, 1.0, accuracy=1e-5, time_limit=1e-9)
     for solution in (short, brief):
         assert not solution.accuracy.reached
         assert solution.accuracy.error > solution.accuracy.asked
@@ -122,9 +95,9 @@ def test_what_is_not_reached_is_told():
 
 
 def test_a_coarsest_mesh_that_takes_too_long():
-    with pytest.raises(TimeoutError, match=r"mesh of the plan takes, of \d+ cells, got 0.001 s"):
+    with pytest.raises(TimeoutError, match=r"mesh of the plan takes, of \d+ cells, got 1e-09 s"):
         solve_plan(
-            Plan.from_polygon([(0, 0), (60, 0), (60, 1), (0, 1)]), SOIL, 1.0, time_limit=1e-3
+            Plan.from_polygon([(0, 0), (60, 0), (60, 1), (0, 1)]), SOIL, 1.0, time_limit=1e-9
         )
 
 
@@ -151,26 +124,12 @@ def test_something_else_than_a_plan():
 
 
 @pytest.mark.slow
-def test_accuracy_is_kept_at_a_fair_price():
-    """Of 200 random plans and loads 98 % keep the accuracy, the median at three times the cost."""
-    kept, costs = [], []
+def test_accuracy_is_kept():
+    """Of 200 random plans and loads 98 % keep it; what it costs is in benchmarks/plan_cost.py."""
+    kept = []
     for seed in range(200):
         plan, ground, load, truth = random_case(seed, 1200)
-        begin = process_time()
         solution = solve_plan(plan, ground, **in_plan(plan, load))
-        seconds = process_time() - begin
         kept.append(error(solution, *truth) < 1e-3)
         assert solution.accuracy.reached
-        problem = Problem(plan, ground, (Load(**load),), tuple(plan.centroid), True, False)
-        size = FIRST * 2 * plan.area / sum(ring.length for ring in plan.rings)
-        for k in range(10):  # the coarsest mesh that would have done
-            begin, length = process_time(), size * LARGEST_STEP**k
-            attempt = problem.on(problem.mesh(length), length, perf_counter())
-            spent = process_time() - begin
-            if error(attempt.solutions[0], *truth) < 1e-3:
-                costs.append(seconds / spent)
-                break
-    missed = np.nonzero(~np.array(kept))[0]
-    print(f"kept {np.mean(kept):.3f} (not {missed}), median cost {np.median(costs):.2f}")
-    assert np.mean(kept) >= 0.98
-    assert np.median(costs) <= 3
+    assert np.mean(kept) >= 0.98, np.nonzero(~np.array(kept))[0]

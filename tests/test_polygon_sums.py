@@ -28,7 +28,7 @@ def sums_over(corners, x, terms):
         count = put_side(sides, count, *a, *b, terms, *MIDDLE, SIZE, room)
     sums = np.empty((4, LANES))
     px, py = (np.full(STEP, c) for c in x)
-    add_sides(px, py, sides, count, np.empty((6, LANES)), sums)
+    add_sides(px, py, sides, count, np.empty((6, len(sides) * LANES)), sums)
     assert (sums[:, :STEP] == sums[:, :1]).all()
     return sums[:, 0]
 

@@ -154,6 +154,8 @@ def test_result_is_an_ordinary_basis(dual, solutions):
     assert mass @ p == pytest.approx(load)
     nodal, values = result.nodal_pressure()
     assert np.array_equal(nodal.mesh.p, dual.mesh.p)
+    assert moments(nodal, values) == pytest.approx(moments(basis, p), abs=1e-12)
+    nodal, values = result.nodal_pressure(conserve=False)
     assert np.array_equal(values, p[: len(dual)])
     assert "PostprocessedPressure" in repr(result)
     # constants on both grids are vectors of their bases

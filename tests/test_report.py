@@ -540,7 +540,7 @@ def test_the_mesh_that_was_chosen():
 
 @pytest.mark.usefixtures("undrawn")
 def test_layers(monkeypatch):
-    monkeypatch.setattr("skfem_dual.report.depth_section", lambda *a: NONE)  # takes most time
+    monkeypatch.setattr("skfem_dual.report.depth_of_footing", lambda *a: NONE)  # takes most time
     layers = [Layer(2.0, 20e6, 0.3, gradient=0.1), Layer(5.0, 40e6, 0.35)]
     found = page(solved(soil=LayeredHalfSpace(layers, HalfSpace(60e6, 0.25))))
     table = next(t for t in found.tables if t[0][0]["text"].startswith("Ground"))

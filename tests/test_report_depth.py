@@ -19,7 +19,6 @@ from skfem_dual.grids.generate import rectangle
 from skfem_dual.report import report_html
 from skfem_dual.report.depth import below
 from skfem_dual.report.details import Details
-from skfem_dual.report.footing import footings_of
 
 BASIS = DualMesh.from_mesh(rectangle(4.0, 3.0, n=60)).basis()
 LAYERS = [Layer(1.0, 20e3, 0.3), Layer(2.0, 5e3, 0.4)]
@@ -38,7 +37,7 @@ LAYERS = [Layer(1.0, 20e3, 0.3), Layer(2.0, 5e3, 0.4)]
 def test_every_ground(ground):
     solution = RigidPunch(ground, BASIS).solve(1e3)
     details = Details(profile=(0.5, 0.2), units="kN,m")
-    found = below(footings_of(solution, details)[0])
+    found = below(solution, details.profile)
     moved = solution.ground_displacement([[0.5], [0.2]])[0]
     assert found.parts.sum() == pytest.approx(moved, rel=1e-9)
     depth = found.profile.depth

@@ -10,7 +10,7 @@ from elastic_shapes import block, plate
 from skfem import CellBasis, ElementTetP2, ElementTriP2, ElementVector, MeshHex, MeshTet, MeshTri
 from skfem.io.meshio import HEX_MAPPING
 
-from skfem_dual import DualMesh
+from skfem_dual import DualMesh, bearing_pressure, vertical_profile
 from skfem_dual.elements.point_values import vertex_values
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import annulus
@@ -189,10 +189,12 @@ def test_report(raft, tmp_path):
         "Input",
         "Deflections",
         "Contact and pressure",
+        "Bearing pressure",
+        "Stress with depth",
         "Check of the equilibrium",
         "Solver",
     ]
-    assert text.count("<figure>") == 3
+    assert text.count("<figure>") == 4
     for word in ("Tilt", "Kern", "overturn", "rigid", "NOT CONVERGED"):
         assert word not in text
     values = [float(v) for v in re.findall(r'<data value="([^"]*)"', text)]
@@ -202,6 +204,21 @@ def test_report(raft, tmp_path):
     for value in (deflections.max(), raft.contact_area, raft.force, raft.pressure.max()):
         assert value in values
     assert np.abs(np.array(values) - edge).min() < 1e-4 * abs(edge)
+
+
+def test_report_says_what_was_asked_for(raft):
+    """Pressures against an allowable one, deflections of points, stresses below one."""
+    said = dict(allowable=1.01 * raft.mean_pressure, points=[(0.1, 0.2)], profile=(0.3, 0.0))
+    text = report_html(raft, **said)
+    values = [float(v) for v in re.findall(r'<data value="([^"]*)"', text)]
+    extent = np.ptp(raft.punch.partition.polygons.p, axis=1).max()
+    deep = vertical_profile(raft, (0.3, 0.0), [0.1 * extent])
+    at = raft.deflection([[0.1], [0.2]])[0]
+    for value in (bearing_pressure(raft), at, deep.stresses.sigma_z[0]):
+        assert np.abs(np.array(values) - value).min() < 1e-7 * value
+    assert "It is kept by the mean pressures, and exceeded by the largest pressure" in text
+    with pytest.raises(ValueError, match=r"expected points on the plan, got \(3, 0\), 2.* off it"):
+        report_html(raft, points=[(0, 0), (3, 0)])
 
 
 def test_report_of_a_solid_and_of_no_solution(cube):

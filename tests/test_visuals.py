@@ -292,6 +292,23 @@ def test_boxes_of_labels_have_room(mesh, values, letter):
             assert not inside.any()
 
 
+def test_labels_keep_off_what_is_plotted_before():
+    """A mark where a label would be moves it, on the axes of a picture too."""
+    from skfem_dual.visuals.matplotlib import isobars
+
+    basis, values = nodal(DISC), punch(DISC, tilt=0.45)
+    first = isobars(basis, values)
+    marks = np.array([text.get_position() for text in first.texts]).T
+    ax = first.figure.add_subplot()
+    ax.plot(*marks, "o")
+    texts = isobars(basis, values, ax=ax).texts
+    assert len(texts) >= len(marks.T) - 2
+    boxes = [text.get_window_extent().get_points() for text in texts]
+    low, high = np.array(boxes).transpose(1, 2, 0)[..., None]
+    dots = ax.transData.transform(marks.T).T[:, None]
+    assert not ((low < dots) & (dots < high)).all(axis=0).any()
+
+
 def test_lines_without_room_have_no_label():
     field = Field.from_basis(nodal(STRIPS), STRIPS.p[0])
     levels = np.array([0.5, 0.51, 0.52, 0.8])

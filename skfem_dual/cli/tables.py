@@ -63,7 +63,11 @@ def _sliding(solution: PunchSolution, units: Units) -> dict[str, str]:
     if shear is None:
         return {}
     moved = _pair(shear.displacement * units.displacement.factor, units.displacement)
-    return {"Displacement": f"{moved}, twist {_read(shear.twist, units.slope)}"}
+    force, torsion = _pair(shear.horizontal, units.force), _read(shear.torsion, units.moment)
+    return {
+        "Horizontal force": f"{force}, torsion {torsion}",
+        "Displacement": f"{moved}, twist {_read(shear.twist, units.slope)}",
+    }
 
 
 def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mapping) -> str:

@@ -9,10 +9,11 @@ from numpy import ndarray
 from skfem import MeshQuad1
 
 from ..arguments import Pair
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import readonly
+from ..ground.periodic import PeriodicGround
 from ..messages import shown
 from ..operators.symmetry import Symmetry
 from .load import Load
@@ -92,7 +93,8 @@ class Bounds:
             raise ValueError(reason)
         at = load.point or (0.0, 0.0) if load.force is not None else (0.0, 0.0)
         to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
-        on_others = list(_on_other_grids(solution))
+        with warnings_kept():  # those of the solution were told
+            on_others = list(_on_other_grids(solution))
         own, *others = (s.positions @ to_point.T for s in (solution, *on_others))
         best = others[0][0] if _weighted(solution) and not _on_dual(solution) else own[0]
         half = _half(solution, on_others, best, [own, *others])
@@ -169,6 +171,8 @@ def why_none(solution: Any) -> str:
     """Why there are no bounds, in words; empty if there are."""
     if not solution.success:
         return "expected a solution whose equations hold, for bounds; see its message"
+    if isinstance(solution.footprint.substrate, PeriodicGround):
+        return "expected ground without a period, for bounds: it takes one regular grid"
     group = _group(solution)
     if solution.others and (group is None or group.joined or group.stiffness is not None):
         return (

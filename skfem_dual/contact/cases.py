@@ -16,7 +16,7 @@ from .cases_solution import CasesSolution
 from .load import Constraints, Load
 from .many import ManyLoads
 from .one_sign import solved_each
-from .problem import Contact
+from .problem import Contact, rough_under
 from .rigid import RigidBodies
 from .solution import PunchSolution
 from .system import progress_bars
@@ -62,10 +62,10 @@ class CaseAnswers:
         ]
         if bad:
             message = f"{len(bad)} of {k} load cases without a solution; {bad[0]}"
-            warn(message, ConvergenceWarning, stacklevel=3)
+            warn(message, ConvergenceWarning)
         if self.rough:
             message = f"{self.rough[0]} ({len(self.rough)} of {k} load cases)"
-            warn(message, ResolutionWarning, stacklevel=3)
+            warn(message, ResolutionWarning)
 
 
 def named(cases: Cases) -> tuple[tuple[str, ...], list[Any]]:
@@ -113,8 +113,8 @@ def solve_cases(
         timings = problem.timings | {"all cases": perf_counter() - begin}
         answers[k] = problem.answers(loads[k], contact, position, timings)
         messages[k] = contact.message or contact.description
-        if contact.success and contact.rough:
-            rough.append(f"{contact.rough}; first in case {names[k]!r}")
+        if contact.success and (few := rough_under(contact, problem.slices)):
+            rough.append(f"{few[0]}; first in case {names[k]!r}")
     return CaseAnswers(names, tuple(answers), tuple(messages), tuple(rough))
 
 

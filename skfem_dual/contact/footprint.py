@@ -272,7 +272,7 @@ class Footprint(LoadedCells):
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition, edge == "singular"):
-            warn(coarse, ResolutionWarning, stacklevel=2)
+            warn(coarse, ResolutionWarning)
         law: tuple[EdgeWeights | None, Slopes | None] = None, None
         if edge == "singular":
             weights = weights_of(substrate, basis, partition, edge_boundaries)

@@ -18,6 +18,8 @@ from ..messages import shown
 ROUNDING = 1e-9
 #: points from which on those inside are left out before their convex hull is looked for
 MANY = 100
+#: and from which on they are not even kept
+KEPT = 10_000
 #: eight directions, counter-clockwise
 EIGHT = np.array([[1.0, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]]).T
 
@@ -204,15 +206,22 @@ class Hull:
 
     points: ndarray
 
+    def __post_init__(self) -> None:
+        if self.points.shape[1] >= KEPT:
+            object.__setattr__(self, "points", self._outer)
+
+    @property
+    def _outer(self) -> ndarray:
+        """The points that are not inside the octagon."""
+        amid = np.ones(self.points.shape[1], dtype=bool)
+        for normal, offset in zip(*self._octagon):
+            amid &= normal @ self.points > offset
+        return self.points[:, ~amid]
+
     @computed_once
     def sides(self) -> tuple[ndarray, ndarray]:
         """Half-planes ``normals @ x + offsets <= 0``, shapes (k, 2) and (k,)."""
-        points = self.points
-        if points.shape[1] >= MANY:
-            amid = np.ones(points.shape[1], dtype=bool)
-            for normal, offset in zip(*self._octagon):
-                amid &= normal @ points > offset
-            points = points[:, ~amid]
+        points = self._outer if self.points.shape[1] >= MANY else self.points
         try:
             equations = ConvexHull(points.T).equations
         except QhullError:
@@ -223,7 +232,7 @@ class Hull:
     def _octagon(self) -> tuple[ndarray, ndarray]:
         """That of the farthest points in eight directions: inside is ``normals @ x > offsets``,
         shapes (8, 2) and (8,)."""
-        corners = self.points[:, np.argmax(EIGHT @ self.points, axis=1)]
+        corners = self.points[:, [np.argmax(way @ self.points) for way in EIGHT]]
         along = np.diff(corners, axis=1, append=corners[:, :1])
         area = np.ptp(corners, axis=1).prod()
         offsets = cross(along, corners) + ROUNDING * area

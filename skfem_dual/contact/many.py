@@ -96,6 +96,8 @@ class ManyLoads:
         """
         unilateral = self.how.unilateral
         together = self._loaded if self.how.method == "auto" else np.zeros_like(self._loaded)
+        if not together.any():
+            return [self.system.solve(constraints, self.how) for constraints in self.constraints]
         moved = self._balanced(self._whole, self._full, self._given[:, together])
         pressure = self._full.pressure @ _and_one(moved)
         tension = -pressure.min(axis=0, initial=0.0) / np.abs(pressure).max(axis=0, initial=1e-300)

@@ -17,8 +17,9 @@ from ..arguments import (
     checked_sequence,
 )
 from ..grids.polygons import readonly
-from .body import Body
 from .cases import solve_cases
+from .elastic import ElasticPunch
+from .elastic_solution import ElasticSolution
 from .load import load_of
 from .punch import RigidPunch
 from .solution import PunchSolution
@@ -33,25 +34,24 @@ class LoadPath:
 
     Attributes
     ----------
-    solutions : tuple of PunchSolution
+    solutions : tuple of PunchSolution or ElasticSolution
         In the order of the loads.
     """
 
-    solutions: tuple[PunchSolution, ...]
+    solutions: tuple[Any, ...]
 
     def __len__(self) -> int:
         return len(self.solutions)
 
-    def __getitem__(self, i: int) -> PunchSolution:
+    def __getitem__(self, i: int) -> Any:
         return self.solutions[i]
 
     def __repr__(self) -> str:
         converged = sum(s.success for s in self.solutions)
-        head = "<skfem_dual LoadPath object>\n  force        settlement   tilt"
-        rows = [
-            f"  {s.force:<12.5g} {s.settlement:<12.5g} ({s.tilt[0]:.5g}, {s.tilt[1]:.5g})"
-            for s in self.solutions
-        ]
+        bends = any(isinstance(s, ElasticSolution) for s in self.solutions)
+        head = "deflection" if bends else "settlement   tilt"
+        rows = [f"  {s.force:<12.5g} {_position(s)}" for s in self.solutions]
+        head = f"<skfem_dual LoadPath object>\n  force        {head}"
         return "\n".join([head, *rows, f"  {converged} of {len(self)} found"])
 
     @property
@@ -66,13 +66,13 @@ class LoadPath:
 
     @property
     def settlement(self) -> ndarray:
-        """Settlements of the origin, shape (k,)."""
-        return np.array([s.settlement for s in self.solutions])
+        """Settlements of the origin of a rigid punch, shape (k,)."""
+        return np.array([s.settlement for s in self._rigid])
 
     @property
     def tilt(self) -> ndarray:
-        """Inclinations, shape (2, k)."""
-        return np.array([s.tilt for s in self.solutions]).reshape(-1, 2).T
+        """Inclinations of a rigid punch, shape (2, k)."""
+        return np.array([s.tilt for s in self._rigid]).reshape(-1, 2).T
 
     @property
     def contact_area(self) -> ndarray:
@@ -84,18 +84,36 @@ class LoadPath:
         """Whether every contact region was found."""
         return all(s.success for s in self.solutions)
 
+    @property
+    def _rigid(self) -> tuple[PunchSolution, ...]:
+        if any(isinstance(s, ElasticSolution) for s in self.solutions):
+            raise TypeError(
+                "expected a rigid punch for settlements and tilts, got a structure that bends. "
+                "Remedy: [s.deflection(x) for s in path.solutions]"
+            )
+        return self.solutions
 
-def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> LoadPath:
+
+def _position(solution: PunchSolution | ElasticSolution) -> str:
+    """Settlement and tilt in a row, or deflections from the least to the greatest."""
+    if isinstance(solution, ElasticSolution):
+        return " to ".join(f"{w:.5g}" for w in solution.deflection_range)
+    return f"{solution.settlement:<12.5g} ({solution.tilt[0]:.5g}, {solution.tilt[1]:.5g})"
+
+
+def load_path(
+    punch: RigidPunch | ElasticPunch, loads: Iterable[Mapping], **options: Any
+) -> LoadPath:
     """Solve for one load after the other, each from the contact found nearby.
 
     Parameters
     ----------
-    punch : RigidPunch
-        The punch.
+    punch : RigidPunch or ElasticPunch
+        What stands on the ground.
     loads : iterable of mapping
-        What is imposed in each step, keyword arguments of `RigidPunch.solve`.
+        What is imposed in each step, keyword arguments of its ``solve``.
     options
-        Further arguments of `RigidPunch.solve` for all steps.
+        Further arguments of ``solve`` for all steps.
 
     Returns
     -------
@@ -116,13 +134,13 @@ def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> Lo
     >>> [round(float(area), 1) for area in path.contact_area]
     [3.1, 2.9, 1.7]
     """
-    checked_instance("punch", punch, Body)
+    checked_instance("punch", punch, (RigidPunch, ElasticPunch))
     loads = checked_sequence("loads", loads)
     for number, load in enumerate(loads):
         checked_instance(f"loads[{number}]", load, Mapping)
-    if isinstance(punch, RigidPunch) and loads:
-        return _together(punch, loads, options)
-    solutions: list[PunchSolution] = []
+    if isinstance(punch, RigidPunch):
+        return _together(punch, loads, options) if loads else LoadPath(())
+    solutions: list[ElasticSolution] = []
     for number, load in enumerate(loads):
         # from full contact the next step is found at once; a failed one is no beginning
         last = solutions[-1] if solutions else None
@@ -137,7 +155,8 @@ def load_path(punch: RigidPunch, loads: Iterable[Mapping], **options: Any) -> Lo
 def _together(punch: RigidPunch, loads: Sequence[Mapping], options: dict[str, Any]) -> LoadPath:
     """Of a rigid punch, whose loads share what they can."""
     names = tuple(f"load {number}" for number in range(len(loads)))
-    given = [(load_of(name, load),) for name, load in zip(names, loads, strict=True)]
+    unilateral = options.get("unilateral", True)
+    given = [(punch.acted_on(load_of(*pair), unilateral),) for pair in zip(names, loads)]
     found = solve_cases(punch, names, given, **options)
     for name, answer, message in zip(names, found.answers, found.messages, strict=True):
         if answer is None:

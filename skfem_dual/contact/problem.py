@@ -185,8 +185,12 @@ def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
     ``parts`` are the cells of each body.
     """
     if not contact.success:
-        warn(contact.message, ConvergenceWarning, stacklevel=3)
+        warn(contact.message, ConvergenceWarning)
         return
-    for cells in parts:
-        if message := contact.under(cells).rough:
-            warn(message, ResolutionWarning, stacklevel=3)
+    for message in rough_under(contact, parts):
+        warn(message, ResolutionWarning)
+
+
+def rough_under(contact: Contact, parts: Sequence[slice]) -> list[str]:
+    """Warnings of contact on few cells, of the bodies where there are some."""
+    return [few for cells in parts if (few := contact.under(cells).rough)]

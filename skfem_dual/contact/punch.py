@@ -295,10 +295,9 @@ class RigidPunch(Movable, RigidBodies):
         ConvergenceError
             If the system of equations is singular.
         """
-        load = Load(force, at, moments, settlement, tilt, horizontal, torsion)
         how = How.checked(unilateral, method, gap_rtol)
-        if self._periodic:
-            load = between_waves(load, how.unilateral)
+        given = Load(force, at, moments, settlement, tilt, horizontal, torsion)
+        load = self.acted_on(given, how.unilateral)
         progress = checked_flag("progress", progress)
         constraints = self.constraints((load,), how.unilateral)
         pressures = None if start is None else self.pressures_of(start)
@@ -333,14 +332,19 @@ class RigidPunch(Movable, RigidBodies):
             If a load is incomplete, contradictory or not finite; says which. Or as `solve`.
         """
         names, given = named(cases)
-        loads = [load_of(f"load case {name!r}", load) for name, load in zip(names, given)]
-        if self._periodic:
-            unilateral = options.get("unilateral", True)
-            loads = [between_waves(load, unilateral) for load in loads]
+        unilateral = options.get("unilateral", True)
+        loads = [
+            self.acted_on(load_of(f"load case {name!r}", load), unilateral)
+            for name, load in zip(names, given)
+        ]
         single = [(load,) for load in loads]
         answers = solve_cases(self, names, single, **options)
         answers.warn()
         return answers.of(0, self.footprint, loads)
+
+    def acted_on(self, load: Load, unilateral: bool) -> Load:
+        """What acts under a load: on periodic ground no tilt, and a force without a place."""
+        return between_waves(load, unilateral) if self._periodic else load
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What one load imposes; a ValueError where no pressures, or no ground, can balance it."""

@@ -185,6 +185,9 @@ def conjugate_gradients(
             if history[-1] <= gap_rtol:
                 return Contact(force / areas, motion, gap, contact, history=tuple(history))
             before = forces.descent(gap, contact, before)
+            if before.decrease == 0:
+                message = "so few cells are in contact that the load alone tells their pressures"
+                break
             product = forces.settlement(before.direction)
             size = (gap @ before.direction) / (before.direction @ product)
             trial = force - size * before.direction

@@ -14,7 +14,6 @@ Hermite and Genocchi, by which means over triangles are divided differences.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Self
 
 import numpy as np
@@ -30,10 +29,11 @@ from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
-from ..kernels.once import computed_once
+from ..kernels.once import computed_once, remember
 from .graded_rule import graded
 from .law_moments import Factors, Triangles, law_moments
 from .law_polynomials import law_polynomials
+from .law_strips import Strips
 from .wedge_law import exponent, wedge_factor
 
 #: cells over which w varies by less than this factor are left constant
@@ -115,19 +115,28 @@ class EdgeWeights:
 
     def with_fan(self, fan: Fan) -> Self:
         """On other triangles that fill the cells, halved next to corners."""
-        if self.corners is not None and len(self.corners.node):
-            fan = fan.halved(partial(self._bent, self.corners.x), HALVES)
-        return replace(self, fan=fan)
+        if self.corners is None or len(self.corners.node) == 0:
+            return replace(self, fan=fan)
+        corners, phi = self.corners.x, np.empty(0)
 
-    def _bent(self, corners: ndarray, p: ndarray, t: ndarray) -> ndarray:
-        """Keys of the sides of triangles next to corners along which phi is far from linear."""
-        beside = np.zeros(t.shape[1], dtype=bool)
-        _next_to(*inputs(p, t, corners), beside)
-        n = p.shape[1]
-        keys = np.unique(side_keys(t[:, beside], n))
-        a, b = (p[:, end] for end in np.divmod(keys, n))
-        begin, end, middle = self.phi_at(np.hstack([a, b, (a + b) / 2])).reshape(3, -1)
-        return keys[np.abs(2 * middle - begin - end) > 2 * BENT * middle]
+        def bent(p: ndarray, t: ndarray) -> ndarray:
+            """Keys of the sides of triangles next to corners along which phi is far from
+            linear."""
+            nonlocal phi
+            beside = np.zeros(t.shape[1], dtype=bool)
+            _next_to(*inputs(p, t, corners), beside)
+            n = p.shape[1]
+            keys = np.unique(side_keys(t[:, beside], n))
+            a, b = np.divmod(keys, n)
+            new = p[:, len(phi) :]
+            found = self.phi_at(np.hstack([new, (p.take(a, axis=1) + p.take(b, axis=1)) / 2]))
+            phi, middle = np.append(phi, found[: new.shape[1]]), found[new.shape[1] :]
+            return keys[np.abs(2 * middle - phi[a] - phi[b]) > 2 * BENT * middle]
+
+        out = replace(self, fan=fan.halved(bent, HALVES))
+        phi = np.append(phi, self.phi_at(out.fan.p[:, len(phi) :]))
+        remember(out, "root", out._root_of(phi))
+        return out
 
     @computed_once
     def _edge(self) -> tuple[ndarray, ndarray, float]:
@@ -153,9 +162,12 @@ class EdgeWeights:
         phi is exact there and linear in the triangles: between the nodes of the mesh alone it
         would miss how far the sides of a curved plan's polygon lie from its corners.
         """
+        return self._root_of(self.phi_at(self.fan.p))
+
+    def _root_of(self, phi: ndarray) -> ndarray:
+        """Never zero: means are sums of positive terms, and a tiny root is as good."""
         size = np.sqrt(self.partition.areas.sum())
-        # never zero: the means below are sums of positive terms, and a tiny root is as good
-        return readonly(np.sqrt(self.phi_at(self.fan.p)).clip(1e-20 * np.sqrt(size)))
+        return readonly(np.sqrt(phi).clip(1e-20 * np.sqrt(size)))
 
     def roots_in(self, fan: Fan, triangle: ndarray) -> ndarray:
         """The same at the vertices of triangles in weighted cells, shape (3, m), which another
@@ -260,7 +272,7 @@ class EdgeWeights:
         """Sums over the triangles of each cell."""
         return np.bincount(self.fan.cell, values, minlength=len(self.partition))
 
-    @computed_once
+    @property
     def moment(self) -> ndarray:
         """First moment of ``w / mean(w) - 1`` about the centroid of each cell, shape (2, n)."""
         fan = self.fan
@@ -268,7 +280,7 @@ class EdgeWeights:
         arm = fan.p.take(fan.t, axis=1).mean(axis=1) + off
         arm -= self.partition.centroids.take(fan.cell, axis=1)
         first = np.stack([self._sums(fan.areas * mean * a) for a in arm])
-        return readonly(np.where(self.weighted, first / self.mean, 0.0))
+        return np.where(self.weighted, first / self.mean, 0.0)
 
     @computed_once
     def triangles(self) -> Triangles:
@@ -276,6 +288,11 @@ class EdgeWeights:
         fan, factors = self.fan, Factors(*inputs(*self.factors))
         p, t, root, starts, mean = inputs(fan.p, fan.t, self.root, fan.starts, self.mean)
         return Triangles(p, t, root, starts, mean, factors)
+
+    @computed_once
+    def strips(self) -> Strips:
+        """What weighted cells are cut into near by."""
+        return Strips.of(self.triangles, self.cells)
 
     @computed_once
     def moments(self) -> ndarray:

@@ -72,7 +72,7 @@ def influence_matrix(
     x = as_points(x)
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
-    each = RIB * len(ribs.length)
+    each = RIB * ribs.facets.shape[1]
 
     def work(rows: slice) -> None:
         for first in range(rows.start, rows.stop, BLOCK):
@@ -106,7 +106,7 @@ def surface_displacement(
     out = np.empty((x.shape[1], *pressure.shape[1:]))
     columns = out.reshape(len(out), jump[0].size)
     ribs = Ribs.from_partition(partition)
-    each = RIB * len(ribs.length)
+    each = RIB * ribs.facets.shape[1]
     (jump,) = inputs(jump.reshape(len(jump), columns.shape[1]).T)
     with Threads() as run:
         run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1], each)
@@ -181,7 +181,7 @@ def _distances(p, x0, y0, r):
 @vectorised
 def _fill(x, ribs, c, matrix):
     """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
-    p, facets, f2c, along, length = ribs
+    p, facets, f2c = ribs
     n = matrix.shape[1]
     width = _width(x.shape[1], p.shape[1])
     x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
@@ -193,8 +193,9 @@ def _fill(x, ribs, c, matrix):
         entries[:] = 0.0
         for f in range(facets.shape[1]):
             a, b, left, right = facets[0, f], facets[1, f], f2c[0, f], f2c[1, f]
-            ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
-            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length[f], values)
+            ax, ay, lx, ly = p[0, a], p[1, a], p[0, b] - p[0, a], p[1, b] - p[1, a]
+            length = np.sqrt(lx * lx + ly * ly)
+            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length, values)
             for i in range(width):
                 entries[left, i] += values[i]
             for i in range(width):
@@ -207,7 +208,7 @@ def _fill(x, ribs, c, matrix):
 @vectorised
 def _sum(x, ribs, jump, out):
     """Integrals of 1/r with weights of each rib, ``jump`` of shape (k, nribs), to (m, k)."""
-    p, facets, _, along, length = ribs
+    p, facets, _ = ribs
     width = _width(x.shape[1], p.shape[1])
     x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
     r = np.empty((p.shape[1], width))
@@ -218,8 +219,9 @@ def _sum(x, ribs, jump, out):
         total[:] = 0.0
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]
-            ax, ay, lx, ly = p[0, a], p[1, a], along[0, f], along[1, f]
-            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length[f], values)
+            ax, ay, lx, ly = p[0, a], p[1, a], p[0, b] - p[0, a], p[1, b] - p[1, a]
+            length = np.sqrt(lx * lx + ly * ly)
+            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length, values)
             for s in range(jump.shape[0]):
                 for i in range(width):
                     total[s, i] += jump[s, f] * values[i]

@@ -19,6 +19,7 @@ FACTORIALS = factorials(ORDERS - 1)
 #: Gauss points and weights onward from an apex, and along the side opposite to it
 TAU, ALONG_TAU = gauss(ORDERS + 1)
 U, ALONG_U = gauss(ORDERS // 2 + 1)
+POINTS = len(TAU) * len(U)
 
 
 class Factors(NamedTuple):
@@ -126,10 +127,12 @@ def by_distance(piece, triangles):
 @vectorised
 def _add_moments(triangles, centres, cells, out):
     p, root, starts = triangles.p, triangles.root, triangles.starts
-    room, own = (np.empty(ORDERS), np.empty((ORDERS, ORDERS))), np.empty((ORDERS, ORDERS))
+    most = 0
+    for j in cells:
+        most = max(most, starts[j + 1] - starts[j])
+    points, power = np.empty((3, 2 * most * POINTS)), np.empty(2 * most * POINTS)
     for k in range(cells.shape[0]):
-        j = cells[k]
-        own[:] = 0.0
+        j, count = cells[k], 0
         cx, cy = centres[0, j], centres[1, j]
         for piece in range(starts[j], starts[j + 1]):
             low, between, high, _ = by_distance(piece, triangles)
@@ -140,50 +143,39 @@ def _add_moments(triangles, centres, cells, out):
             oy = p[1, low] + share * (p[1, high] - p[1, low]) - cy
             for apex in (low, high):
                 corners = p[0, apex] - cx, p[1, apex] - cy, bx, by, ox, oy
-                _add_half(corners, root[apex], root[between], triangles, j, room, own)
+                _put_points(corners, root[apex], root[between], triangles, j, points, count)
+                count += POINTS
+        x, y, load = points
         for a in range(ORDERS):
+            for i in range(count):
+                power[i] = load[i]
+                load[i] *= x[i]
             for b in range(ORDERS - a):
-                out[a, b, k] = own[a, b] / (FACTORIALS[a] * FACTORIALS[b])
+                total = 0.0
+                for i in range(count):
+                    total += power[i]
+                    power[i] *= y[i]
+                out[a, b, k] = total / (FACTORIALS[a] * FACTORIALS[b])
         out[0, 0, k] = 0.0
 
 
-@vectorised
-def _add_half(corners, at_apex, at_side, triangles, j, room, own):
-    """Add integrals over a triangle with constant phi along the side opposite to its apex.
+@inlined
+def _put_points(corners, at_apex, at_side, triangles, j, points, count):
+    """Put points of a triangle with constant phi along the side opposite to its apex, and their
+    loads, behind ``count`` others.
 
-    In parts t of the way from the apex to that side, they are products of integrals over t and
-    along the side, first about the apex.
+    They are some parts of the way from the apex to that side, and some parts along it.
     """
     ax, ay, bx, by, ox, oy = corners
-    onward, about = room
     scale, share = 1 / triangles.mean[j], 1 / max(at_apex + at_side, TINY)
     size = 2 * share * abs((bx - ax) * (oy - ay) - (by - ay) * (ox - ax))
-    onward[:], about[:] = 0.0, 0.0
     for k in range(TAU.shape[0]):
         root = at_apex + (at_side - at_apex) * TAU[k]
         t = TAU[k] * (at_apex + root) * share
         over = factor_at(triangles.factors, j, root) * scale - root
-        power = size * t * ALONG_TAU[k] * over
-        for a in range(ORDERS):
-            onward[a] += power
-            power *= t
-    for k in range(U.shape[0]):
-        x, y, power = bx + U[k] * (ox - bx) - ax, by + U[k] * (oy - by) - ay, ALONG_U[k]
-        for a in range(ORDERS):
-            value = power
-            for b in range(ORDERS - a):
-                about[a, b] += value
-                value *= y
-            power *= x
-    for a in range(ORDERS):
-        for b in range(ORDERS - a):
-            about[a, b] *= onward[a + b]
-    for c in range(ORDERS):  # moved to the origin
-        for k in range(1, ORDERS - c):
-            for a in range(ORDERS - c - 1, k - 1, -1):
-                about[a, c] += ax * about[a - 1, c]
-    for c in range(ORDERS):
-        for k in range(1, ORDERS - c):
-            for b in range(ORDERS - c - 1, k - 1, -1):
-                about[c, b] += ay * about[c, b - 1]
-    own += about
+        load = size * t * ALONG_TAU[k] * over
+        for i in range(U.shape[0]):
+            at = count + k * U.shape[0] + i
+            points[0, at] = ax + t * (bx + U[i] * (ox - bx) - ax)
+            points[1, at] = ay + t * (by + U[i] * (oy - by) - ay)
+            points[2, at] = load * ALONG_U[i]

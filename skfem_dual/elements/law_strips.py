@@ -4,13 +4,20 @@ Each strip carries a linear load with the force and the moment of the law in it.
 this project's own; they are integrated by their sides, see `segments`.
 """
 
-import numpy as np
+from typing import NamedTuple, Self
 
-from ..kernels.compiled import compiled
+import numpy as np
+from numpy import ndarray
+
+from ..kernels.compiled import compiled, inputs, vectorised
 from .graded_rule import gauss
-from .law_moments import by_distance, factor_at
+from .law_moments import Triangles, by_distance, factor_at
 from .segments import ROWS, WIDTH, put_segment
 
+#: cells over which the law varies by more than this factor are steep
+STEEP = 3.1
+#: steep cells whose strips are kept, at some ten thousand bytes each
+KEPT = 2000
 #: strips of a cell that reaches from the edge on, in proportion fewer in triangles in which the
 #: root of the distance varies less, and the fewest of these
 STRIPS, FEWEST = 10, 2
@@ -20,11 +27,86 @@ ROUNDING = 1e-6
 POINTS, ALONG = gauss(4)
 
 
+class Strips(NamedTuple):
+    """What weighted cells are cut into for points in or beside them, as kernels take it.
+
+    Attributes
+    ----------
+    steep : (k,) array of bool
+        Weighted cells that are.
+    starts : (k + 1,) array of int
+        Where the segments of each begin; a steep one with none is cut when it is needed.
+    segments : (ROWS, m) array of float
+        See `put_segment`.
+    """
+
+    steep: ndarray
+    starts: ndarray
+    segments: ndarray
+
+    @classmethod
+    def of(cls, triangles: Triangles, cells: ndarray) -> Self:
+        """Of weighted cells cut into `STRIPS`."""
+        steep, starts = np.empty(len(cells), bool), np.zeros(len(cells) + 1, np.int64)
+        sizes = np.diff(triangles.starts)[cells]
+        _steep(triangles, *inputs(cells), STEEP, steep)
+        segments = np.empty((ROWS, 0))
+        if 0 < steep.sum() <= KEPT:
+            room = strips_room(STRIPS, int(sizes.max()))
+            segments = np.empty((ROWS, len(room[0]) * 3 * int(sizes[steep].sum())))
+            _cut(triangles, *inputs(cells, steep), room, starts, segments)
+        return cls(*inputs(steep, starts, segments[:, : starts[-1]]))
+
+    def emptied(self) -> Self:
+        """With no segments kept."""
+        starts, segments = inputs(np.zeros_like(self.starts), self.segments[:, :0])
+        return self._replace(starts=starts, segments=segments)
+
+
+@vectorised
+def _steep(triangles, cells, most, steep):
+    """Whether the law varies over cells by more than a factor."""
+    for k in range(cells.shape[0]):
+        least, greatest = np.inf, 0.0
+        for piece in range(triangles.starts[cells[k]], triangles.starts[cells[k] + 1]):
+            for i in range(3):
+                root = triangles.root[triangles.t[i, piece]]
+                law = factor_at(triangles.factors, cells[k], root) / root
+                least, greatest = min(least, law), max(greatest, law)
+        steep[k] = greatest > most * least
+
+
+@vectorised
+def _cut(triangles, cells, steep, room, starts, segments):
+    """Put the strips of steep cells one after the other."""
+    for k in range(cells.shape[0]):
+        starts[k + 1] = starts[k]
+        if steep[k]:
+            count = strip_segments(triangles, cells[k], STRIPS, room)
+            for row in range(ROWS):
+                for i in range(count):
+                    segments[row, starts[k] + i] = room[1][row, i]
+            starts[k + 1] += count
+
+
 @compiled
 def strips_room(most, pieces):
     """Room for the strips of a triangle cut into ``most``, and segments of so many triangles."""
     strips = max(most, FEWEST) + 2
     return np.empty((strips, 7)), np.empty((ROWS, 3 * strips * pieces + WIDTH))
+
+
+@compiled
+def kept_segments(kept, k, triangles, j, most, room):
+    """`strip_segments` of cell ``j``, the weighted one with the number ``k``, by those that are
+    kept if they are."""
+    begin, end = kept.starts[k], kept.starts[k + 1]
+    if begin == end:
+        return strip_segments(triangles, j, most, room)
+    for row in range(ROWS):
+        for i in range(end - begin):
+            room[1][row, i] = kept.segments[row, begin + i]
+    return end - begin
 
 
 @compiled

@@ -130,11 +130,12 @@ def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> N
     bare = np.nonzero(covered < (1 - MISSING) * areas)[0]
     outside = (areas - covered)[bare].sum()
     if outside > MISSING * areas.sum() and not partial:
+        share = 100 * outside / areas.sum()
         raise ValueError(
             f"expected a basis that covers all cells, but {outside:.4g} of their area "
-            f"{areas.sum():.6g} lies outside ({outside / areas.sum():.2%}), the first in cell "
-            f"{bare[0]}. Remedy: a mesh of the whole plan with the same boundary; or, of a load "
-            "vector, partial=True to leave out the load outside"
+            f"{areas.sum():.6g} lies outside ({share:.2g} %), the first in cell {bare[0]}. "
+            "Remedy: a mesh of the whole plan with the same boundary; or, of a load vector, "
+            "partial=True to leave out the load outside"
         )
 
 

@@ -15,17 +15,16 @@ from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .law_moments import Triangles, factor_at
+from .law_moments import Triangles
 from .law_polynomials import LOWER_TERMS, TERMS
-from .law_strips import STRIPS, strip_segments, strips_room
+from .law_strips import STRIPS, Strips, kept_segments, strips_room
 from .moments import radii
 from .polygon_sums import KNOWN, LANES, STEP, add_sides, put_side
 from .segments import Pairs, add_segments
 
-#: cells over which the law varies by more than this factor are cut into strips for points nearer
-#: to their centroids than so many of their radii; no cell and no point of a regular mesh is just
-#: there
-STEEP, BESIDE = 3.1, 1.23
+#: steep cells are cut into strips for points nearer to centroids than so many of their radii;
+#: no point of a regular mesh is just there
+BESIDE = 1.23
 #: nanoseconds that a cell takes, about
 CELL = 2000
 
@@ -73,7 +72,7 @@ class NearSums(NamedTuple):
         law, sums = np.zeros(len(pairs.points)), np.zeros((3, len(pairs.points)))
 
         def work(k: slice) -> None:
-            known = pairs, inside, outlines, circles, STEEP
+            known = pairs, inside, outlines, circles
             _near_sums(k.start, k.stop, *known, law, sums)
 
         with Threads() as run:
@@ -92,6 +91,8 @@ class Law(NamedTuple):
         Polynomials of the weighted cells; see `law_polynomials`.
     number : (n,) array of int
         The number of each weighted cell among them, -1 of others.
+    kept : Strips
+        Those of steep cells.
     strips : int
         Their number in a cell that reaches from the edge on.
     pieces, sides : int
@@ -101,6 +102,7 @@ class Law(NamedTuple):
     triangles: Triangles
     polynomials: ndarray
     number: ndarray
+    kept: Strips
     strips: int
     pieces: int
     sides: int
@@ -113,28 +115,31 @@ class Law(NamedTuple):
             polynomials, number = inputs(
                 np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1, np.int32)
             )
-            return cls(Triangles.none(n), polynomials, number, strips, 0, sides)
+            none = Triangles.none(n)
+            kept = Strips.of(none, np.empty(0, np.int32))
+            return cls(none, polynomials, number, kept, strips, 0, sides)
         polynomials, number = inputs(weights.polynomials, weights.number)
         pieces = int(np.diff(weights.triangles.starts).max())
-        return cls(weights.triangles, polynomials, number, strips, pieces, sides)
+        kept = weights.strips if strips == STRIPS else weights.strips.emptied()
+        return cls(weights.triangles, polynomials, number, kept, strips, pieces, sides)
 
 
 @vectorised
-def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
+def _near_sums(first, last, pairs, law, outlines, circles, values, sums):
     """``circles`` are centroids, roots of areas, and squares of radii in which strips serve."""
     centroids, size, beside = circles
     polynomials, number, triangles = law.polynomials, law.number, law.triangles
     room, uniform = strips_room(law.strips, law.pieces), np.empty(0)
     sides, work = np.empty((law.sides, KNOWN)), (np.empty(TERMS), np.empty(TERMS), np.empty(TERMS))
     own, points = np.empty(LANES, np.int64), np.empty((2, LANES))
-    cut, added, logs = np.empty((3, LANES)), np.empty((4, LANES)), np.empty((6, LANES))
+    cut, added, logs = np.empty((3, LANES)), np.empty((4, LANES)), np.empty((6, law.sides * LANES))
     for k in range(first, last):
         begin, end, j = pairs.offsets[k], pairs.offsets[k + 1], pairs.cells[k]
         if begin == end:
             continue
         middle = centroids[0, k], centroids[1, k]
         limit = -1.0
-        if number[j] >= 0 and variation(triangles, j) > most:
+        if number[j] >= 0 and law.kept.steep[number[j]]:
             limit = beside[k]
         for near in (True, False):
             at, width = _some(begin, end, pairs.x, middle, limit, near, own, points)
@@ -143,7 +148,7 @@ def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
                 terms = uniform if near or number[j] < 0 else polynomials[number[j]]
                 count = _sides(j, outlines, terms, middle, size[k], work, sides)
                 if near:
-                    segments = strip_segments(triangles, j, law.strips, room)
+                    segments = kept_segments(law.kept, number[j], triangles, j, law.strips, room)
             while width > 0:
                 full = -(-width // STEP) * STEP
                 add_sides(points[0, :full], points[1, :full], sides, count, logs, added)
@@ -156,18 +161,6 @@ def _near_sums(first, last, pairs, law, outlines, circles, most, values, sums):
                     sums[1, own[i]] = added[2, i] + cut[1, i]
                     sums[2, own[i]] = added[3, i] + cut[2, i]
                 at, width = _some(at, end, pairs.x, middle, limit, near, own, points)
-
-
-@compiled
-def variation(triangles, j):
-    """Factor by which the law varies over a cell."""
-    least, most = np.inf, 0.0
-    for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-        for i in range(3):
-            root = triangles.root[triangles.t[i, piece]]
-            law = factor_at(triangles.factors, j, root) / root
-            least, most = min(least, law), max(most, law)
-    return most / least if least > 0.0 else np.inf
 
 
 @compiled

@@ -16,6 +16,8 @@ from ..kernels.compiled import compiled, inputs
 
 #: rows and columns of squares at most
 MOST = 2.0**30
+#: so many pairs of a circle and a point are all looked at, sooner than points are sorted
+FEW = 2**13
 
 
 class Squares(NamedTuple):
@@ -52,6 +54,14 @@ class Squares(NamedTuple):
         x, numbers, keys, corner = inputs(x, numbers, keys[order], corner)
         return cls(x, numbers, keys, corner, side)
 
+    @classmethod
+    def one(cls, x: ndarray) -> Self:
+        """All points in one square."""
+        m = x.shape[1]
+        numbers, keys = np.arange(m, dtype=np.int32), np.zeros(m, np.int64)
+        x, numbers, keys, corner = inputs(x, numbers, keys, np.zeros(2))
+        return cls(x, numbers, keys, corner, np.inf)
+
 
 def in_circles(radii: ndarray, centres: ndarray, x: ndarray) -> tuple[ndarray, ndarray]:
     """Numbers of the points in each circle, one circle after the other, and where those begin.
@@ -79,11 +89,14 @@ def in_circles(radii: ndarray, centres: ndarray, x: ndarray) -> tuple[ndarray, n
     offsets, points = np.zeros(len(radii) + 1, np.int64), np.empty(0, np.int32)
     if x.shape[1] == 0:
         return points, offsets
-    # octaves from the largest one down: all circles of an even mesh are in one
-    most = 1.000001 * float(radii.max(initial=0.0)) or 1.0
-    size = np.frexp(radii / most)[1]
-    sides = [(k, most * 2.0**k) for k in np.unique(size).tolist()]
-    rounds = [(np.nonzero(size == k)[0], Squares.of(x, side)) for k, side in sides]
+    if len(radii) * x.shape[1] <= FEW:
+        rounds = [(np.arange(len(radii)), Squares.one(x))]
+    else:
+        # octaves from the largest one down: all circles of an even mesh are in one
+        most = 1.000001 * float(radii.max(initial=0.0)) or 1.0
+        size = np.frexp(radii / most)[1]
+        sides = [(k, most * 2.0**k) for k in np.unique(size).tolist()]
+        rounds = [(np.nonzero(size == k)[0], Squares.of(x, side)) for k, side in sides]
     circles = inputs(radii, centres)
     for own, squares in rounds:
         _look(*inputs(own), *circles, squares, offsets[1:], points)

@@ -131,35 +131,40 @@ def add_sides(x, y, sides, count, room, sums):
         See `put_side`; the polygon is on their left.
     count : int
         Number of sides.
-    room : (6, LANES) array of float
+    room : (6, k * LANES) array of float
         For temporary use.
     sums : (4, LANES) array of float
         Integrals of P / r, of 1 / r, and of both components of the unit vectors from the points
         times one more than the second polynomial.
     """
-    bits = room.view(np.int64)
+    bits, width = room.view(np.int64), x.shape[0]
     sums[:] = 0.0
+    # all sides before what takes them up: each waits for one step of its own only
     for s in range(count):
         ax, ay, ux, uy, length = sides[s, 0], sides[s, 1], sides[s, 2], sides[s, 3], sides[s, 4]
+        for i in range(width):
+            h, t1, d1, d2, ratio = from_point(x[i] - ax, y[i] - ay, ux, uy, length)
+            k = s * width + i
+            room[0, k] = ratio
+            room[1, k], room[2, k], room[3, k], room[4, k] = h, t1, d1, d2
+    for k in range(count * width):
+        power = (bits[0, k] - ROOT_HALF) >> 52
+        bits[0, k] = bits[0, k] - (power << 52)
+        room[5, k] = power
+    for s in range(count):
+        ux, uy, length = sides[s, 2], sides[s, 3], sides[s, 4]
         p0, p1, p2, p3 = sides[s, 5], sides[s, 6], sides[s, 7], sides[s, 8]
         p4, n0, n1, n2 = sides[s, 9], sides[s, 10], sides[s, 11], sides[s, 12]
         n3, q0, q1, q2 = sides[s, 13], sides[s, 14], sides[s, 15], sides[s, 16]
         b0, b1, f0, w0 = sides[s, 17], sides[s, 18], sides[s, 19], sides[s, 20]
         w1, w2, g0, g1 = sides[s, 21], sides[s, 22], sides[s, 23], sides[s, 24]
         e0, e1, c0, c1 = sides[s, 25], sides[s, 26], sides[s, 27], sides[s, 28]
-        for i in range(x.shape[0]):
-            h, t1, d1, d2, ratio = from_point(x[i] - ax, y[i] - ay, ux, uy, length)
-            room[0, i] = ratio
-            room[1, i], room[2, i], room[3, i], room[4, i] = h, t1, d1, d2
-        for i in range(x.shape[0]):
-            power = (bits[0, i] - ROOT_HALF) >> 52
-            bits[0, i] = bits[0, i] - (power << 52)
-            room[5, i] = power
-        for i in range(x.shape[0]):
-            m, h, t1, d1, d2 = room[0, i], room[1, i], room[2, i], room[3, i], room[4, i]
+        for i in range(width):
+            k = s * width + i
+            m, h, t1, d1, d2 = room[0, k], room[1, k], room[2, k], room[3, k], room[4, k]
             near = d1 + d2 <= FAR * length
             q = (m - 1 if near else length) / (m + 1 if near else d1 + d2)
-            log2 = room[5, i] * LOG2 if near else 0.0
+            log2 = room[5, k] * LOG2 if near else 0.0
             square, end = d1 * d1, length * d2
             # powers of the way over r, then times r and times r^3
             j0 = log2 + 2 * q * atanh_series(q * q)

@@ -33,23 +33,16 @@ class Ribs(NamedTuple):
         Begin and end of each rib.
     f2c : (2, nribs) array of int
         Cells on its left and on its right, -1 for none.
-    along : (2, nribs) array of float
-        From begin to end.
-    length : (nribs,) array of float
     """
 
     p: ndarray
     facets: ndarray
     f2c: ndarray
-    along: ndarray
-    length: ndarray
 
     @classmethod
     def from_partition(cls, partition: Partition) -> Self:
         """All ribs, in the order of ``partition.facets``."""
-        p, facets = partition.polygons.p, partition.facets
-        along = p.take(facets[1], axis=1) - p.take(facets[0], axis=1)
-        return cls(*inputs(p, facets, partition.f2c, along, np.hypot(*along)))
+        return cls(*inputs(partition.polygons.p, partition.facets, partition.f2c))
 
 
 @inlined

@@ -29,7 +29,8 @@ from .slopes import Slopes
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
 #: columns
 ROWS, COLUMNS = 32, 8
-#: with more cells the fields of less than so many rows are found one by one, which takes less room
+#: with more cells the fields of less than so many rows are found of so many at a time, which takes
+#: less room
 FEW = 2**14
 #: points nearer to a cell's centroid than so many of its radii take the exact correction
 EXACT_RADII = 2.5
@@ -185,18 +186,17 @@ class SlopeCorrection:
         """What does so to a block of some rows."""
         if self.x.shape[1] > ROWS or len(self.areas) <= FEW:
             return self._adding(slopes.matrix if sign == 1.0 else sign * slopes.matrix)
+        (x, moments), circles = inputs(self.x, self.second_moments), self._circles
 
         def add(rows: slice, block: ndarray) -> None:
-            fields = np.array([self._field(i) for i in range(rows.start, rows.stop)])
-            block += sign * slopes.transposed(fields)
+            for first in range(0, len(self.areas), FEW):
+                count = min(FEW, len(self.areas) - first)
+                fields = np.empty((rows.stop - rows.start, 2, count))
+                for i, field in zip(range(rows.start, rows.stop), fields, strict=True):
+                    _field(i, x, circles, self.fall, moments, self.near, first, field)
+                slopes.add_transposed(sign * fields, block, first)
 
         return add
-
-    def _field(self, i: int) -> ndarray:
-        """Settlements of a point under unit slopes of all cells, (2, n)."""
-        (x, moments), field = inputs(self.x, self.second_moments), np.empty((2, len(self.areas)))
-        _field(i, x, self._circles, self.fall, moments, self.near, field)
-        return field
 
     def to_dense(self) -> ndarray:
         """Settlements under unit slopes along x of all cells, then along y; shape (m, 2 n)."""
@@ -357,18 +357,21 @@ def _combine(numbers, values, begin, end, rows, total):
 
 
 @compiled
-def _field(i, x, circles, fall, moments, near, out):
-    """Settlements of a point under unit slopes of all cells."""
+def _field(i, x, circles, fall, moments, near, first, out):
+    """Settlements of a point under unit slopes of cells, from the ``first`` on."""
     middles, squares = circles
     starts, cells, values = near
-    for j in range(squares.shape[0]):
+    for at in range(out.shape[1]):
+        j = first + at
         dx, dy = x[0, i] - middles[0, j], x[1, i] - middles[1, j]
         f = _fall(dx * dx + dy * dy, squares[j], fall)
-        out[0, j] = f * (moments[0, 0, j] * dx + moments[0, 1, j] * dy)
-        out[1, j] = f * (moments[1, 0, j] * dx + moments[1, 1, j] * dy)
+        out[0, at] = f * (moments[0, 0, j] * dx + moments[0, 1, j] * dy)
+        out[1, at] = f * (moments[1, 0, j] * dx + moments[1, 1, j] * dy)
     for k in range(starts[i], starts[i + 1]):
-        out[0, cells[k]] += values[0, k]
-        out[1, cells[k]] += values[1, k]
+        at = cells[k] - first
+        if 0 <= at < out.shape[1]:
+            out[0, at] += values[0, k]
+            out[1, at] += values[1, k]
 
 
 @compiled

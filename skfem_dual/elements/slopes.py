@@ -167,16 +167,17 @@ class Slopes:
         """With no slope in some cells, given as (n,) array of bool."""
         return replace(self, around=self.around.without(cells))
 
-    def transposed(self, fields: ndarray) -> ndarray:
-        """The transpose of the matrix times ``fields`` of shape (k, 2, n), shape (k, n)."""
-        out = np.zeros((len(fields), fields.shape[2]))
-        _transposed(self.around, *inputs(fields), out)
-        return out
+    def add_transposed(self, fields: ndarray, out: ndarray, first: int = 0) -> None:
+        """Add the transpose of rows of the matrix times ``fields`` of shape (k, 2, m) to ``out``,
+        (k, n): of the slopes of m cells, from the ``first`` on."""
+        _transposed(self.around, *inputs(fields), first, out)
 
-    @computed_once
+    @property
     def first_moments(self) -> ndarray:
         """Integrals of what unit pressures add by slopes, times x and y; shape (2, n)."""
-        return self.transposed(self.second_moments)
+        out = np.zeros((2, len(self.partition)))
+        self.add_transposed(self.second_moments, out)
+        return out
 
     def lowest(self, pressure: ndarray) -> ndarray:
         """Least value of ``q + g . (x - y)`` in each cell, shape (n,) or (n, k): where it is
@@ -305,12 +306,13 @@ def _slopes(first, last, around, pressures, out):
 
 
 @compiled
-def _transposed(around, fields, out):
-    """Add the transpose of the matrix of slopes times ``fields`` (s, 2, n) to (s, n)."""
+def _transposed(around, fields, first, out):
+    """Add the transpose of rows of slopes from the ``first`` on times ``fields`` (s, 2, m)."""
     starts, columns, centroids, y, mean, weighted = around
-    gx, gy = _room(starts)
-    for i in range(starts.shape[0] - 1):
-        begin, width = _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy)
+    count = fields.shape[2]
+    gx, gy = _room(starts[first : first + count + 1])
+    for i in range(count):
+        begin, width = _plane(first + i, starts, columns, centroids, y, mean, weighted, gx, gy)
         for k in range(width):
             for s in range(fields.shape[0]):
                 out[s, columns[begin + k]] += gx[k] * fields[s, 0, i] + gy[k] * fields[s, 1, i]

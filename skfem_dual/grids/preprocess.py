@@ -1,6 +1,5 @@
 """The Preprocessor: better nodes for a triangulation, so that it has a good dual grid."""
 
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ from ..arguments import (
     checked_integer,
     checked_number,
 )
-from ..errors import ConvergenceWarning, MeshError
+from ..errors import ConvergenceWarning, MeshError, warn
 from .checks import check_type, crossing_condition, triangulation_conditions
 from .corners import Corners
 from .flips import flipped
@@ -188,7 +187,7 @@ def relocate(
     with _shown(progress) as show:
         moved, report = relocated(mesh, to, _free_nodes(mesh, fixed), tol, maxiter, show)
     if not report.success:
-        warnings.warn(report.message, ConvergenceWarning, stacklevel=2)
+        warn(report.message, ConvergenceWarning)
     return moved, report
 
 

@@ -4,15 +4,12 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ..arguments import Pair
+from ..arguments import Pair, checked_instance, checked_sequence
+from ..contact.cases_solution import CasesSolution
 from .guarded import shortened
 from .tables import cell_number, read_table
 from .writing import PathLike, write_whole
-
-if TYPE_CHECKING:
-    from ..contact.cases_solution import CasesSolution
 
 #: columns of a table of loads; only the name and the force must be there
 KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
@@ -102,16 +99,33 @@ def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
     return cases
 
 
-def write_cases(path: PathLike, *tables: "CasesSolution", footings: Sequence[str] = ()) -> None:
-    """Write the table of cases to a CSV file, whole or not at all; of footings by their names."""
+def write_cases(path: PathLike, *tables: CasesSolution, footings: Sequence[str] = ()) -> None:
+    """Write the table of cases to a CSV file, whole or not at all; of footings by their names.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are no tables, one is something else, or there are not as many names.
+    OSError
+        If the file cannot be written.
+    """
+    for number, cases in enumerate(tables):
+        checked_instance(f"table {number}", cases, CasesSolution)
+    footings = checked_sequence("footings", footings)
+    if not tables or len(footings) not in (0, len(tables)):
+        raise ValueError(
+            "expected at least one table, and a name for each of them or none, got "
+            f"{len(tables)} and {len(footings)}"
+        )
     rows = [row for cases in tables for row in cases.table()]
     if footings:
         names = [name for name, cases in zip(footings, tables, strict=True) for _ in cases.names]
         rows = [{"footing": name, **row} for name, row in zip(names, rows, strict=True)]
+    columns = dict.fromkeys(name for row in rows for name in row)  # some tables have more
 
     def write(part: str) -> None:
         with Path(part).open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+            writer = csv.DictWriter(file, columns, lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)
 

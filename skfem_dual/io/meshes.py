@@ -2,7 +2,6 @@
 
 import logging
 import threading
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, overload
@@ -12,7 +11,7 @@ from numpy import ndarray
 from skfem import MeshQuad, MeshTri
 
 from ..arguments import checked_choice
-from ..errors import MeshError, MeshWarning
+from ..errors import MeshError, MeshWarning, warn
 from ..grids.checks import user_tags
 from ..grids.polygons import some
 from .cells import KINDS, changes, plain_cells, wanted_faces
@@ -89,13 +88,12 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
         raise MeshError(f"expected finite coordinates in {path}, got others in points {some(bad)}")
     if others := {k: n for k, n in counts.items() if k not in (*KINDS, "vertex")}:
         had = ", ".join(f"{n} {kind}" for kind, n in others.items())
-        warnings.warn(
+        warn(
             f"{path}: only triangles and quadrilaterals are read; left out {had}",
             MeshWarning,
-            stacklevel=2,
         )
     if told := changes(counts, wanted):
-        warnings.warn(f"{path}: {told}", MeshWarning, stacklevel=2)
+        warn(f"{path}: {told}", MeshWarning)
     sets = {
         name: [
             part.members(blocks[i] if i < len(blocks) else None, name, path)
@@ -110,11 +108,10 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
     }
     if len(data) < len(found.cell_data):
         lost = ", ".join(n.removeprefix(BY_SIDES) for n in found.cell_data if n not in data)
-        warnings.warn(
+        warn(
             f"{path}: left out the boundaries {lost}, numbered by sides of quadrilaterals. "
             'Remedy: quads="keep"',
             MeshWarning,
-            stacklevel=2,
         )
     cells = [(part.kind, part.nodes) for part in parts]
     mesh = _tagged_mesh(points[:, :2], cells, data, found.field_data, sets, wanted, path)
@@ -173,7 +170,7 @@ def _tagged_mesh(
                 "them, or again"
             ) from error
     if told and any(kind == "line" for kind, _ in cells):  # without lines there is nothing lost
-        warnings.warn(f"{path}: left out tags of lines that cannot be read", MeshWarning, 3)
+        warn(f"{path}: left out tags of lines that cannot be read", MeshWarning)
     return mesh
 
 
@@ -207,10 +204,9 @@ def _only_used(
     n = mesh.p.shape[1]
     unused = np.setdiff1d(np.arange(n), np.append(used, known))
     if len(unused):
-        warnings.warn(
+        warn(
             f"{path}: left out {len(unused)} points that belong to no triangle: {some(unused)}",
             MeshWarning,
-            stacklevel=3,
         )
     tags = [_named(kind, path) for kind in (mesh.boundaries, mesh.subdomains)]
     # keeps the order of the nodes, so facets and tags keep their numbers
@@ -222,5 +218,5 @@ def _only_used(
 def _named(tags: dict | None, path: PathLike) -> dict[str, ndarray] | None:
     """The tags with a name, but for Gmsh's curve numbers."""
     if tags and None in tags:
-        warnings.warn(f"{path}: left out a group of cells without a name", MeshWarning, 4)
+        warn(f"{path}: left out a group of cells without a name", MeshWarning)
     return user_tags({k: v for k, v in (tags or {}).items() if k is not None}) or None

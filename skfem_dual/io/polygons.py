@@ -11,6 +11,7 @@ from ..contact.solution import PunchSolution
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons
+from ..ground.periodic import PeriodicGround
 from .guarded import read_through_meshio
 from .writing import PathLike, require_vtu, write_whole
 
@@ -67,10 +68,16 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
     TypeError
         If something is no `PunchSolution`, or there is none.
     ValueError
-        If the suffix is not ``.vtu``.
+        If the suffix is not ``.vtu``, or the ground has a period.
     """
+    kind = PunchSolution, "write_structure for what bends"
     for solution in solutions or (None,):
-        checked_instance("solution", solution, PunchSolution, "write_structure for what bends")
+        checked_instance("solution", solution, *kind)
+    if any(isinstance(s.footprint.substrate, PeriodicGround) for s in solutions):
+        raise ValueError(
+            "expected ground without a period, which moves beside cells too. Remedy: "
+            "write_field(path, solution.punch.basis, solution.pressure)"
+        )
     parts = [solution.punch.partition for solution in solutions]
     every = list(zip(solutions, parts, strict=True))
     write_polygons(

@@ -40,7 +40,8 @@ def inputs(*arrays: ndarray) -> tuple[ndarray, ...]:
 
 
 def _input(a: ndarray) -> ndarray:
-    if type(a) is ndarray and a.flags.c_contiguous and not a.flags.writeable:
+    flags = a.flags
+    if type(a) is ndarray and flags.c_contiguous and not flags.writeable:
         return a
     view = np.ascontiguousarray(a)[...]
     view.flags.writeable = False

@@ -122,4 +122,12 @@ def limited_threads(threads: int, what: Literal["blas", "all"] = "all") -> Itera
 def threads_for_matrix(n: int) -> AbstractContextManager[None]:
     """One thread of BLAS inside for a matrix with up to `SMALL` rows, whose factors take
     milliseconds: threads that wait for others beside other work take many times as long."""
-    return limited_threads(1, "blas") if TINY < n <= SMALL else nullcontext()
+    return limited_threads(1, "blas") if TINY < n <= SMALL and not _alone() else nullcontext()
+
+
+def _alone() -> bool:
+    """Whether BLAS has one thread, without a limit that someone may lift."""
+    found = _libraries().lib_controllers
+    return _Blas.held is None and all(
+        lib.num_threads == 1 for lib in found if lib.user_api == "blas"
+    )

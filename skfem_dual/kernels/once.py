@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable
 from functools import cached_property
 from threading import RLock
-from typing import Any, TypeVar, overload
+from typing import Any, TypeVar, cast, overload
 
 from numpy import ndarray
 
@@ -46,7 +46,7 @@ class computed_once(cached_property[_T]):
         if instance is None:
             return self
         # setting up an object may store more than was asked for
-        return _first(instance, str(self.attrname), lambda: self.func(instance))
+        return _first(instance, cast(str, self.attrname), self.func)
 
 
 def remember(instance: object, name: str, value: Any) -> None:
@@ -59,16 +59,18 @@ def remember(instance: object, name: str, value: Any) -> None:
     """
     if not isinstance(getattr(type(instance), name, None), computed_once):
         raise TypeError(f"expected the name of what is computed once, got {name!r}")
-    _first(instance, name, lambda: value)
+    _first(instance, name, lambda _: value)
 
 
-def _first(instance: object, name: str, compute: Callable[[], Any]) -> Any:
+def _first(instance: object, name: str, compute: Callable[[Any], Any]) -> Any:
     """What is known under a name, or else computed by one thread while others wait."""
     key, known = (id(instance), name), instance.__dict__
     with _locks.setdefault(key, RLock()):
         try:
             # only now is it certain that no other thread has computed it
-            return known[name] if name in known else known.setdefault(name, _shared(compute()))
+            if name in known:
+                return known[name]
+            return known.setdefault(name, _shared(compute(instance)))
         finally:
             _locks.pop(key, None)  # who waits has it, who comes later finds the value
 

@@ -64,7 +64,7 @@ class DenseSolver:
         return self.factors.solve(rhs)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate solution for a right-hand side (n,)."""
+        """Approximate solutions for right-hand sides (n,) or (n, k)."""
         return self.inverse @ w
 
     def condition_number(self, matrix: ndarray) -> float:
@@ -102,14 +102,18 @@ class TwoLevels:
         box, n = large_boxes(partition, BOX), len(partition)
         shares = partition.areas / np.bincount(box, partition.areas)[box]
         means = csr_matrix((shares, (box, np.arange(n))))
-        rows, uniform = means @ matrix, csr_matrix((np.ones(n), (np.arange(n), box)))
-        coarse = Factors.from_matrix(rows @ uniform)
-        return cls(Groups.from_operator(matrix, partition), means, rows, box, coarse)
+        rows, coarse = np.zeros(means.shape), np.zeros(2 * means.shape[:1])
+        order = np.argsort(box, kind="stable")
+        _put_means(*inputs(matrix, shares, box, order), rows, coarse)
+        groups = Groups.from_operator(matrix, partition)
+        return cls(groups, means, rows, box, Factors.from_matrix(coarse))
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate pressures under settlements ``w`` of shape (n,)."""
-        p = self.groups @ w
-        return p + self.coarse.solve(self.means @ w - self.rows @ p)[self.box]
+        """Approximate pressures under settlements ``w`` of shape (n,) or (n, k)."""
+        columns = w.reshape(len(w), -1)
+        p = self.groups @ columns
+        left = self.means @ columns - FewColumns(self.rows) @ p
+        return (p + self.coarse.solve(left)[self.box]).reshape(w.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +134,18 @@ class FewColumns:
         with Threads() as run:
             run(lambda k: _multiply(k.start, k.stop, matrix, columns, out), len(out.T), q.size)
         return out.T
+
+
+@vectorised
+def _put_means(matrix, shares, box, order, rows, coarse):
+    """Means of rows over boxes, one box after the other, and their sums over boxes."""
+    for i in order:
+        row, share = rows[box[i]], shares[i]
+        for j in range(row.shape[0]):
+            row[j] += share * matrix[i, j]
+    for k in range(rows.shape[0]):
+        for j in range(rows.shape[1]):
+            coarse[k, box[j]] += rows[k, j]
 
 
 @vectorised

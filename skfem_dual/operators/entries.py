@@ -32,6 +32,9 @@ SAMPLES, MANY = 16, 2**22
 APART = 7919
 #: rows on a regular grid, which are all alike
 ALIKE = 3
+#: with more cells products with one vector of random signs are compared, with fewer with two, and
+#: one after the other: nothing else takes as much memory
+LARGE = 500_000
 #: errors do not refer to less than so many times what homogeneous ground would settle
 FLOOR = 0.01
 
@@ -146,18 +149,19 @@ class Entries:
         """Settlements under mean pressures (n,) or (n, k) by a fast summation.
 
         ``slopes`` takes them, as (k, n), to slopes, as `Slopes.of_rows` does; ``rough`` as of
-        `FastSummation.apply`.
+        `FastSummation.add`.
         """
-        columns = q.reshape(len(q), -1)
-        settled, dipoles = np.zeros((columns.shape[1], self.x.shape[1])), None
+        rows = q.reshape(len(q), -1).T
+        settled, dipoles = np.zeros((len(rows), self.x.shape[1])), None
         if self.correction is not None:
-            settled += (self.correction.near @ columns).T
+            for own, row in zip(settled, rows, strict=True):
+                own += self.correction.near @ row
         if slopes is not None and self.sloping is not None:
-            each = slopes(columns.T)
-            self.sloping.near.add_product(each, settled)
-            dipoles = self.sloping.dipoles(each, fast.tree.cells)
-            del each  # gives back its memory first
-        settled += fast.apply(columns.T, dipoles, rough)
+            dipoles = slopes(rows)
+            self.sloping.near.add_product(dipoles, settled)
+            for own in dipoles:  # in their place: they take no memory of their own
+                own[:] = self.sloping.dipoles(own[None], fast.tree.cells)[0]
+        fast.add(rows, dipoles, settled, rough)
         return settled.T.reshape(-1, *q.shape[1:])
 
 
@@ -218,7 +222,11 @@ class Sample:
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
         rng, n = np.random.default_rng(0), self.rows.shape[1]
-        q = np.vstack([np.ones(n), rng.choice([-1.0, 1.0], (2, n))]).T
-        uniform, *mixed = (product(q)[self.numbers] - self.rows @ q).T
-        squares = np.sum(np.square(mixed), axis=0) / 2 / self.norm**2
+        q = np.ones((3 if n <= LARGE else 2, n))
+        for row in q[1:]:
+            row -= 2.0 * rng.integers(2, size=n, dtype=np.int8)
+        blocks = [q.T] if n <= LARGE else [row[:, None] for row in q]
+        found = [product(some)[self.numbers] - self.rows @ some for some in blocks]
+        uniform, *mixed = np.hstack(found).T
+        squares = np.mean(np.square(mixed), axis=0) / self.norm**2
         return float(np.max(np.abs(uniform) / self.total)), float(np.sqrt(squares.mean()))

@@ -5,20 +5,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import get_lapack_funcs, lu_factor
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..grids.polygons import readonly
+from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
 
 TINY, EPS = float(np.finfo(float).tiny), float(np.finfo(float).eps)
 
 
 #: real matrices of so many rows are factorised in single precision: in half the time
-SINGLE = 1500
+SINGLE = 500
 #: for up to so many right-hand sides at a time refinement is sooner done than factors in double
 #: precision, and in up to so many steps
 FEW, STEPS = 16, 6
+#: so many columns are sooner multiplied and solved for one by one: BLAS copies the whole matrix
+#: for them together
+APART = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +58,8 @@ class Factors:
         """Of a square array of finite numbers."""
         if len(matrix) < SINGLE or matrix.dtype != np.float64:
             return cls(*_factors(matrix))
-        scale = float(max(matrix.max(), -matrix.min()))
-        single = np.empty(matrix.shape, np.float32)
-        np.multiply(matrix, 1 / scale, out=single, casting="same_kind")
-        return cls(*_factors(single.T), matrix, scale)
+        lu, pivots, scale = _in_single(matrix)
+        return cls(lu, pivots, matrix, scale)
 
     @computed_once
     def in_double(self) -> "Factors":
@@ -79,13 +81,18 @@ class Factors:
     def _substituted(self, rhs: ndarray, trans: int) -> ndarray:
         """``getrs`` of LAPACK counts pivots from one, and scipy shifts them in place for as long
         as the call takes: a second thread would see other rows. Each call takes a copy."""
-        return lu_solve((self.lu, self.pivots.copy()), rhs, trans=trans)
+        (getrs,) = get_lapack_funcs(("getrs",), (self.lu, rhs))
+        pivots = self.pivots.copy()
+        if rhs.ndim == 2 and 0 < rhs.shape[1] <= APART:
+            each = [getrs(self.lu, pivots, column, trans=trans)[0] for column in rhs.T]
+            return np.stack(each, axis=1)
+        return getrs(self.lu, pivots, rhs, trans=trans)[0]
 
     def _refined(self, rhs: ndarray) -> ndarray | None:
         """Solutions to rounding errors; None where steps do not fall fast."""
         found, last = self @ rhs, 1.0
         for _ in range(STEPS):
-            step = self @ (rhs - self.matrix @ found)
+            step = self @ (rhs - self._settled(found))
             found += step
             size = float((np.abs(step).max(axis=0) / np.abs(found).max(axis=0).clip(TINY)).max())
             if size * size <= EPS * last:  # the next one would not be seen
@@ -94,6 +101,12 @@ class Factors:
                 return None
             last = size
         return None
+
+    def _settled(self, found: ndarray) -> ndarray:
+        """The matrix times solutions."""
+        if found.ndim == 2 and 0 < found.shape[1] <= APART:
+            return np.stack([self.matrix @ column for column in found.T], axis=1)
+        return self.matrix @ found
 
     def condition_number(self, matrix: ndarray) -> float:
         """Condition number in the 2-norm of the ``matrix`` that these are the factors of."""
@@ -123,6 +136,65 @@ class Factors:
             return self._substituted(rhs, 0)
         size = np.abs(rhs).max(axis=0).clip(TINY)  # in any units
         return self._substituted((rhs / size).astype(np.float32), 1) * (size / self.scale)
+
+
+@dataclass(frozen=True, eq=False)
+class RoughFactors:
+    """LU factors in single precision of a matrix that is not kept: an approximate inverse.
+
+    What they are multiplied by is in double precision, so that products are the same linear map
+    to its rounding, which iterations may ask for.
+
+    Attributes
+    ----------
+    lu, pivots, scale
+        As of `Factors`, the first transposed.
+    """
+
+    lu: ndarray
+    pivots: ndarray
+    scale: float
+
+    @classmethod
+    def from_matrix(cls, matrix: ndarray) -> "RoughFactors":
+        """Of a square array of finite numbers."""
+        lu, pivots, scale = _in_single(matrix)
+        return cls(lu.T, pivots, scale)
+
+    def solve(self, rows: ndarray) -> ndarray:
+        """Solutions for right-hand sides in rows, (k, n)."""
+        out = rows / self.scale
+        _substitute(*inputs(self.lu, self.pivots), out)
+        return out
+
+
+@vectorised
+def _substitute(lu, pivots, rows):
+    """Solutions in place of right-hand sides, by factors of the transposed matrix."""
+    n = lu.shape[0]
+    for i in range(n):
+        for row in rows:
+            total = 0.0
+            for j in range(i):
+                total += lu[i, j] * row[j]
+            row[i] = (row[i] - total) / lu[i, i]
+    for i in range(n - 1, -1, -1):
+        for row in rows:
+            total = 0.0
+            for j in range(i + 1, n):
+                total += lu[i, j] * row[j]
+            row[i] -= total
+    for i in range(n - 1, -1, -1):
+        for row in rows:
+            row[i], row[pivots[i]] = row[pivots[i]], row[i]
+
+
+def _in_single(matrix: ndarray) -> tuple[ndarray, ndarray, float]:
+    """Factors of the transposed matrix over its largest entry, and this."""
+    scale = float(max(matrix.max(), -matrix.min()))
+    single = np.empty(matrix.shape, np.float32)
+    np.multiply(matrix, 1 / scale, out=single, casting="same_kind")
+    return *_factors(single.T), scale
 
 
 def _factors(array: ndarray) -> tuple[ndarray, ndarray]:

@@ -88,10 +88,10 @@ class Balanced:
     spread: ndarray
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Pressures and motions for settlements (k,), shape (k + m,)."""
+        """Pressures and motions (k + m, c) for settlements (k, c)."""
         pressure = self.inverse @ w
         motion = -np.linalg.solve(self.acting @ self.spread, self.acting @ pressure)
-        return np.append(pressure + self.spread @ motion, motion)
+        return np.concatenate([pressure + self.spread @ motion, motion])
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ class Part:
     n: int
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Approximate pressures under settlements ``w`` of shape (k,)."""
-        whole = np.zeros(self.n)
+        """Approximate pressures under settlements ``w`` of shape (k,) or (k, c)."""
+        whole = np.zeros((self.n, *w.shape[1:]))
         whole[self.cells] = w
         return (self.inverse @ whole)[self.cells]

@@ -268,11 +268,14 @@ class InfluenceOperator(LinearOperator):
         return self._kept.nbytes + near
 
     def _matmat(self, q: ndarray) -> ndarray:
-        return product(self._entries, self._kept, q)
+        if np.iscomplexobj(q):
+            return self._matmat(q.real) + 1j * self._matmat(q.imag)
+        # kernels take native numbers
+        return product(self._entries, self._kept, np.asarray(q, dtype=float))
 
     def roughly(self, q: ndarray) -> ndarray:
         """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
-        q = checked_array("q", q, (self.shape[1], "k"))
+        q = checked_array("q", q, (self.shape[1], "k"), order="K")
         return product(self._entries, self._kept, q, rough=True)
 
     def coarsely(self, q: ndarray) -> ndarray:

@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ..arguments import checked_array, checked_instance, checked_integer, checked_number
 from ..kernels.limits import limited_threads
 from .influence_operator import RTOL, InfluenceOperator
-from .preconditioner import Preconditioner, approximate_inverse
+from .preconditioner import approximate_inverse
 
 #: directions that GMRES keeps before it starts anew
 RESTART = 60
@@ -120,7 +120,7 @@ def solve_many(
     >>> print(f"{force:.2f}")  # exact for the circle: 2
     2.00
     """
-    rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column")
+    rhs = checked_array("rhs", rhs, (operator.shape[0], "k"), each="column", order="K")
     rtol = checked_number("rtol", rtol, above=0, below=1)
     most = MOST if most is None else checked_integer("most", most, at_least=1)
     inverse = preconditioner
@@ -175,9 +175,7 @@ def _together(
 
 def _answered(inverse: Product, vectors: Sequence[ndarray]) -> ndarray:
     """What an approximate inverse makes of vectors, in columns."""
-    if isinstance(inverse, Preconditioner):
-        return inverse @ np.stack(vectors, axis=1)
-    return np.stack([inverse @ v for v in vectors], axis=1)
+    return inverse @ np.stack(vectors).T
 
 
 def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Search":

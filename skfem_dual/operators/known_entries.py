@@ -67,26 +67,28 @@ def look_up(starts, items, known, stamp, place, out):
     """Square blocks with the rows and columns of some items, from `KnownEntries`; entries that are
     not known as if charges were in the centroids.
 
-    ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: what the
-    first has of a row, one more than its number, remains true of it.
+    ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: cells that
+    act on a block of rows have one more than its number, and their place among them.
     """
     point, cell, block, kept = known.point, known.cell, known.block, known.rows
     x, centroids, charges = known.x, known.centroids, known.charges
     first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
     offsets, unit = known.layout.offsets, known.unit
-    at = 0
+    at, last = 0, -1
     for k in range(starts.shape[0] - 1):
         some = items[starts[k] : starts[k + 1]]
         for i in some:
             row, b = point[i], block[point[i]]
             width = begin[b + 1] - begin[b]
             base, greatest = offsets[b] + (row - first[b]) * width, kept.own[row]
-            for c in range(width):
-                j = columns[begin[b] + c]
-                stamp[j], place[j] = row + 1, c
+            if b != last:
+                last = b
+                for c in range(width):
+                    j = columns[begin[b] + c]
+                    stamp[j], place[j] = b + 1, c
             for j in some:
                 other = cell[j]
-                near = stamp[other] == row + 1
+                near = stamp[other] == b + 1
                 if near and place[other] == greatest:
                     out[at] = kept.greatest[row]
                 else:

@@ -19,7 +19,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import Polygons
 from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
-from .factors import Factors
+from .factors import RoughFactors
 from .fmm.linear_maps import SparseBlocks
 from .fmm.lists import near_lists
 from .fmm.loops import Layout
@@ -87,11 +87,10 @@ class Preconditioner:
     def __matmul__(self, w: ndarray) -> ndarray:
         """Approximate pressures under settlements ``w`` of shape (n,) or (n, k)."""
         columns = w.reshape(len(w), -1)
-        out, rest = (np.array(x).T for x in zip(*map(self.coarse.split, columns.T)))
+        out, rest = self.coarse.split(columns)
         if self.acting is not None:
             rest = columns - self.acting.coarsely(out)
-        for k in range(columns.shape[1]):
-            out[:, k] += self.groups @ rest[:, k]
+        out += self.groups @ rest
         return out.reshape(w.shape)
 
 
@@ -133,12 +132,15 @@ class Groups:
         return cls(cells, blocks, units)
 
     def __matmul__(self, w: ndarray) -> ndarray:
-        """Pressures under settlements ``w`` of shape (n,) as if other groups had none."""
-        inner, out = np.zeros(len(w)), np.empty(len(w))
+        """Pressures under settlements ``w`` of shape (n,) or (n, k) as if other groups had
+        none."""
+        rows = w.T.reshape(-1, len(w))
+        inner, out = np.zeros(rows.shape), np.empty(rows.shape)
         with Threads() as run:
-            self.blocks.add_product(w[None, self.cells], inner[None], run)
-        out[self.cells] = self.units * inner
-        return out
+            self.blocks.add_product(rows.take(self.cells, axis=1), inner, run)
+        for own, row in zip(out, inner, strict=True):
+            own[self.cells] = self.units * row
+        return out.reshape(w.T.shape).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +153,13 @@ class Coarse:
         Box of each cell.
     shares : (n,) array of float
         Area of each cell over that of its box.
-    factors : Factors
+    factors : RoughFactors
         Of the settlements of the squares' middles.
     """
 
     box: ndarray
     shares: ndarray
-    factors: Factors
+    factors: RoughFactors
 
     @classmethod
     def from_operator(cls, operator: InfluenceOperator) -> "Coarse":
@@ -170,12 +172,14 @@ class Coarse:
         middles = np.stack([np.bincount(box, partition.areas * x) for x in partition.centroids])
         squares = _squares(middles / areas, np.sqrt(areas))
         matrix = influence_matrix(operator.substrate, squares, squares.nodes)
-        return cls(box, partition.areas / areas[box], Factors.from_matrix(matrix))
+        return cls(box, partition.areas / areas[box], RoughFactors.from_matrix(matrix))
 
     def split(self, w: ndarray) -> tuple[ndarray, ndarray]:
-        """Pressures under the means of settlements over the boxes; settlements less the means."""
-        mean = np.bincount(self.box, self.shares * w)
-        return self.factors.solve(mean)[self.box], w - mean[self.box]
+        """Pressures under the means of settlements (n, k) over the boxes; settlements less the
+        means."""
+        means = np.array([np.bincount(self.box, self.shares * column) for column in w.T])
+        pressures = self.factors.solve(means)
+        return pressures.take(self.box, axis=1).T, w - means.take(self.box, axis=1).T
 
 
 def large_boxes(partition: Partition, size: int) -> ndarray:

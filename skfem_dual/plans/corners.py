@@ -54,6 +54,11 @@ def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
     if x.shape[1] < least:
         raise MeshError(f"expected at least {least} corners of {name}, got {x.shape[1]}")
     extent = np.ptp(x, axis=1).max()
+    if 0 < extent < 1 / LARGEST:
+        raise MeshError(
+            f"expected {name} of an extent from {1 / LARGEST:g} on, got {extent:.3g}. Remedy: "
+            "choose units in which sizes are near 1"
+        )
     if x.shape[1] > 1 and np.hypot(*(x[:, -1] - x[:, 0])) <= SAME * extent:  # closed
         x, b = x[:, :-1], b[:-1]
     same = np.hypot(*(np.roll(x, -1, axis=1) - x)) <= SAME * extent

@@ -1,6 +1,5 @@
 """Closed lines of DXF drawings."""
 
-import warnings
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
-from ..errors import MeshError, MeshWarning
+from ..errors import MeshError, MeshWarning, warn
 from .crossings import place
 from .tables import Corner
 
@@ -102,9 +101,7 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
             + ("layer= with one of these names" if layers else "draw the outline with them")
         )
     if others:
-        warnings.warn(
-            f"{path}: left out {left}; only lines, arcs and circles are read", MeshWarning, 6
-        )
+        warn(f"{path}: left out {left}; only lines, arcs and circles are read", MeshWarning)
     return shapes
 
 

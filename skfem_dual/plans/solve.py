@@ -153,7 +153,7 @@ def reached(
     memory = available_memory() if memory is None else checked_number("memory", memory, above=0)
     found, record = search(problem, accuracy, memory)
     for told in found.warned:
-        warn(told.message, told.category, stacklevel=3)
+        warn(told.message, told.category)
     if not record.reached:
-        warn(record.message, ResolutionWarning, stacklevel=3)
+        warn(record.message, ResolutionWarning)
     return found, record

@@ -11,6 +11,7 @@ from skfem import CellBasis, ElementTriP1
 from ..arguments import checked_choice, checked_flag
 from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
+from ..elements.balance import balanced, field_resultant
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.mappings import own_mapping
@@ -63,11 +64,20 @@ class PostprocessedPressure:
     def __iter__(self) -> Iterator:
         return iter((self.basis, self.values))
 
-    def nodal_pressure(self) -> tuple[CellBasis, ndarray]:
-        """First-order elements on the triangulation itself and the values at its nodes."""
-        mesh = self.dual.mesh
+    def nodal_pressure(self, *, conserve: bool = True) -> tuple[CellBasis, ndarray]:
+        """First-order elements on the triangulation itself and the values at its nodes.
+
+        Force and first moments are those of the field, by the least change of the values on the
+        boundary, or of all if those cannot carry them; without ``conserve`` the values are its.
+        """
+        mesh, n = self.dual.mesh, len(self.dual)
         nodal = CellBasis(mesh, ElementTriP1(), mapping=own_mapping(mesh))
-        return nodal, self.values[: len(self.dual)]
+        if not checked_flag("conserve", conserve):
+            return nodal, self.values[:n]
+        edge = np.isin(np.arange(n), mesh.boundary_nodes())
+        middle = self.dual.centroids.mean(axis=1)
+        resultant = field_resultant(self.basis, self.values, middle)
+        return nodal, balanced(nodal, self.values[:n], resultant, middle, edge)
 
     def __repr__(self) -> str:
         w, how = self.weights, f"  {self.reason}, {self.share:.0%} from the dual cells"

@@ -13,10 +13,10 @@ from ..contact.elastic_solution import ElasticSolution
 from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
-from .bearing import bearing_section, points_section
+from .bearing import bearing_of_footings, points_section
 from .cases import cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
-from .depth import depth_section
+from .depth import depth_of_footing
 from .details import Details
 from .footing import Footing, footings_of
 from .input import input_section
@@ -117,9 +117,7 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
     if isinstance(solution, ElasticSolution):
         title, success = STRUCTURE, solution.success
-        parts = structure_sections(
-            solution, mesh_name, details.remarks, __version__, details.units
-        )
+        parts = structure_sections(solution, mesh_name, details, __version__)
     else:
         footings = footings_of(solution, details)
         title, success = TITLE, all(footing.cases.success.all() for footing in footings)
@@ -145,11 +143,11 @@ def _punch_sections(
         input_section(solution, standing, mesh_name),
         position_section(solution, standing),
         pressure_section(solution, standing),
-        bearing_section(footings),
+        bearing_of_footings(footings),
         NONE if not details.points else points_section(footings, []),
         standing_section(standing),
         sliding_section(footings[0]),
-        depth_section(footings[0]),
+        depth_of_footing(footings[0]),
         resultant_section(solution, standing),
         error_section(standing, footings[0].accuracy),
         solver_section(solution, __version__, details.units),

@@ -1,9 +1,11 @@
 """Pressure against what the ground may bear, settlements of points."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from .details import Details
 from .footing import Between, Footing
 from .page import (
     Html,
@@ -20,24 +22,43 @@ from .page import (
 from .results import axes_of
 
 
-def bearing_section(footings: Sequence[Footing]) -> Html:
-    """Mean and largest pressure of each footing, against the allowable one if there is one."""
-    details = footings[0].details
+class Borne(NamedTuple):
+    """Pressures in a case, the mean and the largest on a circle."""
+
+    name: str
+    mean: float
+    largest: float
+
+
+def bearing_of_footings(footings: Sequence[Footing]) -> Html:
+    """Of each footing in each case."""
+    borne = [
+        Borne(footing.called(name), mean, largest)
+        for footing in footings
+        for name, mean, largest in zip(
+            footing.cases.names, footing.mean_pressure, footing.cases.largest_pressure
+        )
+    ]
+    return bearing_section(borne, [footing.radius for footing in footings], footings[0].details)
+
+
+def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: Details) -> Html:
+    """Mean and largest pressures, against the allowable one if there is one.
+
+    ``circles`` are the radii of those on which the largest ones are means.
+    """
     unit, allowable = details.units.pressure, details.allowable
     head = ["Footing, case", f"Mean [{unit.symbol}]", f"Largest [{unit.symbol}]"]
     if allowable is not None:
         head += ["Mean / allowable", "Largest / allowable"]
     rows = []
-    for footing in footings:
-        for k, name in enumerate(footing.cases.names):
-            values = footing.mean_pressure[k], footing.cases.largest_pressure[k]
-            used = [percent(u) for u in footing.utilisation[:, k]] if allowable else []
-            rows.append((footing.called(name), *(amount(v, unit, 4) for v in values), *used))
+    for name, *values in borne:
+        used = [percent(value / allowable) for value in values] if allowable else []
+        rows.append((name, *(amount(value, unit, 4) for value in values), *used))
     stated = ""
     if allowable is not None:
-        mean, largest = np.array([np.nan_to_num(f.utilisation).max(axis=1) for f in footings]).max(
-            axis=0
-        )
+        every = np.nan_to_num([values for _, *values in borne])
+        mean, largest = every.max(axis=0) / allowable
         verdict = "is kept" if max(mean, largest) <= 1 else "is EXCEEDED"
         if max(mean, largest) > 1 >= mean:
             verdict = "is kept by the mean pressures, and exceeded by the largest pressure"
@@ -45,12 +66,12 @@ def bearing_section(footings: Sequence[Footing]) -> Html:
     limit = [] if allowable is None else [
         paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
     ]  # fmt: skip
-    radii = " and ".join(f"{footing.radius:.3g}" for footing in footings)
+    radii = " and ".join(f"{radius:.3g}" for radius in circles)
     what = (
         "The mean pressure is the force over the area in contact. The largest pressure is the "
         f"largest mean on a circle with a radius of {radii} {details.units.length.symbol}, a "
         "fifth of that of the largest circle that fits into the plan: under the sharp edge of a "
-        "rigid base on elastic ground the pressure grows beyond all bounds, the ground yields "
+        "stiff base on elastic ground the pressure grows beyond all bounds, the ground yields "
         "there, and what a cell at the edge bears depends on its size; the mean on a circle does "
         "not. The strength of the ground itself is not checked."
     )

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ..ground.substrates import Substrate
-from .bearing import bearing_section, points_section
+from .bearing import bearing_of_footings, points_section
 from .checks import error_section, solver_section
-from .depth import depth_section
+from .depth import depth_of_footing
 from .figures import mesh_picture
 from .footing import Between, Footing, between
 from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
@@ -47,10 +47,10 @@ def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) ->
     pairs = between(list(footings))
     parts = [_notices(footings), _in_short(footings, pairs), _input(footings, mesh_name)]
     parts += [_results(footing) for footing in footings]
-    parts += [_envelope(footings), bearing_section(footings), points_section(footings, pairs)]
+    parts += [_envelope(footings), bearing_of_footings(footings), points_section(footings, pairs)]
     parts += [_pictures(footing) for footing in footings]
     parts += [sliding_section(footing) for footing in footings]
-    parts += [depth_section(footing) for footing in footings]
+    parts += [depth_of_footing(footing) for footing in footings]
     first = footings[0]
     for each in footings:
         if each.standing is not None:

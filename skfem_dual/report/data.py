@@ -10,7 +10,7 @@ from .. import __version__
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
-from .depth import below
+from .depth import below, governing
 from .details import Details
 from .footing import Footing, between
 
@@ -97,7 +97,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
     cases, standing = footing.cases, footing.standing
     footprint = cases.footprint
     p = footprint.partition.polygons.p
-    found = below(footing)
+    found = below(governing(footing), footing.details.profile)
     envelope = cases.envelope() if cases.success.any() else ()
     return plain(
         {

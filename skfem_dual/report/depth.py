@@ -5,9 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import Pair
 from ..contact.below import Profile, settlement_by_layers, vertical_profile
+from ..contact.pressures import CellPressures
 from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
+from .details import Details
 from .figures import profile_picture
 from .footing import Footing
 from .page import NONE, Html, amount, figure, joined, number, pair, percent, section, table
@@ -39,19 +42,22 @@ class Below(NamedTuple):
     parts: ndarray
 
 
-def below(footing: Footing) -> Below | None:
-    """In the governing case, at the point that was asked for or else the plan's centroid.
+def governing(footing: Footing) -> CellPressures | None:
+    """The solution of the governing case, if there is one."""
+    return footing.cases.solutions[footing.governing]
+
+
+def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
+    """At a point, or else the plan's centroid.
 
     None if only the surface of the ground is known, or nothing presses on it.
     """
-    solution = footing.cases.solutions[footing.governing]
-    footprint = footing.cases.footprint
+    if solution is None or not solution.pressure.any():
+        return None
+    footprint = solution.footprint
     ground = footprint.substrate
     if not isinstance(ground, (HalfSpace, Stratified)):
         return None
-    if solution is None or not solution.pressure.any():
-        return None
-    at = footing.details.profile
     if at is None:
         at = tuple(footprint.centre.tolist())
     extent = float(np.ptp(footprint.partition.polygons.p, axis=1).max())
@@ -67,12 +73,20 @@ def below(footing: Footing) -> Below | None:
     return Below(profile, depths, parts)
 
 
-def depth_section(footing: Footing) -> Html:
-    """Stress, strain and settlement with depth in the governing case."""
-    found = below(footing)
+def depth_of_footing(footing: Footing) -> Html:
+    """In its governing case."""
+    case = footing.cases.names[footing.governing]
+    return depth_section(governing(footing), footing.details, footing.name, case)
+
+
+def depth_section(
+    solution: CellPressures | None, details: Details, name: str = "", case: str = "load"
+) -> Html:
+    """Stress, strain and settlement with depth."""
+    found = below(solution, details.profile)
     if found is None:
         return NONE
-    profile, units = found.profile, footing.details.units
+    profile, units = found.profile, details.units
     stress, sink = units.pressure, units.displacement
     rows = [
         (number(z), amount(s, stress), number(e, 4), amount(w, sink))
@@ -94,10 +108,9 @@ def depth_section(footing: Footing) -> Html:
         for top, end, part in zip(bounds, ends, found.parts)
     ]  # fmt: skip
     where = joined(["below the point ", pair(profile.x)])
-    case = footing.cases.names[footing.governing]
-    plain = "below the centroid of the plan" if footing.details.profile is None else "at depth"
+    plain = "below the centroid of the plan" if details.profile is None else "at depth"
     return section(
-        f"Stress with depth{f', {footing.name}' if footing.name else ''}",
+        f"Stress with depth{f', {name}' if name else ''}",
         table(rows, head, "", numeric=True),
         figure(
             profile_picture(profile, units),

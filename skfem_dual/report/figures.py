@@ -70,11 +70,11 @@ def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
         scale, quantity = 1 / unit.factor, f"pressure [{unit.symbol}]"
 
     def drawn(ax: Axes) -> None:
-        isobars(solution, ax=ax, title=quantity, scale=scale)
-        _name_axes(ax, plan)
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
-        _mark_force(ax, plan)
+        _mark_force(ax, plan)  # labels keep off it
+        isobars(solution, ax=ax, title=quantity, scale=scale)
+        _name_axes(ax, plan)
 
     vector = mesh.nelements <= LINES
     return _embedded(drawn, mesh.p, bar=1.1, vector=vector), quantity
@@ -94,13 +94,13 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
     title = f"deflection [{unit.symbol}]" if plan.units.named else "deflection"
 
     def drawn(ax: Axes) -> None:
-        isobars(basis, unit.factor * deflection, title=title, ax=ax)
-        _name_axes(ax, plan)
         for line in region.edge:
             ax.plot(*smooth_line(line), color=CONTACT, linewidth=2.2)
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
-        _mark_force(ax, plan)
+        _mark_force(ax, plan)  # labels keep off it and the edge
+        isobars(basis, unit.factor * deflection, title=title, ax=ax)
+        _name_axes(ax, plan)
 
     return _embedded(drawn, mesh.p, bar=1.1, vector=mesh.nelements <= LINES)
 

@@ -1,6 +1,6 @@
 """What is read off the cases of one footing, for pages and for programs alike."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_instance
+from ..arguments import Pair, checked_instance
 from ..contact.cases_solution import CasesSolution
+from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
 from ..grids.outline import distance_to_segments, edge_ribs
+from ..grids.partition import Partition
 from ..plans.search import Accuracy
 from ..plans.solve import PlanSolution
 from .details import Details
@@ -87,12 +89,6 @@ class Footing:
             numbers = np.nonzero(self.cases.footprint.fan.locate(wanted) >= 0)[0].tolist()
         return corners | {f"P{i + 1}": wanted[:, i] for i in numbers}
 
-    def distance(self, point: tuple[float, float]) -> float:
-        """Of a point from the edge of the plan."""
-        partition = self.cases.footprint.partition
-        a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
-        return float(distance_to_segments(np.reshape(point, (2, 1)), a, b)[0])
-
     @cached_property
     def settlements(self) -> ndarray:
         """Of the points in each case, shape (k, m)."""
@@ -156,23 +152,26 @@ def footings_of(solution: Any, details: Details) -> list[Footing]:
     for name, cases in solution.items():
         checked_instance("the name of a footing", name, str)
         checked_instance(f"footing {name!r}", cases, (CasesSolution, PunchSolution))
-    footings = [Footing.of(name, cases, details) for name, cases in solution.items()]
-    _require_points_on(footings, details)
-    return footings
+    require_points_on([cases.footprint for cases in solution.values()], details.own_points)
+    return [Footing.of(name, cases, details) for name, cases in solution.items()]
 
 
-def _require_points_on(footings: list[Footing], details: Details) -> None:
-    """Refuse points whose settlement is wanted beside all footings."""
-    named = {name for footing in footings for name in footing.points}
-    solved = any(footing.standing is not None for footing in footings)
-    for i, (x, y) in enumerate(details.points, 1):
-        if solved and f"P{i}" not in named:
-            edge = min(footing.distance((x, y)) for footing in footings)
-            raise ValueError(
-                f"expected points on the plan, got ({x:.9g}, {y:.9g}), {edge:.3g} off it. Remedy: "
-                "coordinates of the plan; the settlement of the ground beside it is "
-                "solution.displacement(x)"
-            )
+def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:
+    """Refuse points, (2, k), beside all plans."""
+    on = np.array([plan.fan.locate(points) >= 0 for plan in plans]).any(axis=0)
+    for x, y in points[:, ~on].T[:1]:
+        edge = min(_distance(plan.partition, (x, y)) for plan in plans)
+        raise ValueError(
+            f"expected points on the plan, got ({x:.9g}, {y:.9g}), {edge:.3g} off it. Remedy: "
+            "coordinates of the plan; the settlement of the ground beside it is "
+            "solution.ground_displacement(x)"
+        )
+
+
+def _distance(partition: Partition, point: Pair) -> float:
+    """Of a point from the edge of the plan."""
+    a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
+    return float(distance_to_segments(np.reshape(point, (2, 1)), a, b)[0])
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,20 @@
 """Deflections, pressures and checks of a structure that bends, as sections of a report."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
+from ..contact.bearing import Circles, bearing_pressure
 from ..contact.elastic_solution import ElasticSolution
 from ..grids.cellwise import nodal_mesh
-from ..units import Units
+from .bearing import Borne, bearing_section
 from .checks import DEFORMED, ROUNDING, UNBALANCED, notices, solver_section
+from .depth import depth_section
+from .details import Details
 from .figures import deflection_picture
+from .footing import require_points_on
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, shape_of
 from .numbers import Plan
 from .page import (
@@ -37,18 +41,22 @@ INSIDE = 1e-6
 
 
 def structure_sections(
-    solution: ElasticSolution, mesh_name: str, remarks: Sequence[str], version: str, units: Units
+    solution: ElasticSolution, mesh_name: str, details: Details, version: str
 ) -> list[Html]:
     """All of a report but its head."""
-    plan = Plan(solution, units)
+    plan = Plan(solution, details.units)
+    footprint = solution.footprint
+    borne = Borne("load", solution.mean_pressure, bearing_pressure(solution))
     return [
-        notices(plan, "contact region", _cautions(solution, plan), remarks),
+        notices(plan, "contact region", _cautions(solution, plan), details.remarks),
         _in_short(solution, plan),
         _input(solution, plan, mesh_name),
-        _deflections(solution, plan),
+        _deflections(solution, plan, details.own_points),
         pressure_section(solution, plan),
+        bearing_section([borne], [Circles.of(footprint).radius], details),
+        depth_section(solution, details),
         _balance(solution, plan),
-        solver_section(solution, version, units),
+        solver_section(solution, version, details.units),
     ]
 
 
@@ -111,16 +119,27 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
     )
 
 
-def _deflections(solution: ElasticSolution, plan: Plan) -> Html:
-    w, x = _deflection(solution), solution.punch.collocation_points
-    least, most, unit = int(np.argmin(w)), int(np.argmax(w)), plan.units.displacement
+def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html:
+    """Of the base, its corners and extremes, and points that are wanted."""
+    require_points_on([solution.footprint], wanted)
+    w, unit = _deflection(solution), plan.units.displacement
+    deepest, highest = (
+        value_at(w[i], solution.punch.collocation_points[:, i], plan)
+        for i in (int(np.argmax(w)), int(np.argmin(w)))
+    )
     rows: list[tuple] = [
-        ("Largest deflection of a cell", value_at(w[most], x[:, most], plan), symbol(unit)),
-        ("Smallest deflection of a cell", value_at(w[least], x[:, least], plan), symbol(unit)),
-        ("Difference of both", amount(w[most] - w[least], unit), symbol(unit)),
+        ("Largest deflection of a cell", deepest, symbol(unit)),
+        (
+            "Smallest deflection of a cell",
+            highest,
+            symbol(unit),
+        ),
+        ("Difference of both", amount(np.ptp(w), unit), symbol(unit)),
         ("Largest gap to the ground", amount(solution.gap.max(), unit), symbol(unit)),
     ]
-    inside = _a_little_inside(plan)
+    x = np.hstack([plan.points, wanted])
+    inside = _a_little_inside(plan, x)
+    names = [*point_names(plan), *(f"P{i + 1}" for i in range(wanted.shape[1]))]
     heads = "Structure", "Ground"
     points = [
         (
@@ -131,8 +150,8 @@ def _deflections(solution: ElasticSolution, plan: Plan) -> Html:
             amount(g, unit),
         )
         for name, a, b, v, g in zip(
-            point_names(plan),
-            *plan.points,
+            names,
+            *x,
             solution.deflection(inside),
             solution.ground_displacement(inside),
             strict=True,
@@ -160,9 +179,9 @@ def _picture(solution: ElasticSolution, plan: Plan) -> Html:
     return figure(picture, caption, caption + ".")
 
 
-def _a_little_inside(plan: Plan) -> ndarray:
-    """Points of the edge, where rounding does not leave them outside."""
-    x, centroids = plan.points, plan.solution.punch.partition.centroids
+def _a_little_inside(plan: Plan, x: ndarray) -> ndarray:
+    """Points of the plan, those of the edge where rounding does not leave them outside."""
+    centroids = plan.solution.punch.partition.centroids
     nearest = np.argmin(np.hypot(*(x[:, :, None] - centroids[:, None])), axis=1)
     return x + INSIDE * (centroids[:, nearest] - x)
 

@@ -2,7 +2,6 @@
 
 import os
 import uuid
-import warnings
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
@@ -15,7 +14,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ..arguments import checked_flag, checked_instance, checked_integer, checked_sequence
-from ..errors import ConvergenceWarning
+from ..errors import ConvergenceWarning, warn
 from ..messages import shown
 from .records import (
     PathLike,
@@ -258,7 +257,7 @@ def sweep(
     timings = {"sweep": perf_counter() - start, "cases": sum(run)}
     result = SweepResult(ordered, torn, timings)
     if not result.success:
-        warnings.warn(result.message, ConvergenceWarning, stacklevel=2)
+        warn(result.message, ConvergenceWarning)
     return result
 
 

@@ -13,6 +13,7 @@ from .field import Field
 WIDTH, PAD, HEIGHT = 0.66, 0.5, 1.3
 #: a line with a label is so many times as long as half the label
 LONG = 7.0
+NO_MARKS = np.empty((2, 0))
 #: mean distance of a smooth edge of contact from the points found, in segments between them
 KINK = 0.1
 
@@ -39,12 +40,12 @@ def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
 
 
 def label_boxes(
-    field: Field, levels: ndarray, texts: list[str], letter: float
+    field: Field, levels: ndarray, texts: list[str], letter: float, marks: ndarray = NO_MARKS
 ) -> dict[int, ndarray]:
     """Room for the label of each level, upright and on one of its lines.
 
     A box is inside the field, and neither other labels nor lines of other levels nor the edge
-    run through it. A level has no label if there is no such place.
+    run through it, and marks are as far off. A level has no label if there is no such place.
 
     Parameters
     ----------
@@ -56,6 +57,8 @@ def label_boxes(
         The labels.
     letter : float
         Height of a letter, in units of the coordinates.
+    marks : (2, k) array of float
+        Middles of marks, up to a letter wide.
 
     Returns
     -------
@@ -74,8 +77,9 @@ def label_boxes(
         scale = half[i, :, None]
         candidates = _samples(longest[i], letter / 4)
         candidates = candidates[:, :: max(1, candidates.shape[1] // 500)]
-        others = np.hstack([edge, *drawn[:i], *drawn[i + 1 :]]) / scale
-        clear = cKDTree(others.T).query((candidates / scale).T, p=np.inf)[0]
+        others = np.hstack([edge, *drawn[:i], *drawn[i + 1 :]])
+        clear = _off(others, candidates, scale)
+        clear = np.minimum(clear, _off(marks, candidates, scale + letter / 2))
         apart = np.full(candidates.shape[1], np.inf)
         for box in found.values():
             centre, size = box.mean(axis=1), np.ptp(box, axis=1) / 2
@@ -87,6 +91,11 @@ def label_boxes(
             best = candidates[:, np.argmax(np.where(room, liking, -np.inf))]
             found[i] = best[:, None] + half[i][:, None] * [-1, 1]
     return found
+
+
+def _off(points: ndarray, candidates: ndarray, half: ndarray) -> ndarray:
+    """How far boxes in the candidates are off all points, in their half widths and heights."""
+    return cKDTree((points / half).T).query((candidates / half).T, p=np.inf)[0]
 
 
 def _longest(segments: ndarray, lines: ndarray) -> tuple[ndarray, float]:

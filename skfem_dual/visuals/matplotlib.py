@@ -27,7 +27,7 @@ from .axes import (
 from .curves import plot_edge, plot_kern, plot_moment_rotation
 from .depth import draw_interfaces, plot_profile
 from .field import Field
-from .isolines import label_boxes, smooth_line
+from .isolines import NO_MARKS, label_boxes, smooth_line
 from .levels import choose_levels, color_range, common_exponent, short_numbers, title_with_factor
 from .offscreen import one_at_a_time
 from .style import (
@@ -223,7 +223,7 @@ def isobars(
         Quantity and unit, beside the scalar bar; big numbers get a common factor there.
     labels : bool
         Whether to write the values on the isobars, once each where there is room: inside the
-        plan and off other lines and labels.
+        plan, off other lines and labels, and off what has been plotted on ``ax``.
     cmap : str
         Name of a matplotlib colour map.
     contact : ContactRegion, optional
@@ -255,6 +255,7 @@ def isobars(
     exponent = common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
     ax = prepared(ax, field.p)
+    marks = np.hstack([NO_MARKS, *(np.array(line.get_xydata()).T for line in ax.lines)])
     triangles = triangulation(pressed)
     # matplotlib fills between at least two levels: the ends of the range are levels too
     filled = np.concatenate([[pressed.values.min()], chosen, [pressed.values.max()]])
@@ -281,9 +282,8 @@ def isobars(
     bar = scalar_bar(ax, bands, title_with_factor(subject.title, exponent), spacing="uniform")
     bar.set_ticks(chosen.tolist(), labels=texts)
     if labels:
-        _labels(
-            ax, label_boxes(pressed, chosen, texts, letter(LETTER) * data_per_point(ax)), texts
-        )
+        size = letter(LETTER) * data_per_point(ax)
+        _labels(ax, label_boxes(pressed, chosen, texts, size, marks), texts)
     return ax
 
 

@@ -12,10 +12,20 @@ from .chebyshev import Chebyshev, Kernel
 from .linear_maps import CompressedTranslation, SparseBlocks, Translation
 from .lists import Lists
 from .loops import Layout
-from .quadtree import Quadtree
+from .quadtree import BESIDE, OFFSETS, Quadtree
 
-#: from half-width and the offsets needed to the matrices of M2L as `compressed`
-Factors = Callable[[float, ndarray], tuple[ndarray, ndarray, ndarray]]
+#: from half-width to the matrices of M2L as `compressed`
+Factors = Callable[[float], tuple[ndarray, ndarray, ndarray]]
+#: which of `OFFSETS` leads from each box of a family, in the last place, to each of one at each of
+#: `BESIDE`; the number beyond the last to adjacent boxes
+_QUARTERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
+_WAYS = (2 * BESIDE[:, None] + _QUARTERS)[:, :, None] - _QUARTERS
+_NUMBERS = np.argmax(
+    np.append(
+        (_WAYS[..., None, :] == OFFSETS).all(axis=-1), np.ones((len(BESIDE), 4, 4, 1)), axis=-1
+    ),
+    axis=-1,
+)
 
 
 def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
@@ -29,22 +39,22 @@ def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Transla
 
 
 def m2l_translations(
-    tree: Quadtree, far_lists: list[ndarray], factors: Factors
+    tree: Quadtree, families: list[ndarray], factors: Factors
 ) -> tuple[CompressedTranslation, ...]:
-    """Between the boxes of each level that are on each other's `Quadtree.far_lists`."""
+    """Between the boxes of each level, by its `Quadtree.families`."""
     translations = []
-    for level, far in enumerate(far_lists):
-        needed = np.any(far >= 0, axis=0)
-        if not needed.any():
+    for level, beside in enumerate(families):
+        if not (beside >= 0).any():
             continue
-        left, core, right = factors(tree.size / 2 ** (level + 1), needed)
+        left, core, right = factors(tree.size / 2 ** (level + 1))
         begin, end = tree.levels[level : level + 2]
         boxes = np.arange(begin, end)[:, None]
-        relative = np.where(far >= 0, far - begin, -1)
+        blocks = np.append(core, np.zeros_like(core[:1]), axis=0)[_NUMBERS].swapaxes(2, 3)
+        core = blocks.reshape(len(BESIDE), 4 * core.shape[1], 4 * core.shape[2])
         translations.append(
             CompressedTranslation(
                 Translation(0, boxes, left[None]),
-                Translation(0, relative, core),
+                Translation(0, beside, core),
                 Translation(int(begin), boxes - begin, right[None]),
             )
         )

@@ -84,7 +84,7 @@ class Chebyshev:
         x, y = along(2 * (quarter % 2) - 1), along(2 * (quarter // 2) - 1)
         return x[a[:, None], a] * y[b[:, None], b]
 
-    def m2l(self, kernel: Kernel, half: float, needed: ndarray) -> ndarray:
+    def m2l(self, kernel: Kernel, half: float) -> ndarray:
         """From multipole to local expansions of boxes of one size, at each of `OFFSETS`.
 
         Parameters
@@ -93,27 +93,24 @@ class Chebyshev:
             The influence at distances.
         half : float
             Half-width of the boxes.
-        needed : (len(OFFSETS),) array of bool
-            The others are left zero.
 
         Returns
         -------
         (len(OFFSETS), terms, terms) array of float
             Offsets lead from the box of the local expansion to that of the load.
         """
-        out = np.zeros((len(OFFSETS), self.terms, self.terms))
+        out = np.empty((len(OFFSETS), self.terms, self.terms))
         a, b = self.degrees
         swapped = np.lexsort((b, a + b))  # the term (b, a) of each (a, b)
         odd = np.array([1 - 2 * (d % 2) for d in (a, b)])
-        for along, across in {(max(o), min(o)) for o in np.abs(OFFSETS[needed]).tolist()}:
+        for along, across in {(max(o), min(o)) for o in np.abs(OFFSETS).tolist()}:
             sources = self.grid * PADDING + [[2 * along], [2 * across]]
             r = half * np.hypot(*(self.grid[:, None] - sources[:, :, None]))
             # einsum: matrices are too small for threads of BLAS, which may have to wait for each
             # other longer than the products take
             half_way = np.einsum("pi,pq->iq", self.coefficients, kernel(r))
             matrix = np.einsum("iq,qj->ij", half_way, self.coefficients)
-            for k in np.nonzero(needed)[0]:
-                x, y = np.abs(OFFSETS[k])
+            for k, (x, y) in enumerate(np.abs(OFFSETS)):
                 if (max(x, y), min(x, y)) == (along, across):
                     signs = odd[0] ** (OFFSETS[k, 0] < 0) * odd[1] ** (OFFSETS[k, 1] < 0)
                     turned = matrix if x >= y else matrix[np.ix_(swapped, swapped)]

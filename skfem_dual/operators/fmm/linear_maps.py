@@ -89,7 +89,7 @@ class CompressedTranslation:
     Attributes
     ----------
     left, core, right : Translation
-        Within each box of the level, between them, and within each again.
+        Within each box of the level, between families of four of them, and within each again.
     """
 
     left: Translation
@@ -102,16 +102,20 @@ class CompressedTranslation:
         taken = np.zeros((*shape, self.left.matrices.shape[2]), multipole.dtype)
         self.left.add(multipole, taken, run)
         given = np.zeros((*shape, self.right.matrices.shape[1]), multipole.dtype)
-        self.core.add(taken, given, run)
+        families = len(multipole), len(self.core.sources), -1
+        self.core.add(taken.reshape(families), given.reshape(families), run)
         del taken  # gives back its memory first
         self.right.add(given, local, run)
 
     def cut(self, terms: int) -> "CompressedTranslation":
         """Of the first terms only, so few that they are not compressed."""
-        outer, core = (self.left.matrices[0], self.right.matrices[0]), self.core.matrices
+        (left,), (right,) = self.left.matrices, self.right.matrices
+        core = self.core.matrices.reshape(-1, 4, left.shape[1], 4, right.shape[0])
+        core = np.einsum("karbs,sj->karbj", core, right[:, :terms])
+        core = np.einsum("ir,karbj->kaibj", left[:terms], core)
         return CompressedTranslation(
             replace(self.left, matrices=np.eye(terms)[None]),
-            replace(self.core, matrices=outer[0][:terms] @ core @ outer[1][:, :terms]),
+            replace(self.core, matrices=core.reshape(-1, 4 * terms, 4 * terms)),
             replace(self.right, matrices=np.eye(terms)[None]),
         )
 

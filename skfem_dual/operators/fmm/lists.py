@@ -6,7 +6,7 @@ cells in boxes of any level:
 ========  ==========================================================================  ============
 their     here                                                                        acts by
 ========  ==========================================================================  ============
-V list    `Quadtree.far_lists`: boxes of one level that are not adjacent, but whose   M2L
+V list    `Quadtree.families`: boxes of one level that are not adjacent, but whose    M2L
           parents are
 U list    ``p2p`` of `near_lists`: cells beside a leaf                                P2P
 X list    ``p2l``: cells beside a box, a side of it away or more, if it has more      P2L

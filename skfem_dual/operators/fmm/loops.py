@@ -10,9 +10,8 @@ from ...kernels.compiled import compiled, inputs, vectorised
 
 #: cells whose multipole expansions are computed together
 CELLS = 16
-#: boxes of which expansions are translated together, and multiplications of a product that BLAS
-#: does in one thread
-MOST, ALONE = 256, 2**18
+#: expansions that are translated together
+MOST = 256
 
 
 class Clusters(NamedTuple):
@@ -106,11 +105,10 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
     cells, middle, half = clusters.cells, clusters.middle, clusters.half
     centres, squares, moments = loads.centres, loads.squares, loads.moments
     sets, some, kind = q.shape[0], dipoles.shape[2] > 0, multipole.dtype
-    # of the polynomials in x, and of the loads times those in y: a matrix product of both
+    # of the polynomials in x, and of the loads times those in y: scalar products of both
     x = np.empty((order, loads.orders * CELLS), kind)
     y = np.empty_like(x)
     loaded = np.empty((sets * order, loads.orders * CELLS), kind)
-    product = np.empty((order, sets * order), kind)
     place, own = np.zeros((2, CELLS), kind), np.zeros((len(moments), CELLS), kind)
     load, unit = np.empty((sets, 3, CELLS), kind), np.empty(CELLS, kind)
     for k in range(begin, end):
@@ -134,12 +132,15 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
             _chebyshev(place[0], x)
             _chebyshev(place[1], y)
             _load(own, y, load, unit, loaded)
-            np.dot(x, loaded.T, product)
             for s in range(sets):
                 term = 0
                 for degree in range(order):
                     for a in range(degree + 1):
-                        multipole[s, box, term] += product[a, s * order + degree - a]
+                        along, across = x[a], loaded[s * order + degree - a]
+                        total = along[0] * across[0]
+                        for c in range(1, along.shape[0]):
+                            total += along[c] * across[c]
+                        multipole[s, box, term] += total
                         term += 1
 
 
@@ -186,8 +187,7 @@ def translate(begin, end, first, sources, matrices, given, out):
     """
     width, height = matrices.shape[1:]
     sets = given.shape[0]
-    # larger products would start threads of their own
-    together = max(min(MOST, ALONE // (width * height)) // sets, 1)
+    together = max(MOST // sets, 1)
     taken = np.empty((together * sets, width), matrices.dtype)
     product = np.empty((together * sets, height), matrices.dtype)
     boxes = np.empty(together, np.int64)

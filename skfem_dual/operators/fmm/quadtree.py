@@ -21,6 +21,8 @@ DEEPEST = 40
 OFFSETS = np.array(
     [(i, j) for i in range(-3, 4) for j in range(-3, 4) if max(abs(i), abs(j)) > 1], dtype=np.int32
 )
+#: those from a box to others of its level that touch it
+BESIDE = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], dtype=np.int32)
 
 
 class Boxes(NamedTuple):
@@ -156,12 +158,23 @@ class Quadtree:
         _place(*inputs(x), self.boxes, targets, points)
         return replace(self, targets=targets, points=points)
 
-    def far_lists(self, level: int) -> ndarray:
-        """The V lists of a level: boxes at each of `OFFSETS`; -1 where there is none.
+    def families(self, level: int) -> ndarray:
+        """The V lists of a level, by families of four boxes of one parent, one after the other:
+        those whose parents are at each of `BESIDE`; -1 where there is none.
 
-        Only from boxes with field points to boxes with cells; shape (nboxes, len(OFFSETS)).
+        Only from families with field points to those with cells; shape (nboxes // 4, len(BESIDE)).
+        Boxes of both that are adjacent do not act on each other through expansions.
         """
-        return _far_lists(self.levels[level], self.levels[level + 1], self.boxes)
+        begin, end = self.levels[level : level + 2]
+        parents = self.parent[begin:end:4] if level else np.empty(0, int)
+        beside = self.adjacent[parents]
+        far = (self.targets[0] < self.targets[1])[parents, None] & (beside >= 0)
+        far &= ((self.sources[0] < self.sources[1]) & (self.first >= 0))[beside]
+        row, beside = np.nonzero(far)[0], beside[far]
+        x, y = self.place[:, beside] - self.place[:, parents[row]] + 1
+        found = np.full((len(parents), 9), -1, np.int32)
+        found[row, 3 * x + y] = (self.first[beside] - begin) // 4
+        return np.delete(found, 4, axis=1)  # its own
 
 
 @compiled
@@ -281,30 +294,3 @@ def _adjacent(level, parent, first, nchildren, place):
                     adjacent[b, count] = child
                     count += 1
     return adjacent
-
-
-@compiled
-def _far_lists(begin, end, boxes):
-    place, targets, sources = boxes.place, boxes.targets, boxes.sources
-    far = np.full((end - begin, 40), -1, np.int32)
-    for b in range(begin, end):
-        parent = boxes.parent[b]
-        if parent < 0 or targets[1, b] == targets[0, b]:
-            continue
-        for other in boxes.adjacent[parent]:
-            if other < 0:
-                break
-            first = boxes.first[other]
-            for child in range(first, first + boxes.nchildren[other]):
-                dx, dy = place[0, child] - place[0, b], place[1, child] - place[1, b]
-                if max(abs(dx), abs(dy)) > 1 and sources[1, child] > sources[0, child]:
-                    # number of the offset: those adjacent come in three rows of three
-                    k = 7 * (dx + 3) + dy + 3
-                    if k > 29:
-                        k -= 9
-                    elif k > 22:
-                        k -= 6
-                    elif k > 15:
-                        k -= 3
-                    far[b - begin, k] = child
-    return far

@@ -12,6 +12,8 @@ from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
+from ...kernels.compiled import inputs
+from ...kernels.limits import limited_threads
 from ...kernels.once import computed_once
 from ...kernels.threads import Threads
 from .assembly import (
@@ -31,7 +33,7 @@ from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
 from .near_entries import NearEntries
-from .quadtree import OFFSETS, Quadtree
+from .quadtree import Quadtree
 
 #: cells, or points, of a box that is not divided
 LEAF = 22
@@ -139,17 +141,16 @@ class FastSummation:
         tree = self.tree.at(x)
         if tree is None:
             return self.from_partition(substrate, partition, x, weights, self.rtol)
-        known = tuple(far.p2m for far in self.far_fields)
-        return self._of(tree, substrate, partition, x, weights, self.rtol, known)
+        return self._of(tree, substrate, partition, x, weights, self.rtol, self)
 
     def sharper(
         self, substrate: Substrate, partition: Partition, x: ndarray, weights: EdgeWeights | None
     ) -> "FastSummation":
         """With M2L to a part of the tolerance, which takes no time but in products."""
         laws = _laws(substrate, partition, x, weights, self.chebyshev, SHARPER * self.rtol)
-        far_lists = [self.tree.far_lists(level) for level in range(len(self.tree.levels) - 1)]
+        families = [self.tree.families(level) for level in range(len(self.tree.levels) - 1)]
         far_fields = tuple(
-            replace(far, m2l=m2l_translations(self.tree, far_lists, factors))
+            replace(far, m2l=m2l_translations(self.tree, families, factors))
             for far, (*_, factors) in zip(self.far_fields, laws, strict=True)
         )
         return replace(self, far_fields=far_fields)
@@ -163,31 +164,38 @@ class FastSummation:
         x: ndarray,
         weights: EdgeWeights | None,
         rtol: float,
-        p2m: tuple[CellExpansions, ...] = (),
+        known: "FastSummation | None" = None,
     ) -> "FastSummation":
         dtype = np.float32 if rtol >= SINGLE else np.float64
         # beside the middles of cells entries differ little from those of charges
         regular = substrate.remainder is None and np.array_equal(x, partition.centroids)
         near_dtype = np.int16 if rtol >= SHORT and regular else dtype
-        chebyshev = Chebyshev(order_for(rtol))
-        cells, x = tree.cells, np.ascontiguousarray(x[:, tree.points])
+        chebyshev, cells = Chebyshev(order_for(rtol)), tree.cells
+        if known is None:
+            circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
+        else:
+            circles = known.p2p.circles
+        (x,) = inputs(x[:, tree.points])
+        x = circles.middles if np.array_equal(x, circles.middles) else x  # once will do
         reach = radii(partition.polygons)
-        lists = near_lists(tree, partition.centroids[:, cells], reach[cells], chebyshev.terms)
+        lists = near_lists(tree, circles.middles, reach[cells], chebyshev.terms)
         used = np.zeros(len(cells), dtype=bool)
         used[lists.p2p.items] = used[lists.p2l.items] = True
         place = np.cumsum(used, dtype=np.int32) - 1
         near = NearField.from_partition(substrate, partition, weights, cells[used], 10 * rtol)
         rows = tree.targets[:, lists.p2p.boxes]
-        circles = Circles.of(partition.centroids[:, cells], partition.areas[cells])
         fall = Fall.from_substrate(substrate)
         p2p = NearEntries.from_lists(near, x, rows, lists.p2p, place, circles, fall, near_dtype)
         p2l = p2l_blocks(tree, chebyshev, near, lists.p2l, place, dtype)
         del near, place  # gives back its memory first
         laws = _laws(substrate, partition, x, weights, chebyshev, ROUGHER * rtol)
-        known = tree, chebyshev.order, circles
-        p2m = p2m or tuple(CellExpansions.of(*known, moments, dtype) for moments, *_ in laws)
+        if known is None:
+            own = tree, chebyshev.order, circles
+            p2m = tuple(CellExpansions.of(*own, moments, dtype) for moments, *_ in laws)
+        else:
+            p2m = tuple(far.p2m for far in known.far_fields)
         levels = range(len(tree.levels) - 1)
-        far_lists = [tree.far_lists(level) for level in levels]
+        families = [tree.families(level) for level in levels]
         return cls(
             tree,
             x,
@@ -199,11 +207,11 @@ class FastSummation:
             p2l,
             tuple(
                 FarField(
-                    own,
-                    m2l_translations(tree, far_lists, factors),
+                    expansions,
+                    m2l_translations(tree, families, factors),
                     m2p_blocks(tree, chebyshev, kernel, x, lists.m2p, dtype),
                 )
-                for own, (_, kernel, factors) in zip(p2m, laws, strict=True)
+                for expansions, (_, kernel, factors) in zip(p2m, laws, strict=True)
             ),
             DipoleSummation.from_tree(tree, chebyshev, lists.p2l, circles, fall),
         )
@@ -238,21 +246,23 @@ class FastSummation:
         near = self.p2p.nbytes + self.p2l.nbytes
         return near + translations + far + self.dipoles.nbytes
 
-    def apply(self, q: ndarray, dipoles: ndarray | None = None, rough: bool = False) -> ndarray:
-        """Settlements at the points under several loads, shape (s, m).
+    def add(
+        self, q: ndarray, dipoles: ndarray | None, settled: ndarray, rough: bool = False
+    ) -> None:
+        """Add what several loads do at the points to settlements, shape (s, m).
 
         Mean pressures ``q`` are of shape (s, n), and dipoles of the cells, in the order of the
         tree, (s, 2, n). Expansions are in single precision if ``rough``.
         """
-        tree = self.tree
-        q = np.array([row[tree.cells] for row in q])
-        out = np.zeros((len(q), self.x.shape[1]))
-        with Threads() as run:
-            self._add_expansions(q, dipoles, out, np.float32 if rough else float, run)
-            self.p2p.add(q, dipoles, out, run)
-        settled = np.empty_like(out)
-        settled[:, tree.points] = out
-        return settled
+        tree, q = self.tree, q.take(self.tree.cells, axis=1)
+        for row in settled:  # in place: a second array would be large
+            row[:] = row[tree.points]
+        # threads of BLAS would wait for each other longer than the products take
+        with limited_threads(1, "blas"), Threads() as run:
+            self._add_expansions(q, dipoles, settled, np.float32 if rough else float, run)
+            self.p2p.add(q, dipoles, settled, run)
+        for row in settled:
+            row[tree.points] = row.copy()
 
     def _add_expansions(
         self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
@@ -291,15 +301,14 @@ def _laws(
     tolerance: float,
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
-    every, degree = np.ones(len(OFFSETS), bool), degree_of(chebyshev.order)
-    singular = substrate.surface.influence
-    left, core, right = compressed(chebyshev.m2l(singular, 1.0, every), tolerance)
+    degree, singular = degree_of(chebyshev.order), substrate.surface.influence
+    left, core, right = compressed(chebyshev.m2l(singular, 1.0), tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
         (
             lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
-            lambda h, _: (left, core / h, right),
+            lambda h: (left, core / h, right),
         )
     ]
     if (table := substrate.remainder) is not None:
@@ -311,7 +320,7 @@ def _laws(
             (
                 lambda cells: of_pieces[..., cells],
                 kernel,
-                lambda h, needed: compressed(chebyshev.m2l(kernel, h, needed), tolerance),
+                lambda h: compressed(chebyshev.m2l(kernel, h), tolerance),
             )
         )
     return laws
