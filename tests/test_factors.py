@@ -55,3 +55,9 @@ def test_rough_factors_are_a_linear_map_near_the_inverse(unit):
     assert np.abs(found @ matrix.T - rhs).max() < 1e-4
     together = factors.solve((np.array([[2.0, -3.0, 7.0]]) @ rhs) / 3)[0]
     assert together == pytest.approx((2 * found[0] - 3 * found[1] + 7 * found[2]) / 3, rel=1e-11)
+
+
+def test_nothing_to_solve_for():
+    """No equations, as of contact nowhere, and no right-hand sides."""
+    assert Factors.from_matrix(np.empty((0, 0))).solve(np.empty((0, 1))).shape == (0, 1)
+    assert Factors.from_matrix(np.eye(2)).solve(np.empty((2, 0))).shape == (2, 0)

@@ -81,6 +81,8 @@ class Factors:
     def _substituted(self, rhs: ndarray, trans: int) -> ndarray:
         """``getrs`` of LAPACK counts pivots from one, and scipy shifts them in place for as long
         as the call takes: a second thread would see other rows. Each call takes a copy."""
+        if rhs.size == 0:
+            return np.zeros(rhs.shape, self.lu.dtype)
         (getrs,) = get_lapack_funcs(("getrs",), (self.lu, rhs))
         pivots = self.pivots.copy()
         if rhs.ndim == 2 and 0 < rhs.shape[1] <= APART:
