@@ -105,8 +105,6 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
 def _between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]:
     """Pressures on some cells, by their numbers, that settle as the punch moves, and its motions;
     by one factorisation for the gap and the motions."""
-    if not len(inside):  # in an imposed position
-        return np.zeros(0), np.zeros(len(problem.planes))
     matrix = submatrix(np.asarray(problem.matrix), inside, inside)
     rhs = np.column_stack([-problem.gap[inside], problem.planes[:, inside].T])
     unit, acting = Factors.from_matrix(matrix).solve(rhs), problem.resultants[:, inside]

@@ -8,7 +8,6 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 
 
@@ -133,43 +132,22 @@ class Corners:
 
 
 def facets_of(t: ndarray, n: int) -> tuple[ndarray, ndarray, ndarray]:
-    """Facets of triangles on n nodes: ``facets``, ``t2f`` and ``f2t`` as skfem has them, which
-    takes longer to compare pairs of nodes than all other steps to the dual grid."""
-    ends = np.sort(t[[[0, 1, 0], [1, 2, 2]]], axis=0).reshape(2, -1)
-    t2f, facets, f2t = _facets(*inputs(ends), n)
-    return facets, t2f.reshape(t.shape), f2t
+    """``facets``, ``t2f`` and ``f2t`` of a MeshTri with n nodes, as skfem numbers them.
 
-
-@compiled
-def _facets(ends, n):
-    """By counting: corners are sorted by the larger end of their facet, then by the smaller."""
-    m = ends.shape[1]
-    order, other = np.arange(m, dtype=np.int32), np.empty(m, np.int32)
-    for end in (1, 0):
-        places = np.zeros(n + 1, np.int32)
-        for node in ends[end]:
-            places[node + 1] += 1
-        for i in range(n):
-            places[i + 1] += places[i]
-        for corner in order:
-            node = ends[end, corner]
-            other[places[node]] = corner
-            places[node] += 1
-        order, other = other, order
-    number, last, t2f = -1, order[0], np.empty(m, np.int32)
-    for corner in order:
-        same = ends[0, corner] == ends[0, last] and ends[1, corner] == ends[1, last]
-        number += number < 0 or not same
-        t2f[corner], last = number, corner
-    facets, f2t = np.empty((2, number + 1), np.int32), np.full((2, number + 1), -1, np.int32)
-    for corner in order:
-        number, triangle = t2f[corner], corner % (m // 3)
-        if f2t[0, number] < 0:
-            f2t[0, number] = triangle
-            facets[0, number], facets[1, number] = ends[0, corner], ends[1, corner]
-        elif triangle != f2t[0, number]:
-            f2t[1, number] = triangle
-    return t2f, facets, f2t
+    By one sort of integers: skfem sorts columns, which takes ten times as long.
+    """
+    a, b, c = t
+    start, end = np.concatenate([a, b, a]), np.concatenate([b, c, c])
+    keys = np.minimum(start, end).astype(np.int64) * n + np.maximum(start, end)
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    first = np.concatenate([[True], keys[1:] != keys[:-1]])
+    t2f = np.empty(len(keys), dtype=np.int32)
+    t2f[order] = np.cumsum(first) - 1
+    f2t = np.stack([order[first], order[np.append(first[1:], True)]]) % t.shape[1]
+    f2t[1, f2t[0] == f2t[1]] = -1
+    facets = np.stack(np.divmod(keys[first], n))
+    return facets.astype(np.int32), t2f.reshape(3, -1), f2t.astype(np.int32)
 
 
 def unit(p: ndarray) -> float:
