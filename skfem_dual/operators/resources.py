@@ -16,7 +16,7 @@ PRODUCTS = 20
 #: for an approximate inverse and iterations
 BEFORE, AFTER = 430.0, 300.0
 #: what the cells on the edge of a plan take besides, over the root of the number of all
-EDGE = 1.6e5
+EDGE = 2.9e5
 
 
 @dataclass(frozen=True)
