@@ -2,6 +2,7 @@
 
 import importlib
 import runpy
+import shutil
 import sys
 import threading
 from time import sleep
@@ -144,6 +145,29 @@ def test_caches_of_classes_that_have_moved_are_compiled_anew(tmp_path, monkeypat
         cubed = found["cubed"](getattr(found["moved_classes"], name)(3.0))
         assert cubed == 27.0
     monkeypatch.delitem(sys.modules, "moved_classes")
+
+
+def test_what_is_compiled_into_a_kernel_may_change(tmp_path, monkeypatch):
+    """Functions and numbers of other files, the file of the kernel being the same."""
+    other, script = tmp_path / "moved_functions.py", tmp_path / "script.py"
+    told = (
+        "from skfem_dual.kernels.compiled import inlined\n"
+        "B = {}\n@inlined\ndef f(x):\n    return {}\n"
+    )
+    kernel = SCRIPT.replace("x * x * x", "f(x) + B")
+    script.write_text(f"from moved_functions import B, f\n{kernel}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    for number, term, expected in ((1.0, "x", 4.0), (10.0, "x", 13.0), (10.0, "x * x", 19.0)):
+        other.write_text(told.format(number, term))
+        for hits in (0, 1):
+            monkeypatch.delitem(sys.modules, "moved_functions", raising=False)
+            importlib.invalidate_caches()
+            shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+            cubed = runpy.run_path(str(script))["cubed"]
+            assert cubed(3.0) == expected
+            assert sum(cubed.stats.cache_hits.values()) == hits
+    monkeypatch.delitem(sys.modules, "moved_functions")
 
 
 def test_when_compiling_calls_once():

@@ -1,15 +1,19 @@
-"""Compiled functions on disk, where damaged files count as missing.
+"""Compiled functions on disk, where damaged files and old ones count as missing.
 
-numba would load them: at best that fails, until somebody removes them, at worst they run.
+numba would load them: at best that fails, until somebody removes them, at worst they run. It looks
+at the file of a function only, not at functions and numbers of others that are compiled into it.
 """
 
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numpy import ndarray
 
 DIGEST = sha256().digest_size
 
@@ -17,14 +21,23 @@ DIGEST = sha256().digest_size
 class _CheckedFiles(IndexDataCacheFile):
     """Files that begin with the SHA-256 of what follows and of numba's version."""
 
+    def __init__(self, function: Callable, cache_path: str, filename_base: str) -> None:
+        super().__init__(cache_path, filename_base, None)
+        self._function = function
+
+    @cached_property
+    def _sources(self) -> bytes:
+        """Digest of all that is compiled: asked for on first use, as names may follow later."""
+        return sha256(b"\n".join(_compiled_into(self._function, set()))).digest()
+
     def _load_index(self) -> dict:
         found = self._read(self._index_path)
-        if found is None or found[0] != self._source_stamp:
+        if found is None or found[0] != self._sources:
             return {}
         return found[1]
 
     def _save_index(self, overloads: dict) -> None:
-        self._write(self._index_path, (self._source_stamp, overloads))
+        self._write(self._index_path, (self._sources, overloads))
 
     def _load_data(self, name: str) -> Any:
         found = self._read(self._data_path(name))
@@ -70,8 +83,32 @@ class CheckedCache(FunctionCache):
 
     def __init__(self, function: Callable) -> None:
         super().__init__(function)
-        self._cache_file = _CheckedFiles(
-            cache_path=self._cache_path,
-            filename_base=self._impl.filename_base,
-            source_stamp=self._impl.locator.get_source_stamp(),
-        )
+        self._cache_file = _CheckedFiles(function, self._cache_path, self._impl.filename_base)
+
+
+def _compiled_into(function: Callable, known: set[Callable]) -> Iterator[bytes]:
+    """The code of a function, and of all that it calls and reads of modules."""
+    known.add(function)
+    names = set()
+    for code in _codes(function.__code__):
+        constants = [c for c in code.co_consts if not isinstance(c, CodeType)]
+        yield code.co_code
+        yield repr((code.co_names, code.co_varnames, constants)).encode()
+        names |= set(code.co_names)
+    for name in sorted(names & function.__globals__.keys()):
+        value = function.__globals__[name]
+        value = getattr(value, "py_func", value)
+        if isinstance(value, FunctionType) and value not in known:
+            yield from _compiled_into(value, known)
+        elif isinstance(value, ndarray):
+            yield value.tobytes()
+        elif isinstance(value, (int, float, complex, str, tuple)):
+            yield repr(value).encode()
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """That of a function, and of those inside of it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
