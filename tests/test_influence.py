@@ -65,6 +65,19 @@ def test_entries_equal_adaptive_quadrature(partition):
     assert pytest.approx(expected, rel=1e-12, abs=1e-15) == D
 
 
+def test_rows_do_not_depend_on_others():
+    """Ribs are near, far and farther from some points, or from all that are looked at together."""
+    partition = DualMesh.from_mesh(rectangle(3)).partition
+    angle, r = np.linspace(0, 40, 70), np.geomspace(0.1, 60, 70)
+    for x in (r * [np.cos(angle), np.sin(angle)], (r + 40) * [np.cos(angle), np.sin(angle)]):
+        together = influence_matrix(SOIL, partition, x)
+        alone = [influence_matrix(SOIL, partition, xi[:, None])[0] for xi in x.T]
+        assert together == pytest.approx(np.array(alone), rel=1e-12)
+        pressure = np.random.default_rng(0).normal(size=(len(partition), 2))
+        sums = surface_displacement(SOIL, partition, pressure, x)
+        assert sums == pytest.approx(together @ pressure, rel=1e-12, abs=1e-13)
+
+
 def test_square_and_circle_in_closed_form():
     square = Partition.from_mesh(rectangle(6))
     w = influence_matrix(SOIL, square, [[0.0, 1.0], [0.0, 1.0]]).sum(axis=1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from skfem_dual.elements.ribs import rib_integral, rib_integrals
+from skfem_dual.elements.ribs import FAR, FARTHER, atanh_series, rib_integral, short_series
 from skfem_dual.elements.segments import ROWS, WIDTH, add_segments, put_segment
 
 
@@ -70,16 +70,11 @@ def test_on_the_line_of_the_rib():
     assert sums_over(x, [(*A, *B, 1.0)])[0, 1:] == pytest.approx(0.0, abs=1e-15)
 
 
-def test_many_points():
-    """The same as one by one, far and near, also in an end of the rib."""
-    angle = np.linspace(0, 6, 20)
-    x, y = A[0] + 5 * np.cos(angle), A[1] + 5 * np.sin(angle)
-    x[[7, 11]], y[[7, 11]] = (0.5, A[0]), (0.3, A[1])
-    r1, r2 = np.hypot(x - A[0], y - A[1]), np.hypot(x - B[0], y - B[1])
-    values = np.empty(20)
-    rib_integrals(x, y, np.stack([r1, r2]), 0, 1, *A, *(B - A), np.hypot(*(B - A)), values)
-    expected = [segment_integral(*point, *A, *B) for point in zip(x, y, strict=True)]
-    assert values == pytest.approx(expected, rel=1e-13)
+def test_series():
+    """To rounding up to where they serve."""
+    for series, farthest in ((atanh_series, FAR), (short_series, FARTHER)):
+        q = np.linspace(0.01, 1, 9) / farthest
+        assert [series(z) for z in q**2] == pytest.approx(np.arctanh(q) / q, rel=5e-14)
 
 
 def test_many_segments():

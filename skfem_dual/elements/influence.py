@@ -21,11 +21,15 @@ from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .remainder import Add, add_rows, remainder_blocks
-from .ribs import Ribs, rib_integrals
+from .ribs import FAR, FARTHER, Ribs, atanh_series, rib_integral, short_series
 
+#: rows of a matrix that are filled together
+BLOCK = 96
 #: points that are looked at together at most, always multiples of the second, and their distances
 #: from vertices that are kept at a time
-BLOCK, STEP, ROOM = 96, 8, 2**22
+WIDTH, STEP, ROOM = 32, 8, 2**22
+#: sums that are copied together, few enough for caches
+TILE = 32
 #: nanoseconds that a rib takes, about
 RIB = 2
 
@@ -73,11 +77,12 @@ def influence_matrix(
     matrix = np.zeros((x.shape[1], len(partition)))
     ribs, c = Ribs.from_partition(partition), substrate.singular_coefficient
     each = RIB * ribs.facets.shape[1]
+    (factors,) = inputs(np.broadcast_to([[c], [-c]], ribs.f2c.shape))
 
     def work(rows: slice) -> None:
         for first in range(rows.start, rows.stop, BLOCK):
             some = slice(first, min(first + BLOCK, rows.stop))
-            _fill(*inputs(x[:, some]), ribs, c, matrix[some])
+            _add(*inputs(x[:, some]), ribs, ribs.f2c, factors, matrix[some])
             for add in others:
                 add(some, matrix[some])
 
@@ -103,13 +108,15 @@ def surface_displacement(
     # each rib counts with the jump of the pressure across it
     jump = np.append(pressure, np.zeros((1, *pressure.shape[1:])), axis=0)[partition.f2c]
     jump = substrate.singular_coefficient * (jump[0] - jump[1])
-    out = np.empty((x.shape[1], *pressure.shape[1:]))
+    out = np.zeros((x.shape[1], *pressure.shape[1:]))
     columns = out.reshape(len(out), jump[0].size)
     ribs = Ribs.from_partition(partition)
     each = RIB * ribs.facets.shape[1]
-    (jump,) = inputs(jump.reshape(len(jump), columns.shape[1]).T)
+    jump = jump.reshape(len(jump), columns.shape[1]).T
+    sums = np.broadcast_to(np.arange(len(jump), dtype=np.int32)[:, None], jump.shape)
+    known = ribs, *inputs(sums, jump)
     with Threads() as run:
-        run(lambda rows: _sum(*inputs(x[:, rows]), ribs, jump, columns[rows]), x.shape[1], each)
+        run(lambda rows: _add(*inputs(x[:, rows]), *known, columns[rows]), x.shape[1], each)
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(_add_product, add, pressure[cells], out), x.shape[1])
     return out
@@ -156,7 +163,7 @@ def _within(points: ndarray) -> ndarray:
 @compiled
 def _width(points, nodes):
     """How many points are looked at together."""
-    return min(BLOCK, -(-points // STEP) * STEP, max(ROOM // nodes, 1))
+    return min(WIDTH, -(-points // STEP) * STEP, max(ROOM // nodes, 1))
 
 
 @compiled
@@ -179,52 +186,45 @@ def _distances(p, x0, y0, r):
 
 
 @vectorised
-def _fill(x, ribs, c, matrix):
-    """Add c times the integrals of 1/r over all cells to the rows of ``matrix``."""
-    p, facets, f2c = ribs
-    n = matrix.shape[1]
-    width = _width(x.shape[1], p.shape[1])
-    x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
-    r = np.empty((p.shape[1], width))
-    entries = np.empty((n + 1, width))  # the last: outside of the plan
-    for first in range(0, x.shape[1], width):
-        count = _block(x, first, x0, y0)
-        _distances(p, x0, y0, r)
-        entries[:] = 0.0
-        for f in range(facets.shape[1]):
-            a, b, left, right = facets[0, f], facets[1, f], f2c[0, f], f2c[1, f]
-            ax, ay, lx, ly = p[0, a], p[1, a], p[0, b] - p[0, a], p[1, b] - p[1, a]
-            length = np.sqrt(lx * lx + ly * ly)
-            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length, values)
-            for i in range(width):
-                entries[left, i] += values[i]
-            for i in range(width):
-                entries[right, i] -= values[i]
-        for i in range(count):
-            for j in range(n):
-                matrix[first + i, j] += c * entries[j, i]
-
-
-@vectorised
-def _sum(x, ribs, jump, out):
-    """Integrals of 1/r with weights of each rib, ``jump`` of shape (k, nribs), to (m, k)."""
+def _add(x, ribs, rows, factors, out):
+    """Add integrals of 1/r to ``out`` of shape (m, nsums): that of a rib counts in the sums
+    ``rows[:, rib]``, -1 for none, times ``factors[:, rib]``."""
     p, facets, _ = ribs
     width = _width(x.shape[1], p.shape[1])
     x0, y0, values = np.empty(width), np.empty(width), np.empty(width)
     r = np.empty((p.shape[1], width))
-    total = np.empty((jump.shape[0], width))
+    total = np.empty((out.shape[1] + 1, width))  # the last for none
     for first in range(0, x.shape[1], width):
         count = _block(x, first, x0, y0)
         _distances(p, x0, y0, r)
         total[:] = 0.0
+        # loops stand here: in functions of their own they would count references for every rib
         for f in range(facets.shape[1]):
             a, b = facets[0, f], facets[1, f]
             ax, ay, lx, ly = p[0, a], p[1, a], p[0, b] - p[0, a], p[1, b] - p[1, a]
-            length = np.sqrt(lx * lx + ly * ly)
-            rib_integrals(x0, y0, r, a, b, ax, ay, lx, ly, length, values)
-            for s in range(jump.shape[0]):
+            square = lx * lx + ly * ly
+            length, near = np.sqrt(square), 0
+            for i in range(width):
+                near += r[a, i] + r[b, i] <= FARTHER * length
+            if near == 0:
                 for i in range(width):
-                    total[s, i] += jump[s, f] * values[i]
-        for s in range(jump.shape[0]):
+                    q = 1 / (r[a, i] + r[b, i])
+                    series = short_series(square * (q * q))
+                    values[i] = 2 * (lx * (y0[i] - ay) - ly * (x0[i] - ax)) * q * series
+            else:
+                for i in range(width):
+                    q = 1 / (r[a, i] + r[b, i])
+                    series = atanh_series(square * (q * q))
+                    values[i] = 2 * (lx * (y0[i] - ay) - ly * (x0[i] - ax)) * q * series
+                for i in range(width):
+                    r1, r2 = r[a, i], r[b, i]
+                    if r1 + r2 <= FAR * length:
+                        values[i] = rib_integral(x0[i], y0[i], ax, ay, lx, ly, length, r1, r2)
+            for s in range(rows.shape[0]):
+                row, factor = rows[s, f], factors[s, f]
+                for i in range(width):
+                    total[row, i] += factor * values[i]
+        for start in range(0, out.shape[1], TILE):
             for i in range(count):
-                out[first + i, s] = total[s, i]
+                for j in range(start, min(start + TILE, out.shape[1])):
+                    out[first + i, j] += total[j, i]

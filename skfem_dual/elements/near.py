@@ -21,7 +21,7 @@ from .moments import Series, far_influence, load_moments, radii
 from .pieces import Pieces
 from .radial_series import DEGREE, RadialSeries, add_series
 from .remainder import POINTS, AlongRibs, along_ribs
-from .ribs import rib_integrals
+from .ribs import FAR, atanh_series, rib_integral
 
 #: the remainder is integrated along the ribs of cells up to so many of their radii at least and
 #: at most
@@ -280,7 +280,14 @@ def _add_cells(x, y, cells, column, ribs, c, entries, part, r):
                 dx, dy = x[i] - ax, y[i] - ay
                 ex, ey = dx - lx, dy - ly
                 r[0, i], r[1, i] = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
-            rib_integrals(x, y, r, 0, 1, ax, ay, lx, ly, length, part)
+            for i in range(x.shape[0]):
+                q = 1 / (r[0, i] + r[1, i])
+                series = atanh_series(length * length * (q * q))
+                part[i] = 2 * (lx * (y[i] - ay) - ly * (x[i] - ax)) * q * series
+            for i in range(x.shape[0]):
+                r1, r2 = r[0, i], r[1, i]
+                if r1 + r2 <= FAR * length:
+                    part[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r1, r2)
             if plus >= 0:
                 for i in range(x.shape[0]):
                     entries[plus, i] += c * part[i]

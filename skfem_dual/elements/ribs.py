@@ -18,8 +18,8 @@ from numpy import ndarray
 from ..grids.partition import Partition
 from ..kernels.compiled import compiled, inlined, inputs
 
-#: a rib is far if its ends are together farther than so many of its lengths
-FAR = 4
+#: a rib is far, or farther, if its ends are together farther than so many of its lengths
+FAR, FARTHER = 4, 12
 
 
 class Ribs(NamedTuple):
@@ -60,6 +60,16 @@ def atanh_series(z):
     return s * z + 1
 
 
+@inlined
+def short_series(z):
+    """The same for z <= 1 / FARTHER^2."""
+    s = z / 11 + 1 / 9
+    s = s * z + 1 / 7
+    s = s * z + 1 / 5
+    s = s * z + 1 / 3
+    return s * z + 1
+
+
 @compiled
 def rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
     """Integral of 1/r over the triangle of the field point and a rib, positive on its left.
@@ -82,23 +92,3 @@ def rib_integral(x, y, ax, ay, lx, ly, length, r1, r2):
     if t2 <= 0:
         return h * np.log((r1 - t1) / (r2 - t2))
     return h * np.log((r2 + t2) * (r1 - t1) / (h * h))
-
-
-@inlined
-def rib_integrals(x, y, r, a, b, ax, ay, lx, ly, length, values):
-    """`rib_integral` at several points into ``values``, soonest where most are far.
-
-    ``x``, ``y`` and the rows ``a`` and ``b`` of ``r``, the distances of the ends, are as long as
-    ``values``.
-    """
-    near, limit, square = 0, FAR * length, length * length
-    for i in range(values.shape[0]):
-        together = r[a, i] + r[b, i]
-        near += together <= limit
-        inverse = 1 / together
-        series = atanh_series(square * (inverse * inverse))
-        values[i] = 2 * (lx * (y[i] - ay) - ly * (x[i] - ax)) * inverse * series
-    if near > 0:
-        for i in range(values.shape[0]):
-            if r[a, i] + r[b, i] <= limit:
-                values[i] = rib_integral(x[i], y[i], ax, ay, lx, ly, length, r[a, i], r[b, i])
