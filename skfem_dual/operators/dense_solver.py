@@ -150,15 +150,22 @@ def _put_means(matrix, shares, box, order, rows, coarse):
 
 @vectorised
 def _multiply(begin, end, matrix, columns, out):
-    """Four rows at a time: a column is read once for them."""
-    last = end - 1
+    """Four rows and three columns at a time: entries are read once for these."""
+    last, most = end - 1, columns.shape[0] - 1
     for i in range(begin, end, 4):
-        k = i, min(i + 1, last), min(i + 2, last), min(i + 3, last)
-        a, b, c, d = matrix[k[0]], matrix[k[1]], matrix[k[2]], matrix[k[3]]
-        for s in range(columns.shape[0]):
-            q = columns[s]
-            one, two, three, four = 0.0, 0.0, 0.0, 0.0
-            for j in range(q.shape[0]):
-                one, two = one + a[j] * q[j], two + b[j] * q[j]
-                three, four = three + c[j] * q[j], four + d[j] * q[j]
-            out[s, k[0]], out[s, k[1]], out[s, k[2]], out[s, k[3]] = one, two, three, four
+        k, m, n = min(i + 1, last), min(i + 2, last), min(i + 3, last)
+        for s in range(0, columns.shape[0], 3):
+            t, u = min(s + 1, most), min(s + 2, most)
+            i_s, i_t, i_u, k_s, k_t, k_u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            m_s, m_t, m_u, n_s, n_t, n_u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(columns.shape[1]):
+                x, y, z = columns[s, j], columns[t, j], columns[u, j]
+                a, b, c, d = matrix[i, j], matrix[k, j], matrix[m, j], matrix[n, j]
+                i_s, i_t, i_u = i_s + a * x, i_t + a * y, i_u + a * z
+                k_s, k_t, k_u = k_s + b * x, k_t + b * y, k_u + b * z
+                m_s, m_t, m_u = m_s + c * x, m_t + c * y, m_u + c * z
+                n_s, n_t, n_u = n_s + d * x, n_t + d * y, n_u + d * z
+            out[s, i], out[t, i], out[u, i] = i_s, i_t, i_u
+            out[s, k], out[t, k], out[u, k] = k_s, k_t, k_u
+            out[s, m], out[t, m], out[u, m] = m_s, m_t, m_u
+            out[s, n], out[t, n], out[u, n] = n_s, n_t, n_u
