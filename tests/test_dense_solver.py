@@ -5,18 +5,10 @@ import pytest
 from plans import disc, perturbed, rectangle
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
-from skfem_dual.operators.dense_solver import DenseSolver, FewColumns
+from skfem_dual.operators.dense_solver import DenseSolver
 
 SOIL = HalfSpace(1.0, 0.25)
 THIN = LayeredHalfSpace([Layer(0.1, 1.0, 0.45)], "bonded")
-
-
-@pytest.mark.parametrize("columns", [1, 3, 5])
-@pytest.mark.parametrize("n", [1, 7, 66])
-def test_products_of_few_columns(n, columns):
-    rng = np.random.default_rng(0)
-    matrix, q = rng.standard_normal((n, n)), rng.standard_normal((n, columns))
-    assert FewColumns(matrix) @ q == pytest.approx(matrix @ q, rel=1e-13, abs=1e-13)
 
 
 @pytest.mark.parametrize("ground", [SOIL, THIN])

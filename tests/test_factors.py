@@ -5,7 +5,15 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from skfem_dual.operators.factors import SINGLE, Factors, RoughFactors
+from skfem_dual.operators.factors import SINGLE, Factors, FewColumns, RoughFactors
+
+
+@pytest.mark.parametrize("columns", [1, 3, 5])
+@pytest.mark.parametrize("n", [1, 7, 66])
+def test_products_of_few_columns(n, columns):
+    rng = np.random.default_rng(0)
+    matrix, q = rng.standard_normal((n, n)), rng.standard_normal((n, columns))
+    assert FewColumns(matrix) @ q == pytest.approx(matrix @ q, rel=1e-13, abs=1e-13)
 
 
 @pytest.mark.parametrize("trans", [0, 1])

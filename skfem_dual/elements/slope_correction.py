@@ -28,7 +28,7 @@ from .slopes import Slopes
 
 #: rows of a matrix that are added to together, enough for the compiler to take eight at once, and
 #: columns
-ROWS, COLUMNS = 32, 8
+ROWS, COLUMNS = 32, 16
 #: with more cells the fields of less than so many rows are found of so many at a time, which takes
 #: less room
 FEW = 2**14

@@ -15,8 +15,7 @@ from scipy.sparse import csr_matrix
 from ..grids.partition import Partition
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
-from ..kernels.threads import Threads
-from .factors import Factors
+from .factors import Factors, FewColumns
 from .iterative import solve_many
 from .preconditioner import Groups, large_boxes
 
@@ -116,26 +115,6 @@ class TwoLevels:
         return (p + self.coarse.solve(left)[self.box]).reshape(w.shape)
 
 
-@dataclass(frozen=True, eq=False)
-class FewColumns:
-    """A matrix whose entries are read once for all columns, which BLAS does for many only."""
-
-    matrix: ndarray
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Numbers of rows and columns."""
-        return self.matrix.shape
-
-    def __matmul__(self, q: ndarray) -> ndarray:
-        """The product with an array of shape (n, k)."""
-        out = np.empty((q.shape[1], len(self.matrix)))
-        matrix, columns = inputs(self.matrix, q.T)
-        with Threads() as run:
-            run(lambda k: _multiply(k.start, k.stop, matrix, columns, out), len(out.T), q.size)
-        return out.T
-
-
 @vectorised
 def _put_means(matrix, shares, box, order, rows, coarse):
     """Means of rows over boxes, one box after the other, and their sums over boxes."""
@@ -146,26 +125,3 @@ def _put_means(matrix, shares, box, order, rows, coarse):
     for k in range(rows.shape[0]):
         for j in range(rows.shape[1]):
             coarse[k, box[j]] += rows[k, j]
-
-
-@vectorised
-def _multiply(begin, end, matrix, columns, out):
-    """Four rows and three columns at a time: entries are read once for these."""
-    last, most = end - 1, columns.shape[0] - 1
-    for i in range(begin, end, 4):
-        k, m, n = min(i + 1, last), min(i + 2, last), min(i + 3, last)
-        for s in range(0, columns.shape[0], 3):
-            t, u = min(s + 1, most), min(s + 2, most)
-            i_s, i_t, i_u, k_s, k_t, k_u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            m_s, m_t, m_u, n_s, n_t, n_u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for j in range(columns.shape[1]):
-                x, y, z = columns[s, j], columns[t, j], columns[u, j]
-                a, b, c, d = matrix[i, j], matrix[k, j], matrix[m, j], matrix[n, j]
-                i_s, i_t, i_u = i_s + a * x, i_t + a * y, i_u + a * z
-                k_s, k_t, k_u = k_s + b * x, k_t + b * y, k_u + b * z
-                m_s, m_t, m_u = m_s + c * x, m_t + c * y, m_u + c * z
-                n_s, n_t, n_u = n_s + d * x, n_t + d * y, n_u + d * z
-            out[s, i], out[t, i], out[u, i] = i_s, i_t, i_u
-            out[s, k], out[t, k], out[u, k] = k_s, k_t, k_u
-            out[s, m], out[t, m], out[u, m] = m_s, m_t, m_u
-            out[s, n], out[t, n], out[u, n] = n_s, n_t, n_u

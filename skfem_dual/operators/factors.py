@@ -11,6 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from ..grids.polygons import readonly
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
+from ..kernels.threads import Threads
 
 TINY, EPS = float(np.finfo(float).tiny), float(np.finfo(float).eps)
 
@@ -20,8 +21,7 @@ SINGLE = 500
 #: for up to so many right-hand sides at a time refinement is sooner done than factors in double
 #: precision, and in up to so many steps
 FEW, STEPS = 16, 6
-#: so many columns are sooner multiplied and solved for one by one: BLAS copies the whole matrix
-#: for them together
+#: so many columns are sooner solved for one by one: BLAS copies the whole matrix for them together
 APART = 4
 
 
@@ -73,7 +73,7 @@ class Factors:
         if self.matrix is None:
             return self._substituted(rhs, trans)
         if trans == 0 and rhs.size <= FEW * len(rhs):
-            found = self._refined(rhs)
+            found = self._refined(self.matrix, rhs)
             if found is not None:
                 return found
         return self.in_double._substituted(rhs, trans)
@@ -90,11 +90,11 @@ class Factors:
             return np.stack(each, axis=1)
         return getrs(self.lu, pivots, rhs, trans=trans)[0]
 
-    def _refined(self, rhs: ndarray) -> ndarray | None:
+    def _refined(self, matrix: ndarray, rhs: ndarray) -> ndarray | None:
         """Solutions to rounding errors; None where steps do not fall fast."""
         found, last = self @ rhs, 1.0
         for _ in range(STEPS):
-            step = self @ (rhs - self._settled(found))
+            step = self @ (rhs - _settled(matrix, found))
             found += step
             size = float((np.abs(step).max(axis=0) / np.abs(found).max(axis=0).clip(TINY)).max())
             if size * size <= EPS * last:  # the next one would not be seen
@@ -103,12 +103,6 @@ class Factors:
                 return None
             last = size
         return None
-
-    def _settled(self, found: ndarray) -> ndarray:
-        """The matrix times solutions."""
-        if found.ndim == 2 and 0 < found.shape[1] <= APART:
-            return np.stack([self.matrix @ column for column in found.T], axis=1)
-        return self.matrix @ found
 
     def condition_number(self, matrix: ndarray) -> float:
         """Condition number in the 2-norm of the ``matrix`` that these are the factors of."""
@@ -203,6 +197,56 @@ def _factors(array: ndarray) -> tuple[ndarray, ndarray]:
     lu, pivots = lu_factor(array, overwrite_a=array.dtype == np.float32)
     lu.setflags(write=False)
     return lu, readonly(pivots)
+
+
+def _settled(matrix: ndarray, found: ndarray) -> ndarray:
+    """A matrix times solutions."""
+    if found.ndim == 2 and 0 < found.shape[1] <= APART:
+        return FewColumns(matrix) @ found
+    return matrix @ found
+
+
+@dataclass(frozen=True, eq=False)
+class FewColumns:
+    """A matrix whose entries are read once for all columns, which BLAS does for many only."""
+
+    matrix: ndarray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of rows and columns."""
+        return self.matrix.shape
+
+    def __matmul__(self, q: ndarray) -> ndarray:
+        """The product with an array of shape (n, k)."""
+        out = np.empty((q.shape[1], len(self.matrix)))
+        matrix, columns = inputs(self.matrix, q.T)
+        with Threads() as run:
+            run(lambda k: _multiply(k.start, k.stop, matrix, columns, out), len(out.T), q.size)
+        return out.T
+
+
+@vectorised
+def _multiply(begin, end, matrix, columns, out):
+    """Four rows and three columns at a time: entries are read once for these."""
+    last, most = end - 1, columns.shape[0] - 1
+    for i in range(begin, end, 4):
+        k, m, n = min(i + 1, last), min(i + 2, last), min(i + 3, last)
+        for s in range(0, columns.shape[0], 3):
+            t, u = min(s + 1, most), min(s + 2, most)
+            i_s, i_t, i_u, k_s, k_t, k_u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            m_s, m_t, m_u, n_s, n_t, n_u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(columns.shape[1]):
+                x, y, z = columns[s, j], columns[t, j], columns[u, j]
+                a, b, c, d = matrix[i, j], matrix[k, j], matrix[m, j], matrix[n, j]
+                i_s, i_t, i_u = i_s + a * x, i_t + a * y, i_u + a * z
+                k_s, k_t, k_u = k_s + b * x, k_t + b * y, k_u + b * z
+                m_s, m_t, m_u = m_s + c * x, m_t + c * y, m_u + c * z
+                n_s, n_t, n_u = n_s + d * x, n_t + d * y, n_u + d * z
+            out[s, i], out[t, i], out[u, i] = i_s, i_t, i_u
+            out[s, k], out[t, k], out[u, k] = k_s, k_t, k_u
+            out[s, m], out[t, m], out[u, m] = m_s, m_t, m_u
+            out[s, n], out[t, n], out[u, n] = n_s, n_t, n_u
 
 
 def submatrix(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
