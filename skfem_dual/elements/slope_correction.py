@@ -141,7 +141,7 @@ class SlopeCorrection:
         """Of the matrix of `add_to`, where the points are those of the cells; shape (n,)."""
         out = np.zeros(len(self.areas))
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        columns = _arrays(csc_matrix(slopes.matrix))
+        columns = _arrays(slopes.columns)
         _add_diagonal(x, circles, self.fall, moments, self.near, columns, out)
         return out
 
@@ -185,7 +185,7 @@ class SlopeCorrection:
     def adding(self, slopes: Slopes, sign: float = 1.0) -> Add:
         """What does so to a block of some rows."""
         if self.x.shape[1] > ROWS or len(self.areas) <= FEW:
-            return self._adding(slopes.matrix if sign == 1.0 else sign * slopes.matrix)
+            return self._adding(slopes.matrix, slopes.columns, sign)
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
 
         def add(rows: slice, block: ndarray) -> None:
@@ -208,12 +208,14 @@ class SlopeCorrection:
 
     def add(self, matrix: ndarray, slopes: csr_matrix) -> None:
         """Add what slopes of shape (2 n, k) make of k mean pressures to an (m, k) matrix."""
-        add_by_rows(self._adding(slopes), matrix, CELL * len(self.areas))
+        add_by_rows(self._adding(slopes, slopes.tocsc()), matrix, CELL * len(self.areas))
 
-    def _adding(self, slopes: csr_matrix) -> Add:
+    def _adding(self, slopes: csr_matrix, by_columns: csc_matrix, sign: float = 1.0) -> Add:
         """What does so to a block of some rows."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        rows, columns = _arrays(slopes), _arrays(slopes.tocsc())
+        if sign != 1.0:
+            slopes, by_columns = sign * slopes, sign * by_columns
+        rows, columns = _arrays(slopes), _arrays(by_columns)
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
 
         def add(k: slice, block: ndarray) -> None:

@@ -18,7 +18,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -138,6 +138,11 @@ class Slopes:
         starts = np.append(starts, starts[1:] + len(columns))
         shape = 2 * len(self.partition), len(self.partition)
         return csr_matrix((values.ravel(), np.tile(columns, 2), starts), shape=shape)
+
+    @computed_once
+    def columns(self) -> csc_matrix:
+        """The same by columns."""
+        return self.matrix.tocsc()
 
     @property
     def along(self) -> tuple[csr_matrix, csr_matrix]:

@@ -11,7 +11,8 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from .dense_solver import ROUNDING, FewColumns
+from .dense_solver import ROUNDING
+from .factors import FewColumns
 from .iterative import Product, solve_many
 
 #: iterations after which factors are sooner made: where contact is scattered
