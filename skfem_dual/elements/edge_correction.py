@@ -13,6 +13,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from ..kernels.compiled import inputs, vectorised
+from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .law_strips import STRIPS
@@ -39,14 +40,17 @@ class EdgeCorrection:
         Weighted cells.
     far : Series
         What these do outside of their circles.
-    near : (m, n) csr_matrix
-        Correction near the cells, less the series.
+    near_rows : tuple of ndarray
+        Starts, columns and values of `near`.
+    ncells : int
+        The number n of all cells.
     """
 
     x: ndarray
     cells: ndarray
     far: Series
-    near: csr_matrix
+    near_rows: tuple[ndarray, ...]
+    ncells: int
 
     @classmethod
     def from_weights(
@@ -65,18 +69,24 @@ class EdgeCorrection:
         cls, weights: EdgeWeights, coefficient: float, x: ndarray, sums: NearSums
     ) -> Self:
         """The same by what is known near the cells, at least near all weighted ones."""
-        unit, n = Series.from_weights(weights, 1.0), len(weights.partition)
+        unit = Series.from_weights(weights, 1.0)
         starts, columns = np.zeros(x.shape[1] + 1, np.int32), np.empty_like(sums.column)
         values, known = np.empty_like(sums.law), inputs(sums.column, sums.law, weights.number)
         count = _put_near(*known, sums.pairs, unit, starts, columns, values)
-        rows = coefficient * values[:count], columns[:count], starts
+        rows = inputs(starts, columns[:count], coefficient * values[:count])
         (terms,) = inputs(coefficient * unit.terms)
-        matrix = csr_matrix(rows, shape=(x.shape[1], n))
-        return cls(x, weights.cells, unit._replace(terms=terms), matrix)
+        far = unit._replace(terms=terms)
+        return cls(x, weights.cells, far, rows, len(weights.partition))
+
+    @computed_once
+    def near(self) -> csr_matrix:
+        """Correction near the cells, less the series, (m, n)."""
+        starts, columns, values = self.near_rows
+        return csr_matrix((values, columns, starts), shape=(self.x.shape[1], self.ncells))
 
     def add(self, rows: slice, block: ndarray) -> None:
         """Add the correction to a block of some rows of a dense matrix."""
-        starts, columns, values = inputs(self.near.indptr, self.near.indices, self.near.data)
+        starts, columns, values = self.near_rows
         near = starts[rows.start : rows.stop + 1], columns, values
         _add_series(*inputs(self.x[:, rows], self.cells), self.far, near, block)
 

@@ -89,7 +89,7 @@ class Series(NamedTuple):
 
 def series_terms(m: ndarray) -> ndarray:
     """Factors of moments up to the fourth degree, see `Multipoles`, in `far_influence`."""
-    return np.tensordot(_TERMS, m[:5, :5], 2)
+    return _TERMS @ m[:5, :5].reshape(25, *m.shape[2:])
 
 
 def _terms(m: ndarray) -> ndarray:
@@ -106,8 +106,8 @@ def _terms(m: ndarray) -> ndarray:
     return np.stack(terms)
 
 
-#: they are linear in the moments: those of one moment each, shape (14, 5, 5)
-_TERMS = _terms(np.eye(25).reshape(5, 5, 25)).reshape(14, 5, 5)
+#: they are linear in the moments: those of one moment each, shape (14, 25)
+_TERMS = _terms(np.eye(25).reshape(5, 5, 25))
 
 
 @inlined
