@@ -2,6 +2,9 @@
 
 Kernels take what belongs together as a `typing.NamedTuple` of arrays. They unpack it once, before
 their loops: every time a tuple is handed on, all its arrays are counted, by all threads.
+
+Short loops of a constant number of steps, up to some 32, are written out before they could be
+vectorised: such loops run over the length of an array.
 """
 
 import contextlib
@@ -30,7 +33,10 @@ def vectorised(function: Callable) -> Callable:
 
 
 def inlined(function: Callable) -> Callable:
-    """``function`` as a part of every kernel that calls it, with that kernel's options."""
+    """``function`` as a part of every kernel that calls it, with that kernel's options.
+
+    Where it has loops, arrays that it takes are counted at every call.
+    """
     return numba.njit(inline="always")(function)
 
 
