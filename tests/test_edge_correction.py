@@ -40,7 +40,7 @@ def weighted_settlement(p, root, x):
     return sum(
         quad(ray, lower, upper, epsrel=1e-10, limit=200)[0]
         for lower, upper in ((0, foot), (foot, 1))
-        if upper > lower
+        if upper - lower > 1e-12  # more than rounding of the foot
     )
 
 
