@@ -114,11 +114,25 @@ class NearEntries:
         kept = *self.layout, *self.rows[:4], self.x, *self.circles
         return sum(a.nbytes for a in kept)
 
-    def add(self, q: ndarray, dipoles: ndarray | None, out: ndarray, run: Run) -> None:
-        """Add what pressures (s, n) and dipoles (s, 2, n) make to settlements (s, m)."""
-        dipoles = np.empty((len(q), 2, 0)) if dipoles is None else dipoles
-        known = self.layout, self.rows, self.x, self.circles, self.fall, *inputs(q, dipoles), out
+    def add(
+        self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
+    ) -> None:
+        """Add what pressures (s, n) and dipoles (s, 2, n) make, summed as ``dtype``, to
+        settlements (s, m)."""
+        most = _greatest(q)
+        if dipoles is None:
+            dipoles = np.empty((len(q), 2, 0))
+        else:
+            cube = self.circles.squares.max() ** 1.5
+            most = np.maximum(most, _greatest(dipoles.reshape(len(q), -1)) / cube)
+        loads = *inputs(q, dipoles, np.where(most > 0.0, most, 1.0)), np.dtype(dtype)
+        known = self.layout, self.rows, self.x, self.circles, self.fall, *loads, out
         run(lambda k: _add_near(k.start, k.stop, *known), len(self.layout.starts) - 1)
+
+
+def _greatest(rows: ndarray) -> ndarray:
+    """The greatest number of each row, taken positive, without an array of these."""
+    return np.maximum(rows.max(axis=1), -rows.min(axis=1))
 
 
 @compiled
@@ -161,52 +175,68 @@ def _keep(begin, end, layout, x, circles, charge, given, values, units, greatest
 
 
 @vectorised
-def _add_near(begin, end, layout, near, x, circles, fall, q, dipoles, out):
+def _add_near(begin, end, layout, near, x, circles, fall, q, dipoles, most, kind, out):
+    """Add what loads of cells nearby do, summed as ``kind``.
+
+    Lengths are in units of a cell, pressures in those of ``most``: single precision then reaches
+    whatever the units.
+    """
     rows, starts, columns, offsets = layout
     values, units, greatest, own, charge = near
     coefficient, rest, least, factor = fall
     widest, sets, some = 0, q.shape[0], dipoles.shape[2] > 0
     for k in range(begin, end):
         widest = max(widest, starts[k + 1] - starts[k])
-    cells, acting = np.empty((3, widest)), np.zeros((3, widest))
-    load, total = np.zeros((sets, 3, widest)), np.empty(sets)
+    cells, squares = np.empty((3, widest)), np.empty(widest, kind)
+    load, acting = np.zeros((sets, 3, widest), kind), np.zeros((3, widest), kind)
+    total, charged = np.empty(sets), acting.dtype.type(charge / coefficient)
     for k in range(begin, end):
         width = starts[k + 1] - starts[k]
+        if width == 0:
+            continue
+        size = np.sqrt(circles.squares[columns[starts[k]]])
+        f, unit = 1 / size, coefficient * size
         for c in range(width):
             j = columns[starts[k] + c]
             cells[0, c], cells[1, c] = circles.middles[0, j], circles.middles[1, j]
             cells[2, c] = circles.squares[j]
+            squares[c] = f * f * circles.squares[j]
             for s in range(sets):
-                load[s, 0, c] = q[s, j]
+                load[s, 0, c] = q[s, j] / most[s]
                 if some:
-                    load[s, 1, c], load[s, 2, c] = dipoles[s, 0, j], dipoles[s, 1, j]
+                    load[s, 1, c] = f * f * f * dipoles[s, 0, j] / most[s]
+                    load[s, 2, c] = f * f * f * dipoles[s, 1, j] / most[s]
         for i in range(rows[0, k], rows[1, k]):
             place = x[0, i], x[1, i]
             if charge > 0.0 or some:
-                _act(width, place, cells, charge, coefficient, acting)
+                _act(width, place, cells, squares, f, charged, acting)
             if factor > 0.0 and some:
-                _add_rest(width, place, cells, rest, least, factor, acting)
-            at, unit = offsets[k] + (i - rows[0, k]) * width, units[i]
+                _add_rest(width, place, cells, rest, least, factor / (f * f * coefficient), acting)
+            # unsigned: else a negative one would count from the end
+            at = np.uint64(offsets[k] + (i - rows[0, k]) * width)
+            step = acting.dtype.type(units[i] / unit)
             for c in range(width):
-                acting[0, c] += unit * values[at + c]
-            if width > 0:
-                acting[0, own[i]] = greatest[i]
+                acting[0, c] += step * values[at + np.uint64(c)]
+            acting[0, own[i]] = greatest[i] / unit
             _sum(width, load, acting, total)
             acting[0] = 0.0
             for s in range(sets):
-                out[s, i] += total[s]
+                out[s, i] += unit * most[s] * total[s]
 
 
 @vectorised
-def _act(width, place, cells, charge, coefficient, acting):
-    """Put what charges and unit dipoles along x and y in the middles of ``cells`` do."""
+def _act(width, place, cells, squares, f, charged, acting):
+    """Put what charges and unit dipoles along x and y in the middles of ``cells`` do, with lengths
+    times ``f``."""
     x, y = place
+    zero, one, rest = squares.dtype.type(0), squares.dtype.type(1), squares.dtype.type(AT_REST)
     for c in range(width):
-        dx, dy, square = x - cells[0, c], y - cells[1, c], cells[2, c]
+        dx = squares.dtype.type(f * (x - cells[0, c]))
+        dy = squares.dtype.type(f * (y - cells[1, c]))
         r2 = dx * dx + dy * dy
-        g = 1.0 / np.sqrt(r2) if r2 > AT_REST * square else 0.0
-        f = coefficient * g * g * g
-        acting[0, c], acting[1, c], acting[2, c] = charge * square * g, f * dx, f * dy
+        g = one / np.sqrt(r2) if r2 > rest * squares[c] else zero
+        cube = g * g * g
+        acting[0, c], acting[1, c], acting[2, c] = charged * squares[c] * g, cube * dx, cube * dy
 
 
 @vectorised
@@ -228,7 +258,7 @@ def _sum(width, load, acting, total):
     """Put sums of loads times what they do, what they do read once for three vectors."""
     sets = load.shape[0]
     for s in range(0, sets - 2, 3):
-        one, two, three = 0.0, 0.0, 0.0
+        one = two = three = acting.dtype.type(0)
         for c in range(width):
             e, fx, fy = acting[0, c], acting[1, c], acting[2, c]
             one += load[s, 0, c] * e + load[s, 1, c] * fx + load[s, 2, c] * fy
@@ -236,10 +266,8 @@ def _sum(width, load, acting, total):
             three += load[s + 2, 0, c] * e + load[s + 2, 1, c] * fx + load[s + 2, 2, c] * fy
         total[s], total[s + 1], total[s + 2] = one, two, three
     for s in range(sets - sets % 3, sets):
-        total[s] = 0.0
+        one = acting.dtype.type(0)
         for c in range(width):
-            total[s] += (
-                load[s, 0, c] * acting[0, c]
-                + load[s, 1, c] * acting[1, c]
-                + load[s, 2, c] * acting[2, c]
-            )
+            e, fx, fy = acting[0, c], acting[1, c], acting[2, c]
+            one += load[s, 0, c] * e + load[s, 1, c] * fx + load[s, 2, c] * fy
+        total[s] = one

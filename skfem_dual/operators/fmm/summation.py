@@ -252,15 +252,16 @@ class FastSummation:
         """Add what several loads do at the points to settlements, shape (s, m).
 
         Mean pressures ``q`` are of shape (s, n), and dipoles of the cells, in the order of the
-        tree, (s, 2, n). Expansions are in single precision if ``rough``.
+        tree, (s, 2, n). They are summed in single precision if ``rough``.
         """
         tree, q = self.tree, q.take(self.tree.cells, axis=1)
         for row in settled:  # in place: a second array would be large
             row[:] = row[tree.points]
         # threads of BLAS would wait for each other longer than the products take
         with limited_threads(1, "blas"), Threads() as run:
-            self._add_expansions(q, dipoles, settled, np.float32 if rough else float, run)
-            self.p2p.add(q, dipoles, settled, run)
+            dtype = np.float32 if rough else float
+            self._add_expansions(q, dipoles, settled, dtype, run)
+            self.p2p.add(q, dipoles, settled, dtype, run)
         for row in settled:
             row[tree.points] = row.copy()
 
