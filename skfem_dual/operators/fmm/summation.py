@@ -29,7 +29,8 @@ from .assembly import (
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
 from .expansions import CellExpansions, Moments, degree_of
-from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
+from .families import CompressedTranslation
+from .linear_maps import Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
 from .near_entries import NearEntries
@@ -230,7 +231,7 @@ class FastSummation:
             far_fields=tuple(
                 FarField(
                     far.p2m.cut(LEAST),
-                    tuple(t.cut(few) for t in far.m2l),
+                    tuple(t.cut(chebyshev.parities) for t in far.m2l),
                     first_columns(far.m2p, terms, few),
                 )
                 for far in self.far_fields
@@ -303,13 +304,13 @@ def _laws(
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
     degree, singular = degree_of(chebyshev.order), substrate.surface.influence
-    left, core, right = compressed(chebyshev.m2l(singular, 1.0), tolerance)
+    known = compressed(chebyshev.m2l(singular, 1.0), chebyshev.parities, tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
         (
             lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
-            lambda h: (left, core / h, right),
+            lambda h: known._replace(core=known.core / h),
         )
     ]
     if (table := substrate.remainder) is not None:
@@ -321,7 +322,7 @@ def _laws(
             (
                 lambda cells: of_pieces[..., cells],
                 kernel,
-                lambda h: compressed(chebyshev.m2l(kernel, h), tolerance),
+                lambda h: compressed(chebyshev.m2l(kernel, h), chebyshev.parities, tolerance),
             )
         )
     return laws
