@@ -142,36 +142,45 @@ def charge_at(dx, dy, square, charge):
     return charge * square / np.sqrt(r2) if r2 > AT_REST * square else 0.0
 
 
-@compiled
+@vectorised
 def _keep(begin, end, layout, x, circles, charge, given, values, units, greatest, own):
     """Put entries ``given``, some blocks one after the other, as `Rows`."""
     rows, starts, columns, offsets = layout
-    at = 0
+    at = np.uint64(0)  # unsigned: else a negative one would count from the end
     for k in range(begin, end):
         width = starts[k + 1] - starts[k]
-        rest = np.empty(width)
+        if width == 0:
+            continue
+        rest, cells = np.empty(width), np.zeros((3, width))
+        for c in range(width):
+            j = columns[starts[k] + c]
+            cells[0, c], cells[1, c] = circles.middles[0, j], circles.middles[1, j]
+            cells[2, c] = circles.squares[j]
         for i in range(rows[0, k], rows[1, k]):
+            for c in range(width):
+                dx, dy, square = x[0, i] - cells[0, c], x[1, i] - cells[1, c], cells[2, c]
+                r2 = dx * dx + dy * dy
+                g = 1.0 / np.sqrt(r2) if r2 > AT_REST * square else 0.0
+                rest[c] = given[at + np.uint64(c)] - charge * square * g
             most, second, place = -1.0, 0.0, 0
             for c in range(width):
-                rest[c] = given[at + c]
-                if charge > 0.0:
-                    j = columns[starts[k] + c]
-                    dx, dy = x[0, i] - circles.middles[0, j], x[1, i] - circles.middles[1, j]
-                    rest[c] -= charge_at(dx, dy, circles.squares[j], charge)
                 if abs(rest[c]) > most:
                     most, second, place = abs(rest[c]), most, c
                 else:
                     second = max(second, abs(rest[c]))
-            if width > 0:
-                own[i], greatest[i] = place, given[at + place]
+            own[i], greatest[i] = place, given[at + np.uint64(place)]
+            f = 1.0
             if charge > 0.0:
                 unit = second / GREATEST if second > 0.0 else 1.0
-                units[i] = unit
+                units[i], f, rest[place] = unit, 1 / unit, 0.0
+            out = np.uint64(offsets[k] + (i - rows[0, k]) * width)
+            if charge > 0.0:
                 for c in range(width):
-                    rest[c] = np.rint(rest[c] / unit) if c != place else 0.0
-            for c in range(width):
-                values[offsets[k] + (i - rows[0, k]) * width + c] = rest[c]
-            at += width
+                    values[out + np.uint64(c)] = np.rint(f * rest[c])
+            else:
+                for c in range(width):
+                    values[out + np.uint64(c)] = rest[c]
+            at += np.uint64(width)
 
 
 @vectorised
