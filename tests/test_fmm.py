@@ -16,7 +16,8 @@ from skfem_dual.kernels.compiled import inputs
 from skfem_dual.operators.fmm.assembly import m2l_translations
 from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev, compressed
 from skfem_dual.operators.fmm.lists import near_lists
-from skfem_dual.operators.fmm.loops import Clusters, Loads, add_multipoles
+from skfem_dual.operators.fmm.loops import Clusters, Layout, Loads, add_multipoles
+from skfem_dual.operators.fmm.near_entries import Runs
 from skfem_dual.operators.fmm.quadtree import BESIDE, OFFSETS, Quadtree
 
 
@@ -223,3 +224,13 @@ def test_families_act_by_their_parities(tolerance):
         single = out.astype(np.float32) * 0
         cut.add(given.astype(np.float32), single, lambda work, m: work(slice(0, m)))
         assert single == pytest.approx(out, abs=2e-6 * scale)
+
+
+def test_runs_of_cells():
+    """One after the other they are the columns, also where lists follow on each other."""
+    starts, columns = np.array([0, 3, 3, 7, 9]), np.array([4, 5, 6, 7, 8, 1, 2, 3, 3])
+    layout = Layout.from_lists(np.array([[0, 2, 2, 3], [2, 2, 3, 5]]), starts, columns)
+    runs = Runs.from_layout(layout)
+    assert runs.cells.tolist() == [[4, 7, 1, 3, 3], [7, 9, 3, 4, 4]]
+    assert runs.starts.tolist() == [0, 1, 1, 3, 5]
+    assert runs.offsets is layout.offsets

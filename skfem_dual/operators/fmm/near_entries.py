@@ -25,6 +25,38 @@ from .loops import Layout
 GREATEST = 32767
 
 
+class Runs(NamedTuple):
+    """Which cells act on which points: those beside each other in the tree one after the other.
+
+    Attributes
+    ----------
+    rows : (2, k) array of int
+        Block ``k`` has the points ``rows[0, k]`` to ``rows[1, k]``.
+    starts : (k + 1,) array of int
+        It has the runs ``starts[k]`` to ``starts[k + 1]``.
+    cells : (2, nruns) array of int
+        Those of each run are ``cells[0]`` to ``cells[1]``.
+    offsets : (k + 1,) array of int
+        The entries of each block begin there, row by row.
+    """
+
+    rows: ndarray
+    starts: ndarray
+    cells: ndarray
+    offsets: ndarray
+
+    @classmethod
+    def from_layout(cls, layout: Layout) -> Self:
+        """Of columns one after the other."""
+        rows, starts, columns, offsets = layout
+        begins = np.ones(len(columns) + 1, bool)
+        begins[1:-1] = np.diff(columns) != 1
+        begins[starts] = True
+        (at,) = np.nonzero(begins)
+        cells = np.stack([columns[at[:-1]], columns[at[1:] - 1] + 1])
+        return cls(*inputs(rows, np.searchsorted(at, starts).astype(np.int32), cells, offsets))
+
+
 class Rows(NamedTuple):
     """Entries row by row, as kernels take them.
 
@@ -53,7 +85,7 @@ class NearEntries:
 
     Attributes
     ----------
-    layout : Layout
+    runs : Runs
         Which cells act on which points.
     rows : Rows
         The entries.
@@ -65,7 +97,7 @@ class NearEntries:
         How dipoles act.
     """
 
-    layout: Layout
+    runs: Runs
     rows: Rows
     x: ndarray
     circles: Circles
@@ -106,12 +138,13 @@ class NearEntries:
         with Threads() as run:
             run(work, len(starts) - 1)
         values, units, greatest, own = inputs(values, units, greatest, own)
-        return cls(layout, Rows(values, units, greatest, own, charge), x, circles, fall)
+        runs, kept = Runs.from_layout(layout), Rows(values, units, greatest, own, charge)
+        return cls(runs, kept, x, circles, fall)
 
     @property
     def nbytes(self) -> int:
         """Memory."""
-        kept = *self.layout, *self.rows[:4], self.x, *self.circles
+        kept = *self.runs, *self.rows[:4], self.x, *self.circles
         return sum(a.nbytes for a in kept)
 
     def add(
@@ -126,8 +159,8 @@ class NearEntries:
             cube = self.circles.squares.max() ** 1.5
             most = np.maximum(most, _greatest(dipoles.reshape(len(q), -1)) / cube)
         loads = *inputs(q, dipoles, np.where(most > 0.0, most, 1.0)), np.dtype(dtype)
-        known = self.layout, self.rows, self.x, self.circles, self.fall, *loads, out
-        run(lambda k: _add_near(k.start, k.stop, *known), len(self.layout.starts) - 1)
+        known = self.runs, self.rows, self.x, self.circles, self.fall, *loads, out
+        run(lambda k: _add_near(k.start, k.stop, *known), len(self.runs.starts) - 1)
 
 
 def _greatest(rows: ndarray) -> ndarray:
@@ -184,37 +217,52 @@ def _keep(begin, end, layout, x, circles, charge, given, values, units, greatest
 
 
 @vectorised
-def _add_near(begin, end, layout, near, x, circles, fall, q, dipoles, most, kind, out):
+def _add_near(begin, end, runs, near, x, circles, fall, q, dipoles, most, kind, out):
     """Add what loads of cells nearby do, summed as ``kind``.
 
     Lengths are in units of a cell, pressures in those of ``most``: single precision then reaches
     whatever the units.
     """
-    rows, starts, columns, offsets = layout
+    rows, starts, near_cells, offsets = runs
     values, units, greatest, own, charge = near
     coefficient, rest, least, factor = fall
     widest, sets, some = 0, q.shape[0], dipoles.shape[2] > 0
     for k in range(begin, end):
-        widest = max(widest, starts[k + 1] - starts[k])
+        width = 0
+        for run in range(starts[k], starts[k + 1]):
+            width += near_cells[1, run] - near_cells[0, run]
+        widest = max(widest, width)
     cells, squares = np.empty((3, widest)), np.empty(widest, kind)
     load, acting = np.zeros((sets, 3, widest), kind), np.zeros((3, widest), kind)
     total, charged = np.empty(sets), acting.dtype.type(charge / coefficient)
     for k in range(begin, end):
-        width = starts[k + 1] - starts[k]
-        if width == 0:
+        if starts[k + 1] == starts[k]:
             continue
-        size = np.sqrt(circles.squares[columns[starts[k]]])
+        width, size = 0, np.sqrt(circles.squares[near_cells[0, starts[k]]])
         f, unit = 1 / size, coefficient * size
-        for c in range(width):
-            j = columns[starts[k] + c]
-            cells[0, c], cells[1, c] = circles.middles[0, j], circles.middles[1, j]
-            cells[2, c] = circles.squares[j]
-            squares[c] = f * f * circles.squares[j]
+        cube = f * f * f
+        for run in range(starts[k], starts[k + 1]):
+            first = near_cells[0, run]
+            count = near_cells[1, run] - first
+            for c in range(count):
+                at, j = np.uint64(width + c), np.uint64(first + c)
+                cells[0, at], cells[1, at] = circles.middles[0, j], circles.middles[1, j]
+            for c in range(count):
+                at, square = np.uint64(width + c), circles.squares[np.uint64(first + c)]
+                cells[2, at], squares[at] = square, f * f * square
             for s in range(sets):
-                load[s, 0, c] = q[s, j] / most[s]
+                scale = 1 / most[s]
+                for c in range(count):
+                    load[s, 0, np.uint64(width + c)] = scale * q[s, np.uint64(first + c)]
                 if some:
-                    load[s, 1, c] = f * f * f * dipoles[s, 0, j] / most[s]
-                    load[s, 2, c] = f * f * f * dipoles[s, 1, j] / most[s]
+                    scale *= cube
+                    for c in range(count):
+                        at, j = np.uint64(width + c), np.uint64(first + c)
+                        load[s, 1, at], load[s, 2, at] = (
+                            scale * dipoles[s, 0, j],
+                            scale * dipoles[s, 1, j],
+                        )
+            width += count
         for i in range(rows[0, k], rows[1, k]):
             place = x[0, i], x[1, i]
             if charge > 0.0 or some:
