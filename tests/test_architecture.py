@@ -128,6 +128,7 @@ LAYERS = [
         "operators.fmm.lists",
         "operators.fmm.loops",
         "operators.fmm.linear_maps",
+        "operators.fmm.families",
         "operators.fmm.assembly",
         "operators.fmm.near_entries",
         "operators.fmm.expansions",

@@ -13,9 +13,11 @@ from skfem_dual import DualMesh
 from skfem_dual.elements.moments import radii
 from skfem_dual.elements.polygon_moments import polygon_moments
 from skfem_dual.kernels.compiled import inputs
-from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev
+from skfem_dual.operators.fmm.assembly import m2l_translations
+from skfem_dual.operators.fmm.chebyshev import PADDING, Chebyshev, compressed
 from skfem_dual.operators.fmm.lists import near_lists
-from skfem_dual.operators.fmm.loops import Clusters, Loads, add_multipoles
+from skfem_dual.operators.fmm.loops import Clusters, Layout, Loads, add_multipoles
+from skfem_dual.operators.fmm.near_entries import Runs
 from skfem_dual.operators.fmm.quadtree import BESIDE, OFFSETS, Quadtree
 
 
@@ -191,3 +193,44 @@ def test_multipole_expansions_are_integrals_of_the_polynomials():
         step = polygons.centroids + 1e-20j * dipoles[i]
         slope = polynomials(terms, (step - middle) / half).imag.sum(axis=0) / 1e-20
         assert found[i, 1] - 2 * expected[i] == pytest.approx(slope, abs=1e-11)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1e-5])
+def test_families_act_by_their_parities(tolerance):
+    """As box by box, with every matrix of its own; and cut to the first terms."""
+    x = np.stack(np.meshgrid(*2 * [(np.arange(16) + 0.5) / 16])).reshape(2, -1)
+    x = x[:, (x[0] < 0.5) | (x[1] > 0.25)]  # some families have none beside them
+    tree = Quadtree.from_circles(x, np.full(x.shape[1], 0.01), x, 1, 1.0, 1 / 16)
+    chebyshev, level = Chebyshev(5), 3
+    matrices = chebyshev.m2l(lambda r: 1 / r, 1.0)
+    factors = compressed(matrices, chebyshev.parities, tolerance)
+    families = [tree.families(k) if k == level else np.full((1, 8), -1) for k in range(level + 1)]
+    (translation,) = m2l_translations(tree, families, lambda half: factors)
+    begin, end = tree.levels[level : level + 2]
+    rng = np.random.default_rng(0)
+    multipole = rng.standard_normal((2, len(tree), chebyshev.terms))
+    for terms in (15, 6):
+        given, (out, expected) = multipole[..., :terms], np.zeros((2, 2, len(tree), terms))
+        for box, other in product(range(begin, end), repeat=2):
+            way = tree.place[:, other] - tree.place[:, box]
+            parents = tree.place[:, [tree.parent[other], tree.parent[box]]]
+            if np.abs(way).max() > 1 and np.abs(np.diff(parents)).max() <= 1:
+                k = np.nonzero((way == OFFSETS).all(axis=1))[0][0]
+                expected[:, box] += given[:, other] @ matrices[k, :terms, :terms]
+        scale = np.abs(expected).max()
+        cut = translation if terms == 15 else translation.cut(chebyshev.parities[:terms])
+        cut.add(given.copy(), out, lambda work, m: work(slice(0, m)))
+        assert out == pytest.approx(expected, abs=(1e-12 + 30 * tolerance) * scale)
+        single = out.astype(np.float32) * 0
+        cut.add(given.astype(np.float32), single, lambda work, m: work(slice(0, m)))
+        assert single == pytest.approx(out, abs=2e-6 * scale)
+
+
+def test_runs_of_cells():
+    """One after the other they are the columns, also where lists follow on each other."""
+    starts, columns = np.array([0, 3, 3, 7, 9]), np.array([4, 5, 6, 7, 8, 1, 2, 3, 3])
+    layout = Layout.from_lists(np.array([[0, 2, 2, 3], [2, 2, 3, 5]]), starts, columns)
+    runs = Runs.from_layout(layout)
+    assert runs.cells.tolist() == [[4, 7, 1, 3, 3], [7, 9, 3, 4, 4]]
+    assert runs.starts.tolist() == [0, 1, 1, 3, 5]
+    assert runs.offsets is layout.offsets

@@ -276,6 +276,18 @@ def test_vectors_in_blocks(monkeypatch):
     assert operator @ q == pytest.approx(together, rel=1e-13)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-14, 1e12])
+def test_single_precision_in_any_units(unit):
+    """Near a cell cubes of distances are beyond it in metres, where these are nanometres."""
+    basis = DualMesh.from_mesh(disc(6).scaled(unit)).basis()
+    operator = InfluenceOperator(GROUNDS["homogeneous"], basis, 1e-6, "fast")
+    q = np.random.default_rng(0).random((operator.shape[1], 4)) / unit
+    settled = operator @ q
+    assert operator.roughly(q) == pytest.approx(settled, rel=2e-6)
+    q[:, 1] = 0.0
+    assert not operator.roughly(q)[:, 1].any()
+
+
 def test_the_whole_way_is_refused_where_its_memory_is_missing(monkeypatch):
     punch = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(6)).basis(), rtol=1e-6)
     n = len(punch.partition)

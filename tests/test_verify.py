@@ -17,6 +17,7 @@ from skfem_dual import (
     RigidPunches,
     Symmetry,
 )
+from skfem_dual.contact import footprint
 from skfem_dual.contact.load import Load
 from skfem_dual.contact.unilateral import How
 from skfem_dual.contact.verify import Verification
@@ -80,6 +81,18 @@ def test_what_is_wrong_is_told(answer, change, words):
     assert not found.success
     with pytest.raises(AssertionError, match=words):
         raise AssertionError(found.message)
+
+
+def test_rows_of_many_cells_are_not_kept(monkeypatch):
+    cells = punch().footprint
+    kept = cells.exact_rows
+    assert cells.exact_rows is kept
+    monkeypatch.setattr(footprint, "LARGE", 10)
+    found = cells.exact_rows
+    assert found is not kept
+    assert cells.exact_rows is not found
+    assert np.array_equal(found.numbers, kept.numbers)
+    assert np.array_equal(found.rows, kept.rows)
 
 
 def test_a_wrong_operator_is_noticed_by_exact_rows(answer):

@@ -30,7 +30,7 @@ from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.entries import ALIKE, SAMPLES, Entries, some_rows
+from ..operators.entries import ALIKE, LARGE, SAMPLES, Entries, some_rows
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import COARSEST, RTOL, InfluenceOperator
 from ..operators.resources import require_memory
@@ -198,11 +198,21 @@ class LoadedCells:
         x = self.collocation_points
         return SymmetricMatrix.from_rows(symmetry, lambda i: self.influence(x[:, i]))
 
-    @computed_once
+    @property
     def exact_rows(self) -> "ExactRows | None":
-        """Some rows of the matrix; None on periodic ground, whose products are the only ones."""
+        """Some rows of the matrix; None on periodic ground, whose products are the only ones.
+
+        Of very many cells they are not kept: they are sooner found than pressures.
+        """
         if isinstance(self.substrate, PeriodicGround):
             return None
+        return self._kept_rows if len(self) <= LARGE else self._some_rows()
+
+    @computed_once
+    def _kept_rows(self) -> "ExactRows":
+        return self._some_rows()
+
+    def _some_rows(self) -> "ExactRows":
         i = some_rows(len(self), len(self), ALIKE if self.regular else SAMPLES)
         return ExactRows(i, self.influence(self.collocation_points[:, i]))
 

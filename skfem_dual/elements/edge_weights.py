@@ -208,9 +208,9 @@ class EdgeWeights:
             least, most = self.extremes(root)
         return readonly(most > VARIATION * least)
 
-    @computed_once
+    @property
     def roots(self) -> ndarray:
-        """Least and greatest root of phi over each cell, see `extremes`."""
+        """Least and greatest root of phi over each cell, see `extremes`; soon found, not kept."""
         return self.extremes(self.root[self.fan.t])
 
     @computed_once

@@ -6,8 +6,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..kernels.compiled import inputs, vectorised
-from .fmm.loops import Layout
-from .fmm.near_entries import Rows, charge_at
+from .fmm.near_entries import Rows, Runs, charge_at
 from .fmm.summation import FastSummation
 from .influence_operator import InfluenceOperator
 
@@ -21,7 +20,7 @@ class KnownEntries(NamedTuple):
         Row and column of each cell in the order of the blocks.
     block : (n,) array of int
         Block that has each row.
-    layout, rows : Layout, Rows
+    runs, rows : Runs, Rows
         Blocks of near entries, `FastSummation.p2p`.
     x, centroids : (2, n) array of float
         Collocation points and centroids.
@@ -34,7 +33,7 @@ class KnownEntries(NamedTuple):
     point: ndarray
     cell: ndarray
     block: ndarray
-    layout: Layout
+    runs: Runs
     rows: Rows
     x: ndarray
     centroids: ndarray
@@ -49,7 +48,7 @@ class KnownEntries(NamedTuple):
         n = len(cells)
         rank = np.empty((2, n), np.int32)
         rank[0, fast.tree.points] = rank[1, fast.tree.cells] = np.arange(n)
-        rows = fast.p2p.layout.rows
+        rows = fast.p2p.runs.rows
         order = np.argsort(rows[0])
         block = np.repeat(order, (rows[1] - rows[0])[order])  # all points are in one
         partition = operator.partition
@@ -59,7 +58,7 @@ class KnownEntries(NamedTuple):
         x, centroids, charges = inputs(
             operator.x[:, cells], partition.centroids[:, cells], charges[cells]
         )
-        return cls(point, cell, block, fast.p2p.layout, fast.p2p.rows, x, centroids, charges, unit)
+        return cls(point, cell, block, fast.p2p.runs, fast.p2p.rows, x, centroids, charges, unit)
 
 
 @vectorised
@@ -72,20 +71,20 @@ def look_up(starts, items, known, stamp, place, out):
     """
     point, cell, block, kept = known.point, known.cell, known.block, known.rows
     x, centroids, charges = known.x, known.centroids, known.charges
-    first, begin, columns = known.layout.rows[0], known.layout.starts, known.layout.columns
-    offsets, unit = known.layout.offsets, known.unit
-    at, last = 0, -1
+    rows, begin, near_cells, offsets = known.runs
+    first, unit = rows[0], known.unit
+    at, last, width = 0, -1, 0
     for k in range(starts.shape[0] - 1):
         some = items[starts[k] : starts[k + 1]]
         for i in some:
             row, b = point[i], block[point[i]]
-            width = begin[b + 1] - begin[b]
-            base, greatest = offsets[b] + (row - first[b]) * width, kept.own[row]
             if b != last:
-                last = b
-                for c in range(width):
-                    j = columns[begin[b] + c]
-                    stamp[j], place[j] = b + 1, c
+                last, width = b, 0
+                for run in range(begin[b], begin[b + 1]):
+                    for j in range(near_cells[0, run], near_cells[1, run]):
+                        stamp[j], place[j] = b + 1, width
+                        width += 1
+            base, greatest = offsets[b] + (row - first[b]) * width, kept.own[row]
             for j in some:
                 other = cell[j]
                 near = stamp[other] == b + 1

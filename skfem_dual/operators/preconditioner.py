@@ -286,6 +286,13 @@ def _take(matrix, cells, starts, items, out):
 
 
 @vectorised
+def _subtract(m, i, k, f, first):
+    """Subtract a multiple of a row from another, from some column on."""
+    for j in range(np.uint64(first), np.uint64(m.shape[1])):
+        m[i, j] -= f * m[k, j]
+
+
+@vectorised
 def _invert(rows, starts, items, indptr, indices, data, local, units, values):
     """Rows of the inverses of square blocks, after sparse entries are added to these; rounded to
     multiples of a unit each."""
@@ -294,8 +301,8 @@ def _invert(rows, starts, items, indptr, indices, data, local, units, values):
         some = items[starts[block] : starts[block + 1]]
         size, own = some.shape[0], rows[1, block] - rows[0, block]
         first = np.searchsorted(some, rows[0, block])
-        # rows of the inverse solve equations with the transpose
-        m, y = np.empty((size, size)), np.zeros((size, own))
+        # rows of the inverse solve equations with the transpose, whose right-hand sides follow it
+        m = np.zeros((size, size + own))
         for i in range(size):
             for j in range(size):
                 m[j, i] = local[at + i * size + j]
@@ -304,29 +311,23 @@ def _invert(rows, starts, items, indptr, indices, data, local, units, values):
                 if j < size and some[j] == indices[k]:
                     m[j, i] += data[k]
         for i in range(own):
-            y[first + i, i] = 1.0
+            m[first + i, size + i] = 1.0
         for k in range(size):
             pivot = k
             for i in range(k + 1, size):
                 if abs(m[i, k]) > abs(m[pivot, k]):
                     pivot = i
-            for j in range(k, size):
+            for j in range(k, size + own):
                 m[k, j], m[pivot, j] = m[pivot, j], m[k, j]
-            for j in range(own):
-                y[k, j], y[pivot, j] = y[pivot, j], y[k, j]
+            f = 1 / m[k, k]
             for i in range(k + 1, size):
-                f = m[i, k] / m[k, k]
-                for j in range(k + 1, size):
-                    m[i, j] -= f * m[k, j]
-                for j in range(own):
-                    y[i, j] -= f * y[k, j]
+                _subtract(m, i, k, f * m[i, k], k + 1)
         for k in range(size - 1, -1, -1):
             for i in range(k + 1, size):
-                f = m[k, i]
-                for j in range(own):
-                    y[k, j] -= f * y[i, j]
-            for j in range(own):
-                y[k, j] /= m[k, k]
+                _subtract(m, k, i, m[k, i], size)
+            for j in range(size, size + own):
+                m[k, j] /= m[k, k]
+        y = m[:, size:]
         for i in range(own):
             most = 0.0
             for j in range(size):

@@ -14,7 +14,7 @@ from .fmm.summation import SHORT, SINGLE, order_for
 PRODUCTS = 20
 #: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; and after it,
 #: for an approximate inverse and iterations
-BEFORE, AFTER = 430.0, 300.0
+BEFORE, AFTER = 415.0, 270.0
 #: what the cells on the edge of a plan take besides, over the root of the number of all
 EDGE = 2.9e5
 
@@ -53,7 +53,7 @@ def estimate(
     moments = (degree + 1) * (degree + 2) / 2
     # near entries, moments and near slopes of every cell, expansions of every box, vectors
     kept = 100.0 * near + (moments * kernels + 30) * size + 2 * terms * kernels
-    memory = (points if known else each) * kept + each * (400 + 900 * layered)
+    memory = (points if known else each) * kept + each * (365 + 900 * layered)
     setup = 0.1 * kernels + each * (13e-6 + 60e-6 * layered) + each * 2e-8 * terms
     return Estimate(memory, setup, 1e-3 + each * kernels * (2e-7 + 1e-8 * terms))
 

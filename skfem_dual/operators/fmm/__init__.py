@@ -10,7 +10,7 @@ step  from, to                                          matrices                
 ====  ================================================  ======================  ===============
 P2M   cells, multipole expansion of their box           moments                 `CellExpansions`
 M2M   multipole expansions of children, of parent       `Chebyshev.m2m`         `Translation`
-M2L   multipole, local expansion of boxes of one level  `Chebyshev.m2l`         `Translation`
+M2L   multipole, local expansion of boxes of one level  `Chebyshev.m2l`         `families`
 L2L   local expansion of parent, of children            `Chebyshev.l2l`         `Translation`
 L2P   local expansion of a leaf, its points             none                    `loops.l2p`
 P2P   cells, points beside them                         exact entries           `NearEntries`

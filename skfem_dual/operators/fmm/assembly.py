@@ -8,14 +8,15 @@ from numpy import ndarray
 
 from ...elements.near import NearField
 from ...kernels.threads import Threads
-from .chebyshev import Chebyshev, Kernel
-from .linear_maps import CompressedTranslation, SparseBlocks, Translation
+from .chebyshev import Chebyshev, Compressed, Kernel
+from .families import SIGNS, CompressedTranslation, FamilyTranslation
+from .linear_maps import SparseBlocks, Translation
 from .lists import Lists
 from .loops import Layout
 from .quadtree import BESIDE, OFFSETS, Quadtree
 
-#: from half-width to the matrices of M2L as `compressed`
-Factors = Callable[[float], tuple[ndarray, ndarray, ndarray]]
+#: from half-width to the matrices of M2L
+Factors = Callable[[float], Compressed]
 #: which of `OFFSETS` leads to each box of a family at each of `BESIDE` from each box, in the last
 #: place, of another; the number beyond the last where both are adjacent
 _QUARTERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
@@ -42,16 +43,20 @@ def m2l_translations(
     for level, beside in enumerate(families):
         if not (beside >= 0).any():
             continue
-        left, core, right = factors(tree.size / 2 ** (level + 1))
+        left, core, right, of_left, of_right = factors(tree.size / 2 ** (level + 1))
         begin, end = tree.levels[level : level + 2]
-        boxes = np.arange(begin, end)[:, None]
+        boxes = np.where(
+            tree.quarter[begin:end, None] == np.arange(4), np.arange(end - begin)[:, None], -1
+        )
         blocks = np.append(core, np.zeros_like(core[:1]), axis=0)[_NUMBERS].swapaxes(2, 3)
-        core = blocks.reshape(len(BESIDE), 4 * core.shape[1], 4 * core.shape[2])
+        # terms with the signs of their parities in each box
+        gives, takes = SIGNS[of_left].T, SIGNS[of_right].T
+        blocks = gives[:, :, None, None] * blocks * takes
         translations.append(
             CompressedTranslation(
-                Translation(0, boxes, left[None]),
-                Translation(0, beside, core),
-                Translation(int(begin), boxes - begin, right[None]),
+                Translation(0, np.where(boxes < 0, -1, boxes + begin), gives[:, None] * left),
+                FamilyTranslation.of(beside, blocks),
+                Translation(int(begin), boxes, takes[:, :, None] * right),
             )
         )
     return tuple(translations)

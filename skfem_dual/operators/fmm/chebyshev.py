@@ -12,6 +12,7 @@ what comes out.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -38,6 +39,11 @@ class Chebyshev:
     def degrees(self) -> ndarray:
         """Degrees in x and in y, shape (2, terms)."""
         return np.array([(a, d - a) for d in range(self.order) for a in range(d + 1)]).T
+
+    @computed_once
+    def parities(self) -> ndarray:
+        """Whether each term is odd in x, 1, in y, 2, or in both, 3."""
+        return self.degrees[0] % 2 + 2 * (self.degrees[1] % 2)
 
     @property
     def terms(self) -> int:
@@ -137,28 +143,48 @@ class Chebyshev:
         return np.einsum("pq,qj->pj", values, self.coefficients)
 
 
-def compressed(matrices: ndarray, tolerance: float) -> tuple[ndarray, ndarray, ndarray]:
+class Compressed(NamedTuple):
     """Matrices as ``left @ core @ right`` with orthonormal outer factors, common to all.
 
-    By singular value decompositions of all rows and of all columns together, as Fong and Darve
-    have them; singular values below ``tolerance`` times the largest are left out.
+    Attributes
+    ----------
+    left, core, right : (m, r), (k, r, s), (s, m) array of float
+    of_left, of_right : (r,), (s,) array of int
+        The parities of what is kept.
+    """
+
+    left: ndarray
+    core: ndarray
+    right: ndarray
+    of_left: ndarray
+    of_right: ndarray
+
+
+def compressed(matrices: ndarray, parities: ndarray, tolerance: float) -> Compressed:
+    """Matrices by singular value decompositions of all rows and of all columns together.
+
+    As Fong and Darve have them; singular values below ``tolerance`` times the largest are left
+    out. What is kept has a parity each, and the largest come last.
 
     Parameters
     ----------
-    matrices : (k, m, n) array of float
+    matrices : (k, m, m) array of float
+        With the mirror images of each, so that in sum they mix no parities.
+    parities : (m,) array of int
+        Those of the terms.
     tolerance : float
-
-    Returns
-    -------
-    left, core, right : (m, r), (k, r, s), (s, n) array of float
     """
-    bases = []
+    found: list[ndarray] = []
     for gram in (
         np.einsum("kij,klj->il", matrices, matrices),
         np.einsum("kji,kjl->il", matrices, matrices),
     ):
-        squares, vectors = np.linalg.eigh(gram)
-        bases.append(vectors[:, squares > (tolerance**2) * squares[-1]])
-    left, right = bases
+        squares, vectors = np.zeros(len(parities)), np.zeros_like(gram)
+        for parity in np.unique(parities):
+            own = np.nonzero(parities == parity)[0]
+            squares[own], vectors[own[:, None], own] = np.linalg.eigh(gram[np.ix_(own, own)])
+        kept = np.argsort(squares)[np.count_nonzero(squares <= tolerance**2 * squares.max()) :]
+        found += [vectors[:, kept], parities[kept]]
+    left, of_left, right, of_right = found
     core = np.einsum("krj,js->krs", np.einsum("ir,kij->krj", left, matrices), right)
-    return left, core, np.ascontiguousarray(right.T)
+    return Compressed(left, core, np.ascontiguousarray(right.T), of_left, of_right)

@@ -82,16 +82,17 @@ class Layout(NamedTuple):
 def _chebyshev(s, t):
     """T_a(s) and its derivatives for several s, `CELLS` for each degree, in the rows of ``t``."""
     t[:2] = 0.0
+    two = t.dtype.type(2)  # whole numbers would make single precision double
     for c in range(CELLS):
         t[0, c], t[1, c], t[1, CELLS + c] = 1.0, s[c], 1.0
     for a in range(1, t.shape[0] - 1):
         for c in range(CELLS):
-            t[a + 1, c] = 2 * s[c] * t[a, c] - t[a - 1, c]
+            t[a + 1, c] = two * s[c] * t[a, c] - t[a - 1, c]
         for d in range(1, t.shape[1] // CELLS):
             at, f = d * CELLS, t.dtype.type(2 * d)
             for c in range(CELLS):
                 before = f * t[a, at - CELLS + c] - t[a - 1, at + c]
-                t[a + 1, at + c] = 2 * s[c] * t[a, at + c] + before
+                t[a + 1, at + c] = two * s[c] * t[a, at + c] + before
 
 
 @vectorised
@@ -137,8 +138,8 @@ def add_multipoles(begin, end, boxes, clusters, loads, order, q, dipoles, multip
                 for degree in range(order):
                     for a in range(degree + 1):
                         along, across = x[a], loaded[s * order + degree - a]
-                        total = along[0] * across[0]
-                        for c in range(1, along.shape[0]):
+                        total = multipole.dtype.type(0)
+                        for c in range(along.shape[0]):
                             total += along[c] * across[c]
                         multipole[s, box, term] += total
                         term += 1

@@ -25,6 +25,38 @@ from .loops import Layout
 GREATEST = 32767
 
 
+class Runs(NamedTuple):
+    """Which cells act on which points: those beside each other in the tree one after the other.
+
+    Attributes
+    ----------
+    rows : (2, k) array of int
+        Block ``k`` has the points ``rows[0, k]`` to ``rows[1, k]``.
+    starts : (k + 1,) array of int
+        It has the runs ``starts[k]`` to ``starts[k + 1]``.
+    cells : (2, nruns) array of int
+        Those of each run are ``cells[0]`` to ``cells[1]``.
+    offsets : (k + 1,) array of int
+        The entries of each block begin there, row by row.
+    """
+
+    rows: ndarray
+    starts: ndarray
+    cells: ndarray
+    offsets: ndarray
+
+    @classmethod
+    def from_layout(cls, layout: Layout) -> Self:
+        """Of columns one after the other."""
+        rows, starts, columns, offsets = layout
+        begins = np.ones(len(columns) + 1, bool)
+        begins[1:-1] = np.diff(columns) != 1
+        begins[starts] = True
+        (at,) = np.nonzero(begins)
+        cells = np.stack([columns[at[:-1]], columns[at[1:] - 1] + 1])
+        return cls(*inputs(rows, np.searchsorted(at, starts).astype(np.int32), cells, offsets))
+
+
 class Rows(NamedTuple):
     """Entries row by row, as kernels take them.
 
@@ -53,7 +85,7 @@ class NearEntries:
 
     Attributes
     ----------
-    layout : Layout
+    runs : Runs
         Which cells act on which points.
     rows : Rows
         The entries.
@@ -65,7 +97,7 @@ class NearEntries:
         How dipoles act.
     """
 
-    layout: Layout
+    runs: Runs
     rows: Rows
     x: ndarray
     circles: Circles
@@ -106,19 +138,34 @@ class NearEntries:
         with Threads() as run:
             run(work, len(starts) - 1)
         values, units, greatest, own = inputs(values, units, greatest, own)
-        return cls(layout, Rows(values, units, greatest, own, charge), x, circles, fall)
+        runs, kept = Runs.from_layout(layout), Rows(values, units, greatest, own, charge)
+        return cls(runs, kept, x, circles, fall)
 
     @property
     def nbytes(self) -> int:
         """Memory."""
-        kept = *self.layout, *self.rows[:4], self.x, *self.circles
+        kept = *self.runs, *self.rows[:4], self.x, *self.circles
         return sum(a.nbytes for a in kept)
 
-    def add(self, q: ndarray, dipoles: ndarray | None, out: ndarray, run: Run) -> None:
-        """Add what pressures (s, n) and dipoles (s, 2, n) make to settlements (s, m)."""
-        dipoles = np.empty((len(q), 2, 0)) if dipoles is None else dipoles
-        known = self.layout, self.rows, self.x, self.circles, self.fall, *inputs(q, dipoles), out
-        run(lambda k: _add_near(k.start, k.stop, *known), len(self.layout.starts) - 1)
+    def add(
+        self, q: ndarray, dipoles: ndarray | None, out: ndarray, dtype: type, run: Run
+    ) -> None:
+        """Add what pressures (s, n) and dipoles (s, 2, n) make, summed as ``dtype``, to
+        settlements (s, m)."""
+        most = _greatest(q)
+        if dipoles is None:
+            dipoles = np.empty((len(q), 2, 0))
+        else:
+            cube = self.circles.squares.max() ** 1.5
+            most = np.maximum(most, _greatest(dipoles.reshape(len(q), -1)) / cube)
+        loads = *inputs(q, dipoles, np.where(most > 0.0, most, 1.0)), np.dtype(dtype)
+        known = self.runs, self.rows, self.x, self.circles, self.fall, *loads, out
+        run(lambda k: _add_near(k.start, k.stop, *known), len(self.runs.starts) - 1)
+
+
+def _greatest(rows: ndarray) -> ndarray:
+    """The greatest number of each row, taken positive, without an array of these."""
+    return np.maximum(rows.max(axis=1), -rows.min(axis=1))
 
 
 @compiled
@@ -128,85 +175,125 @@ def charge_at(dx, dy, square, charge):
     return charge * square / np.sqrt(r2) if r2 > AT_REST * square else 0.0
 
 
-@compiled
+@vectorised
 def _keep(begin, end, layout, x, circles, charge, given, values, units, greatest, own):
     """Put entries ``given``, some blocks one after the other, as `Rows`."""
     rows, starts, columns, offsets = layout
-    at = 0
+    at = np.uint64(0)  # unsigned: else a negative one would count from the end
     for k in range(begin, end):
         width = starts[k + 1] - starts[k]
-        rest = np.empty(width)
-        for i in range(rows[0, k], rows[1, k]):
-            most, second, place = -1.0, 0.0, 0
-            for c in range(width):
-                rest[c] = given[at + c]
-                if charge > 0.0:
-                    j = columns[starts[k] + c]
-                    dx, dy = x[0, i] - circles.middles[0, j], x[1, i] - circles.middles[1, j]
-                    rest[c] -= charge_at(dx, dy, circles.squares[j], charge)
-                if abs(rest[c]) > most:
-                    most, second, place = abs(rest[c]), most, c
-                else:
-                    second = max(second, abs(rest[c]))
-            if width > 0:
-                own[i], greatest[i] = place, given[at + place]
-            if charge > 0.0:
-                unit = second / GREATEST if second > 0.0 else 1.0
-                units[i] = unit
-                for c in range(width):
-                    rest[c] = np.rint(rest[c] / unit) if c != place else 0.0
-            for c in range(width):
-                values[offsets[k] + (i - rows[0, k]) * width + c] = rest[c]
-            at += width
-
-
-@vectorised
-def _add_near(begin, end, layout, near, x, circles, fall, q, dipoles, out):
-    rows, starts, columns, offsets = layout
-    values, units, greatest, own, charge = near
-    coefficient, rest, least, factor = fall
-    widest, sets, some = 0, q.shape[0], dipoles.shape[2] > 0
-    for k in range(begin, end):
-        widest = max(widest, starts[k + 1] - starts[k])
-    cells, acting = np.empty((3, widest)), np.zeros((3, widest))
-    load, total = np.zeros((sets, 3, widest)), np.empty(sets)
-    for k in range(begin, end):
-        width = starts[k + 1] - starts[k]
+        if width == 0:
+            continue
+        rest, cells = np.empty(width), np.zeros((3, width))
         for c in range(width):
             j = columns[starts[k] + c]
             cells[0, c], cells[1, c] = circles.middles[0, j], circles.middles[1, j]
             cells[2, c] = circles.squares[j]
-            for s in range(sets):
-                load[s, 0, c] = q[s, j]
-                if some:
-                    load[s, 1, c], load[s, 2, c] = dipoles[s, 0, j], dipoles[s, 1, j]
         for i in range(rows[0, k], rows[1, k]):
-            place = x[0, i], x[1, i]
-            if charge > 0.0 or some:
-                _act(width, place, cells, charge, coefficient, acting)
-            if factor > 0.0 and some:
-                _add_rest(width, place, cells, rest, least, factor, acting)
-            at, unit = offsets[k] + (i - rows[0, k]) * width, units[i]
             for c in range(width):
-                acting[0, c] += unit * values[at + c]
-            if width > 0:
-                acting[0, own[i]] = greatest[i]
-            _sum(width, load, acting, total)
-            acting[0] = 0.0
-            for s in range(sets):
-                out[s, i] += total[s]
+                dx, dy, square = x[0, i] - cells[0, c], x[1, i] - cells[1, c], cells[2, c]
+                r2 = dx * dx + dy * dy
+                g = 1.0 / np.sqrt(r2) if r2 > AT_REST * square else 0.0
+                rest[c] = given[at + np.uint64(c)] - charge * square * g
+            most, second, place = -1.0, 0.0, 0
+            for c in range(width):
+                if abs(rest[c]) > most:
+                    most, second, place = abs(rest[c]), most, c
+                else:
+                    second = max(second, abs(rest[c]))
+            own[i], greatest[i] = place, given[at + np.uint64(place)]
+            f = 1.0
+            if charge > 0.0:
+                unit = second / GREATEST if second > 0.0 else 1.0
+                units[i], f, rest[place] = unit, 1 / unit, 0.0
+            out = np.uint64(offsets[k] + (i - rows[0, k]) * width)
+            if charge > 0.0:
+                for c in range(width):
+                    values[out + np.uint64(c)] = np.rint(f * rest[c])
+            else:
+                for c in range(width):
+                    values[out + np.uint64(c)] = rest[c]
+            at += np.uint64(width)
 
 
 @vectorised
-def _act(width, place, cells, charge, coefficient, acting):
-    """Put what charges and unit dipoles along x and y in the middles of ``cells`` do."""
+def _add_near(begin, end, runs, near, x, circles, fall, q, dipoles, most, kind, out):
+    """Add what loads of cells nearby do, summed as ``kind``.
+
+    Lengths are in units of a cell, pressures in those of ``most``: single precision then reaches
+    whatever the units.
+    """
+    rows, starts, near_cells, offsets = runs
+    values, units, greatest, own, charge = near
+    coefficient, rest, least, factor = fall
+    widest, sets, some = 0, q.shape[0], dipoles.shape[2] > 0
+    for k in range(begin, end):
+        width = 0
+        for run in range(starts[k], starts[k + 1]):
+            width += near_cells[1, run] - near_cells[0, run]
+        widest = max(widest, width)
+    cells, squares = np.empty((3, widest)), np.empty(widest, kind)
+    load, acting = np.zeros((sets, 3, widest), kind), np.zeros((3, widest), kind)
+    total, charged = np.empty(sets), acting.dtype.type(charge / coefficient)
+    for k in range(begin, end):
+        if starts[k + 1] == starts[k]:
+            continue
+        width, size = 0, np.sqrt(circles.squares[near_cells[0, starts[k]]])
+        f, unit = 1 / size, coefficient * size
+        cube = f * f * f
+        for run in range(starts[k], starts[k + 1]):
+            first = near_cells[0, run]
+            count = near_cells[1, run] - first
+            for c in range(count):
+                at, j = np.uint64(width + c), np.uint64(first + c)
+                cells[0, at], cells[1, at] = circles.middles[0, j], circles.middles[1, j]
+            for c in range(count):
+                at, square = np.uint64(width + c), circles.squares[np.uint64(first + c)]
+                cells[2, at], squares[at] = square, f * f * square
+            for s in range(sets):
+                scale = 1 / most[s]
+                for c in range(count):
+                    load[s, 0, np.uint64(width + c)] = scale * q[s, np.uint64(first + c)]
+                if some:
+                    scale *= cube
+                    for c in range(count):
+                        at, j = np.uint64(width + c), np.uint64(first + c)
+                        load[s, 1, at], load[s, 2, at] = (
+                            scale * dipoles[s, 0, j],
+                            scale * dipoles[s, 1, j],
+                        )
+            width += count
+        for i in range(rows[0, k], rows[1, k]):
+            place = x[0, i], x[1, i]
+            if charge > 0.0 or some:
+                _act(width, place, cells, squares, f, charged, acting)
+            if factor > 0.0 and some:
+                _add_rest(width, place, cells, rest, least, factor / (f * f * coefficient), acting)
+            # unsigned: else a negative one would count from the end
+            at = np.uint64(offsets[k] + (i - rows[0, k]) * width)
+            step = acting.dtype.type(units[i] / unit)
+            for c in range(width):
+                acting[0, c] += step * values[at + np.uint64(c)]
+            acting[0, own[i]] = greatest[i] / unit
+            _sum(width, load, acting, total)
+            acting[0] = 0.0
+            for s in range(sets):
+                out[s, i] += unit * most[s] * total[s]
+
+
+@vectorised
+def _act(width, place, cells, squares, f, charged, acting):
+    """Put what charges and unit dipoles along x and y in the middles of ``cells`` do, with lengths
+    times ``f``."""
     x, y = place
+    zero, one, rest = squares.dtype.type(0), squares.dtype.type(1), squares.dtype.type(AT_REST)
     for c in range(width):
-        dx, dy, square = x - cells[0, c], y - cells[1, c], cells[2, c]
+        dx = squares.dtype.type(f * (x - cells[0, c]))
+        dy = squares.dtype.type(f * (y - cells[1, c]))
         r2 = dx * dx + dy * dy
-        g = 1.0 / np.sqrt(r2) if r2 > AT_REST * square else 0.0
-        f = coefficient * g * g * g
-        acting[0, c], acting[1, c], acting[2, c] = charge * square * g, f * dx, f * dy
+        g = one / np.sqrt(r2) if r2 > rest * squares[c] else zero
+        cube = g * g * g
+        acting[0, c], acting[1, c], acting[2, c] = charged * squares[c] * g, cube * dx, cube * dy
 
 
 @vectorised
@@ -228,7 +315,7 @@ def _sum(width, load, acting, total):
     """Put sums of loads times what they do, what they do read once for three vectors."""
     sets = load.shape[0]
     for s in range(0, sets - 2, 3):
-        one, two, three = 0.0, 0.0, 0.0
+        one = two = three = acting.dtype.type(0)
         for c in range(width):
             e, fx, fy = acting[0, c], acting[1, c], acting[2, c]
             one += load[s, 0, c] * e + load[s, 1, c] * fx + load[s, 2, c] * fy
@@ -236,10 +323,8 @@ def _sum(width, load, acting, total):
             three += load[s + 2, 0, c] * e + load[s + 2, 1, c] * fx + load[s + 2, 2, c] * fy
         total[s], total[s + 1], total[s + 2] = one, two, three
     for s in range(sets - sets % 3, sets):
-        total[s] = 0.0
+        one = acting.dtype.type(0)
         for c in range(width):
-            total[s] += (
-                load[s, 0, c] * acting[0, c]
-                + load[s, 1, c] * acting[1, c]
-                + load[s, 2, c] * acting[2, c]
-            )
+            e, fx, fy = acting[0, c], acting[1, c], acting[2, c]
+            one += load[s, 0, c] * e + load[s, 1, c] * fx + load[s, 2, c] * fy
+        total[s] = one

@@ -29,7 +29,8 @@ from .assembly import (
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
 from .expansions import CellExpansions, Moments, degree_of
-from .linear_maps import CompressedTranslation, Run, SparseBlocks, Translation
+from .families import CompressedTranslation
+from .linear_maps import Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
 from .near_entries import NearEntries
@@ -230,7 +231,7 @@ class FastSummation:
             far_fields=tuple(
                 FarField(
                     far.p2m.cut(LEAST),
-                    tuple(t.cut(few) for t in far.m2l),
+                    tuple(t.cut(chebyshev.parities) for t in far.m2l),
                     first_columns(far.m2p, terms, few),
                 )
                 for far in self.far_fields
@@ -252,15 +253,16 @@ class FastSummation:
         """Add what several loads do at the points to settlements, shape (s, m).
 
         Mean pressures ``q`` are of shape (s, n), and dipoles of the cells, in the order of the
-        tree, (s, 2, n). Expansions are in single precision if ``rough``.
+        tree, (s, 2, n). They are summed in single precision if ``rough``.
         """
         tree, q = self.tree, q.take(self.tree.cells, axis=1)
         for row in settled:  # in place: a second array would be large
             row[:] = row[tree.points]
         # threads of BLAS would wait for each other longer than the products take
         with limited_threads(1, "blas"), Threads() as run:
-            self._add_expansions(q, dipoles, settled, np.float32 if rough else float, run)
-            self.p2p.add(q, dipoles, settled, run)
+            dtype = np.float32 if rough else float
+            self._add_expansions(q, dipoles, settled, dtype, run)
+            self.p2p.add(q, dipoles, settled, dtype, run)
         for row in settled:
             row[tree.points] = row.copy()
 
@@ -302,13 +304,13 @@ def _laws(
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
     degree, singular = degree_of(chebyshev.order), substrate.surface.influence
-    left, core, right = compressed(chebyshev.m2l(singular, 1.0), tolerance)
+    known = compressed(chebyshev.m2l(singular, 1.0), chebyshev.parities, tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
         (
             lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
-            lambda h: (left, core / h, right),
+            lambda h: known._replace(core=known.core / h),
         )
     ]
     if (table := substrate.remainder) is not None:
@@ -320,7 +322,7 @@ def _laws(
             (
                 lambda cells: of_pieces[..., cells],
                 kernel,
-                lambda h: compressed(chebyshev.m2l(kernel, h), tolerance),
+                lambda h: compressed(chebyshev.m2l(kernel, h), chebyshev.parities, tolerance),
             )
         )
     return laws
