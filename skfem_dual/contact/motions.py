@@ -25,8 +25,8 @@ from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.factors import Factors
 from .footprint import Footprint
+from .sectors import Sectors, sectors
 from .system import DENSE
-from .work import Sectors, sectors
 
 
 def holding(cells: Footprint) -> HalfSpace | Stratified:
