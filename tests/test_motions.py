@@ -297,6 +297,12 @@ def test_lifted_off():
     assert lifted.shear.traction @ punch.partition.areas == pytest.approx([0.1, 0.0], abs=2e-3)
 
 
+def test_nothing_moves_nothing():
+    """Zeros have no sign, which tables and reports would show."""
+    still = circle(60, 1.0).solve(1.0, at=(0.6, 0.0), horizontal=(0.0, 0.0), torsion=0.0).shear
+    assert not np.signbit([*still.displacement, still.twist]).any()
+
+
 def test_constant_edge_is_coarser():
     exact = exact_circle(2.0)
     found = circle(200, edge="constant").stiffness(full=True).diagonal()

@@ -3,7 +3,7 @@
 import argparse
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -26,6 +26,7 @@ from ..grids.corners import signed_areas
 from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
 from ..terminal import is_watched
+from .messages import in_options
 from .outlines import is_outline, plan_of, solve_outline
 
 
@@ -208,10 +209,15 @@ def solve_cases(
         case: [of[base.name].load(base.origin) for base in bases] for case, of in rows.items()
     }
     if len(punches) == 1:
-        cases = punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)
-        return {"": cases}
-    found = RigidPunches(punches, names=[base.name for base in bases]).solve_many(loads, **how)
-    return {base.name: cases for base, cases in zip(bases, found, strict=True)}
+        found = [punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)]
+        names = [""]
+    else:
+        names = [base.name for base in bases]
+        found = list(RigidPunches(punches, names=names).solve_many(loads, **how))
+    return {
+        name: replace(cases, messages=tuple(map(in_options, cases.messages)))
+        for name, cases in zip(names, found, strict=True)
+    }
 
 
 def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, CaseRow]]:

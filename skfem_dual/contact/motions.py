@@ -209,7 +209,7 @@ class ShearSolution:
         shift = moving(motions.footprint.centre - origin)[3:, 3:]
         stiffness = shift.T @ motions.stiffness @ shift
         by_points = np.linalg.solve(motions.collocated_stiffness, np.linalg.solve(shift.T, load))
-        position = np.linalg.solve(stiffness, load)
+        position = np.linalg.solve(stiffness, load) + 0.0  # no zeros with a sign
         traction = np.tensordot(by_points, motions.tractions, 1)
         return cls(
             horizontal=readonly(load[:2]),
