@@ -332,12 +332,14 @@ def _where(beyond_plan: float) -> str:
     return "nearer to the edge of the plan's convex hull than its outermost cells"
 
 
-def between_waves(load: Load, unilateral: bool) -> Load:
+def between_waves(load: Load, unilateral: bool, name: str) -> Load:
     """A load on periodic ground, which neither tilts nor has a place of its own."""
     untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
     if load.force is None or load.shear is not None or not untilted or not unilateral:
+        given = [f.name for f in fields(Load) if getattr(load, f.name) is not None]
         raise ValueError(
-            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
+            f"{name}: expected a force alone on a PeriodicGround, and unilateral contact, got "
+            f"{', '.join(given)}{'' if unilateral else ', unilateral=False'}: a tilt is not "
             "periodic, and a settlement relative to the mean of the surface imposes no force"
         )
     return Load(force=load.force, tilt=(0.0, 0.0))
