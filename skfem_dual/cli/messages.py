@@ -17,6 +17,8 @@ OPTIONS = (
     (r"; the settlement of the ground beside it is solution\.ground_displacement\(x\)", ""),
     (r"; or pressure_field with a larger refine, nodal_pressure with conserve=False", ""),
     (r", or tol= greater than it, now \S+", ""),
+    (r"\. Remedy: quads=\"keep\"", ""),
+    (r"outlines are read by Plan\.read", "outlines are for the command solve"),
     (r"method=\"cg\"", "a coarser mesh"),
     (r"time_limit=?", "--time-limit"),
     (r"memory=, or ", ""),
