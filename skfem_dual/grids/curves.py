@@ -132,7 +132,7 @@ def corners_of(name: str, corners: ArrayLike) -> ndarray:
     onward = np.roll(v, -1, axis=1)
     if np.any((v == onward).all(axis=0)):
         raise ValueError(f"expected {name} without repeated corners; leave out the last one")
-    twice = np.sum(v[0] * onward[1] - v[1] * onward[0])
+    twice = np.sum(cross(v - v[:, :1], onward - v[:, :1]))
     return v if twice > 0 else v[:, ::-1].copy()
 
 
