@@ -99,6 +99,11 @@ def test_the_centroid_is_the_origin(capsys, footing):
     assert code == 0
     assert "the origin (512200, 231400) is 98 off the plan" in err[0]
     assert "Remedy: leave out --origin for the centroid, (512300, 231400)" in err[0]
+    # with digits enough for site coordinates
+    code, out, err = run(
+        capsys, "solve", path, *UNITS, *load, "--origin", str(SITE[0] - 9.875), "231400.125"
+    )
+    assert "the origin (512290.125, 231400.125) is 7.88 off the plan" in err[0]
 
 
 def test_a_load_off_the_plan_is_told_in_options(capsys, footing):

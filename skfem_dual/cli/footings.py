@@ -25,6 +25,7 @@ from ..contact.load import Hull
 from ..grids.corners import signed_areas
 from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
+from ..messages import place
 from ..terminal import is_watched
 from .messages import in_options
 from .outlines import is_outline, plan_of, solve_outline
@@ -98,9 +99,9 @@ def read_bases(
         beyond = Hull(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
         if options.origin is not None and beyond > 0:
             warnings.warn(
-                f"the origin ({origin[0]:.6g}, {origin[1]:.6g}) is {beyond:.3g} off the plan, "
+                f"the origin {place(origin)} is {beyond:.3g} off the plan, "
                 "settlement and moments refer to it. Remedy: leave out --origin for the "
-                f"centroid, ({centre[0]:.6g}, {centre[1]:.6g})",
+                f"centroid, {place(centre)}",
                 stacklevel=1,
             )
         accuracy = None

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import LARGEST, checked_array, checked_number, checked_points
 from ..kernels.once import computed_once
+from ..messages import place
 from .outline import distance_to_segments, inside_loops
 from .planar import cross
 
@@ -163,7 +164,7 @@ def check_loops(loops: list[ndarray]) -> None:
         i, j = bad[0]
         raise ValueError(
             "expected outline and holes that neither cross nor touch themselves or each other; "
-            f"they do near ({a[0, i]:.6g}, {a[1, i]:.6g}) and ({a[0, j]:.6g}, {a[1, j]:.6g})"
+            f"they do near {place(a[:, i])} and {place(a[:, j])}"
         )
     for i, hole in enumerate(loops[1:]):
         corner = hole[:, :1]
