@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 from ..arguments import Pair, checked_instance, checked_number, checked_pair
 from ..grids.planar import cross
 from ..kernels.once import computed_once
-from ..messages import shown
+from ..messages import place, shown
 
 #: points so near to a side of a polygon, by areas, are not inside
 ROUNDING = 1e-9
@@ -302,11 +302,12 @@ def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], f
             )
         return
     if load.point is not None and not hulls[0].holds(origin + load.point):
-        (x, y), beyond = load.point, hulls[0].beyond(origin + load.point)
+        beyond, off = hulls[0].beyond(origin + load.point), hulls[1].beyond(origin)
+        there = f", or the origin, which is {off:.3g} off the plan, origin=" if off > 0 else ""
         raise ValueError(
-            f"expected a resultant within the plan, got one at ({x:.6g}, {y:.6g}) from the "
+            f"expected a resultant within the plan, got one at {place(load.point)} from the "
             f"origin, {_where(hulls[1].beyond(origin + load.point))}: the punch turns over. "
-            f"Remedy: move the load by more than {beyond:.3g} towards the middle, or "
+            f"Remedy: move the load by more than {beyond:.3g} towards the middle{there}, or "
             "unilateral=False for ground that pulls"
         )
 
@@ -318,8 +319,8 @@ def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> 
     beyond = hulls[0].beyond_ray(point, moved)
     if beyond > 1e-12 * np.ptp(hulls[0].sides[1]) if moved.any() else beyond > 0:
         raise ValueError(
-            f"expected the reaction to a settlement within the plan, got one at ({x:.6g}, "
-            f"{y:.6g}) from the origin{' and moments' * bool(moved.any())}, "
+            f"expected the reaction to a settlement within the plan, got one at {place((x, y))} "
+            f"from the origin{' and moments' * bool(moved.any())}, "
             f"{_where(hulls[1].beyond_ray(point, moved))}: no pressures can balance it. Remedy: "
             f"move it by more than {beyond:.3g} towards the middle, at= or origin=, or impose "
             "the tilt as well, tilt="

@@ -61,7 +61,7 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         bad = np.nonzero(~np.isfinite(values))[0]
         raise ValueError(
             f"expected finite gaps; the first that is not: collocation point {bad[0]} at "
-            f"({x[0, bad[0]]:.6g}, {x[1, bad[0]]:.6g})"
+            f"{place(x[:, bad[0]])}"
         )
     return values
 
