@@ -2,6 +2,7 @@
 
 import math
 import reprlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,15 @@ class _Shown(reprlib.Repr):
         if x is None or isinstance(x, (bool, complex, float, np.generic)):
             return repr(x)
         return type(x).__name__
+
+
+def place(x: Sequence[float] | ndarray) -> str:
+    """A point, with digits enough for site coordinates.
+
+    >>> place((451204.8, 5411903.6))
+    '(451204.8, 5411903.6)'
+    """
+    return f"({x[0]:.10g}, {x[1]:.10g})"
 
 
 def shown(value: Any) -> str:

@@ -176,6 +176,7 @@ LAYERS = [
         "contact.line_work",
         "contact.along_lines",
         "contact.work",
+        "contact.by_work",
         "contact.motions",
         "contact.body",
         "contact.kern",

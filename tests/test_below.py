@@ -51,6 +51,20 @@ def on_crust():
     return RigidPunch(CRUST, BASIS).solve(1.0)
 
 
+def test_far_from_the_origin(on_crust):
+    """At site coordinates as at the origin, near the edge too."""
+    far = np.array([[4.5e5], [5.4e6]])
+    cells = DualMesh.from_mesh(disc(3).translated(far.ravel())).basis()
+    there = RigidPunch(CRUST, cells, origin=far.ravel()).solve(1.0)
+    x, z = np.array([[0.1, 0.9, 1.1], [0.0, 0.1, 0.2]]), np.full((1, 3), 0.05)
+    for quantity in (stress_below, displacement_below):
+        expected = np.asarray(quantity(on_crust, np.vstack([x, z])))
+        found = np.asarray(quantity(there, np.vstack([x + far, z])))
+        assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+    shares = [settlement_by_layers(s, y) for s, y in ((on_crust, x), (there, x + far))]
+    assert shares[1] == pytest.approx(shares[0], abs=1e-6 * shares[0].max())
+
+
 @pytest.mark.parametrize("at", [(0.3, -0.2), (1.4, 0.0)], ids=["under", "beside"])
 def test_strains_add_up_to_settlements(on_rock, at):
     """Of each layer, by Gauss points over its depth, and down to the rock."""

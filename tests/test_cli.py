@@ -22,6 +22,7 @@ from skfem_dual.io import read_dual, read_polygons
 
 DATA = Path(__file__).parent / "data"
 DISC = str(DATA / "disc.msh")
+DRAWING = str(DATA / "footing.dxf")
 GROUND = ["--young", "1", "--poisson", "0.25"]
 
 
@@ -283,6 +284,7 @@ LOAD = [*GROUND, "--force", "1"]
         (["dual", DISC, "--colour", "red"], "unrecognized arguments"),
         ([], "arguments are required"),
         (["bake", DISC], "invalid choice: 'bake'"),
+        (["check", DRAWING], "; outlines are for the command solve"),
     ],
 )
 def test_errors_take_one_line_and_exit_with_2(capsys, args, message):

@@ -1,18 +1,21 @@
 """Load cases, units and footings on the command line."""
 
+import ast
 import csv
 import json
 import re
 import shlex
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from plans import rectangle
 from test_cli import DATA, DISC, GROUND, run
 
+import skfem_dual
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
-from skfem_dual.cli.messages import in_options
+from skfem_dual.cli.messages import OPTIONS, in_options
 from skfem_dual.cli.parser import EXAMPLES
 from skfem_dual.report import figures
 
@@ -96,6 +99,11 @@ def test_the_centroid_is_the_origin(capsys, footing):
     assert code == 0
     assert "the origin (512200, 231400) is 98 off the plan" in err[0]
     assert "Remedy: leave out --origin for the centroid, (512300, 231400)" in err[0]
+    # with digits enough for site coordinates
+    code, out, err = run(
+        capsys, "solve", path, *UNITS, *load, "--origin", str(SITE[0] - 9.875), "231400.125"
+    )
+    assert "the origin (512290.125, 231400.125) is 7.88 off the plan" in err[0]
 
 
 def test_a_load_off_the_plan_is_told_in_options(capsys, footing):
@@ -107,6 +115,20 @@ def test_a_load_off_the_plan_is_told_in_options(capsys, footing):
     assert in_options("got force=-1. Remedy: at= or origin=, or tilt=") == (
         "got --force -1. Remedy: --at or --origin, or --tilt"
     )
+
+
+def test_every_option_stands_for_words_of_a_message():
+    """Messages change, and what is put in place of their words has to follow."""
+    texts = []
+    for path in Path(skfem_dual.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.JoinedStr):
+                parts = (v.value if isinstance(v, ast.Constant) else "1" for v in node.values)
+                texts.append("".join(map(str, parts)))
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                texts.append(node.value)
+    texts = [text for text in texts if "Remedy" in text and "\n" not in text]
+    assert [words for words, _ in OPTIONS if not any(re.search(words, t) for t in texts)] == []
 
 
 def test_cases_from_a_table(capsys, tmp_path, footing):
@@ -141,12 +163,16 @@ def test_cases_from_a_table(capsys, tmp_path, footing):
 
 def test_a_case_that_turns_over(capsys, tmp_path, footing):
     loads = cases_in(tmp_path, "name,force,ex,ey\ndead,1,0,0\ngale,1,2.5,0\n")
-    table = tmp_path / "out.csv"
-    files = ["--loads", loads, "--table", table]
+    table, data, page = (tmp_path / f"out.{kind}" for kind in ("csv", "json", "html"))
+    files = ["--loads", loads, "--table", table, "--json", data, "--report", page]
     code, out, err = run(capsys, "solve", footing[0], *UNITS, *files)
     assert code == 3
     assert any("gale" in line and "no solution" in line for line in err)
-    assert not any("unilateral" in line for line in err)  # it is --bilateral here
+    for text in (*err, *(file.read_text() for file in (table, data, page))):
+        assert "unilateral" not in text  # it is --bilateral here
+    dead, gale = json.loads(data.read_text())["footings"][0]["cases"]
+    assert dead.keys() == gale.keys()  # what is not known is null
+    assert gale["settlement"] is gale["pressure"] is None
     assert any(line.startswith("gale") and "NO SOLUTION" in line for line in out)
     with table.open(newline="") as file:
         assert [row["success"] for row in csv.DictReader(file)] == ["True", "False"]

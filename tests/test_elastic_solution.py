@@ -345,6 +345,7 @@ def test_refused(punch, block):
         (lambda: punch.solve(f, method="newton"), 'method "auto", "active-set" or "cg"'),
         (lambda: punch.solve(f, gap_rtol=2.0), "gap_rtol"),
         (lambda: punch.solve(-f), "they pull"),
+        (lambda: punch.solve_many([f, -f]), "load 1: expected loads that pressures"),
         (lambda: punch.solve(point_load(punch, (0.995, 0.0))), "outside of the plan"),
         (lambda: punch.solve(f).deflection([2.0, 0.0]), "lie outside"),
     ):

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from skfem_dual import DualMesh
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.corners import signed_areas
+from skfem_dual.grids.curves import corners_of
 from skfem_dual.grids.general import general_triangulation
 from skfem_dual.grids.generate import annulus, disc, polar, polygon, rectangle
 from skfem_dual.grids.partition import Partition
@@ -316,3 +317,11 @@ def test_strips(length, n):
 def test_far_from_the_origin():
     mesh = disc(n=300, radius=5.0, centre=(456789.0, 5432100.0))
     assert mesh.p.shape[1] == pytest.approx(300, rel=0.03)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_senses_of_small_outlines_far_from_the_origin(sense):
+    """A kite of a centimetre at site coordinates."""
+    kite = 0.01 * np.array([[0, 1, 1.1, 1, 0], [0, 0, 0.5, 1, 1]])[:, ::sense]
+    found = corners_of("outline", kite + np.array([[4.5e5], [5.4e6]]))
+    assert signed_areas(found[:, :3], np.array([[0], [1], [2]]))[0] > 0

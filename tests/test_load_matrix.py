@@ -250,6 +250,29 @@ def test_what_does_not_cover_the_plan_is_told():
         s.load_vector(FacetBasis(mesh, ElementTriP1()))
 
 
+def test_functions_of_another_mesh_are_told():
+    """Plate elements keep functions from their first use: scikit-fem's bases are then wrong."""
+    mesh = rectangle(4)
+    s = solved(DualMesh.from_mesh(mesh).basis())
+    element = ElementTriMorley()
+    expected = s.load_vector(CellBasis(mesh, element))
+    renumbered = MeshTri(mesh.p, mesh.t[:, ::-1])
+    with pytest.raises(ValueError, match=r"kept from another mesh. .*ElementTriMorley\(\) anew"):
+        s.load_vector(CellBasis(renumbered, element))
+    with pytest.raises(ValueError, match="on the 8 elements of the mesh, got those of"):
+        s.load_vector(CellBasis(rectangle(2), ElementVector(element)), component=1)
+    found = s.load_vector(CellBasis(renumbered, ElementTriMorley()))
+    assert np.sort(found) == pytest.approx(np.sort(expected), abs=1e-12)
+
+
+def test_plate_elements_far_from_the_origin_are_told():
+    """Forces would be off by 2e-3 there, and deflections of a raft by 8 %."""
+    far = rectangle(4).translated((4.5e5, 5.4e6))
+    s = RigidPunch(SOIL, DualMesh.from_mesh(far).basis(), origin=(4.5e5, 5.4e6)).solve(1.0)
+    with pytest.raises(ValueError, match=r"far from the origin.* mesh\.translated to the origin"):
+        s.load_vector(CellBasis(far, ElementTriMorley()))
+
+
 def test_far_from_the_origin(ring):
     """At site coordinates as at the origin."""
     far = ring.translated((4.5e5, 5.4e6))

@@ -167,6 +167,15 @@ def test_origin():
     assert same @ there @ same == pytest.approx(motion @ here @ motion, rel=1e-12)
 
 
+def test_far_from_the_origin():
+    """At site coordinates as at the origin, in units of the largest stiffness of a kind."""
+    mesh, far = disc(n=60), (4.5e5, 5.4e6)
+    for rough in (False, True):
+        here = base(mesh).stiffness(full=True, rough=rough)
+        there = base(mesh.translated(far), origin=far).stiffness(full=True, rough=rough)
+        assert there == pytest.approx(here, abs=1e-7 * here.max())
+
+
 def test_torsion_of_circle(unit_circle):
     """Traction 3 T r / (4 pi a^3 sqrt(a^2 - r^2)) around the centre, twist 3 T / (16 G a^3)."""
     punch, torsion = unit_circle, 2.0
@@ -295,6 +304,12 @@ def test_lifted_off():
     softer = np.linalg.eigvalsh(held.shear.stiffness - lifted.shear.stiffness)
     assert softer.min() > 0
     assert lifted.shear.traction @ punch.partition.areas == pytest.approx([0.1, 0.0], abs=2e-3)
+
+
+def test_nothing_moves_nothing():
+    """Zeros have no sign, which tables and reports would show."""
+    still = circle(60, 1.0).solve(1.0, at=(0.6, 0.0), horizontal=(0.0, 0.0), torsion=0.0).shear
+    assert not np.signbit([*still.displacement, still.twist]).any()
 
 
 def test_constant_edge_is_coarser():

@@ -188,7 +188,11 @@ GAP = {"gap": lambda x: x[0]}
             lambda: write_solution("a.vtu", flat(cells(8, 8), **GAP).solve(1.0)),
             r"Remedy: write_field\(path, solution.punch.basis, solution.pressure\)",
         ),
-        (lambda: load_path(flat(cells(8, 8), **GAP), [{"settlement": 1.0}]), "a force alone"),
+        (lambda: load_path(flat(cells(8, 8), **GAP), [{"settlement": 1.0}]), "load 0: expected a"),
+        (
+            lambda: flat(cells(8, 8), **GAP).solve_many({"b": {"settlement": 1.0}}),
+            "load case 'b': .* got settlement: ",
+        ),
         (lambda: flat(cells(8, 8), **GAP).matrix, "ground without a period"),
         (
             lambda: flat(cells(8, 8), **GAP).solve(1.0).displacement([[0.5], [0.5]]),

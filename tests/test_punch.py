@@ -303,6 +303,17 @@ def test_bad_loads(load, error, message):
         punch(disc(1)).solve(**load)
 
 
+def test_origins_off_the_plan_are_told_with_loads_that_are():
+    """Meshes at site coordinates meet the default origin, with which no load is on the plan."""
+    far = punch(disc(1).translated((4.5e5, 5.4e6)))
+    with pytest.raises(
+        ValueError, match=r"or the origin, which is 5.*e\+06 off the plan, origin="
+    ):
+        far.solve(1.0)
+    with pytest.raises(ValueError, match=r"got one at \(451204\.8, 0\) from.* middle, or unil"):
+        punch(disc(1)).solve(1.0, at=(451204.8, 0.0))
+
+
 def test_bad_problems():
     basis = DualMesh.from_mesh(disc(1)).basis()
     with pytest.raises(TypeError, match="expected a substrate such as HalfSpace, got 3"):

@@ -51,6 +51,16 @@ def test_every_ground(ground):
         assert "What the ground contributes" in page
 
 
+@pytest.mark.parametrize(
+    ("base", "last"), [("bonded", "1 – 3"), (HalfSpace(5e4, 0.3), "below 3")], ids=["rock", "soil"]
+)
+def test_the_last_layer_ends_at_rock(base, last):
+    solution = RigidPunch(LayeredHalfSpace(LAYERS, base), BASIS).solve(1e3)
+    page = report_html(solution, units="kN,m")
+    shares = page[page.index("What the ground contributes") :].partition("</table>")[0]
+    assert last in shares.split("<tr>")[-1]
+
+
 def test_of_the_command_line(tmp_path):
     file = tmp_path / "out.json"
     options = "--young 2e4 --poisson 0.3 --force 1e3 --profile 0.75 0 --quiet --json"

@@ -117,9 +117,24 @@ def test_cells_take_means():
         assert found == pytest.approx(plane(cells.doflocs), abs=1e-12)
 
 
-def test_a_target_that_is_too_small():
+@pytest.mark.parametrize("larger", [SQUARE.scaled(2.0), QUADRILATERALS.scaled(2.0)])
+def test_cells_beside_the_field_take_zero(larger):
+    """Cells larger than the field keep its force, as other targets do."""
+    element = ElementTriP0() if isinstance(larger, MeshTri) else ElementQuad0()
+    targets = [CellBasis(larger, element)]
+    if isinstance(larger, MeshTri):
+        targets.append(DualMesh.from_mesh(larger).basis())
+    basis = CellBasis(SQUARE.translated((0.1, -0.2)), ElementTriP1())
+    for target in targets:
+        found = transfer(basis, np.ones(basis.N), target)
+        assert field_resultant(target, found)[0] == pytest.approx(4.0, rel=1e-12)
+        assert (found.min(), found.max()) == pytest.approx((0.0, 1.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("element", [ElementTriP1(), ElementTriP0()])
+def test_a_target_that_is_too_small(element):
     basis = CellBasis(SQUARE, ElementTriP1())
-    small = CellBasis(MeshTri().refined(2), ElementTriP1())
+    small = CellBasis(MeshTri().refined(2), element)
     with pytest.raises(ValueError, match="3 of its area 4 lies outside"):
         transfer(basis, basis.doflocs[0], small)
 

@@ -3,7 +3,7 @@
 import argparse
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -25,7 +25,9 @@ from ..contact.load import Hull
 from ..grids.corners import signed_areas
 from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
+from ..messages import place
 from ..terminal import is_watched
+from .messages import in_options
 from .outlines import is_outline, plan_of, solve_outline
 
 
@@ -97,9 +99,9 @@ def read_bases(
         beyond = Hull(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
         if options.origin is not None and beyond > 0:
             warnings.warn(
-                f"the origin ({origin[0]:.6g}, {origin[1]:.6g}) is {beyond:.3g} off the plan, "
+                f"the origin {place(origin)} is {beyond:.3g} off the plan, "
                 "settlement and moments refer to it. Remedy: leave out --origin for the "
-                f"centroid, ({centre[0]:.6g}, {centre[1]:.6g})",
+                f"centroid, {place(centre)}",
                 stacklevel=1,
             )
         accuracy = None
@@ -208,10 +210,15 @@ def solve_cases(
         case: [of[base.name].load(base.origin) for base in bases] for case, of in rows.items()
     }
     if len(punches) == 1:
-        cases = punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)
-        return {"": cases}
-    found = RigidPunches(punches, names=[base.name for base in bases]).solve_many(loads, **how)
-    return {base.name: cases for base, cases in zip(bases, found, strict=True)}
+        found = [punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)]
+        names = [""]
+    else:
+        names = [base.name for base in bases]
+        found = list(RigidPunches(punches, names=names).solve_many(loads, **how))
+    return {
+        name: replace(cases, messages=tuple(map(in_options, cases.messages)))
+        for name, cases in zip(names, found, strict=True)
+    }
 
 
 def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, CaseRow]]:

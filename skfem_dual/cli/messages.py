@@ -14,7 +14,11 @@ OPTIONS = (
     (r"at= or origin=", "--at or --origin"),
     # what only programs can do
     (r", as by refine_to_contact", ""),
-    (r"; the settlement of the ground beside it is solution\.displacement\(x\)", ""),
+    (r"; the settlement of the ground beside it is solution\.ground_displacement\(x\)", ""),
+    (r"; or pressure_field with a larger refine, nodal_pressure with conserve=False", ""),
+    (r", or tol= greater than it, now \S+", ""),
+    (r"\. Remedy: quads=\"keep\"", ""),
+    (r"outlines are read by Plan\.read", "outlines are for the command solve"),
     (r"method=\"cg\"", "a coarser mesh"),
     (r"time_limit=?", "--time-limit"),
     (r"memory=, or ", ""),

@@ -16,8 +16,8 @@ from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..messages import shown
 from ..operators.symmetry import Symmetry
+from .by_work import Member
 from .load import Load
-from .work import Member
 
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
 #: of flat punches with edge-weighted cells from those by work on triangles, and from those by

@@ -13,10 +13,10 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once, remember
 from .along_lines import has_law, on_each
 from .bearing import Circles
+from .by_work import Alone
 from .footprint import Footprint
 from .load import Load
 from .solution import PunchSolution
-from .work import Alone
 
 #: columns of `CasesSolution.table`
 COLUMNS = (

@@ -320,9 +320,20 @@ class ElasticPunch(Body):
             Load vectors, the columns of an array.
         options
             As of `solve`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `solve`; says which load, from 0.
         """
         columns = F.T if isinstance(F, np.ndarray) and F.ndim == 2 else F
-        return tuple(self.solve(f, **options) for f in checked_sequence("F", columns))
+        found = []
+        for number, f in enumerate(checked_sequence("F", columns)):
+            try:
+                found.append(self.solve(f, **options))
+            except (TypeError, ValueError) as error:
+                raise type(error)(f"load {number}: {error}") from error
+        return tuple(found)
 
     def checked_loads(self, f: ArrayLike, x: ArrayLike | None) -> tuple[ndarray, ndarray]:
         """Loads, and values of the DOFs that are held.

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from ..elements.balance import can_balance
 from ..kernels.once import computed_once
+from .by_work import Member
 from .elastic_solution import ElasticSolution
 from .load import Constraints, Load
 from .pressed import Pressed
 from .problem import Contact
 from .solution import PunchSolution
-from .work import Member
 
 #: cells in contact that lie so wide, over how long they lie, are in a line
 LINE = 1e-6

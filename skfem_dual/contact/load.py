@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 from ..arguments import Pair, checked_instance, checked_number, checked_pair
 from ..grids.planar import cross
 from ..kernels.once import computed_once
-from ..messages import shown
+from ..messages import place, shown
 
 #: points so near to a side of a polygon, by areas, are not inside
 ROUNDING = 1e-9
@@ -302,11 +302,12 @@ def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], f
             )
         return
     if load.point is not None and not hulls[0].holds(origin + load.point):
-        (x, y), beyond = load.point, hulls[0].beyond(origin + load.point)
+        beyond, off = hulls[0].beyond(origin + load.point), hulls[1].beyond(origin)
+        there = f", or the origin, which is {off:.3g} off the plan, origin=" if off > 0 else ""
         raise ValueError(
-            f"expected a resultant within the plan, got one at ({x:.6g}, {y:.6g}) from the "
+            f"expected a resultant within the plan, got one at {place(load.point)} from the "
             f"origin, {_where(hulls[1].beyond(origin + load.point))}: the punch turns over. "
-            f"Remedy: move the load by more than {beyond:.3g} towards the middle, or "
+            f"Remedy: move the load by more than {beyond:.3g} towards the middle{there}, or "
             "unilateral=False for ground that pulls"
         )
 
@@ -318,8 +319,8 @@ def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> 
     beyond = hulls[0].beyond_ray(point, moved)
     if beyond > 1e-12 * np.ptp(hulls[0].sides[1]) if moved.any() else beyond > 0:
         raise ValueError(
-            f"expected the reaction to a settlement within the plan, got one at ({x:.6g}, "
-            f"{y:.6g}) from the origin{' and moments' * bool(moved.any())}, "
+            f"expected the reaction to a settlement within the plan, got one at {place((x, y))} "
+            f"from the origin{' and moments' * bool(moved.any())}, "
             f"{_where(hulls[1].beyond_ray(point, moved))}: no pressures can balance it. Remedy: "
             f"move it by more than {beyond:.3g} towards the middle, at= or origin=, or impose "
             "the tilt as well, tilt="
@@ -332,12 +333,14 @@ def _where(beyond_plan: float) -> str:
     return "nearer to the edge of the plan's convex hull than its outermost cells"
 
 
-def between_waves(load: Load, unilateral: bool) -> Load:
+def between_waves(load: Load, unilateral: bool, name: str) -> Load:
     """A load on periodic ground, which neither tilts nor has a place of its own."""
     untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
     if load.force is None or load.shear is not None or not untilted or not unilateral:
+        given = [f.name for f in fields(Load) if getattr(load, f.name) is not None]
         raise ValueError(
-            "expected a force alone on a PeriodicGround, and unilateral contact: a tilt is not "
+            f"{name}: expected a force alone on a PeriodicGround, and unilateral contact, got "
+            f"{', '.join(given)}{'' if unilateral else ', unilateral=False'}: a tilt is not "
             "periodic, and a settlement relative to the mean of the surface imposes no force"
         )
     return Load(force=load.force, tilt=(0.0, 0.0))

@@ -25,8 +25,8 @@ from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.factors import Factors
 from .footprint import Footprint
+from .sectors import Sectors, sectors
 from .system import DENSE
-from .work import Sectors, sectors
 
 
 def holding(cells: Footprint) -> HalfSpace | Stratified:
@@ -209,7 +209,7 @@ class ShearSolution:
         shift = moving(motions.footprint.centre - origin)[3:, 3:]
         stiffness = shift.T @ motions.stiffness @ shift
         by_points = np.linalg.solve(motions.collocated_stiffness, np.linalg.solve(shift.T, load))
-        position = np.linalg.solve(stiffness, load)
+        position = np.linalg.solve(stiffness, load) + 0.0  # no zeros with a sign
         traction = np.tensordot(by_points, motions.tractions, 1)
         return cls(
             horizontal=readonly(load[:2]),

@@ -156,7 +156,7 @@ def _together(punch: RigidPunch, loads: Sequence[Mapping], options: dict[str, An
     """Of a rigid punch, whose loads share what they can."""
     names = tuple(f"load {number}" for number in range(len(loads)))
     unilateral = options.get("unilateral", True)
-    given = [(punch.acted_on(load_of(*pair), unilateral),) for pair in zip(names, loads)]
+    given = [(punch.acted_on(load_of(*pair), unilateral, pair[0]),) for pair in zip(names, loads)]
     found = solve_cases(punch, names, given, **options)
     for name, answer, message in zip(names, found.answers, found.messages, strict=True):
         if answer is None:

@@ -333,18 +333,16 @@ class RigidPunch(Movable, RigidBodies):
         """
         names, given = named(cases)
         unilateral = options.get("unilateral", True)
-        loads = [
-            self.acted_on(load_of(f"load case {name!r}", load), unilateral)
-            for name, load in zip(names, given)
-        ]
+        said = [f"load case {name!r}" for name in names]
+        loads = [self.acted_on(load_of(*pair), unilateral, pair[0]) for pair in zip(said, given)]
         single = [(load,) for load in loads]
         answers = solve_cases(self, names, single, **options)
         answers.warn()
         return answers.of(0, self.footprint, loads)
 
-    def acted_on(self, load: Load, unilateral: bool) -> Load:
+    def acted_on(self, load: Load, unilateral: bool, name: str = "load") -> Load:
         """What acts under a load: on periodic ground no tilt, and a force without a place."""
-        return between_waves(load, unilateral) if self._periodic else load
+        return between_waves(load, unilateral, name) if self._periodic else load
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What one load imposes; a ValueError where no pressures, or no ground, can balance it."""

@@ -22,7 +22,7 @@ from ..arguments import (
 )
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from ..messages import shown
+from ..messages import place, shown
 
 #: points so many distances of heights beyond a grid of them are on its rim
 OUTSIDE = 1e-9
@@ -61,7 +61,7 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         bad = np.nonzero(~np.isfinite(values))[0]
         raise ValueError(
             f"expected finite gaps; the first that is not: collocation point {bad[0]} at "
-            f"({x[0, bad[0]]:.6g}, {x[1, bad[0]]:.6g})"
+            f"{place(x[:, bad[0]])}"
         )
     return values
 
@@ -251,8 +251,8 @@ class MeasuredProfile:
         if np.isnan(height).any():
             bad = np.argmax(np.isnan(height))
             raise ValueError(
-                f"expected points measured around the whole plan; ({x[0].flat[bad]:.6g}, "
-                f"{x[1].flat[bad]:.6g}) is outside them"
+                "expected points measured around the whole plan; "
+                f"{place(x.reshape(2, -1)[:, bad])} is outside them"
             )
         return height
 

@@ -12,6 +12,7 @@ from ..elements.influence import flat_points
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
+from .by_work import Alone, Member
 from .load import Load
 from .motions import ShearSolution, sliding
 from .pressed import Pressed
@@ -19,7 +20,6 @@ from .pressures import CellPressures
 from .problem import Contact
 from .region import ContactRegion
 from .system import DENSE
-from .work import Alone, Member
 
 TINY = float(np.finfo(float).tiny)
 

@@ -1,6 +1,6 @@
 """Values of the test functions of any scikit-fem basis at points in the plane of a plan."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -16,6 +16,8 @@ from ..grids.polygons import some
 from ..kernels.once import computed_once
 
 _B = TypeVar("_B", bound=AbstractBasis)
+#: how far functions of vertices may be from 1 in these; forces are off by a tenth of that
+NODAL = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,10 @@ class ShapeFunctions:
 
     @classmethod
     def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
+        if isinstance(basis, AbstractBasis):
+            for element in _parts(basis.elem):
+                if isinstance(element, ElementGlobal) and element.V is not None:
+                    _require_of_mesh(element, basis.mapping)
         if type(basis) is FacetBasis and basis.mesh.dim() == 3:
             return cls._of_facets(basis, component)
         if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
@@ -126,6 +132,43 @@ class ShapeFunctions:
             )
         k, at = wanted[0]
         return (lambda fields: np.asarray(fields[k])[at]), self.up if at else None
+
+
+def _parts(element: Element) -> Iterator[Element]:
+    """An element and those of which it consists."""
+    yield element
+    for part in [element.elem] if hasattr(element, "elem") else getattr(element, "elems", ()):
+        yield from _parts(part)
+
+
+def _require_of_mesh(element: ElementGlobal, mapping: Mapping) -> None:
+    """Refuse functions that are not those of the mesh: the first of each vertex is 1 in it.
+
+    Plate elements keep the functions of the mesh they were first used on, as polynomials of the
+    coordinates themselves, which far from the origin have no digits left.
+    """
+    mesh, name = mapping.mesh, type(element).__name__
+    anew = f"{name}() anew for the basis of each mesh"
+    if len(element.V) != mesh.nelements:
+        raise ValueError(
+            f"expected functions of {name} on the {mesh.nelements} elements of the mesh, got "
+            f"those of {len(element.V)} elements, kept from its first use on another mesh. "
+            f"Remedy: {anew}"
+        )
+    values = [
+        np.asarray(element.gbasis(mapping, x[:, None], i * element.nodal_dofs)[0])
+        for i, x in enumerate(mesh.elem.refdom.p.T)
+    ]
+    off = np.abs(np.array(values) - 1).max(axis=(0, 2))
+    bad = np.nonzero(~(off < NODAL))[0]
+    if len(bad):
+        raise ValueError(
+            f"expected functions of {name} that are 1 in vertices of the mesh, elements "
+            f"{some(bad)} have some that are off by up to {off.max():.2g}; likely cause: "
+            "coordinates far from the origin, where polynomials of them have no digits left, or "
+            "functions kept from another mesh. Remedy: mesh.translated to the origin, for "
+            f"structure and cells; or {anew}"
+        )
 
 
 def _monomials(x: ndarray, degree: int) -> ndarray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import LARGEST, checked_array, checked_number, checked_points
 from ..kernels.once import computed_once
+from ..messages import place
 from .outline import distance_to_segments, inside_loops
 from .planar import cross
 
@@ -132,7 +133,7 @@ def corners_of(name: str, corners: ArrayLike) -> ndarray:
     onward = np.roll(v, -1, axis=1)
     if np.any((v == onward).all(axis=0)):
         raise ValueError(f"expected {name} without repeated corners; leave out the last one")
-    twice = np.sum(v[0] * onward[1] - v[1] * onward[0])
+    twice = np.sum(cross(v - v[:, :1], onward - v[:, :1]))
     return v if twice > 0 else v[:, ::-1].copy()
 
 
@@ -163,7 +164,7 @@ def check_loops(loops: list[ndarray]) -> None:
         i, j = bad[0]
         raise ValueError(
             "expected outline and holes that neither cross nor touch themselves or each other; "
-            f"they do near ({a[0, i]:.6g}, {a[1, i]:.6g}) and ({a[0, j]:.6g}, {a[1, j]:.6g})"
+            f"they do near {place(a[:, i])} and {place(a[:, j])}"
         )
     for i, hole in enumerate(loops[1:]):
         corner = hole[:, :1]

@@ -91,7 +91,7 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
     if not formats:
         raise MeshError(
             f"meshio cannot read {path}: no format has such a name. Remedy: name it by its "
-            "format, for instance .msh (Gmsh), .vtu, .vtk, .xdmf"
+            "format, for instance .msh (Gmsh), .vtu, .vtk, .xdmf; outlines are read by Plan.read"
         )
     if "xdmf" in formats:
         _require_files_named_in(path)

@@ -61,7 +61,8 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
 
     Cell data of the polygons: ``cell``, ``footing`` (its number), ``pressure``, ``displacement``
     (of the punch in the centroid); point data: ``displacement`` of the ground. `read_polygons`
-    reads the file again.
+    reads the file again. Pressures are means over the cells: times the areas they have the force
+    exactly; moments as well are in ``write_field(path, *solution.pressure_field())``.
 
     Raises
     ------

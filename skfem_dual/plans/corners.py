@@ -9,8 +9,8 @@ from numpy import ndarray
 from ..arguments import LARGEST, checked_array, checked_instance, checked_number
 from ..errors import MeshError
 from ..grids.polygons import readonly
-from ..messages import shown
-from .crossings import place, require_simple
+from ..messages import place, shown
+from .crossings import require_simple
 from .rings import SMOOTH, Ring
 
 #: corners nearer to each other than this part of the extent are the same

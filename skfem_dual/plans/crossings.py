@@ -5,6 +5,7 @@ from numpy import ndarray
 
 from ..errors import MeshError
 from ..grids.planar import cross, near_pairs, rounding
+from ..messages import place
 from .rings import Ring
 from .sides import Sides
 
@@ -12,11 +13,6 @@ from .sides import Sides
 MARGIN = 1e-11
 #: neighbouring sides may meet so near their common corner, over the shorter of them
 NEAR_CORNER = 1e-6
-
-
-def place(x: ndarray) -> str:
-    """A point in messages, with digits enough for site coordinates."""
-    return f"({x[0]:.10g}, {x[1]:.10g})"
 
 
 def require_simple(rings: list[Ring], names: list[str]) -> None:

@@ -9,7 +9,7 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 
 from ..errors import MeshError, MeshWarning, warn
-from .crossings import place
+from ..messages import place
 from .tables import Corner
 
 #: ends of lines nearer to each other than this part of the drawing are joined

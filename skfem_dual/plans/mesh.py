@@ -10,7 +10,7 @@ from ..errors import MeshError
 from ..grids.checks import check_type
 from ..grids.preprocess import repair
 from ..grids.sizing import MOST, generated
-from .crossings import place
+from ..messages import place
 from .rings import Ring
 
 #: outline and holes, counter-clockwise

@@ -8,8 +8,8 @@ from ..arguments import checked_size, checked_text
 from ..errors import MeshError
 from ..io.guarded import require_file, shortened
 from ..io.writing import PathLike
+from ..messages import place
 from .corners import ring_of
-from .crossings import place
 from .drawings import rings_of_drawing
 from .plan import Plan
 from .tables import Corner, rings_of_table

@@ -113,7 +113,8 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
         checked_instance("details", details, Details)
     details = Details(**said) if details is None else replace(details, **said)
     kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
-    checked_instance("solution", solution, kinds)
+    remedy = "rigid neighbours by their names, dict(left=solution[0]); structures one by one"
+    checked_instance("solution", solution, kinds, "" if isinstance(solution, type) else remedy)
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
     if isinstance(solution, ElasticSolution):
         title, success = STRUCTURE, solution.success

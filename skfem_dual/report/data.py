@@ -16,13 +16,33 @@ from .footing import Footing, between
 
 #: name and version of the schema; fields may be added under the same number
 SCHEMA = "skfem-dual/1"
+#: fields of a case that are known with a solution, or with horizontal loads, only
+FOUND = (
+    "settlement",
+    "tilt",
+    "largest_settlement",
+    "settlements",
+    "first_moments",
+    "contact_area",
+    "contact_share",
+    "pressure",
+    "utilisation",
+    "edge_distance",
+    "iterations",
+    "complementarity_residual",
+    "displacement_residual",
+    "resultant_residual",
+    "seconds",
+    "displacement",
+    "twist",
+)
 
 
 def report_data(footings: Sequence[Footing]) -> dict[str, Any]:
     """What the page of the same footings shows, as numbers, text, lists and dictionaries.
 
     All numbers are in the units that went in, ``None`` where a page has a dash. The fields are
-    described in the guide, under "Command line".
+    described in the guide, under "The report".
     """
     details = footings[0].details
     return {
@@ -153,6 +173,7 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
         "load": given,
         "force": cases.force[k],
         "point": cases.point[:, k],
+        **dict.fromkeys(FOUND),
     }
     if solution is None:
         return case

@@ -33,13 +33,15 @@ class Below(NamedTuple):
     depths : (k,) array of float
         Where one part of the ground ends and the next begins, interfaces if there are any.
     parts : (k + 1,) array of float
-        What each part of the ground contributes to the settlement of the surface; the last one
-        goes down for ever, or ends at a rigid base.
+        What each part of the ground contributes to the settlement of the surface.
+    bottom : float
+        Where the last one ends: at a rigid base, or infinite.
     """
 
     profile: Profile
     depths: ndarray
     parts: ndarray
+    bottom: float
 
 
 def governing(footing: Footing) -> CellPressures | None:
@@ -70,7 +72,7 @@ def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
     finite = interfaces[:-1]
     depths = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
     parts = settlement_by_layers(solution, np.reshape(at, (2, 1)), depths)[:, 0]
-    return Below(profile, depths, parts)
+    return Below(profile, depths, parts, float(interfaces[-1]))
 
 
 def depth_of_footing(footing: Footing) -> Html:
@@ -100,13 +102,15 @@ def depth_section(
         "Vertical strain",
         f"Settlement [{sink.symbol}]",
     )
-    bounds = [0.0, *found.depths]
-    ends = [f"{z:.4g}" for z in found.depths] + ["below"]
+    bounds = np.array([0.0, *found.depths, found.bottom])
     shares = [
-        (f"{top:.4g} – {end}" if end != "below" else f"below {top:.4g}",
-         amount(part, sink), percent(part / found.parts.sum()))
-        for top, end, part in zip(bounds, ends, found.parts)
-    ]  # fmt: skip
+        (
+            f"{top:.4g} – {end:.4g}" if np.isfinite(end) else f"below {top:.4g}",
+            amount(part, sink),
+            percent(part / found.parts.sum()),
+        )
+        for top, end, part in zip(bounds, bounds[1:], found.parts, strict=False)
+    ]
     where = joined(["below the point ", pair(profile.x)])
     plain = "below the centroid of the plan" if details.profile is None else "at depth"
     return section(

@@ -15,6 +15,7 @@ from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
 from ..grids.outline import distance_to_segments, edge_ribs
 from ..grids.partition import Partition
+from ..messages import place
 from ..plans.search import Accuracy
 from ..plans.solve import PlanSolution
 from .details import Details
@@ -162,7 +163,7 @@ def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:
     for x, y in points[:, ~on].T[:1]:
         edge = min(_distance(plan.partition, (x, y)) for plan in plans)
         raise ValueError(
-            f"expected points on the plan, got ({x:.9g}, {y:.9g}), {edge:.3g} off it. Remedy: "
+            f"expected points on the plan, got {place((x, y))}, {edge:.3g} off it. Remedy: "
             "coordinates of the plan; the settlement of the ground beside it is "
             "solution.ground_displacement(x)"
         )

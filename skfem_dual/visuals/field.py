@@ -15,7 +15,7 @@ from ..arguments import LARGEST, checked_array, checked_number
 from ..contact.region import ContactRegion
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
-from ..messages import shown
+from ..messages import place, shown
 
 FLAT = (ElementTriP0, ElementQuad0)
 CONTINUOUS = (ElementTriP1, ElementQuad1)
@@ -251,7 +251,7 @@ def _levels(region: ContactRegion, x: ndarray) -> ndarray:
         bad = np.argmax(triangle < 0)
         raise ValueError(
             f"expected the contact region of the plan drawn, got one without the point "
-            f"({x[0, bad]:.6g}, {x[1, bad]:.6g})"
+            f"{place(x[:, bad])}"
         )
     shares = whole.coordinates(triangle, x)
     return np.sum(shares * region.level[t[:, triangle]], axis=0)
