@@ -14,7 +14,7 @@ from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from .influence import flat_points
-from .load_matrix import load_matrix, points_in_pieces
+from .load_matrix import points_in_pieces
 from .overlaps import overlaps
 from .shape_functions import ShapeFunctions
 
@@ -113,9 +113,7 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     values = _checked(basis, values)
     _checked(target, np.zeros(target.N))
     if isinstance(target, CellwiseBasis) or target.elem.maxdeg == 0:
-        partition, fan = Partition.from_basis(target), Fan.from_basis(target)
-        loads = load_matrix(partition, None, fan, basis, order=basis.elem.maxdeg)
-        return (loads.T @ values) / partition.areas
+        return _loads(basis, values, target) / Partition.from_basis(target).areas
     mass = BilinearForm(lambda u, v, w: u * v).assemble(target)
     return splu(mass.tocsc()).solve(_loads(basis, values, target))
 
