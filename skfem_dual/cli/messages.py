@@ -13,7 +13,7 @@ OPTIONS = (
     (r"unilateral=False", "--bilateral"),
     (r"at= or origin=", "--at or --origin"),
     # what only programs can do
-    (r", as by refine_to_contact", ""),
+    (r", as by refine_to_contact on triangles", ""),
     (r"; the settlement of the ground beside it is solution\.displacement\(x\)", ""),
     (r"method=\"cg\"", "a coarser mesh"),
     (r"time_limit=?", "--time-limit"),
