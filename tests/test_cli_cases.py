@@ -1,18 +1,21 @@
 """Load cases, units and footings on the command line."""
 
+import ast
 import csv
 import json
 import re
 import shlex
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from plans import rectangle
 from test_cli import DATA, DISC, GROUND, run
 
+import skfem_dual
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
-from skfem_dual.cli.messages import in_options
+from skfem_dual.cli.messages import OPTIONS, in_options
 from skfem_dual.cli.parser import EXAMPLES
 from skfem_dual.report import figures
 
@@ -107,6 +110,21 @@ def test_a_load_off_the_plan_is_told_in_options(capsys, footing):
     assert in_options("got force=-1. Remedy: at= or origin=, or tilt=") == (
         "got --force -1. Remedy: --at or --origin, or --tilt"
     )
+
+
+def test_arguments_that_have_options_are_in_messages():
+    """A message that is changed takes its words on the command line along."""
+    texts = []
+    for path in Path(skfem_dual.__file__).parent.rglob("*.py"):
+        if path.parent.name == "cli":
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.JoinedStr):
+                parts = [getattr(part, "value", "") for part in node.values]
+                texts.append("".join(part if isinstance(part, str) else "_" for part in parts))
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                texts.append(node.value)
+    assert not [argument for argument, _ in OPTIONS if not re.search(argument, "\n".join(texts))]
 
 
 def test_cases_from_a_table(capsys, tmp_path, footing):
