@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from numpy import ndarray
 
-from .messages import shown
+from .messages import apart, shown
 
 Pair = tuple[float, float]
 #: sizes beyond these powers of ten are refused: products of three of them must remain numbers
@@ -332,11 +332,14 @@ def _require_within(
     )
     if inside:
         return
-    got = f"got {shown(number) if isinstance(number, int) else f'{number:g}'}"
+    if isinstance(number, int):
+        got = shown(number)
+    else:  # not as the limit that it misses by little
+        got, *_ = apart(number, *(x for x in (above, at_least, below, at_most) if x is not None))
     if above == 0 and below is at_most is None:
-        raise ValueError(f"expected a positive {name}, {got}")
+        raise ValueError(f"expected a positive {name}, got {got}")
     if at_least is not None and at_most is not None:
-        raise ValueError(f"expected {name} from {at_least:g} to {at_most:g}, {got}")
+        raise ValueError(f"expected {name} from {at_least:g} to {at_most:g}, got {got}")
     limits = (
         ("above", above),
         ("of at least", at_least),
@@ -344,7 +347,7 @@ def _require_within(
         ("of at most", at_most),
     )
     texts = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
-    raise ValueError(f"expected {name} {' and '.join(texts)}, {got}")
+    raise ValueError(f"expected {name} {' and '.join(texts)}, got {got}")
 
 
 def _numeric(name: str, value: Any, kinds: str, wanted: str) -> ndarray:

@@ -47,3 +47,16 @@ def shown(value: Any) -> str:
     """
     text = _Shown().repr(value)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def apart(*numbers: float) -> tuple[str, ...]:
+    """Numbers as text with six digits, or with as many as tell those apart that differ.
+
+    >>> apart(0.5, 0.25), apart(0.5, 0.50000001)
+    (('0.5', '0.25'), ('0.5', '0.50000001'))
+    """
+    for digits in range(6, 17):
+        texts = tuple(f"{number:.{digits}g}" for number in numbers)
+        if len(set(texts)) == len(set(numbers)):
+            return texts
+    return tuple(f"{number:.17g}" for number in numbers)

@@ -81,6 +81,7 @@ def test_long_doubles_beyond_doubles_are_refused():
         ({"above": 0}, 1e-300, -1.0, "a positive x, got -1"),
         ({"above": 0}, 1e-300, 5e-324, r"x of at least 2.23e-308, got 5e-324"),
         ({"at_least": 0, "at_most": 0.5}, 0.5, 0.51, "x from 0 to 0.5, got 0.51"),
+        ({"at_least": 0, "at_most": 0.5}, 0.5, 0.50000001, "x from 0 to 0.5, got 0.50000001"),
         ({"at_least": 0, "below": 1}, 0, 1, "x of at least 0 and below 1, got 1"),
         ({"above": -1, "at_most": 1}, 1, -1, "x above -1 and of at most 1, got -1"),
         ({"above": 0, "below": 1}, 0.5, 1, "x above 0 and below 1, got 1"),

@@ -145,10 +145,17 @@ def test_depths_of_any_size_together(ground):
     assert stress_below(solution, np.empty((3, 0))).tensor.shape == (3, 3, 0)
 
 
+def test_no_points(on_rock):
+    nowhere = np.empty((2, 0))
+    assert on_rock.displacement(nowhere).shape == (0,)
+    assert settlement_by_layers(on_rock, nowhere).shape == (2, 0)
+
+
 @pytest.mark.parametrize(
     ("depths", "message"),
     [
         ([0.5, 0.4], "depths that ascend, got 0.4 after 0.5 at index 1"),
+        ([0.50000001, 0.5], "depths that ascend, got 0.5 after 0.50000001 at index 1"),
         ([1.0, 2.5], "above the rigid base at depth 2; the first that is not: 1, with z=2.5"),
         ([0.0, 1.0], "finite depths z > 0; the first that is not: 0"),
     ],

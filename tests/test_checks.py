@@ -112,6 +112,11 @@ def test_transposed_arrays(name):
         DualMesh.from_mesh(m)
 
 
+def test_meshes_of_nothing():
+    with pytest.raises(MeshError, match=r"n > 0, got \(2, 0\). Remedy: a mesh with triangles"):
+        check_mesh(MeshTri(np.empty((2, 0)), np.empty((3, 0), dtype=np.int32)))
+
+
 def test_connectivity_of_floats():
     m = MeshTri()
     m.t = m.t.astype(float)

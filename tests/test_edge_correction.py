@@ -40,7 +40,7 @@ def weighted_settlement(p, root, x):
     return sum(
         quad(ray, lower, upper, epsrel=1e-10, limit=200)[0]
         for lower, upper in ((0, foot), (foot, 1))
-        if upper - lower > 1e-12  # more than rounding of the foot
+        if upper - lower > 1e-12  # a foot that is an end but for rounding
     )
 
 
@@ -156,6 +156,8 @@ def test_apply_equals_the_dense_correction():
     correction.add_to(dense)
     q = rng.standard_normal(len(partition))
     assert correction.apply(q) == pytest.approx(dense @ q, abs=1e-13)
+    nowhere = EdgeCorrection.from_weights(weights, 1.0, np.empty((2, 0)))
+    assert [nowhere.apply(p).shape for p in (q, np.ones((len(q), 2)))] == [(0,), (0, 2)]
     # linear cost: as many near entries for each cell on any mesh
     assert correction.near.nnz < 40 * len(partition)
 

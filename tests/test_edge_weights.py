@@ -109,6 +109,28 @@ def test_fan_fills_the_cells(name):
     assert (fan.locate(partition.polygons.p) >= 0).all()
 
 
+@pytest.mark.parametrize("cells", [(64, 2), (2, 64), (128, 1)])
+def test_points_are_located_among_thin_triangles(cells, monkeypatch):
+    """As many circles hold a point, whatever the shape of the triangles, in any portions."""
+    lines = [np.linspace(0, 1, n + 1) for n in cells]
+    fan = Fan.from_basis(CellBasis(MeshTri.init_tensor(*lines), ElementTriP0()))
+    x = np.random.default_rng(0).uniform(-0.1, 1.1, (2, 5000))
+    pairs, coordinates = [], Fan.coordinates
+
+    def counted(self, triangle, x):
+        pairs.append(len(triangle))
+        return coordinates(self, triangle, x)
+
+    monkeypatch.setattr(Fan, "coordinates", counted)
+    found = fan.locate(x)
+    assert sum(pairs) < 8 * x.shape[1]
+    monkeypatch.setattr("skfem_dual.grids.fan.TOGETHER", 7)
+    assert np.array_equal(fan.locate(x), found)
+    assert np.array_equal(found >= 0, ((x >= 0) & (x <= 1)).all(axis=0))
+    inside = found >= 0
+    assert coordinates(fan, found[inside], x[:, inside]).min() >= 0
+
+
 @pytest.mark.parametrize("grid", ["dual", "primal"])
 def test_phi_is_the_distance(grid):
     """Also in corners, which triangles with all nodes on the edge cut off."""

@@ -171,6 +171,20 @@ def test_field_of_a_sphere():
         assert_carries(solution, field, p)
 
 
+@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+def test_units_do_not_move_the_field(grid):
+    """No rounding decides where cells are cut that the line of contact crosses."""
+    mesh = polygon([[-1, 1, 1, -1], [-1, -1, 1, 1]], n=250)
+    fields = []
+    for unit in (1.0, 1e3):
+        cells = getattr(DualMesh.from_mesh(mesh.scaled(unit)), grid)()
+        punch = RigidPunch(HalfSpace(1.0, 0.3), cells, gap=Paraboloid(2.0 * unit))
+        solution = punch.solve(0.15 * unit**2, at=(0.04 * unit, 0.02 * unit))
+        assert solution.line is not None
+        fields.append(solution.pressure_field()[1])
+    assert fields[1] == pytest.approx(fields[0], abs=1e-9 * fields[0].max())
+
+
 def test_one_node_carries_no_moments():
     """It has a force and no arm: refused at every node, whatever rounding makes of the matrix."""
     basis = CellBasis(disc(2), ElementTriP1())

@@ -96,7 +96,7 @@ def test_a_case_without_solution_is_told():
     assert "NO SOLUTION in the case gale" in found.said("strong")
     data = report_data(footings_of(cases, Details()))
     assert (data["success"], data["footings"][0]["cases"][1]["success"]) == (False, False)
-    assert "settlement" not in data["footings"][0]["cases"][1]
+    assert data["footings"][0]["cases"][1]["settlement"] is None
     with pytest.warns(ConvergenceWarning):
         nothing = punch.solve_many([{"force": 1.0, "at": (3, 0)}])
     assert "NO SOLUTION" in report_html(nothing)

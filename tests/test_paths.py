@@ -95,5 +95,7 @@ def test_moment_rotation_of_a_shaped_punch_has_no_lift_off():
 def test_bad_curves(options, message):
     with pytest.raises(ValueError, match=message):
         moment_rotation(punch(disc(1)), 1.0, **options)
+    with pytest.raises(ValueError, match="expected a force that has a moment"):
+        moment_rotation(punch(disc(1)), 0.0)
     with pytest.raises(ValueError, match="origin of the punch inside"):
         moment_rotation(punch(disc(1), origin=(5.0, 0.0)), 1.0)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from plans import perturbed, rectangle
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import (
     DualMesh,
@@ -59,3 +60,19 @@ def test_full_contact_needs_no_refinement():
         refine_to_contact(flat, rectangle(6), {"force": 1.0}, 10**400)
     with pytest.raises(TypeError, match="expected a Mapping for load, got None"):
         refine_to_contact(flat, rectangle(6), None)
+
+
+def test_a_punch_elsewhere_is_refused():
+    square, load = rectangle(6), {"force": 0.1}
+    quadrilaterals = CellBasis(MeshQuad().refined(3), ElementQuad0())
+    makes = (
+        lambda mesh: sphere(rectangle(8)),
+        lambda mesh: RigidPunch(HalfSpace(1.0, 0.0), quadrilaterals, gap=Paraboloid(1.0)),
+    )
+    for make in makes:
+        with pytest.raises(
+            ValueError, match=r"on the mesh that make is given, of 49 nodes and 72"
+        ):
+            refine_to_contact(make, square, load)
+    with pytest.raises(TypeError, match=r"expected a RigidPunch for make\(mesh\), got None"):
+        refine_to_contact(lambda mesh: None, square, load)

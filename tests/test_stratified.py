@@ -17,7 +17,9 @@ from skfem_dual import (
     Layer,
     LayeredHalfSpace,
     RigidPunch,
+    RigidPunches,
 )
+from skfem_dual.grids.generate import rectangle
 
 LINEAR = GradedHalfSpace.init_linear(young=1.0, poisson=0.25, gradient=1.0)
 BONDED = LayeredHalfSpace([Layer(1.0, 1.0, 0.25)], "bonded")
@@ -261,6 +263,40 @@ def test_equal_layers_are_one_ground():
     assert one == other
     assert len({one, other}) == 1
     assert one != LayeredHalfSpace([Layer(1.0, 1.0, 0.2)], "bonded")
+
+
+class Modulus:
+    """A profile that is no function, equal to others and without a hash."""
+
+    def __call__(self, z):
+        return 1 + z
+
+    def __eq__(self, other):
+        return isinstance(other, Modulus)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: GradedHalfSpace.init_linear(1.0, 0.2, 0.5),
+        lambda: GradedHalfSpace.init_exponential(1.0, 0.2, 3.0, 2.0),
+        lambda: GradedHalfSpace.init_power(1.0, 0.2, 0.5, 2.0),
+        lambda: LayeredHalfSpace([Layer(1.0, 1.0, 0.2)], GradedHalfSpace.init_linear(1, 0.2, 1)),
+        lambda: GradedHalfSpace.init_profile(Modulus(), 0.2),
+    ],
+)
+def test_equal_gradients_are_one_ground(make):
+    """Made twice, or pickled apart: neighbours stand on one ground."""
+    again = pickle.loads(pickle.dumps(make()))
+    assert make() == make() == again
+    assert len({make(), make(), again}) == 1
+    assert make() != GradedHalfSpace.init_linear(1.0, 0.2, 0.6)
+    square = rectangle(1.0, 1.0, n=20)
+    punches = [
+        RigidPunch(make(), DualMesh.from_mesh(square.translated((x, 0.0))).basis(), origin=(x, 0))
+        for x in (0.0, 2.0)
+    ]
+    assert len(RigidPunches(punches).punches) == 2
 
 
 def test_bad_numbers():

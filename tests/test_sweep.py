@@ -28,9 +28,17 @@ from numpy.testing import assert_allclose
 from plans import disc
 from threadpoolctl import threadpool_info
 
-from skfem_dual import ConvergenceWarning, DualMesh, HalfSpace, RigidPunch
+from skfem_dual import (
+    ConvergenceWarning,
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    RigidPunch,
+    RigidPunches,
+)
+from skfem_dual.grids.generate import rectangle
 from skfem_dual.sweeps import workers
-from skfem_dual.sweeps.records import fingerprint
+from skfem_dual.sweeps.records import fingerprint, pickled, restored
 from skfem_dual.sweeps.run import SweepResult, sweep
 
 module = sys.modules["skfem_dual.sweeps.run"]
@@ -441,6 +449,33 @@ def test_solutions_in_the_file_belong_to_the_punch(tmp_path):
     assert "matrix" not in punch.__dict__
     other = RigidPunch(HalfSpace(1.0, 0.3), punch.basis)
     assert not sweep(other.solve, LOADS[:1], file=tmp_path / "s").outcomes[0].resumed
+
+
+def test_solutions_of_groups_belong_to_their_punches():
+    """They bring no punches and no cells along, and have bounds, which solve the group again."""
+    ground = GradedHalfSpace.init_linear(1.0, 0.3, 1.0)
+    mesh = rectangle(1.0, 1.0, n=25)
+    group = RigidPunches(
+        [
+            RigidPunch(
+                ground, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0)
+            )
+            for x in (0.0, 1.5)
+        ]
+    )
+    loads = [{"force": 1.0}, {"force": 2.0}]
+    here = group.solve(loads)
+    assert len(pickled(here, group.solve)) < 1e4
+    again, cases = (
+        restored(pickled(found, problem), problem)
+        for found, problem in (
+            (here, group.solve),
+            (group.solve_many({"one": loads}), group.solve_many),
+        )
+    )
+    assert all(s.punch is punch for s, punch in zip(again.solutions, group.punches, strict=True))
+    assert again[1].bounds.settlement == pytest.approx(here[1].bounds.settlement, rel=1e-12)
+    assert all(c.footprint is p.footprint for c, p in zip(cases, group.punches, strict=True))
 
 
 def test_a_killed_program_resumes(tmp_path):

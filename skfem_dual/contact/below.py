@@ -20,7 +20,7 @@ from ..elements.depth import components, strata_of
 from ..elements.stresses import Stresses
 from ..elements.strips import CellLoads
 from ..grids.polygons import readonly
-from ..messages import shown
+from ..messages import apart, shown
 from .pressures import CellPressures
 
 #: cells of the largest sections
@@ -219,9 +219,9 @@ def settlement_by_layers(
     if depths is not None:
         z = checked_array("depths", depths, ("k",), each="depth")
         if (bad := np.nonzero(np.diff(z) <= 0)[0]).size:
+            last, got = apart(*z[bad[0] : bad[0] + 2])
             raise ValueError(
-                f"expected depths that ascend, got {z[bad[0] + 1]:g} after {z[bad[0]]:g} at "
-                f"index {bad[0] + 1}"
+                f"expected depths that ascend, got {got} after {last} at index {bad[0] + 1}"
             )
         if len(z) and abs(z[-1] - interfaces[-1]) <= 1e-12 * z[-1]:
             z = z[:-1]  # a rigid base does not move

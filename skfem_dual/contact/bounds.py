@@ -210,9 +210,9 @@ def _on_other_grids(solution: Any) -> Iterator[Any]:
         if (grid, collocation) == ("dual" if on_dual else "primal", punch.collocation):
             continue
         if solution.others:
-            found = _of_group(solution.member.answer, grid, collocation)[
-                [p is punch for p in _group(solution).punches].index(True)
-            ]
+            member = solution.member
+            (number,) = member.answer.group.bodies[member.body]  # joined ones have no bounds
+            found = _of_group(member.answer, grid, collocation)[number]
         else:
             unilateral = bool((solution.pressure >= 0).all())
             body = _on(punch, grid, collocation)

@@ -222,10 +222,12 @@ def moment_rotation(
     Raises
     ------
     ValueError
-        If the direction is zero, there are less than 2 steps, or the origin is outside.
+        If force or direction are zero, there are less than 2 steps, or the origin is outside.
     """
     checked_instance("punch", punch, RigidPunch)
     force = checked_number("force", force)
+    if force == 0:
+        raise ValueError("expected a force that has a moment where it moves out, got force=0")
     along = np.array(checked_pair("direction", direction))
     if not along.any():
         raise ValueError("expected a direction, got (0, 0)")

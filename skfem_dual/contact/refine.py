@@ -45,6 +45,11 @@ def refine_to_contact(
     list of PunchSolution
         On the first mesh, then on each refined one; fewer if contact is full or none.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If ``make`` makes no `RigidPunch` on the mesh that it is given.
+
     Examples
     --------
     >>> from skfem_dual import DualMesh, HalfSpace
@@ -61,7 +66,7 @@ def refine_to_contact(
     check_type(mesh)
     checked_instance("load", load, Mapping)
     refinements = checked_integer("refinements", refinements, at_least=0, at_most=MOST)
-    solutions = [make(mesh).solve(**load, **options)]
+    solutions = [_on(make, mesh).solve(**load, **options)]
     for _ in range(refinements):
         last = solutions[-1]
         mesh = nodal_mesh(last.punch.basis)
@@ -73,5 +78,18 @@ def refine_to_contact(
         # refined triangles at the seam can be too long for a dual grid
         # (boundaries are lost by refinement, with a log entry if there are any)
         mesh, _report = repair(MeshTri(mesh.p, mesh.t).refined(np.nonzero(around)[0]))
-        solutions.append(make(mesh).solve(**load, start=last, **options))
+        solutions.append(_on(make, mesh).solve(**load, start=last, **options))
     return solutions
+
+
+def _on(make: Callable[[MeshTri], RigidPunch], mesh: MeshTri) -> RigidPunch:
+    """The punch on a mesh, refused if it is on another."""
+    punch = checked_instance("make(mesh)", make(mesh), RigidPunch)
+    own = nodal_mesh(punch.basis)
+    if own.p.shape != mesh.p.shape or own.t.shape != mesh.t.shape:
+        raise ValueError(
+            f"expected a punch on the mesh that make is given, of {mesh.nvertices} nodes and "
+            f"{mesh.nelements} triangles, got one on {own.nvertices} nodes and {own.nelements} "
+            "cells. Remedy: make its basis of the argument"
+        )
+    return punch

@@ -22,7 +22,7 @@ from ..arguments import (
 )
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from ..messages import place, shown
+from ..messages import apart, place, shown
 
 #: points so many distances of heights beyond a grid of them are on its rim
 OUTSIDE = 1e-9
@@ -103,9 +103,10 @@ class Sphere(Paraboloid):
         """Gap at points of shape (2, ...), none farther from the axis than the radius."""
         r = _distance(x, self.centre)
         if (far := np.max(r, initial=0.0)) > self.radius:
+            radius, got = apart(self.radius, far)
             raise ValueError(
-                f"expected a plan within the radius {self.radius:g} of the sphere, got points at "
-                f"{far:.6g} from its axis. Remedy: Paraboloid, or a smaller plan"
+                f"expected a plan within the radius {radius} of the sphere, got points at "
+                f"{got} from its axis. Remedy: Paraboloid, or a smaller plan"
             )
         return self.radius - np.sqrt(self.radius**2 - r**2)
 
@@ -307,8 +308,9 @@ def _axes(x: object) -> tuple[ndarray, ndarray]:
     for i, part in enumerate(axes):
         if (np.diff(part) <= 0).any():
             bad = int(np.argmax(np.diff(part) <= 0))
+            last, got = apart(*part[bad : bad + 2])
             raise ValueError(
-                f"expected ascending coordinates x[{i}] of a grid, got {part[bad + 1]:g} after "
-                f"{part[bad]:g} at index {bad + 1}"
+                f"expected ascending coordinates x[{i}] of a grid, got {got} after {last} at "
+                f"index {bad + 1}"
             )
     return readonly(axes[0]), readonly(axes[1])

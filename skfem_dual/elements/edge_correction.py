@@ -97,8 +97,8 @@ class EdgeCorrection:
     def apply(self, q: ndarray) -> ndarray:
         """The correction times mean pressures ``q`` of shape (n,) or (n, k)."""
         out = np.ascontiguousarray(self.near @ q)
-        columns = out.reshape(len(out), -1)
-        x, own = inputs(self.x, q[self.cells].reshape(len(self.cells), -1).T)
+        columns = out.reshape(len(out), q[0].size)  # also at no points
+        x, own = inputs(self.x, q[self.cells].reshape(len(self.cells), q[0].size).T)
 
         def work(rows: slice) -> None:
             _sum_series(*inputs(x[:, rows]), own, self.far, columns[rows])

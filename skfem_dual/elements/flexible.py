@@ -32,8 +32,8 @@ def flexible_settlement(
         scalars with its vector as ``pressure``, whose elements are then the cells.
     pressure : float, (N,) array of float, callable or tuple
         A uniform pressure; one for each cell; a function of coordinates of shape (2, ...), which
-        is projected onto the cells; or a field, ``(basis, vector)`` of any mesh that covers the
-        cells, of which each cell takes the mean: its force is kept.
+        is projected onto the cells; or a field, ``(basis, vector)`` of any mesh that the cells
+        cover, of which each cell takes the mean: its force is kept.
     x : (2, m) array of float, optional
         Points anywhere on the surface; the centroids of the cells by default.
 

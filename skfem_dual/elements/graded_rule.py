@@ -10,6 +10,8 @@ from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 
 TINY = float(np.finfo(float).tiny)
+#: differences of phi over phi that are rounding
+LEVEL = 1e-12
 
 
 def area_of(vertices: ndarray) -> ndarray:
@@ -65,9 +67,11 @@ def _fill(apex, vertices, square, tau, along_tau, u, along_u, at, load):
         for first in (0, 1, 0):  # by ascending phi
             if phi[rank[first]] > phi[rank[first + 1]]:
                 rank[first], rank[first + 1] = rank[first + 1], rank[first]
+        rise = phi[rank[2]] - phi[rank[0]]
+        share = (phi[rank[1]] - phi[rank[0]]) / rise if rise > 0.0 else 0.0
+        if rise <= LEVEL * phi[rank[2]]:  # rounding does not decide where it is cut
+            rank[0], rank[1], rank[2], share = 0, 1, 2, 0.0
         low, middle, high, top = rank[0], rank[1], rank[2], rank[apex]
-        rise = phi[high] - phi[low]
-        share = (phi[middle] - phi[low]) / rise if rise > 0.0 else 0.0
         for i in range(3):
             a[i], b[i], c[i] = vertices[i, top, k], vertices[i, middle, k], vertices[i, low, k]
             c[i] += share * (vertices[i, high, k] - c[i])

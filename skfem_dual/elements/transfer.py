@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
-from skfem import BilinearForm, CellBasis, ElementTriP0, MeshTri
+from skfem import BilinearForm, CellBasis
 
 from ..arguments import checked_array, checked_choice
 from ..grids.cellwise import CellwiseBasis
@@ -113,10 +113,7 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     values = _checked(basis, values)
     _checked(target, np.zeros(target.N))
     if isinstance(target, CellwiseBasis) or target.elem.maxdeg == 0:
-        areas, fan = Partition.from_basis(target).areas, Fan.from_basis(target)
-        triangles = CellBasis(MeshTri(fan.p, fan.t), ElementTriP0())
-        loads = _loads(basis, values, triangles)
-        return np.bincount(fan.cell, loads[triangles.element_dofs[0]], len(areas)) / areas
+        return _loads_of_cells(basis, values, target) / Partition.from_basis(target).areas
     mass = BilinearForm(lambda u, v, w: u * v).assemble(target)
     return splu(mass.tocsc()).solve(_loads(basis, values, target))
 
@@ -127,12 +124,7 @@ def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     source, there = ShapeFunctions.of(basis, None), ShapeFunctions.of(target, None)
     pieces = overlaps(fan.p[:, fan.t], there.cells)
     covered = np.bincount(pieces.first, pieces.share, len(fan.cell))
-    missing = fan.areas @ (1 - covered).clip(0.0)
-    if missing > 1e-9 * fan.areas.sum():
-        raise ValueError(
-            f"expected a target that covers the field, but {missing:.4g} of its area "
-            f"{fan.areas.sum():.6g} lies outside. Remedy: a mesh of the whole plan"
-        )
+    _require_covered(fan.areas, covered * fan.areas)
     order = basis.elem.maxdeg + target.elem.maxdeg
     points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), order)
     out = np.zeros(target.N)
@@ -142,6 +134,33 @@ def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
         loads = there.values(element, part.x) * (part.weight * field.sum(axis=0))
         out += np.bincount(target.element_dofs[:, element].ravel(), loads.ravel(), target.N)
     return out
+
+
+def _loads_of_cells(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
+    """The same of piecewise constants, integrated on the cells: fields may be much finer."""
+    fan, source = Fan.from_basis(target), ShapeFunctions.of(basis, None)
+    pieces = overlaps(fan.p[:, fan.t], source.cells)
+    elements = _element_fan(basis)
+    areas = np.bincount(elements.cell, elements.areas)
+    shares = pieces.share * fan.areas[pieces.first]
+    _require_covered(areas, np.bincount(pieces.second, shares, len(areas)))
+    points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), basis.elem.maxdeg)
+    out = np.zeros(target.N)
+    for part in points.chunks(2**14):
+        element = pieces.second[part.piece]
+        field = source.values(element, part.x) * values[basis.element_dofs[:, element]]
+        out += np.bincount(part.cell, part.weight * field.sum(axis=0), target.N)
+    return out
+
+
+def _require_covered(areas: ndarray, covered: ndarray) -> None:
+    """Refuse a target that leaves out a part of the triangles or elements of the field."""
+    missing = (areas - covered).clip(0.0).sum()
+    if missing > 1e-9 * areas.sum():
+        raise ValueError(
+            f"expected a target that covers the field, but {missing:.4g} of its area "
+            f"{areas.sum():.6g} lies outside. Remedy: a mesh of the whole plan"
+        )
 
 
 def _element_fan(basis: CellBasis) -> Fan:

@@ -96,9 +96,11 @@ def array_conditions(mesh: MeshTri) -> Iterator[Condition]:
     cell, k = {3: ("triangle", 3), 4: ("quadrilateral", 4)}[mesh.elem.refdom.nnodes]
     for name, a, rows in (("p", p, 2), ("t", t, k)):
         if a.ndim != 2 or a.shape[0] != rows or a.shape[1] == 0:
+            turned = a.ndim == 2 and a.shape[1] == rows
+            remedy = "transpose the array" if turned else f"a mesh with {cell}s"
             raise MeshError(
                 f"expected mesh.{name} of shape ({rows}, n) with n > 0, got {a.shape}. "
-                "Remedy: transpose the array"
+                f"Remedy: {remedy}"
             )
     if not np.issubdtype(t.dtype, np.integer):
         raise MeshError(f"expected integer connectivity mesh.t, got {t.dtype}")

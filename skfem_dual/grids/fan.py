@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy import ndarray
@@ -13,7 +14,13 @@ from ..kernels.once import computed_once, remember
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
 from .dual_mesh import DualMesh
+from .planar import ragged
 from .polygons import readonly
+
+#: circles around triangles looked at together, for the memory to stay small
+TOGETHER = 2**13
+#: circles along the longest side of a triangle, at most
+THIN = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,19 +227,46 @@ class Fan:
 
     def locate(self, x: ndarray) -> ndarray:
         """Triangle that contains each point of shape (2, m), -1 outside all of them."""
-        v = self.p[:, self.t]
-        middle = v.mean(axis=1)
-        # a little more than the farthest vertex: points on the boundary are inside
-        reach = 1.000001 * np.hypot(*(v - middle[:, None])).max(axis=0)
-        near = cKDTree(x.T).query_ball_point(middle.T, reach)
-        triangle = np.repeat(np.arange(len(near)), [len(points) for points in near])
-        point = np.concatenate([*near, np.empty(0)]).astype(int)
-        inside = self.coordinates(triangle, x[:, point]).min(axis=0)
-        deepest = np.full(x.shape[1], -1)
-        order = np.argsort(inside)  # the triangle deepest around a point wins
-        order = order[inside[order] > -1e-9]
-        deepest[point[order]] = triangle[order]
+        # many circles pay for many points
+        circled, middle, reach = self._circles(min(max(8 * x.shape[1] / self.t.shape[1], 1), THIN))
+        tree = cKDTree(x.T)
+        deepest, depth = np.full(x.shape[1], -1), np.full(x.shape[1], -1e-9)
+        for begin in range(0, len(circled), TOGETHER):
+            some = slice(begin, begin + TOGETHER)
+            near = tree.query_ball_point(middle[:, some].T, reach[some], return_sorted=False)
+            triangle = np.repeat(circled[some], [len(points) for points in near])
+            point = np.fromiter(chain.from_iterable(near), int, len(triangle))
+            inside = self.coordinates(triangle, x[:, point]).min(axis=0)
+            kept = np.nonzero(inside >= depth[point])[0]
+            # the triangle deepest around a point wins
+            kept = kept[np.argsort(inside[kept], kind="stable")]
+            deepest[point[kept]], depth[point[kept]] = triangle[kept], inside[kept]
         return deepest
+
+    def _circles(self, most: float) -> tuple[ndarray, ndarray, ndarray]:
+        """Circles that cover the triangles together: triangle, centre and radius of each.
+
+        Thin triangles have several, so many at most, along their longest sides: one would hold
+        the points of as many others as they are longer than high.
+        """
+        v = self.p[:, self.t]
+        sides = np.roll(v, -1, axis=1) - v
+        k = np.argmax(np.hypot(*sides), axis=0), np.arange(v.shape[2])
+        start, along = v[:, *k], sides[:, *k]
+        length = np.hypot(*along)
+        high = 2 * self.areas / length
+        many = np.maximum(length / np.maximum(2 * high, length / most), 1).astype(int)
+        of, i = ragged(many)
+        arm = v.sum(axis=1) - 3 * start - along  # of the third vertex
+        lift = arm - along * (np.sum(arm * along, axis=0) / length**2)
+        middle = start[:, of] + along[:, of] * ((i + 0.5) / many[of]) + lift[:, of] / 2
+        reach = np.hypot(length / (2 * many), high / 2)[of]
+        single = many[of] == 1
+        mean = v.mean(axis=1)
+        middle[:, single] = mean[:, of[single]]
+        reach[single] = np.hypot(*(v - mean[:, None])).max(axis=0)[of[single]]
+        # a little more: points on the boundary are inside
+        return of, middle, 1.000001 * reach
 
 
 def _numbered(t: ndarray, n: int) -> tuple[ndarray, ndarray]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_choice, checked_mask
 from ..errors import MeshError
+from ..messages import apart
 from .couples import GridCouple, Kind, grid_of
 from .partition import Partition
 
@@ -119,8 +120,9 @@ def rectangular_couple(
     for name, c in (("x", x), ("y", y)):
         if len(bad := np.nonzero(~(np.diff(c) > 0))[0]):
             i = bad[0]
+            first, second = apart(*c[i : i + 2])
             raise MeshError(
-                f"expected increasing coordinates {name}, got {c[i]:g} and {c[i + 1]:g} at index "
+                f"expected increasing coordinates {name}, got {first} and {second} at index "
                 f"{i} and {i + 1}"
             )
     present = np.ones((len(x) - 1, len(y) - 1), dtype=bool)

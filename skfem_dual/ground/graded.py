@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Self
 
 import numpy as np
@@ -16,7 +15,7 @@ from .stratified import Stratified
 from .substrates import HalfSpace, checked_moduli
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, repr=False)
 class GradedHalfSpace(Stratified):
     """Elastic half-space whose moduli vary smoothly with depth.
 
@@ -74,7 +73,7 @@ class GradedHalfSpace(Stratified):
         young, poisson = checked_moduli(young, poisson)
         gradient = checked_size("gradient", gradient)
         return cls(
-            partial(_linear, young, gradient),
+            _Linear(young, gradient),
             poisson,
             1 / gradient,
             f"E = {young:g} (1 + {gradient:g} z), nu = {poisson:g}",
@@ -86,7 +85,7 @@ class GradedHalfSpace(Stratified):
         young, poisson = checked_moduli(young, poisson)
         ratio, length = checked_size("ratio", ratio), checked_size("length", length)
         return cls(
-            partial(_exponential, young, ratio, length),
+            _Exponential(young, ratio, length),
             poisson,
             length / max(1.0, ratio - 1.0),  # by the slope at the surface
             f"E from {young:g} to {ratio * young:g} over {length:g}, nu = {poisson:g}",
@@ -99,7 +98,7 @@ class GradedHalfSpace(Stratified):
         offset = checked_size("offset", offset)
         exponent = checked_number("exponent", exponent, above=0, below=2)
         return cls(
-            partial(_power, young, exponent, offset),
+            _Power(young, exponent, offset),
             poisson,
             offset,
             f"E = {young:g} (1 + z / {offset:g})^{exponent:g}, nu = {poisson:g}",
@@ -118,6 +117,9 @@ class GradedHalfSpace(Stratified):
 
     def __repr__(self) -> str:
         return f"GradedHalfSpace({self.description})"
+
+    def __hash__(self) -> int:
+        return hash((self.length, self.description))  # functions need not have a hash
 
     def _moduli(self, z: ndarray) -> tuple[ndarray, ndarray]:
         """E / E0 and nu at depths."""
@@ -184,14 +186,31 @@ def _length(young: Callable, poisson: float | Callable) -> float:
     return 2 * float(depth[np.argmax(change >= min(0.4, most / 2))]) if most > 1e-12 else 1.0
 
 
-# functions of a module, for grounds to be pickled with them
-def _linear(young: float, gradient: float, z: ndarray) -> ndarray:
-    return young * (1 + gradient * z)
+# objects with numbers, not functions: grounds that are made twice or pickled are equal
+@dataclass(frozen=True)
+class _Linear:
+    young: float
+    gradient: float
+
+    def __call__(self, z: ndarray) -> ndarray:
+        return self.young * (1 + self.gradient * z)
 
 
-def _exponential(young: float, ratio: float, length: float, z: ndarray) -> ndarray:
-    return young * (ratio + (1 - ratio) * np.exp(-z / length))
+@dataclass(frozen=True)
+class _Exponential:
+    young: float
+    ratio: float
+    length: float
+
+    def __call__(self, z: ndarray) -> ndarray:
+        return self.young * (self.ratio + (1 - self.ratio) * np.exp(-z / self.length))
 
 
-def _power(young: float, exponent: float, offset: float, z: ndarray) -> ndarray:
-    return young * (1 + z / offset) ** exponent
+@dataclass(frozen=True)
+class _Power:
+    young: float
+    exponent: float
+    offset: float
+
+    def __call__(self, z: ndarray) -> ndarray:
+        return self.young * (1 + z / self.offset) ** self.exponent

@@ -12,7 +12,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..arguments import checked_array, checked_number, checked_size
-from ..messages import shown
+from ..messages import apart, shown
 from .strata import Strata, Stratum
 
 if TYPE_CHECKING:
@@ -147,7 +147,8 @@ def checked_moduli(young: SupportsFloat, poisson: SupportsFloat) -> tuple[float,
         raise ValueError(f"expected a positive Young's modulus, got young={young:g}")
     young = checked_size("young", young)
     if not 0 <= poisson <= 0.5:
-        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got poisson={poisson:g}")
+        got = apart(poisson, 0.5)[0]
+        raise ValueError(f"expected Poisson's ratio from 0 to 0.5, got poisson={got}")
     return young, poisson
 
 

@@ -71,7 +71,7 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
     ValueError
         If the suffix is not ``.vtu``, or the ground has a period.
     """
-    kind = PunchSolution, "write_structure for what bends"
+    kind = PunchSolution, "write_structure for what bends, *solutions for neighbours"
     for solution in solutions or (None,):
         checked_instance("solution", solution, *kind)
     if any(isinstance(s.footprint.substrate, PeriodicGround) for s in solutions):

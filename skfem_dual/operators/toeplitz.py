@@ -252,6 +252,7 @@ def require_period(ground: PeriodicGround, lattice: Lattice | None) -> None:
     sides, places = np.array(lattice.shape) * lattice.spacing, int(np.prod(lattice.shape))
     if len(lattice) < places or not np.allclose(sides, ground.period, 1e-9, 0):
         raise ValueError(
-            f"expected cells that cover the period {ground.period[0]:g} x {ground.period[1]:g} of "
-            f"the ground, got {len(lattice)} of {places} cells on {sides[0]:g} x {sides[1]:g}"
+            # as many digits as are compared
+            "expected cells that cover the period {:.10g} x {:.10g} of the ground, got {} of {} "
+            "cells on {:.10g} x {:.10g}".format(*ground.period, len(lattice), places, *sides)
         )

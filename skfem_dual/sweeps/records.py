@@ -15,6 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from ..contact.elastic import ElasticPunch
+from ..contact.group import RigidPunches
+from ..contact.punch import RigidPunch
+from ..contact.punches import Punches
+
 try:  # dask and loky bring it, and send classes of a script with it
     from cloudpickle import Pickler
 except ImportError:
@@ -64,11 +69,11 @@ def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
 
 def pickled(value: Any, problem: Problem) -> bytes:
     """Pickle without what belongs to the problem, such as the punch of every solution."""
-    shared = getattr(problem, "__self__", problem)
+    names = {id(part): name for name, part in _shared(problem).items()}
 
     class Sparing(Pickler):
         def persistent_id(self, obj: Any) -> str | None:
-            return "problem" if obj is shared else None
+            return names.get(id(obj))
 
     file = io.BytesIO()
     Sparing(file, pickle.HIGHEST_PROTOCOL).dump(value)
@@ -77,12 +82,27 @@ def pickled(value: Any, problem: Problem) -> bytes:
 
 def restored(body: bytes | memoryview, problem: Problem) -> Any:
     """The result pickled in a body, with the caller's own problem in it."""
+    shared = _shared(problem)
 
     class Restoring(pickle.Unpickler):
         def persistent_load(self, name: str) -> Any:
-            return getattr(problem, "__self__", problem)
+            return shared[name]
 
     return Restoring(io.BytesIO(body)).load()
+
+
+def _shared(problem: Problem) -> dict[str, Any]:
+    """What results need not bring along, by names: what is solved, its punches and their cells."""
+    whole = getattr(problem, "__self__", problem)
+    shared = {"problem": whole}
+    if isinstance(whole, (RigidPunches, Punches)):
+        shared |= {f"punch {i}": punch for i, punch in enumerate(whole.punches)}
+    cells = {
+        f"cells of {name}": part.footprint
+        for name, part in shared.items()
+        if isinstance(part, (RigidPunch, ElasticPunch))
+    }
+    return shared | cells
 
 
 def restored_record(body: memoryview, problem: Problem, path: PathLike) -> Any:
