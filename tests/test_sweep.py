@@ -439,7 +439,7 @@ def test_results_of_another_problem_are_left_alone(tmp_path):
 def test_solutions_in_the_file_belong_to_the_punch(tmp_path):
     """The file grows by pressures, not by matrices; ground and mesh may be made anew."""
     first = sweep(fresh_punch().solve, LOADS, file=tmp_path / "s")
-    assert (tmp_path / "s").stat().st_size < 5_000 * len(LOADS)
+    assert (tmp_path / "s").stat().st_size < 10_000 * len(LOADS)
     punch = fresh_punch()
     again = sweep(punch.solve, LOADS, file=tmp_path / "s")
     assert all(outcome.resumed for outcome in again.outcomes)
