@@ -3,7 +3,15 @@ import pytest
 from elastic_shapes import plate
 from plans import disc, rectangle
 
-from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch, load_path, moment_rotation
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    Load,
+    Paraboloid,
+    RigidPunch,
+    load_path,
+    moment_rotation,
+)
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -27,6 +35,8 @@ def test_a_path_is_its_loads_one_by_one():
     assert (np.diff(path.contact_area[:4]) < 0).all()
     assert "5 of 5 found" in repr(path)
     assert load_path(of, []).tilt.shape == (2, 0)
+    again = load_path(of, [Load(**load) for load in loads])
+    assert np.array_equal(again.settlement, path.settlement)
 
 
 def test_a_sphere_pressed_in_and_out():

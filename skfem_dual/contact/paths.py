@@ -20,7 +20,7 @@ from ..grids.polygons import readonly
 from .cases import solve_cases
 from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
-from .load import load_of
+from .load import Load, load_of
 from .punch import RigidPunch
 from .solution import PunchSolution
 
@@ -102,7 +102,7 @@ def _position(solution: PunchSolution | ElasticSolution) -> str:
 
 
 def load_path(
-    punch: RigidPunch | ElasticPunch, loads: Iterable[Mapping], **options: Any
+    punch: RigidPunch | ElasticPunch, loads: Iterable[Load | Mapping], **options: Any
 ) -> LoadPath:
     """Solve for one load after the other, each from the contact found nearby.
 
@@ -110,8 +110,9 @@ def load_path(
     ----------
     punch : RigidPunch or ElasticPunch
         What stands on the ground.
-    loads : iterable of mapping
-        What is imposed in each step, keyword arguments of its ``solve``.
+    loads : iterable of Load or mapping
+        What is imposed in each step, keyword arguments of its ``solve``; of a rigid punch also as
+        `Load`.
     options
         Further arguments of ``solve`` for all steps.
 
@@ -136,10 +137,10 @@ def load_path(
     """
     checked_instance("punch", punch, (RigidPunch, ElasticPunch))
     loads = checked_sequence("loads", loads)
-    for number, load in enumerate(loads):
-        checked_instance(f"loads[{number}]", load, Mapping)
     if isinstance(punch, RigidPunch):
         return _together(punch, loads, options) if loads else LoadPath(())
+    for number, load in enumerate(loads):
+        checked_instance(f"load {number}", load, Mapping)
     solutions: list[ElasticSolution] = []
     for number, load in enumerate(loads):
         # from full contact the next step is found at once; a failed one is no beginning
@@ -152,7 +153,9 @@ def load_path(
     return LoadPath(tuple(solutions))
 
 
-def _together(punch: RigidPunch, loads: Sequence[Mapping], options: dict[str, Any]) -> LoadPath:
+def _together(
+    punch: RigidPunch, loads: Sequence[Load | Mapping], options: dict[str, Any]
+) -> LoadPath:
     """Of a rigid punch, whose loads share what they can."""
     names = tuple(f"load {number}" for number in range(len(loads)))
     unilateral = options.get("unilateral", True)
