@@ -314,7 +314,8 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
 
     matrix = np.array([[sums(a * b) for a in terms] for b in terms]).transpose(2, 0, 1)
     # where few cells are left the polynomial is of a lower degree
-    heavy = np.diag([0.0, RIDGE, RIDGE, 10 * RIDGE, 10 * RIDGE, 10 * RIDGE])
+    # that of the second degree by the same in all directions
+    heavy = RIDGE * np.diag([0.0, 1.0, 1.0, 10.0, 5.0, 10.0])
     matrix += matrix[:, :1, :1] * heavy
     matrix[matrix[:, 0, 0] < 1e-12] = np.eye(6)
     right = np.array([sums(a * s[cell]) for a in terms]).T
@@ -328,9 +329,7 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
 def _around(solution: CellPressures, base: MeshTri) -> csr_matrix:
     """Cells around each node of the base, up to the second ring; shape (nodes, cells)."""
     n, t = base.p.shape[1], base.t
-    sides = np.hstack([t, np.roll(t, 1, axis=0)])
-    rows = np.concatenate([sides[0], sides[1], sides[2], np.arange(n)])
-    columns = np.concatenate([*np.roll(sides, 1, axis=0), np.arange(n)])
+    rows, columns = np.repeat(t, 3, axis=0).ravel(), np.tile(t, (3, 1)).ravel()
     beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
     basis = solution.footprint.basis
     mesh = nodal_mesh(basis)
