@@ -42,7 +42,7 @@ def test_circle(punch, e):
     settlement, tilt = CIRCLE[e]
     found = punch.solve(1.0, at=(0.6 * e, 0.8 * e))
     assert found.settlement == pytest.approx(
-        settlement, rel={0.5: 1e-4, 0.7: 3e-4, 0.8: 1.5e-3}[e]
+        settlement, rel={0.5: 1e-4, 0.7: 5e-4, 0.8: 1.5e-3}[e]
     )
     assert found.tilt == pytest.approx([0.6 * tilt, 0.8 * tilt], abs=4e-4 * tilt)
 
