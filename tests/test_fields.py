@@ -199,7 +199,7 @@ def renumbered(mesh, seed):
 @pytest.mark.parametrize("case", ["whole", "lifts off", "sphere"])
 def test_renumbering_turning_and_mirroring_do_not_move_the_field(grid, case):
     mesh = polygon([[-1, 1, 1, -1], [-1, -1, 0.7, 1]], n=250)
-    x, fields = np.random.default_rng(1).uniform(-0.6, 0.6, (2, 300)), []
+    x, fields, levels = np.random.default_rng(1).uniform(-0.6, 0.6, (2, 300)), [], []
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
     at = np.array((0.4, 0.15) if case == "lifts off" else (0.04, 0.02))
     for seed, place in ((None, np.eye(2)), (0, np.eye(2)), (1, turn), (2, np.diag([1, -1]))):
@@ -210,8 +210,10 @@ def test_renumbering_turning_and_mirroring_do_not_move_the_field(grid, case):
         solution = punch.solve(0.15, at=tuple(place @ at))
         assert (solution.line is not None) == (case == "sphere")
         fields.append(evaluate(*solution.pressure_field(refine=2), place @ x, outside="zero"))
-    for field in fields[1:]:
+        levels.append(np.sort(solution.contact_region.level))
+    for field, level in zip(fields[1:], levels[1:], strict=True):
         assert field == pytest.approx(fields[0], abs=1e-9 * fields[0].max())
+        assert level == pytest.approx(levels[0], abs=1e-9)
 
 
 def test_one_node_carries_no_moments():
