@@ -185,6 +185,37 @@ def test_units_do_not_move_the_field(grid):
     assert fields[1] == pytest.approx(fields[0], abs=1e-9 * fields[0].max())
 
 
+def renumbered(mesh, seed):
+    """With nodes, triangles and the vertices of these in another order."""
+    rng = np.random.default_rng(seed)
+    number, order = rng.permutation(mesh.nvertices), rng.permutation(mesh.nelements)
+    p = np.empty_like(mesh.p)
+    p[:, number] = mesh.p
+    t = rng.permuted(number[mesh.t[:, order]], axis=0)
+    return MeshTri(p, np.ascontiguousarray(t))
+
+
+@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+@pytest.mark.parametrize("case", ["whole", "lifts off", "sphere"])
+def test_renumbering_turning_and_mirroring_do_not_move_the_field(grid, case):
+    mesh = polygon([[-1, 1, 1, -1], [-1, -1, 0.7, 1]], n=250)
+    x, fields, levels = np.random.default_rng(1).uniform(-0.6, 0.6, (2, 300)), [], []
+    turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
+    at = np.array((0.4, 0.15) if case == "lifts off" else (0.04, 0.02))
+    for seed, place in ((None, np.eye(2)), (0, np.eye(2)), (1, turn), (2, np.diag([1, -1]))):
+        own = MeshTri(np.ascontiguousarray(place @ mesh.p), mesh.t)
+        own = own if seed is None else renumbered(own, seed)
+        gap = Paraboloid(2.0) if case == "sphere" else None
+        punch = RigidPunch(SOIL, getattr(DualMesh.from_mesh(own), grid)(), gap=gap)
+        solution = punch.solve(0.15, at=tuple(place @ at))
+        assert (solution.line is not None) == (case == "sphere")
+        fields.append(evaluate(*solution.pressure_field(refine=2), place @ x, outside="zero"))
+        levels.append(np.sort(solution.contact_region.level))
+    for field, level in zip(fields[1:], levels[1:], strict=True):
+        assert field == pytest.approx(fields[0], abs=1e-9 * fields[0].max())
+        assert level == pytest.approx(levels[0], abs=1e-9)
+
+
 def test_one_node_carries_no_moments():
     """It has a force and no arm: refused at every node, whatever rounding makes of the matrix."""
     basis = CellBasis(disc(2), ElementTriP1())

@@ -38,12 +38,15 @@ def punch(request):
 
 @pytest.mark.parametrize("e", CIRCLE)
 def test_circle(punch, e):
-    """Where pressures that end with the cells leave 1.2e-3 at 0.7 and 3.4e-3 at 0.8."""
+    """Where pressures that end with the cells leave 1.2e-3 at 0.7 and 3.4e-3 at 0.8.
+
+    On triangles it depends on the direction of the load: at 0.7 in the root mean square 5e-4.
+    """
     settlement, tilt = CIRCLE[e]
     found = punch.solve(1.0, at=(0.6 * e, 0.8 * e))
-    assert found.settlement == pytest.approx(
-        settlement, rel={0.5: 1e-4, 0.7: 3e-4, 0.8: 1.5e-3}[e]
-    )
+    within = {0.5: 1e-4, 0.7: 3e-4, 0.8: 1.5e-3}[e]
+    within *= 1.0 if punch.footprint.on_dual_cells else 2.2
+    assert found.settlement == pytest.approx(settlement, rel=within)
     assert found.tilt == pytest.approx([0.6 * tilt, 0.8 * tilt], abs=4e-4 * tilt)
 
 

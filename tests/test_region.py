@@ -151,7 +151,7 @@ def test_cells_far_from_the_edge_do_not_count(monkeypatch):
         assert near.area == pytest.approx(whole.area, rel=1e-12)
         assert near.edge[0] == pytest.approx(whole.edge[0], abs=1e-12)
         assert np.array_equal(near.level > 0, whole.level > 0)
-        assert np.ptp(near.level) < 0.5 * np.ptp(whole.level)
+        assert np.abs(near.level - whole.level).max() > 0.01  # beyond, only the sign is known
 
 
 def grids():

@@ -233,6 +233,22 @@ class PlanTriangles:
         """From the centroids of the cells to the points."""
         return PlaneFit.to_nearest(self.partition.centroids, self.p)
 
+    @computed_once
+    def _sizes(self) -> ndarray:
+        """Roots of the areas of the cells at the points, in the mean of those that meet there."""
+        areas = self.partition.areas
+        if self.own.all():
+            return np.sqrt(areas[self.cell])
+        n, t = self.p.shape[1], self.t.ravel()
+        total = np.bincount(t, np.tile(areas[self._of_triangles], 3), n)
+        return np.sqrt(total / np.bincount(t, minlength=n).clip(1))
+
+    @computed_once
+    def _of_triangles(self) -> ndarray:
+        """Cell of each triangle, where there are points between cells."""
+        # triangles are cells, or quarters of them in the same order
+        return np.arange(self.t.shape[1]) % len(self.partition)
+
     def _near(self, sides: ndarray, some: ndarray) -> tuple[ndarray, ndarray]:
         """Cells and points near some cells, by their numbers; neighbours are beside ``sides``."""
         near = np.zeros(len(self.partition), dtype=bool)
@@ -241,7 +257,10 @@ class PlanTriangles:
         for ring in range(CELLS):
             points = near.copy() if ring == POINTS else points
             near[sides[:, near[sides[0]] != near[sides[1]]]] = True
-        return np.nonzero(near)[0], np.nonzero(points[self.cell])[0]
+        at = self.own & points[self.cell]
+        if not self.own.all():
+            at |= self._corners(points[self._of_triangles])
+        return np.nonzero(near)[0], np.nonzero(at)[0]
 
     @computed_once
     def _whole(self) -> ContactRegion:
@@ -276,8 +295,7 @@ class PlanTriangles:
         if fitted is self._whole and inside.all():
             return fitted
         sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
-        # triangles between corners are cells, or quarters of them in the same order
-        cell = np.arange(self.t.shape[1]) % len(inside)
+        cell = self._of_triangles
         held = fitted.level > 0
         if not self.own.all():
             held = np.bincount(cell, held[self.t].any(axis=0), len(inside)) > 0
@@ -315,8 +333,7 @@ class PlanTriangles:
         sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
         unit, inside = pressure.max(axis=1, keepdims=True), pressure > 0
         square, gaps = (pressure / unit) ** 2, (opening.clip(0) / unit) ** (2 / 3)
-        level = np.where(inside, FAR, -FAR) * np.sqrt(self.partition.areas)
-        level = level[:, self.cell]
+        level = np.where(inside, FAR, -FAR)[:, self.cell] * self._sizes
         unlike = inside[:, sides[0]] != inside[:, sides[1]]
         # pictures with as many pairs of cells to look at are drawn together
         pairs = np.minimum(unlike.sum(axis=1), AROUND)
@@ -346,7 +363,7 @@ class PlanTriangles:
         lines = self.edges(level)
         moved = moved_line(lines, n * np.arange(k + 1), *cells)
         # points farther from the edge keep their distance to where it was
-        near = np.abs(level[:, points]) < MOVED * np.sqrt(self.partition.areas[self.cell[points]])
+        near = np.abs(level[:, points]) < MOVED * self._sizes[points]
         of, point = np.nonzero(near & (np.diff(lines.starts) > 0)[:, None])
         point = points[point]
         at = self.p[:, point]

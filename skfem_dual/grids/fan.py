@@ -177,11 +177,14 @@ class Fan:
         single = (at[:, cut] > 0).sum(axis=0) == 1
         alone = np.argmax(np.where(single, at[:, cut] > 0, at[:, cut] < 0), axis=0)
         a, b, c = self.t[(alone + np.arange(3)[:, None]) % 3, cut]
+        # the diagonal from the vertex farther from the line, whatever their order
+        turned = np.abs(values[b]) < np.abs(values[c])
+        b, c = np.where(turned, c, b), np.where(turned, b, c)
         ab, ac = self.p.shape[1] + np.arange(2 * len(cut)).reshape(2, -1)
         shares = [values[a] / (values[a] - values[end]) for end in (b, c)]
         ends = zip(shares, (b, c), strict=True)
         new = [self.p[:, a] + share * (self.p[:, end] - self.p[:, a]) for share, end in ends]
-        parts = [a, ab, ac], [ab, b, c], [ab, c, ac]
+        parts = [a, ab, ac], [ab, b, ac], [b, c, ac]
         t = np.hstack([self.t[:, whole], *map(np.array, parts)])
         of = np.concatenate([whole, *[cut] * 3])
         fan = Fan._sorted(np.hstack([self.p, *new]), t, self.cell[of], self.part[of])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
-from skfem import CellBasis, ElementTriP1, ElementTriP2, Mesh, MeshTri
+from skfem import CellBasis, ElementTriP1, ElementTriP2, MeshTri
 
 from ..arguments import checked_instance, checked_integer
 from ..contact.pressures import CellPressures
@@ -38,7 +38,7 @@ WIDTH = 1.5
 ORDER = 4
 #: root of phi on the edge, over its greatest
 TINY = 1e-20
-#: barycentric coordinates that are zero
+#: barycentric coordinates, and depths over the greatest, that are zero
 ROUNDING = 1e-8
 #: of the slopes in the fit
 RIDGE = 1e-5
@@ -195,15 +195,23 @@ class EdgeLaws:
         """Integral of the laws over each cell, where it acts, how far it spreads around there,
         (3, n) along xx, xy and yy, and the part of w left there by the end of contact."""
         fan, base = cells.fan, self.refined.base
-        parent = self._parents(fan, nodal_mesh(cells.basis))
-        corners = _coordinates(base.p[:, base.t[:, parent]], fan.p[:, fan.t])
-        phi = _quadratic(base, self.phi, parent, corners)
+        parent, corners, phi = self._in_fan(fan, cells.basis)
+        grade = phi
+        if self.depth is not None:
+            # cut where contact ends; away from a singular edge the root of the distance to that
+            # line is all that varies
+            deep = np.empty(fan.p.shape[1])
+            deep[fan.t] = _quadratic(base, self.depth, parent, corners)
+            deep[np.abs(deep) < ROUNDING * deep.max()] = 0.0
+            fan, deep = fan.cut_at_zero(deep)
+            parent, corners, phi = self._in_fan(fan, cells.basis)
+            grade = np.where((phi > 0).all(axis=0), np.abs(deep[fan.t]), phi)
         whole = np.repeat(np.eye(3)[..., None], len(parent), axis=2)
         sums = np.zeros((7, len(cells.partition)))
         centre = cells.partition.centroids[:, fan.cell]  # there is no cancellation near it
-        for at, load in graded(whole, phi, ORDER):
+        for at, load in graded(whole, grade, ORDER):
             shares = np.einsum("ivk,vkq->ikq", corners, at)
-            linear = np.einsum("vk,vkq->kq", phi, at)
+            linear = np.einsum("vk,vkq->kq", grade, at)
             exact = _quadratic(base, self.phi, parent[:, None], shares)
             ratio = np.divide(linear, exact, out=np.zeros_like(exact), where=exact > 0)
             load = load * np.sqrt(ratio) * fan.areas[:, None]
@@ -217,11 +225,15 @@ class EdgeLaws:
         acting = np.stack([x, y]) + cells.partition.centroids
         return sums[0], acting, squares - [x * x, x * y, y * y], sums[0] / sums[6]
 
-    def _parents(self, fan: Fan, mesh: Mesh) -> ndarray:
-        """Triangle of the base that has each of the fan."""
+    def _in_fan(self, fan: Fan, basis: CellBasis) -> tuple[ndarray, ndarray, ndarray]:
+        """Of each triangle of a fan that of the base it is in, the coordinates there, first axis,
+        of its vertices, second axis, and phi in these."""
+        mesh, base = nodal_mesh(basis), self.refined.base
         # quadrilaterals were cut around their middles in the same order
         element = fan.part if len(mesh.t) == 4 else fan.part % mesh.nelements
-        return np.searchsorted(self.kept, element)
+        parent = np.searchsorted(self.kept, element)
+        corners = _coordinates(base.p[:, base.t[:, parent]], fan.p[:, fan.t])
+        return parent, corners, _quadratic(base, self.phi, parent, corners)
 
     def between(self, planes: ndarray) -> ndarray:
         """Values at the nodes from values and slopes at those of the base, shape (3, n).
@@ -314,7 +326,8 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
 
     matrix = np.array([[sums(a * b) for a in terms] for b in terms]).transpose(2, 0, 1)
     # where few cells are left the polynomial is of a lower degree
-    heavy = np.diag([0.0, RIDGE, RIDGE, 10 * RIDGE, 10 * RIDGE, 10 * RIDGE])
+    # that of the second degree by the same in all directions
+    heavy = RIDGE * np.diag([0.0, 1.0, 1.0, 10.0, 5.0, 10.0])
     matrix += matrix[:, :1, :1] * heavy
     matrix[matrix[:, 0, 0] < 1e-12] = np.eye(6)
     right = np.array([sums(a * s[cell]) for a in terms]).T
@@ -328,9 +341,7 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
 def _around(solution: CellPressures, base: MeshTri) -> csr_matrix:
     """Cells around each node of the base, up to the second ring; shape (nodes, cells)."""
     n, t = base.p.shape[1], base.t
-    sides = np.hstack([t, np.roll(t, 1, axis=0)])
-    rows = np.concatenate([sides[0], sides[1], sides[2], np.arange(n)])
-    columns = np.concatenate([*np.roll(sides, 1, axis=0), np.arange(n)])
+    rows, columns = np.repeat(t, 3, axis=0).ravel(), np.tile(t, (3, 1)).ravel()
     beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
     basis = solution.footprint.basis
     mesh = nodal_mesh(basis)
