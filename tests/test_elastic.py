@@ -174,6 +174,17 @@ def test_brown(K, cells):
     assert errors[None] < 0.7 * errors["constant"]
 
 
+@pytest.mark.parametrize(("K", "rtol"), [(1e-7, 1e-5), (1.0, 1e-8), (1e7, 1e-8)])
+def test_hundreds_of_cells(K, rtol):
+    """The ground may pull, but does not: the same pressures, soft or stiff."""
+    punch = raft(K, generate.disc(n=620), edge="constant")
+    f = uniform(punch)
+    s = punch.solve(f, unilateral=False)
+    assert s.success
+    assert s.pressure == pytest.approx(punch.solve(f).pressure, rel=rtol)
+    assert s.force == pytest.approx(f @ settled(punch), rel=1e-10)
+
+
 def patch(basis, radius=0.2):
     """Uniform, of the force one, whatever the mesh of the plate."""
     dual = DualMesh.from_mesh(generate.disc(radius=radius, n=200))

@@ -185,9 +185,14 @@ class ContactSystem:
         if self._dense:
             return self.factors.solve(rhs), ""
         operator, preconditioner = cast(InfluenceOperator, self.matrix), self.preconditioner
+        how: dict[str, Any] = {"preconditioner": preconditioner}
+        if self._formed:  # no more products than the matrix takes
+            how["most"] = max(len(rhs) // max(rhs.shape[1], 1), 1)
         rtol = max(operator.rtol, 1e-12)  # no more accurate than the operator
         with timed(self.timings, "iterations"):
-            answer = solve_many(operator, rhs, rtol, _bars.get(), preconditioner=preconditioner)
+            answer = solve_many(operator, rhs, rtol, _bars.get(), **how)
+        if not answer.success and self._formed:
+            return self.factors.solve(rhs), ""
         return answer.solution, "" if answer.success else answer.message
 
     @computed_once

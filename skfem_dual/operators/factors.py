@@ -54,9 +54,9 @@ class Factors:
     scale: float = 1.0
 
     @classmethod
-    def from_matrix(cls, matrix: ndarray) -> "Factors":
-        """Of a square array of finite numbers."""
-        if len(matrix) < SINGLE or matrix.dtype != np.float64:
+    def from_matrix(cls, matrix: ndarray, single: bool = True) -> "Factors":
+        """Of a square array of finite numbers; of a large one in single precision if allowed."""
+        if not single or len(matrix) < SINGLE or matrix.dtype != np.float64:
             return cls(*_factors(matrix))
         lu, pivots, scale = _in_single(matrix)
         return cls(lu, pivots, matrix, scale)

@@ -84,4 +84,5 @@ class YieldingOperator:
             return approximate_inverse(self.ground)
         if isinstance(self.ground, FlattenedOperator):
             return self.ground.preconditioner
-        return Factors.from_matrix(np.asarray(self.ground))
+        # iterations end with what they make of a sum: it must be the sum of what they made
+        return Factors.from_matrix(np.asarray(self.ground), single=False)
