@@ -23,6 +23,7 @@ from ..operators.dense_solver import ITERATED, DenseSolver
 from ..operators.factors import Factors
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import InfluenceOperator
+from ..operators.iterative import MOST as ITERATIONS
 from ..operators.iterative import solve_many
 from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
@@ -187,7 +188,7 @@ class ContactSystem:
         operator, preconditioner = cast(InfluenceOperator, self.matrix), self.preconditioner
         how: dict[str, Any] = {"preconditioner": preconditioner}
         if self._formed:  # no more products than the matrix takes
-            how["most"] = max(len(rhs) // max(rhs.shape[1], 1), 1)
+            how["most"] = min(max(len(rhs) // max(rhs.shape[1], 1), 1), ITERATIONS)
         rtol = max(operator.rtol, 1e-12)  # no more accurate than the operator
         with timed(self.timings, "iterations"):
             answer = solve_many(operator, rhs, rtol, _bars.get(), **how)

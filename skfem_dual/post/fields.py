@@ -325,8 +325,8 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
         return np.bincount(node, weight * values, n)
 
     matrix = np.array([[sums(a * b) for a in terms] for b in terms]).transpose(2, 0, 1)
-    # where few cells are left the polynomial is of a lower degree
-    # that of the second degree by the same in all directions
+    # where few cells are left the polynomial is of a lower degree; terms of the second degree
+    # weigh the same in all directions
     heavy = RIDGE * np.diag([0.0, 1.0, 1.0, 10.0, 5.0, 10.0])
     matrix += matrix[:, :1, :1] * heavy
     matrix[matrix[:, 0, 0] < 1e-12] = np.eye(6)
