@@ -13,7 +13,6 @@ from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix
 from skfem_dual.elements.law_moments import Factors, Triangles, law_moments
-from skfem_dual.elements.moments import radii
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
@@ -174,7 +173,7 @@ def test_far_settlements_equal_strips(grid, request):
     EdgeCorrection.from_weights(replace(weights), 1.0, x, strips=12).add_to(exact)
     r = np.hypot(*(x[:, :, None] - x[:, None]))
     off = np.abs(found - exact) * r / areas
-    distance = r / radii(weights.partition.polygons)
+    distance = r / weights.partition.polygons.radii
     for nearer, farther, most in ((2, 3, 1e-3), (3, 6, 1e-4), (6, 99, 1e-5)):
         some = (nearer < distance) & (distance < farther)
         assert some.any()

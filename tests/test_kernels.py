@@ -14,7 +14,7 @@ import pytest
 
 from skfem_dual.kernels import compiled as module
 from skfem_dual.kernels.compiled import compiled, inlined, inputs, vectorised, when_compiling
-from skfem_dual.kernels.threads import Threads
+from skfem_dual.kernels.threads import LEAST, Threads
 
 SCRIPT = """
 from skfem_dual.kernels.compiled import compiled
@@ -81,6 +81,17 @@ def test_work_is_cut_into_the_same_pieces_for_any_number_of_threads(monkeypatch,
     assert [start for start, _ in cuts[0]] == bounds[:-1]
     assert bounds[-1] == m
     assert max(np.diff(bounds), default=0) <= 256
+
+
+@pytest.mark.parametrize("each", [0, 1, 90, 5000, 10**6])
+def test_pieces_of_items_that_take_little_last_for_long_enough(each):
+    pieces = []
+    with Threads() as run:
+        run(pieces.append, 100_000, each)
+    sizes = [piece.stop - piece.start for piece in sorted(pieces, key=lambda piece: piece.start)]
+    assert sum(sizes) == 100_000
+    assert all(size * each >= LEAST or len(sizes) == 1 for size in sizes[:-1])
+    assert max(sizes) <= max(LEAST // max(each, 1) + 64, 256)  # and others can take some
 
 
 def test_short_work_starts_no_threads(monkeypatch):

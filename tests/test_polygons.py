@@ -36,6 +36,14 @@ def test_moments_move_and_scale_with_the_polygon(triangle, shift, factor):
     )
 
 
+def test_radii_are_distances_of_the_farthest_vertices():
+    two = Polygons([[0, 4, 4, 0, 9], [0, 0, 3, 3, 0]], [0, 1, 2, 3, 1, 4, 2], [0, 4, 7])
+    far = [np.hypot(*(two[i] - two.centroids[:, i : i + 1])).max() for i in range(2)]
+    assert two.radii == pytest.approx(far, rel=1e-14)
+    assert two.radii[0] == pytest.approx(2.5, rel=1e-14)
+    assert not two.radii.flags.writeable
+
+
 def test_second_moments_about_the_centroid():
     """Rectangle b h^3 / 12, the L by the theorem of parallel axes, both far from the origin."""
     p = np.hstack([[[0.0, 3, 3, 0], [0.0, 0, 2, 2]], L_SHAPE])

@@ -14,7 +14,6 @@ from numpy import ndarray
 
 from ..elements.crossed import CrossedCells
 from ..elements.influence import influence_matrix
-from ..elements.moments import radii
 from ..grids.lines import Segments
 from ..grids.nearest import nearest
 from ..grids.polygons import readonly
@@ -147,7 +146,7 @@ def _without(cells: Footprint, touching: ndarray) -> bool:
         return True
     sides = f2c[:, f2c[1] >= 0]
     ends = sides[:, touching[sides[0]] != touching[sides[1]]]
-    square = radii(cells.partition.polygons)[ends] ** 2
+    square = cells.partition.polygons.radii[ends] ** 2
     return bool(ends.size and np.median(square / areas[ends]) > THIN)
 
 

@@ -25,7 +25,6 @@ from ..kernels.compiled import inputs
 from ..kernels.threads import Threads
 from .crossed_loads import Loads, fill
 from .edge_weights import EdgeWeights, mean_weight
-from .moments import radii
 from .remainder import add_rows, remainder_blocks
 
 #: cells farther from the line than so many times their size are not looked at
@@ -112,7 +111,7 @@ class CrossedCells:
         middle = lines.signed_distance(np.tile(partition.centroids, k), each).reshape(k, n)
         near = np.abs(middle) < REACH * size
         in_contact = np.where(near, middle > 0, touching)
-        reached = near & (np.abs(middle) <= ROUNDED * radii(partition.polygons))
+        reached = near & (np.abs(middle) <= ROUNDED * partition.polygons.radii)
         fan, depth = _fan_of(fan, reached, lines)
         depth[np.abs(depth) < 1e-9 * size.min()] = 0.0
         crossed = reached.ravel()

@@ -11,7 +11,7 @@ from ..grids.partition import Partition
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .moments import INSIDE, Multipoles, along_arms, arms, radii, series_terms
+from .moments import INSIDE, Multipoles, along_arms, arms, series_terms
 from .near_sums import NearSums
 from .slopes import Slopes
 
@@ -59,7 +59,7 @@ def settled_by_moments(
     if slopes is not None:
         g = coefficient * np.moveaxis(slopes.of(columns), -1, 0)
         terms[:, :2] += np.einsum("ijn,sjn->sin", slopes.second_moments, g)
-    squares = (INSIDE * radii(partition.polygons)) ** 2
+    squares = (INSIDE * partition.polygons.radii) ** 2
     far = inputs(partition.centroids, squares, forces, terms)
     near = NearSums.from_cells(partition, weights, np.arange(n), REACH, x)
     middles = partition.centroids if weights is None else weights.centroids

@@ -7,8 +7,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
-from ..grids.polygons import Polygons
-from ..kernels.compiled import inlined, inputs, vectorised
+from ..kernels.compiled import inlined, inputs
 from .edge_weights import EdgeWeights
 from .pieces import Pieces
 from .polygon_moments import moments_about, polygon_moments
@@ -82,7 +81,7 @@ class Series(NamedTuple):
     def from_weights(cls, weights: EdgeWeights, coefficient: float) -> Self:
         """Of the weighted cells, ascending, for the influence function ``coefficient / r``."""
         partition, cells = weights.partition, weights.cells
-        squares = (INSIDE * radii(partition.polygons)[cells]) ** 2
+        squares = (INSIDE * partition.polygons.radii[cells]) ** 2
         terms = series_terms(coefficient * weights.moments)
         return cls(*inputs(partition.centroids.take(cells, axis=1), squares, terms))
 
@@ -162,21 +161,3 @@ def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:
     starts = pieces.offsets[pieces.first] - pieces.offsets[begin]
     sizes = np.diff(np.append(starts, vertices.shape[1]))
     return np.maximum.reduceat(np.hypot(*(vertices - np.repeat(centres, sizes, axis=1))), starts)
-
-
-def radii(polygons: Polygons) -> ndarray:
-    """Distance of the farthest vertex of each polygon from its centroid."""
-    out = np.empty(len(polygons))
-    outlines = inputs(polygons.p, polygons.indices, polygons.offsets, polygons.centroids)
-    _farthest(*outlines, out)
-    return out
-
-
-@vectorised
-def _farthest(p, indices, offsets, centres, out):
-    for k in range(out.shape[0]):
-        square = 0.0
-        for at in range(offsets[k], offsets[k + 1]):
-            dx, dy = p[0, indices[at]] - centres[0, k], p[1, indices[at]] - centres[1, k]
-            square = max(square, dx * dx + dy * dy)
-        out[k] = np.sqrt(square)

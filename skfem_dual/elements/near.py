@@ -17,7 +17,7 @@ from ..ground.hankel import RadialTable
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
 from .edge_weights import EdgeWeights
-from .moments import Series, far_influence, load_moments, radii
+from .moments import Series, far_influence, load_moments
 from .pieces import Pieces
 from .radial_series import DEGREE, RadialSeries, add_series
 from .remainder import POINTS, AlongRibs, along_ribs
@@ -197,7 +197,7 @@ def _remainder(
     """With the error ``rtol`` relative to c / r."""
     pieces = Pieces.from_partition(partition, weights)
     around = partition.centroids if weights is None else weights.centroids
-    radius = radii(partition.polygons)[cells]
+    radius = partition.polygons.radii[cells]
     moments = load_moments(pieces, around, DEGREE + 2)[..., cells]
     first, last = inputs(pieces.first[cells], pieces.last[cells])
     own = pieces._replace(first=first, last=last)

@@ -18,15 +18,14 @@ from .edge_weights import EdgeWeights
 from .law_moments import Triangles
 from .law_polynomials import LOWER_TERMS, TERMS
 from .law_strips import STRIPS, Strips, kept_segments, strips_room
-from .moments import radii
 from .polygon_sums import KNOWN, LANES, STEP, add_sides, put_side
 from .segments import Pairs, add_segments
 
 #: steep cells are cut into strips for points nearer to centroids than so many of their radii;
 #: no point of a regular mesh is just there
 BESIDE = 1.23
-#: nanoseconds that a cell takes, about
-CELL = 2000
+#: nanoseconds that a point near a cell takes, about
+POINT = 100
 
 
 class NearSums(NamedTuple):
@@ -62,7 +61,7 @@ class NearSums(NamedTuple):
         """Of some cells, ascending, and points nearer to them than ``reach`` of their radii;
         without weights w is constant."""
         polygons = partition.polygons
-        reaches, centroids = reach * radii(polygons)[cells], polygons.centroids.take(cells, axis=1)
+        reaches, centroids = reach * polygons.radii[cells], polygons.centroids.take(cells, axis=1)
         pairs = Pairs.within(reaches, cells, centroids, x)
         beside = (BESIDE * reaches / reach) ** 2
         size = np.sqrt(partition.areas[cells])
@@ -76,7 +75,7 @@ class NearSums(NamedTuple):
             _near_sums(k.start, k.stop, *known, law, sums)
 
         with Threads() as run:
-            run(work, len(cells), CELL)
+            run(work, len(cells), POINT * len(law) // max(len(cells), 1))
         return cls(pairs, np.repeat(pairs.cells, np.diff(pairs.offsets)), law, sums)
 
 

@@ -13,11 +13,14 @@ import numpy as np
 from numpy import ndarray
 
 from ..kernels.compiled import compiled, inputs
+from ..kernels.threads import Threads
 
 #: rows and columns of squares at most
 MOST = 2.0**30
 #: so many pairs of a circle and a point are all looked at, sooner than points are sorted
 FEW = 2**13
+#: nanoseconds that a circle takes, about
+CIRCLE = 300
 
 
 class Squares(NamedTuple):
@@ -98,13 +101,26 @@ def in_circles(radii: ndarray, centres: ndarray, x: ndarray) -> tuple[ndarray, n
         sides = [(k, most * 2.0**k) for k in np.unique(size).tolist()]
         rounds = [(np.nonzero(size == k)[0], Squares.of(x, side)) for k, side in sides]
     circles = inputs(radii, centres)
-    for own, squares in rounds:
-        _look(*inputs(own), *circles, squares, offsets[1:], points)
+    _look_around(rounds, circles, offsets[1:], points)
     np.cumsum(offsets, out=offsets)
     points = np.empty(offsets[-1], np.int32)
-    for own, squares in rounds:
-        _look(*inputs(own), *circles, squares, offsets, points)
+    _look_around(rounds, circles, offsets, points)
     return points, offsets
+
+
+def _look_around(
+    rounds: list[tuple[ndarray, Squares]],
+    circles: tuple[ndarray, ...],
+    places: ndarray,
+    points: ndarray,
+) -> None:
+    with Threads() as run:
+        for own, squares in rounds:
+
+            def work(k: slice, own: ndarray = own, squares: Squares = squares) -> None:
+                _look(*inputs(own[k]), *circles, squares, places, points)
+
+            run(work, len(own), CIRCLE)
 
 
 @compiled

@@ -145,6 +145,14 @@ class Polygons:
         return out
 
     @computed_once
+    def radii(self) -> ndarray:
+        """Distance of the farthest vertex of each polygon from its centroid."""
+        out = np.empty(len(self))
+        _farthest(*inputs(self.p, self.indices, self.offsets, self.centroids), out)
+        out.setflags(write=False)
+        return out
+
+    @computed_once
     def _moments(self) -> tuple[ndarray, ndarray]:
         """Areas and centroids."""
         areas, centroids = np.empty(len(self)), np.empty((2, len(self)))
@@ -187,3 +195,13 @@ def _second_moments(p, indices, offsets, centroids, out):
             yy += cross * (y * y + y * w + w * w)
             x, y = u, w
         out[0, k], out[1, k], out[2, k] = xx, xy, yy
+
+
+@vectorised
+def _farthest(p, indices, offsets, centres, out):
+    for k in range(out.shape[0]):
+        square = 0.0
+        for at in range(offsets[k], offsets[k + 1]):
+            dx, dy = p[0, indices[at]] - centres[0, k], p[1, indices[at]] - centres[1, k]
+            square = max(square, dx * dx + dy * dy)
+        out[k] = np.sqrt(square)

@@ -9,11 +9,11 @@ import numba
 
 #: pieces into which work is cut, whatever the number of threads: so sums do not depend on it
 PIECES = 16
-#: items of a piece are a multiple of the first, and not more than the second: arrays for
-#: temporary use stay small
+#: items of a piece are a multiple of the first, and not more than the second, or as many as last
+#: for long enough: arrays for temporary use stay small
 GRAIN, MOST = 64, 256
-#: nanoseconds that a piece lasts at least, if there are items for it: a kernel's call takes some
-#: ten thousand
+#: nanoseconds that a piece lasts at least, if there are items for it: to hand it to another thread
+#: takes some twenty thousand
 LEAST = 500_000
 #: seconds of work after which other threads start: beside other work that takes milliseconds
 LONG = 0.005
@@ -54,8 +54,8 @@ class Threads:
             self._pool = None
 
     def __call__(self, work: Callable[[slice], None], m: int, each: int = LEAST) -> None:
-        size = GRAIN * max(-(-m // (GRAIN * PIECES)), -(-LEAST // (GRAIN * max(each, 1))))
-        size = min(size, MOST)
+        even, least = (-(-k // GRAIN) * GRAIN for k in (-(-m // PIECES), LEAST // max(each, 1)))
+        size = max(GRAIN, min(even, MOST), least)
         pieces = [slice(start, min(start + size, m)) for start in range(0, m, size)]
         threads = numba.config.NUMBA_NUM_THREADS
         begin, first = perf_counter(), 0

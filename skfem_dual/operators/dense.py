@@ -11,7 +11,7 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 
 from ..elements.edge_weights import EdgeWeights
-from ..elements.moments import Multipoles, far_influence, radii, series_terms
+from ..elements.moments import Multipoles, far_influence, series_terms
 from ..elements.near import NearField
 from ..elements.remainder import add_rows, remainder_blocks
 from ..grids.partition import Partition
@@ -49,7 +49,7 @@ def moment_matrix(
     m = substrate.singular_coefficient * loads.moments
     sources = inputs(loads.centres, m[0, 0], series_terms(m))
     # the series converges outside of the circle around a cell
-    near = max(EXACT_RADII * (1e-6 / rtol) ** 0.2, 1.0) * radii(partition.polygons)
+    near = max(EXACT_RADII * (1e-6 / rtol) ** 0.2, 1.0) * partition.polygons.radii
     limits = inputs(loads.centres, near, *_clusters(loads.centres, near))
     direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))

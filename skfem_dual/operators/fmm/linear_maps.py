@@ -10,7 +10,7 @@ from ...kernels.compiled import inputs
 from ...kernels.once import computed_once
 from .loops import Layout, block_products, translate
 
-Run = Callable[[Callable[[slice], None], int], None]
+Run = Callable[..., None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,8 @@ class Translation:
         single = given.dtype == np.float32
         matrices = self._single if single else self.matrices
         args = self.first, self.sources, matrices, given, out
-        run(lambda k: translate(k.start, k.stop, *args), len(self.sources))
+        each = len(given) * matrices.size // 4  # some billions of multiplications a second
+        run(lambda k: translate(k.start, k.stop, *args), len(self.sources), each)
 
     def cut(self, terms: int) -> "Translation":
         """Of the first terms only."""

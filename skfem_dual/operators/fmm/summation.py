@@ -6,7 +6,7 @@ import numpy as np
 from numpy import ndarray
 
 from ...elements.edge_weights import EdgeWeights
-from ...elements.moments import Multipoles, pressure_moments, radii
+from ...elements.moments import Multipoles, pressure_moments
 from ...elements.near import NearField
 from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
@@ -129,7 +129,7 @@ class FastSummation:
         rtol: float,
     ) -> "FastSummation":
         """Of a relative error of about ``rtol``; see `InfluenceOperator`."""
-        radius = radii(partition.polygons)
+        radius = partition.polygons.radii
         usual = np.quantile(radius, 0.9)  # few cells of a uniform mesh stay in larger boxes
         unit = max(np.sqrt(OCCUPANCY * np.median(partition.areas)), 2 * SLACK * usual)
         tree = Quadtree.from_circles(partition.centroids, radius, x, LEAF, SLACK, unit)
@@ -178,7 +178,7 @@ class FastSummation:
             circles = known.p2p.circles
         (x,) = inputs(x[:, tree.points])
         x = circles.middles if np.array_equal(x, circles.middles) else x  # once will do
-        reach = radii(partition.polygons)
+        reach = partition.polygons.radii
         lists = near_lists(tree, circles.middles, reach[cells], chebyshev.terms)
         used = np.zeros(len(cells), dtype=bool)
         used[lists.p2p.items] = used[lists.p2l.items] = True
