@@ -176,5 +176,5 @@ def _beside_corner(cells: Footprint, lines: Segments) -> ndarray:
     ends, picture = every[at[count == 1]].T, picture[at[count == 1]]
     away = np.hypot(*(ends[:, None] - corners.x.T[:, :, None])).min(axis=0)
     x, size = cells.partition.centroids, np.sqrt(cells.partition.areas)
-    closest = nearest(x, np.array([0, x.shape[1]]), ends, np.zeros(len(picture), dtype=int), 1)[0]
-    return np.unique(picture[away < BESIDE * size[closest[:, 0]]])
+    closest = nearest(x, np.array([0, x.shape[1]]), ends, np.zeros(len(picture), dtype=int), 1)
+    return np.unique(picture[away < BESIDE * np.sum(size[closest.number] * closest.share, axis=1)])
