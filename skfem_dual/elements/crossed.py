@@ -25,6 +25,7 @@ from ..kernels.compiled import inputs
 from ..kernels.threads import Threads
 from .crossed_loads import Loads, fill
 from .edge_weights import EdgeWeights, mean_weight
+from .line_weights import carrying
 from .moments import radii
 from .remainder import add_rows, remainder_blocks
 
@@ -131,7 +132,7 @@ class CrossedCells:
         depth = depth.clip(1e-12 * size.min())  # never zero, as is the root of the law of the edge
         square, law = depth[t], _edge_law(weights, p, t, cell % n)
         inner, areas = in_contact.ravel(), np.tile(partition.areas, k)
-        pairs = _carrying(partition, crossed & ~inner, inner)
+        pairs = carrying(partition, crossed & ~inner, inner)
         laws, over = [], signed_areas(p, t)
         for values, power in zip(_roots(square), (0.5, -0.5), strict=True):
             load = np.bincount(cell, values * law * over, k * n)
@@ -248,17 +249,6 @@ def _roots(square: ndarray) -> tuple[ndarray, ndarray]:
     top = ab * (a * a + ab + b * b) + bc * (b * b + bc + c * c) + ca * (c * c + ca + a * a)
     top += 2 * ab * c * (a + b + c)
     return 8 / 15 * top / ((a + b) * (b + c) * (c + a)), mean_weight(a, b, c)
-
-
-def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
-    """Some cells and their neighbours among others in k pictures, both (k n,) array of bool;
-    shape (2, m)."""
-    n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
-    own, other = np.hstack([f2c, f2c[::-1]])
-    picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
-    keys = (picture * n + own[pair]) * n + other[pair]
-    cell, beside = np.divmod(np.unique(keys), n)
-    return np.stack([cell, cell - cell % n + beside])
 
 
 def _law(

@@ -28,6 +28,8 @@ BEYOND = 0.7
 MOST = 2.0
 #: fewest cells a field is continued from
 FEWEST = 6
+#: pressures up to so much of the largest are none
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +187,7 @@ def smoothing(couple: RegularCouple, values: ndarray) -> Weights:
     n, (alpha, beta) = len(couple.dual), (couple.neighbours.alpha, couple.neighbours.beta)
     smooth = np.concatenate([alpha @ (beta @ residual[:n]), beta @ (alpha @ residual[n:])])
     tiny = np.finfo(float).tiny
-    loaded = values != 0
+    loaded = np.abs(values) > ROUNDING * np.abs(values).max()
     if not loaded.any():
         return Weights(1.0, 1.0)
     # medians: a kink where contact ends is neither
