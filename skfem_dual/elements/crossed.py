@@ -13,6 +13,7 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import csr_matrix
 
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
@@ -25,7 +26,6 @@ from ..kernels.compiled import inputs
 from ..kernels.threads import Threads
 from .crossed_loads import Loads, fill
 from .edge_weights import EdgeWeights, mean_weight
-from .line_weights import carrying
 from .moments import radii
 from .remainder import add_rows, remainder_blocks
 
@@ -44,7 +44,7 @@ class LineLaw:
     density : (m,) array of float
         Pressure on each triangle by unit mean pressure on its cell.
     pairs : (2, k) array of int
-        Crossed cells whose centroids are out of contact, and neighbours of which they are not.
+        Crossed cells whose centroids are out of contact, and those near of which they are not.
     share : (k,) array of float
         Mean pressure of the first by unit mean pressure of the second: they carry as much, over
         the law, as their neighbours do.
@@ -132,7 +132,7 @@ class CrossedCells:
         depth = depth.clip(1e-12 * size.min())  # never zero, as is the root of the law of the edge
         square, law = depth[t], _edge_law(weights, p, t, cell % n)
         inner, areas = in_contact.ravel(), np.tile(partition.areas, k)
-        pairs = carrying(partition, crossed & ~inner, inner)
+        pairs = _carrying(partition, crossed & ~inner, inner)
         laws, over = [], signed_areas(p, t)
         for values, power in zip(_roots(square), (0.5, -0.5), strict=True):
             load = np.bincount(cell, values * law * over, k * n)
@@ -249,6 +249,25 @@ def _roots(square: ndarray) -> tuple[ndarray, ndarray]:
     top = ab * (a * a + ab + b * b) + bc * (b * b + bc + c * c) + ca * (c * c + ca + a * a)
     top += 2 * ab * c * (a + b + c)
     return 8 / 15 * top / ((a + b) * (b + c) * (c + a)), mean_weight(a, b, c)
+
+
+def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
+    """Some cells and those among others whose pressures they carry, in k pictures of the cells,
+    both (k n,) array of bool: their neighbours, and without such the neighbours of all these;
+    shape (2, m)."""
+    n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
+    own, other = np.hstack([f2c, f2c[::-1]])
+    picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
+    cell, beside = picture * n + own[pair], other[pair]
+    (alone,) = np.nonzero(outer & (np.bincount(cell, minlength=len(outer)) == 0))
+    if len(alone):  # at the edge of the plan, where pressures are greatest
+        sides = csr_matrix((np.ones(len(own)), (own, other)), shape=(n, n))
+        farther = (sides[alone % n] @ sides).tocoo()
+        to, column = alone[farther.row], farther.col
+        found = inner[to - to % n + column]
+        cell, beside = np.append(cell, to[found]), np.append(beside, column[found])
+    cell, beside = np.divmod(np.unique(cell * n + beside), n)
+    return np.stack([cell, cell - cell % n + beside])
 
 
 def _law(

@@ -12,7 +12,6 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
 
 from ..grids.fan import Fan
 from ..grids.lines import Segments
@@ -137,30 +136,13 @@ class LineWeights(EdgeWeights):
         """Cells out of contact in their points that reach into it, beside neighbours that are in
         contact, (2, k), and what they carry of the mean pressures of these, (k,): as much, over
         the law, as the neighbours do."""
-        n, touching = len(self.partition), self.in_contact
-        cell, other = carrying(self.partition, self.weighted & ~touching, touching)
+        n, f2c, touching = len(self.partition), self.partition.f2c, self.in_contact
+        pairs = np.hstack([f2c, f2c[::-1]])[:, np.tile(f2c[1] >= 0, 2)]
+        pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & touching[pairs[1]]]
+        cell, other = np.divmod(np.unique(np.int64(n) * pairs[0] + pairs[1]), n)
         share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)
         share *= self.mean[cell] / self.mean[other] / np.bincount(cell, share, n)[cell]
         return np.stack([cell, other]), share
-
-
-def carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
-    """Some cells and those among others whose pressures they carry, in k pictures of the cells,
-    both (k n,) array of bool: their neighbours, and without such the neighbours of all these;
-    shape (2, m)."""
-    n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
-    own, other = np.hstack([f2c, f2c[::-1]])
-    picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
-    cell, beside = picture * n + own[pair], other[pair]
-    (alone,) = np.nonzero(outer & (np.bincount(cell, minlength=len(outer)) == 0))
-    if len(alone):
-        sides = csr_matrix((np.ones(len(own)), (own, other)), shape=(n, n))
-        farther = (sides[alone % n] @ sides).tocoo()
-        to, column = alone[farther.row], farther.col
-        found = inner[to - to % n + column]
-        cell, beside = np.append(cell, to[found]), np.append(beside, column[found])
-    cell, beside = np.divmod(np.unique(cell * n + beside), n)
-    return np.stack([cell, cell - cell % n + beside])
 
 
 def _mean_share(a: ndarray, b: ndarray, c: ndarray) -> ndarray:

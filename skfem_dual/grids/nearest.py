@@ -58,15 +58,16 @@ def nearest(x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int) -
     while True:
         number, square = _sorted(x, starts, at, of, min(count + more, max(most, count)))
         last = square[:, count - 1 : count]
-        with_ties = (square <= (1 + TIE) * last).sum(axis=1).max(initial=count)
+        found = (square <= (1 + TIE) * last) & np.isfinite(square)
+        with_ties = found.sum(axis=1).max(initial=count)
         if with_ties < square.shape[1] or count + more >= most:
             break
         more *= 4
-    number, square = number[:, :with_ties], square[:, :with_ties]
+    number, square, found = (each[:, :with_ties] for each in (number, square, found))
     if with_ties == count:
-        return Nearest(number, square, np.isfinite(square).astype(float))
+        return Nearest(number, square, found.astype(float))
     nearer = square < (1 - TIE) * last
-    tied = ~nearer & (square <= (1 + TIE) * last) & np.isfinite(square)
+    tied = found & ~nearer
     places = count - nearer.sum(axis=1, keepdims=True)
     share = np.where(tied, places / tied.sum(axis=1, keepdims=True).clip(1), nearer)
     return Nearest(number, square, share)
