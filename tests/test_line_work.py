@@ -40,7 +40,7 @@ def punch(request):
 def test_circle(punch, e):
     """Where pressures that end with the cells leave 1.2e-3 at 0.7 and 3.4e-3 at 0.8.
 
-    On triangles, over the directions of the load: 6e-4 at 0.7 and 3e-3 at 0.8, tilts 4e-4 and 7e-4.
+    On triangles, in all directions: 6e-4 at 0.7 and 3e-3 at 0.8, tilts 4e-4 and 7e-4.
     """
     settlement, tilt = CIRCLE[e]
     found = punch.solve(1.0, at=(0.6 * e, 0.8 * e))

@@ -12,7 +12,7 @@ from ..kernels.compiled import inputs, vectorised
 ONE_BY_ONE = 2**20
 #: squares of distances that differ by a smaller part of them are equal
 TIE = 1e-9
-#: points more that are looked at first, for those as near as the last one
+#: one point more is looked at, and so many times as many where it is as near as the last one
 TIED = 8
 
 
@@ -54,15 +54,15 @@ def nearest(x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int) -
     count : int
         How many are looked for.
     """
-    most, more = int(np.diff(starts).max(initial=0)), TIED
+    most, more = int(np.diff(starts).max(initial=0)), 1
     while True:
         number, square = _sorted(x, starts, at, of, min(count + more, max(most, count)))
         last = square[:, count - 1 : count]
         found = (square <= (1 + TIE) * last) & np.isfinite(square)
-        with_ties = found.sum(axis=1).max(initial=count)
-        if with_ties < square.shape[1] or count + more >= most:
+        if not found[:, count + more - 1 :].any():
             break
-        more *= 4
+        more *= TIED
+    with_ties = found.sum(axis=1).max(initial=count)
     number, square, found = (each[:, :with_ties] for each in (number, square, found))
     if with_ties == count:
         return Nearest(number, square, found.astype(float))
