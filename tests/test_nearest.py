@@ -20,7 +20,8 @@ def test_nearest_points(one_by_one, monkeypatch):
         starts = np.cumsum([0, *some])
         x, at = RANDOM.random((2, starts[-1])), RANDOM.random((2, 60))
         of = RANDOM.integers(0, len(some), 60)
-        near, square = nearest(x, starts, at, of, 7)
+        near, square, share = nearest(x, starts, at, of, 7)
+        assert (share == np.isfinite(square)).all()
         for i in range(60):
             own = x[:, starts[of[i]] : starts[of[i] + 1]].T
             m = min(7, len(own))
@@ -53,13 +54,34 @@ def test_lines_of_pictures():
 
 
 @pytest.mark.parametrize("one_by_one", [2**20, 0])
-def test_rounding_decides_no_ties(one_by_one, monkeypatch):
-    """On a regular grid in any units the same points are the nearest: the first of those tied."""
+def test_those_tied_have_equal_shares(one_by_one, monkeypatch):
+    """On a regular grid in any units and order: 4 around a point, and three eighths of 8."""
     monkeypatch.setattr(searched, "ONE_BY_ONE", one_by_one)
     x = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0), indexing="ij")).reshape(2, -1)
-    at, all_of = x[:, :100] + 0.5, np.zeros(100, dtype=int)
-    found = [
-        np.sort(nearest(u * x + d, np.array([0, 144]), u * at + d, all_of, 7)[0])
-        for u, d in ((1, 0), (0.7, 0), (3e-12, 0), (1 / 3, 0.1))
-    ]
-    assert all(np.array_equal(found[0], other) for other in found[1:])
+    at = x[:, (x > 1.5).all(axis=0) & (x < 8.5).all(axis=0)] + 0.5
+    arm = np.abs(x[:, None] - at[:, :, None])
+    exact = 1.0 * (arm.max(axis=0) < 1) + 3 / 8 * (np.sort(arm, axis=0) == [[[0.5]], [[1.5]]]).all(
+        0
+    )
+    of, starts = np.zeros(at.shape[1], dtype=int), np.array([0, 144])
+    order = RANDOM.permutation(144)
+    for unit, origin in ((1, 0), (0.7, 0), (3e-12, 0), (1 / 3, 0.1)):
+        near, _, share = nearest((unit * x + origin)[:, order], starts, unit * at + origin, of, 7)
+        shares = np.zeros(exact.shape)
+        np.add.at(shares, (np.arange(len(near))[:, None], order[near]), share)
+        assert shares == pytest.approx(exact)
+
+
+@pytest.mark.parametrize("one_by_one", [2**20, 0])
+def test_more_tied_than_looked_for_first(one_by_one, monkeypatch):
+    """All around the middle of a circle, and none where there are fewer than are looked for."""
+    monkeypatch.setattr(searched, "ONE_BY_ONE", one_by_one)
+    angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    circle, middle = np.stack([np.cos(angle), np.sin(angle)]), np.zeros((2, 1))
+    near, _, share = nearest(circle, np.array([0, 60]), middle, np.zeros(1, dtype=int), 7)
+    assert np.array_equal(np.sort(near), [np.arange(60)])
+    assert share == pytest.approx(7 / 60)
+    both = np.hstack([circle, circle[:, :3]])
+    _, square, share = nearest(both, np.array([0, 60, 63]), np.zeros((2, 2)), np.arange(2), 7)
+    assert share.sum(axis=1) == pytest.approx([7, 3])
+    assert np.array_equal(np.isinf(square[1]), np.arange(60) >= 3)

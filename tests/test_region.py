@@ -251,3 +251,46 @@ def test_rows_along_the_edge_of_a_flat_punch():
     for at, rel in (((2.4, 0.35), 0.12), ((1.6, 0.3), 0.03)):  # cells counted whole: 0.19, 0.04
         fine = many.solve(1.0, at=at).contact_area
         assert few.solve(1.0, at=at).contact_area == pytest.approx(fine, rel=rel)
+
+
+@pytest.mark.parametrize("grid", ["quadrilaterals", "basis", "primal_basis"])
+@pytest.mark.parametrize("case", ["flat", "sphere", "rough"])
+def test_the_order_of_the_cells_of_regular_grids(grid, case):
+    """Renumbered, turned by 90 degrees and mirrored: the same contact, to rounding."""
+    lines = np.linspace(-1, 1, 18 if grid == "quadrilaterals" else 13)
+    kind = MeshQuad if grid == "quadrilaterals" else MeshTri
+    mesh = kind.init_tensor(lines, lines)
+    height = {
+        "flat": None,
+        "sphere": lambda x: 0.5 * (x**2).sum(axis=0),
+        "rough": lambda x: 0.1 * np.sin(7 * x[0] + 1) * np.cos(6 * x[1]) + 0.05 * x[0] * x[1],
+    }[case]
+    at = (0.8, 0.0) if case == "flat" else (0.0, 0.0)
+    found = []
+    for seed, place in (
+        (None, np.eye(2)),
+        (1, np.array([[0, -1], [1, 0]])),
+        (2, np.diag([1, -1])),
+    ):
+        p, t = np.ascontiguousarray(place @ mesh.p), mesh.t
+        if seed is not None:
+            rng = np.random.default_rng(seed)
+            number = rng.permutation(mesh.nvertices)
+            t = number[t[:, rng.permutation(mesh.nelements)]]
+            t = np.roll(t if len(t) == 4 else rng.permuted(t, axis=0), seed, axis=0)
+            p = p[:, np.argsort(number)]
+        own = kind(p, np.ascontiguousarray(t))
+        quads = grid == "quadrilaterals"
+        basis = (
+            CellBasis(own, ElementQuad0()) if quads else getattr(DualMesh.from_mesh(own), grid)()
+        )
+        gap = height and (lambda x, back=place.T: height(np.tensordot(back, x, 1)))
+        solution = RigidPunch(UNIT, basis, gap=gap).solve(0.2, at=tuple(place @ at))
+        x = place.T @ Partition.from_basis(basis).centroids
+        order = np.lexsort(np.round(x, 9))
+        level = np.sort(solution.contact_region.level)
+        values = [solution.contact_area, solution.settlement, *(place.T @ solution.tilt)]
+        found.append((np.array(values), solution.pressure[order], level))
+    for other in found[1:]:
+        for one, two in zip(found[0], other, strict=True):
+            assert two == pytest.approx(one, abs=1e-10 * np.abs(one).max())

@@ -25,6 +25,8 @@ NEAREST = 3
 TERMS = 6
 #: of the normal equations, over their trace
 RIDGE = 1e-7
+#: parts of a whole that sum up to a half but for so much have their median between two values
+HALF = 1e-9
 #: the line moves by no more than this part of a cell
 FARTHEST = 0.5
 
@@ -57,12 +59,14 @@ def edge_distance(
     j = pairs.sum(axis=0) - i
     step, middle = x[:, i] - x[:, j], (x[:, i] + x[:, j]) / 2
     around = min(AROUND, np.diff(starts).min())
-    near = nearest(middle, starts, x, np.repeat(np.arange(k), n), around)[0]
-    beside = nearest(x, firsts, middle, each, min(2 * AROUND, n))[0]
+    near = nearest(middle, starts, x, np.repeat(np.arange(k), n), around)
+    followed = nearest(x, firsts, middle, each, min(2 * AROUND, n))
+    beside = followed.number
     used, distance = np.zeros(len(sizes), dtype=bool), np.empty(len(sizes))
     used[beside] = True
-    slopes = PlaneFit.to(x, middle, beside).inverse[:, 1:]
-    _put_distances(*inputs(i, j, step, near, beside, slopes, square, gaps, used), distance)
+    slopes = PlaneFit.to(x, middle, followed).inverse[:, 1:]
+    pairs_near = near.number, near.share
+    _put_distances(*inputs(i, j, step, *pairs_near, beside, slopes, square, gaps, used), distance)
     return distance
 
 
@@ -72,6 +76,7 @@ def _put_distances(
     j: ndarray,
     step: ndarray,
     near: ndarray,
+    share: ndarray,
     beside: ndarray,
     slopes: ndarray,
     square: ndarray,
@@ -82,15 +87,16 @@ def _put_distances(
     """Distances of cells by the strengths of the pairs ``near`` them; the direction across the
     edge follows from those of the cells ``beside`` each pair."""
     length = np.hypot(step[0], step[1])
-    across, strength, some = 0.8 * length, np.empty(len(i)), np.empty(near.shape[1])
+    across, strength = 0.8 * length, np.empty(len(i))
+    some, parts = np.empty(near.shape[1]), np.empty(near.shape[1])
     for last in (False, False, True):
         for k in range(len(i)):
             strength[k] = _strength(square[i[k]], gaps[j[k]], across[k])
         for cell in range(len(distance)):
             if last or used[cell]:
                 for k in range(len(some)):
-                    some[k] = strength[near[cell, k]]
-                z = _median(some)
+                    some[k], parts[k] = strength[near[cell, k]], share[cell, k]
+                z = _median(some, parts)
                 inside = square[cell] > 0
                 distance[cell] = square[cell] * z * z * z if inside else -gaps[cell] * z
         for k in range(len(i)):
@@ -104,15 +110,25 @@ def _put_distances(
 
 
 @compiled
-def _median(values: ndarray) -> float:
-    """That of a few values, which are sorted."""
+def _median(values: ndarray, shares: ndarray) -> float:
+    """That of a few values with shares, which are sorted."""
+    total = shares[0]
     for k in range(1, len(values)):
-        value, at = values[k], k
+        value, share, at = values[k], shares[k], k
+        total += share
         while at > 0 and values[at - 1] > value:
-            values[at] = values[at - 1]
+            values[at], shares[at] = values[at - 1], shares[at - 1]
             at -= 1
-        values[at] = value
-    return (values[len(values) // 2] + values[(len(values) - 1) // 2]) / 2
+        values[at], shares[at] = value, share
+    lower, upper = 0, len(values) - 1
+    below, above = shares[lower], shares[upper]
+    while below < (0.5 - HALF) * total:
+        lower += 1
+        below += shares[lower]
+    while above < (0.5 - HALF) * total:
+        upper -= 1
+        above += shares[upper]
+    return (values[lower] + values[upper]) / 2
 
 
 @inlined
@@ -151,14 +167,14 @@ def moved_line(
     """
     along, picture = lines.end - lines.begin, lines.picture
     points, tangents = (lines.begin + lines.end) / 2, along / np.hypot(*along)
-    near = nearest(x, starts, points, picture, min(FOLLOWED, np.diff(starts).min()))[0]
+    near, _, share = nearest(x, starts, points, picture, min(FOLLOWED, np.diff(starts).min()))
     used = np.zeros(x.shape[1], dtype=bool)
     used[near] = True
     of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))[used]
     distance = np.empty(x.shape[1])
     distance[used] = lines.signed_distance(x[:, used], of)  # the region is to the left
     moved = np.empty(len(near))
-    _put_moved(*inputs(points, tangents, near, x, sizes, distance, square, gaps), moved)
+    _put_moved(*inputs(points, tangents, near, share, x, sizes, distance, square, gaps), moved)
     return points, moved
 
 
@@ -168,9 +184,8 @@ def mean_of_nearest(
     """Mean of what `moved_line` has in the points nearest to others, ``of`` some pictures; zero
     in pictures without lines."""
     points, by = moved
-    near, square = nearest(points, lines.starts, at, of, NEAREST)
-    known = np.isfinite(square)
-    return np.sum(np.append(by, 0.0)[near] * known, axis=1) / known.sum(axis=1).clip(1)
+    near, _, share = nearest(points, lines.starts, at, of, NEAREST)
+    return np.sum(np.append(by, 0.0)[near] * share, axis=1) / share.sum(axis=1).clip(1)
 
 
 @vectorised
@@ -178,6 +193,7 @@ def _put_moved(
     points: ndarray,
     tangents: ndarray,
     near: ndarray,
+    share: ndarray,
     x: ndarray,
     sizes: ndarray,
     distance: ndarray,
@@ -187,24 +203,27 @@ def _put_moved(
 ) -> None:
     """How far beyond points contact ends, by polynomials in the cells ``near`` each, (m, k)."""
     count = near.shape[1]
-    areas, columns, weights = np.empty(count), np.empty((TERMS, count)), np.empty(count)
+    areas, parts = np.empty(count), np.empty(count)
+    columns, weights = np.empty((TERMS, count)), np.empty(count)
     matrix, rows = np.empty((TERMS, TERMS)), np.empty((TERMS, 2))
     for i in range(len(moved)):
         for k in range(count):
-            areas[k] = sizes[near[i, k]] ** 2
-        size, strength, outside = np.sqrt(_median(areas)), 0.0, 0.0
+            areas[k], parts[k] = sizes[near[i, k]] ** 2, share[i, k]
+        size, strength, outside = np.sqrt(_median(areas, parts)), 0.0, 0.0
         for k in range(count):
             j = near[i, k]
             ax, ay = (x[0, j] - points[0, i]) / size, (x[1, j] - points[1, i]) / size
             s, along, inner = distance[j] / size, tangents[0, i] * ax, square[j] > 0
             along += tangents[1, i] * ay
             # cells beyond a ridge of the distance, between two lines, count little
-            weights[k] = np.exp(-(ax * ax + ay * ay) / 2) * (INSIDE if inner else 1.0)
+            weights[k] = share[i, k] * np.exp(-(ax * ax + ay * ay) / 2)
+            weights[k] *= INSIDE if inner else 1.0
             outside += 0.0 if inner else weights[k]
             columns[0, k], columns[1, k], columns[2, k] = 1.0, s, along
             columns[3, k] = s * along
             columns[4, k], columns[5, k] = s * s if inner else 0.0, 0.0 if inner else s * s
-            strength = max(strength, square[j] / max(s, 0.5))
+            if share[i, k] > 0:
+                strength = max(strength, square[j] / max(s, 0.5))
         _put_equations(columns, weights, matrix, rows)
         if not outside > 0.5 or not _solved(matrix, rows):
             moved[i] = 0.0

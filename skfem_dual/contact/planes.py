@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from ..grids.nearest import nearest
+from ..grids.nearest import Nearest, nearest
 from ..kernels.compiled import inputs, vectorised
 
 #: neighbours over which planes are fitted
@@ -21,9 +21,9 @@ class PlaneFit:
 
     Attributes
     ----------
-    near : (m, around) array of int
+    near : (m, k) array of int
         The points each plane follows.
-    inverse : (m, 3, around) array of float
+    inverse : (m, 3, k) array of float
         Value and both slopes of each plane by unit values there.
     """
 
@@ -34,15 +34,17 @@ class PlaneFit:
     def to_nearest(cls, x: ndarray, at: ndarray) -> "PlaneFit":
         """Planes at points ``at``, shape (2, m), each following the nearest of points ``x``."""
         n, of = x.shape[1], np.zeros(at.shape[1], dtype=int)
-        return cls.to(x, at, nearest(x, np.array([0, n]), at, of, min(AROUND, n))[0])
+        return cls.to(x, at, nearest(x, np.array([0, n]), at, of, min(AROUND, n)))
 
     @classmethod
-    def to(cls, x: ndarray, at: ndarray, near: ndarray) -> "PlaneFit":
-        """The same by the numbers of those that each follows, (m, around)."""
+    def to(cls, x: ndarray, at: ndarray, followed: Nearest) -> "PlaneFit":
+        """The same by those that each follows."""
+        near, _, share = followed
         inverse, flat = np.empty((len(near), 3, near.shape[1])), np.zeros(len(near), dtype=bool)
-        _put_planes(*inputs(x, at, near), inverse, flat)
+        _put_planes(*inputs(x, at, near, share), inverse, flat)
         if flat.any():
-            inverse[flat] = _without_slope_across(x[:, near[flat]] - at[:, flat, None])
+            arm = x[:, near[flat]] - at[:, flat, None]
+            inverse[flat] = _without_slope_across(arm, share[flat])
         return cls(near, inverse)
 
     def values(self, values: ndarray) -> ndarray:
@@ -55,7 +57,9 @@ class PlaneFit:
 
 
 @vectorised
-def _put_planes(x: ndarray, at: ndarray, near: ndarray, inverse: ndarray, flat: ndarray) -> None:
+def _put_planes(
+    x: ndarray, at: ndarray, near: ndarray, share: ndarray, inverse: ndarray, flat: ndarray
+) -> None:
     """Values and slopes of planes by unit values at points; marks those ``flat`` on a line."""
     count = near.shape[1]
     for i in range(len(near)):
@@ -64,28 +68,30 @@ def _put_planes(x: ndarray, at: ndarray, near: ndarray, inverse: ndarray, flat: 
             j = near[i, k]
             reach = max(reach, (x[0, j] - at[0, i]) ** 2 + (x[1, j] - at[1, i]) ** 2)
         reach = np.sqrt(reach)
-        u, v, uu, uv, vv = 0.0, 0.0, 0.0, 0.0, 0.0
+        total, u, v, uu, uv, vv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(count):
-            j = near[i, k]
+            j, w = near[i, k], share[i, k]
             a, b = (x[0, j] - at[0, i]) / reach, (x[1, j] - at[1, i]) / reach
             inverse[i, 1, k], inverse[i, 2, k] = a, b
-            u, v, uu, uv, vv = u + a, v + b, uu + a * a, uv + a * b, vv + b * b
+            total, u, v = total + w, u + w * a, v + w * b
+            uu, uv, vv = uu + w * a * a, uv + w * a * b, vv + w * b * b
         own, beside, across = uu * vv - uv * uv, uv * v - u * vv, u * uv - uu * v
-        det = count * own + u * beside + v * across
-        flat[i] = not det > FLAT * count * uu * vv
+        det = total * own + u * beside + v * across
+        flat[i] = not det > FLAT * total * uu * vv
         for k in range(count):
             a, b = inverse[i, 1, k], inverse[i, 2, k]
-            inverse[i, 0, k] = (own + beside * a + across * b) / det
-            both = u * v - count * uv
-            along = beside + (count * vv - v * v) * a + both * b
-            upward = across + both * a + (count * uu - u * u) * b
-            inverse[i, 1, k], inverse[i, 2, k] = along / (det * reach), upward / (det * reach)
+            w = share[i, k] / det
+            inverse[i, 0, k] = w * (own + beside * a + across * b)
+            both = u * v - total * uv
+            along = beside + (total * vv - v * v) * a + both * b
+            upward = across + both * a + (total * uu - u * u) * b
+            inverse[i, 1, k], inverse[i, 2, k] = w * along / reach, w * upward / reach
 
 
-def _without_slope_across(arm: ndarray) -> ndarray:
+def _without_slope_across(arm: ndarray, share: ndarray) -> ndarray:
     """The same of points on lines, by their arms (2, m, k): no slope across these."""
-    reach = np.hypot(*arm).max(axis=1, keepdims=True)
-    rows = np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
-    inverse = np.linalg.pinv(rows.swapaxes(1, 2), rcond=1e-6)
+    reach, root = np.hypot(*arm).max(axis=1, keepdims=True), np.sqrt(share)[:, None]
+    rows = root * np.stack([np.ones(arm.shape[1:]), *(arm / reach)], axis=1)
+    inverse = np.linalg.pinv(rows.swapaxes(1, 2), rcond=1e-6) * root
     inverse[:, 1:] /= reach[:, :, None]
     return inverse

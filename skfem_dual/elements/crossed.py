@@ -13,6 +13,7 @@ from typing import Self
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import csr_matrix
 
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
@@ -42,7 +43,7 @@ class LineLaw:
     density : (m,) array of float
         Pressure on each triangle by unit mean pressure on its cell.
     pairs : (2, k) array of int
-        Crossed cells whose centroids are out of contact, and neighbours of which they are not.
+        Crossed cells whose centroids are out of contact, and those near of which they are not.
     share : (k,) array of float
         Mean pressure of the first by unit mean pressure of the second: they carry as much, over
         the law, as their neighbours do.
@@ -250,13 +251,21 @@ def _roots(square: ndarray) -> tuple[ndarray, ndarray]:
 
 
 def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
-    """Some cells and their neighbours among others in k pictures, both (k n,) array of bool;
+    """Some cells and those among others whose pressures they carry, in k pictures of the cells,
+    both (k n,) array of bool: their neighbours, and without such the neighbours of all these;
     shape (2, m)."""
     n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
     own, other = np.hstack([f2c, f2c[::-1]])
     picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
-    keys = (picture * n + own[pair]) * n + other[pair]
-    cell, beside = np.divmod(np.unique(keys), n)
+    cell, beside = picture * n + own[pair], other[pair]
+    (alone,) = np.nonzero(outer & (np.bincount(cell, minlength=len(outer)) == 0))
+    if len(alone):  # at the edge of the plan, where pressures are greatest
+        sides = csr_matrix((np.ones(len(own)), (own, other)), shape=(n, n))
+        farther = (sides[alone % n] @ sides).tocoo()
+        to, column = alone[farther.row], farther.col
+        found = inner[to - to % n + column]
+        cell, beside = np.append(cell, to[found]), np.append(beside, column[found])
+    cell, beside = np.divmod(np.unique(cell * n + beside), n)
     return np.stack([cell, cell - cell % n + beside])
 
 

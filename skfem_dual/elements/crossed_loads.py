@@ -16,6 +16,8 @@ from .ribs import rib_integral
 #: sizes of a cell from which on its pressures act by a series, and of a triangle up to which it is
 #: integrated over its sides; between them it acts by its second moments
 FAR, EXACT = 5.0, 4.0
+#: points as far as that but for rounding, on regular grids, are on the near side
+ROUNDED = 1 + 1e-9
 #: barycentric coordinates, (6, 3), and weights of a rule for fourth degree: G. R. Cowper, Int. J.
 #: Numer. Methods Eng. 7 (1973) 405
 A, B = 0.445948490915964886318329253883051, 0.0915762135097707434595714634022015
@@ -73,7 +75,7 @@ class Loads(NamedTuple):
         factorials = np.array([1, 1, 2, 6, 24])
         moments /= (factorials[:, None] * factorials)[..., None]
         terms = np.stack([series_terms(own) for own in moments])
-        exact, far = EXACT**2 * exact, FAR**2 * far
+        exact, far = ROUNDED * EXACT**2 * exact, ROUNDED * FAR**2 * far
         return cls(corners, inertia, exact, density, starts, middles, far, moments[:, 0, 0], terms)
 
     def part(self, some: slice) -> "Loads":

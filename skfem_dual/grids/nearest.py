@@ -1,5 +1,7 @@
 """The nearest of a few points, in one picture or in many."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
@@ -8,16 +10,36 @@ from ..kernels.compiled import inputs, vectorised
 
 #: pairs of points that are looked at one by one, in some milliseconds
 ONE_BY_ONE = 2**20
-#: squares of distances that differ by a smaller part are equal, and the first point is the nearer
+#: squares of distances that differ by a smaller part of them are equal
 TIE = 1e-9
-#: points on a regular grid that may be as near to another as the last one looked for
+#: one point more is looked at, and so many times as many where it is as near as the last one
 TIED = 8
 
 
-def nearest(
-    x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int
-) -> tuple[ndarray, ndarray]:
-    """Numbers and squares of distances of the points nearest to others, in pictures.
+class Nearest(NamedTuple):
+    """Points nearest to m others.
+
+    Attributes
+    ----------
+    number : (m, k) array of int
+        Those of the points, ascending by distance but for ties.
+    square : (m, k) array of float
+        Squares of the distances; infinite where a picture has fewer points.
+    share : (m, k) array of float
+        How much each counts: one, or as large a part as there are places left, of those that are
+        equally far, or nothing.
+    """
+
+    number: ndarray
+    square: ndarray
+    share: ndarray
+
+
+def nearest(x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int) -> Nearest:
+    """The ``count`` points nearest to others, in pictures.
+
+    All that are as far as the last one are among them, with equal shares of the places that are
+    left: neither the order of the points nor rounding decides which of them are meant.
 
     Parameters
     ----------
@@ -31,19 +53,34 @@ def nearest(
         Their pictures.
     count : int
         How many are looked for.
-
-    Returns
-    -------
-    (m, count) arrays of int and float
-        Ascending; where a picture has fewer points, zero and infinite.
     """
+    most, more = int(np.diff(starts).max(initial=0)), 1
+    while True:
+        number, square = _sorted(x, starts, at, of, min(count + more, max(most, count)))
+        last = square[:, count - 1 : count]
+        found = (square <= (1 + TIE) * last) & np.isfinite(square)
+        if not found[:, count + more - 1 :].any():
+            break
+        more *= TIED
+    with_ties = found.sum(axis=1).max(initial=count)
+    number, square, found = (each[:, :with_ties] for each in (number, square, found))
+    if with_ties == count:
+        return Nearest(number, square, found.astype(float))
+    nearer = square < (1 - TIE) * last
+    tied = found & ~nearer
+    places = count - nearer.sum(axis=1, keepdims=True)
+    share = np.where(tied, places / tied.sum(axis=1, keepdims=True).clip(1), nearer)
+    return Nearest(number, square, share)
+
+
+def _sorted(
+    x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int
+) -> tuple[ndarray, ndarray]:
+    """Numbers and squares of distances, ascending, shape (m, count)."""
     m = at.shape[1]
     if len(starts) == 2 and x.shape[1] * m > max(ONE_BY_ONE, count * m):
-        distance, near = cKDTree(x.T).query(at.T, range(1, min(count + TIED, x.shape[1]) + 1))
-        square, farther = distance**2, np.zeros(distance.shape, dtype=int)
-        farther[:, 1:] = np.cumsum(square[:, 1:] > (1 + TIE) * square[:, :-1], axis=1)
-        order = np.lexsort((near, farther))[:, :count]
-        return np.take_along_axis(near, order, 1), np.take_along_axis(square, order, 1)
+        distance, near = cKDTree(x.T).query(at.T, range(1, count + 1))
+        return near, distance**2
     near, square = np.zeros((m, count), dtype=np.int64), np.empty((m, count))
     _nearest(*inputs(x, starts, at, of), near, square)
     return near, square
@@ -58,10 +95,9 @@ def _nearest(x, starts, at, of, near, square):
         for j in range(starts[of[i]], starts[of[i] + 1]):
             dx, dy = x[0, j] - x0, x[1, j] - y0
             r = dx * dx + dy * dy
-            least = r * (1 + TIE)  # rounding decides nothing on mirror lines
-            if least < farthest:
+            if r < farthest:
                 k = count - 1
-                while k > 0 and square[i, k - 1] > least:
+                while k > 0 and square[i, k - 1] > r:
                     square[i, k], near[i, k] = square[i, k - 1], near[i, k - 1]
                     k -= 1
                 square[i, k], near[i, k] = r, j

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
 
 from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
+from ..grids.nearest import nearest
 from .functional import Weights
 from .laws import Law
 from .regular import RegularCouple
@@ -28,6 +28,8 @@ BEYOND = 0.7
 MOST = 2.0
 #: fewest cells a field is continued from
 FEWEST = 6
+#: pressures up to so much of the largest are none
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,12 +159,13 @@ def continued(x: ndarray, values: ndarray, known: ndarray) -> ndarray:
     wanted = ~known
     if not wanted.any():
         return values.copy()
-    tree = cKDTree(x[:, known].T)
-    distance, near = tree.query(x[:, wanted].T, k=min(NEAREST, int(known.sum())))
+    count, of = int(known.sum()), np.zeros(int(wanted.sum()), dtype=int)
+    followed = nearest(x[:, known], np.array([0, count]), x[:, wanted], of, min(NEAREST, count))
+    near, distance = followed.number, np.sqrt(followed.square)
     size = distance[:, -1:]
     offset = (x[:, known][:, near] - x[:, wanted][:, :, None]) / size
     planes = np.stack([np.ones_like(distance), *offset], axis=-1)
-    weighted = planes * (size / distance.clip(1e-12 * size))[..., None]
+    weighted = planes * (followed.share * size / distance.clip(1e-12 * size))[..., None]
     normal = np.einsum("nki,nkj->nij", weighted, planes)
     # points on one line leave the slope across it open: none
     normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3)
@@ -184,7 +187,7 @@ def smoothing(couple: RegularCouple, values: ndarray) -> Weights:
     n, (alpha, beta) = len(couple.dual), (couple.neighbours.alpha, couple.neighbours.beta)
     smooth = np.concatenate([alpha @ (beta @ residual[:n]), beta @ (alpha @ residual[n:])])
     tiny = np.finfo(float).tiny
-    loaded = values != 0
+    loaded = np.abs(values) > ROUNDING * np.abs(values).max()
     if not loaded.any():
         return Weights(1.0, 1.0)
     # medians: a kink where contact ends is neither
