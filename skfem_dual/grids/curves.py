@@ -32,7 +32,7 @@ class Circle:
         """Smallest number of points."""
         return 3
 
-    @property
+    @computed_once
     def box(self) -> ndarray:
         """Lower left and upper right corner as columns."""
         return np.array(self.centre)[:, None] + self.radius * np.array([-1, 1])
@@ -73,7 +73,7 @@ class Polygon:
         """Smallest number of points."""
         return self.corners.shape[1]
 
-    @property
+    @computed_once
     def box(self) -> ndarray:
         """Lower left and upper right corner as columns."""
         return np.stack([self.corners.min(axis=1), self.corners.max(axis=1)], axis=1)
