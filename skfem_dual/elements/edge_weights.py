@@ -245,9 +245,8 @@ class EdgeWeights:
         """Means of w over each triangle, and of its products with the barycentric coordinates."""
         if np.ptp(self.factors.values):
             return self._means_with_factor()
-        a, b, c = self.root[self.fan.t]
-        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
-        return mean_weight(a, b, c), shares
+        root = self.root[self.fan.t]
+        return mean_weight(*root), _mean_share(root, root[[1, 2, 0]], root[[2, 0, 1]])
 
     def _means_with_factor(self) -> tuple[ndarray, ndarray]:
         square, cell = self.root[self.fan.t] ** 2, self.fan.cell

@@ -17,7 +17,7 @@ from ..kernels.compiled import compiled, inputs
 #: rows and columns of squares at most
 MOST = 2.0**30
 #: so many pairs of a circle and a point are all looked at, sooner than points are sorted
-FEW = 2**13
+FEW = 2**14
 
 
 class Squares(NamedTuple):
