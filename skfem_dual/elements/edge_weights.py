@@ -226,12 +226,11 @@ class EdgeWeights:
     def extremes(self, values: ndarray) -> ndarray:
         """Least and greatest values over each cell of what is given in the corners of triangles,
         (3, m); shape (2, n), inf and -inf where the fan has no triangles."""
-        starts = np.nonzero(np.diff(self.fan.cell, prepend=-1))[0]
-        found = np.tile([[np.inf], [-np.inf]], len(self.partition))
-        found[:, self.fan.cell[starts]] = (
-            np.minimum.reduceat(values.min(axis=0), starts),
-            np.maximum.reduceat(values.max(axis=0), starts),
-        )
+        first, end = self.fan.starts[:-1], self.fan.starts[1:]
+        (cells,) = np.nonzero(first < end)
+        found, starts = np.tile([[np.inf], [-np.inf]], len(self.partition)), first[cells]
+        found[0, cells] = np.minimum.reduceat(values.min(axis=0), starts)
+        found[1, cells] = np.maximum.reduceat(values.max(axis=0), starts)
         return found
 
     @computed_once

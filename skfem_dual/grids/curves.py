@@ -117,7 +117,7 @@ class Curve(Protocol):
 def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
     """``total`` parts dealt out in proportion to lengths; none gets less than ``least``."""
     exact = total * lengths / lengths.sum()
-    parts = np.maximum(least, np.floor(exact).astype(int))
+    parts = np.maximum(least, exact.astype(int))
     rest = max(0, total - parts.sum())
     parts[np.argsort(parts - exact, kind="stable")[:rest]] += 1
     return parts
