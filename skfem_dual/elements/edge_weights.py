@@ -226,12 +226,11 @@ class EdgeWeights:
     def extremes(self, values: ndarray) -> ndarray:
         """Least and greatest values over each cell of what is given in the corners of triangles,
         (3, m); shape (2, n), inf and -inf where the fan has no triangles."""
-        starts = np.nonzero(np.diff(self.fan.cell, prepend=-1))[0]
-        found = np.tile([[np.inf], [-np.inf]], len(self.partition))
-        found[:, self.fan.cell[starts]] = (
-            np.minimum.reduceat(values.min(axis=0), starts),
-            np.maximum.reduceat(values.max(axis=0), starts),
-        )
+        first, end = self.fan.starts[:-1], self.fan.starts[1:]
+        (cells,) = np.nonzero(first < end)
+        found, starts = np.tile([[np.inf], [-np.inf]], len(self.partition)), first[cells]
+        found[0, cells] = np.minimum.reduceat(values.min(axis=0), starts)
+        found[1, cells] = np.maximum.reduceat(values.max(axis=0), starts)
         return found
 
     @computed_once
@@ -245,9 +244,8 @@ class EdgeWeights:
         """Means of w over each triangle, and of its products with the barycentric coordinates."""
         if np.ptp(self.factors.values):
             return self._means_with_factor()
-        a, b, c = self.root[self.fan.t]
-        shares = np.stack([_mean_share(a, b, c), _mean_share(b, c, a), _mean_share(c, a, b)])
-        return mean_weight(a, b, c), shares
+        root = self.root[self.fan.t]
+        return mean_weight(*root), _mean_share(root, root[[1, 2, 0]], root[[2, 0, 1]])
 
     def _means_with_factor(self) -> tuple[ndarray, ndarray]:
         square, cell = self.root[self.fan.t] ** 2, self.fan.cell

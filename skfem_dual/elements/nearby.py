@@ -18,7 +18,7 @@ from ..kernels.threads import Threads
 #: rows and columns of squares at most
 MOST = 2.0**30
 #: so many pairs of a circle and a point are all looked at, sooner than points are sorted
-FEW = 2**13
+FEW = 2**14
 #: nanoseconds that a circle takes, about
 CIRCLE = 300
 

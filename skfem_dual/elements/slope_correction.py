@@ -213,9 +213,7 @@ class SlopeCorrection:
     def _adding(self, slopes: csr_matrix, by_columns: csc_matrix, sign: float = 1.0) -> Add:
         """What does so to a block of some rows."""
         (x, moments), circles = inputs(self.x, self.second_moments), self._circles
-        if sign != 1.0:
-            slopes, by_columns = sign * slopes, sign * by_columns
-        rows, columns = _arrays(slopes), _arrays(by_columns)
+        rows, columns = _arrays(slopes, sign), _arrays(by_columns, sign)
         (sloped,) = inputs(np.diff(slopes.indptr).reshape(2, -1).any(axis=0))
 
         def add(k: slice, block: ndarray) -> None:
@@ -225,9 +223,9 @@ class SlopeCorrection:
         return add
 
 
-def _arrays(matrix: csr_matrix | csc_matrix) -> tuple[ndarray, ...]:
-    """Starts, numbers and values of its rows or columns."""
-    return inputs(matrix.indptr, matrix.indices, matrix.data)
+def _arrays(matrix: csr_matrix | csc_matrix, factor: float = 1.0) -> tuple[ndarray, ...]:
+    """Starts, numbers and values, times a factor, of its rows or columns."""
+    return inputs(matrix.indptr, matrix.indices, factor * matrix.data)
 
 
 @inlined

@@ -187,7 +187,7 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
     )
     # a fan that goes round its node once has one triangle in any direction: that of x
     y = p[1, corners.node.reshape(t.shape)]
-    across = (np.roll(y, -1, axis=0) <= y) & (np.roll(y, 1, axis=0) > y)
+    across = (y[[1, 2, 0]] <= y) & (y[[2, 0, 1]] > y)
     yield Condition(
         "the triangles around a node to go round it once",
         "node",
@@ -196,7 +196,7 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
     )
     # now one-to-one near every point; and everywhere, unless the boundary tells otherwise
     starts = np.nonzero(corners.twin == -1)[0]
-    ends = np.roll(corners.node.reshape(3, -1), -1, axis=0).ravel()[starts]
+    ends = corners.node.reshape(3, -1)[[1, 2, 0]].ravel()[starts]
     inside = corners.barycentres.take(corners.triangle[starts], axis=1)
     twice = covered_twice(p, np.stack([corners.node[starts], ends]), inside)
     yield Condition(

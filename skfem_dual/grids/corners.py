@@ -150,6 +150,12 @@ def facets_of(t: ndarray, n: int) -> tuple[ndarray, ndarray, ndarray]:
     return facets.astype(np.int32), t2f.reshape(3, -1), f2t.astype(np.int32)
 
 
+def numbered(mesh: MeshTri) -> MeshTri:
+    """The mesh itself, which now knows its facets, see `facets_of`."""
+    mesh._facets, mesh._t2f, mesh._f2t = facets_of(mesh.t, mesh.nvertices)
+    return mesh
+
+
 def unit(p: ndarray) -> float:
     """Power of two with which coordinates have a range near 1: multiplication is exact."""
     return float(np.ldexp(1.0, -int(np.frexp(np.ptp(p, axis=1).max())[1])))

@@ -32,7 +32,7 @@ class Circle:
         """Smallest number of points."""
         return 3
 
-    @property
+    @computed_once
     def box(self) -> ndarray:
         """Lower left and upper right corner as columns."""
         return np.array(self.centre)[:, None] + self.radius * np.array([-1, 1])
@@ -73,7 +73,7 @@ class Polygon:
         """Smallest number of points."""
         return self.corners.shape[1]
 
-    @property
+    @computed_once
     def box(self) -> ndarray:
         """Lower left and upper right corner as columns."""
         return np.stack([self.corners.min(axis=1), self.corners.max(axis=1)], axis=1)
@@ -117,7 +117,7 @@ class Curve(Protocol):
 def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
     """``total`` parts dealt out in proportion to lengths; none gets less than ``least``."""
     exact = total * lengths / lengths.sum()
-    parts = np.maximum(least, np.floor(exact).astype(int))
+    parts = np.maximum(least, exact.astype(int))
     rest = max(0, total - parts.sum())
     parts[np.argsort(parts - exact, kind="stable")[:rest]] += 1
     return parts

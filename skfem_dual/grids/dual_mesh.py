@@ -13,7 +13,7 @@ from skfem.generic_utils import OrientedBoundary
 from ..arguments import checked_indices
 from ..kernels.once import computed_once
 from .checks import array_conditions, check_type, dual_conditions, user_tags
-from .corners import Corners, facets_of
+from .corners import Corners, numbered
 from .partition import Partition
 from .polygons import Polygons, readonly
 from .report import require
@@ -92,8 +92,7 @@ class DualMesh:
         )
         mesh.doflocs.setflags(write=False)
         mesh.t.setflags(write=False)
-        mesh._facets, mesh._t2f, mesh._f2t = facets_of(mesh.t, mesh.nvertices)
-        corners = Corners(mesh)
+        corners = Corners(numbered(mesh))
         require(dual_conditions(corners))
         partition = _dual_partition(corners)
         # the mesh is kept: long integers of numpy, and columns that the cells of ribs have too

@@ -17,7 +17,7 @@ from ..arguments import (
 )
 from ..messages import shown
 from .checks import dual_conditions
-from .corners import Corners
+from .corners import Corners, numbered
 from .curves import Circle, Curve, Polygon, check_loops, corners_of
 from .report import require
 from .sizing import MOST, generated
@@ -335,9 +335,9 @@ def _moved(mesh: MeshTri, p: ndarray, boundary: bool = False) -> MeshTri:
     if not boundary:  # exactly where they were, maybe outside the circle to give it its area
         held = mesh.boundary_nodes()
         p[:, held] = mesh.p[:, held]
-    moved = MeshTri(np.ascontiguousarray(p), mesh.t).with_boundaries(mesh.boundaries)
-    require(dual_conditions(Corners(moved)))
-    return moved
+    moved = MeshTri(np.ascontiguousarray(p), mesh.t)
+    require(dual_conditions(Corners(numbered(moved))))
+    return moved.with_boundaries(mesh.boundaries)
 
 
 def _ratio(a: ndarray, b: ndarray) -> ndarray:

@@ -124,7 +124,7 @@ class Polygons:
     @property
     def sizes(self) -> ndarray:
         """Number of vertices of each polygon."""
-        return np.diff(self.offsets)
+        return self.offsets[1:] - self.offsets[:-1]
 
     @property
     def areas(self) -> ndarray:

@@ -126,7 +126,7 @@ class _Admissible:
 
     def _roundness(self, p: ndarray) -> ndarray:
         v = p[:, self.t]
-        squares = np.sum((v - np.roll(v, 1, axis=1)) ** 2, axis=(0, 1))
+        squares = np.sum((v - v[:, [2, 0, 1]]) ** 2, axis=(0, 1))
         return 4 * np.sqrt(3) * self.sense * signed_areas(p, self.t) / squares
 
     def violated(self, p: ndarray) -> ndarray:

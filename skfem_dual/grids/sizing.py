@@ -10,7 +10,7 @@ from skfem import MeshTri
 from ..arguments import checked_integer, checked_number, checked_size
 from ..errors import MeshError
 from .checks import crossing_condition
-from .corners import Corners, signed_areas, unit
+from .corners import Corners, numbered, signed_areas, unit
 from .curves import Curve, shares
 from .outline import inside_loops
 from .planar import cross
@@ -147,7 +147,7 @@ def _wanted(
             break
         low, high = (size, high) if excess > 0 else (low, size)
         inner, wanted = points.shape[1] - loops[-1], n - loops[-1]
-        guess = size * float(np.clip(np.sqrt(max(inner, 1) / max(wanted, 1)), 0.5, 2.0))
+        guess = size * min(max(float(np.sqrt(max(inner, 1) / max(wanted, 1))), 0.5), 2.0)
         if not low < guess < high:
             guess = float(np.sqrt(low * high)) if 0 < low < high < np.inf else size
             guess *= 1.0 if guess != size else 1.3 if excess > 0 else 1 / 1.3
@@ -177,7 +177,7 @@ def _points(
 
     near = min(edge, 1.5 * size)  # boundary facets may be long
     # apexes of equilateral triangles on the boundary facets, thinned out at corners
-    onward = [np.roll(q, -1, axis=1) - q for q in boundary]
+    onward = [np.diff(q, axis=1, append=q[:, :1]) for q in boundary]
     row = np.hstack(
         [
             q + d / 2 + HEIGHT * near / edge * np.stack([-d[1], d[0]])
@@ -205,8 +205,8 @@ def _lattice(
     Each refinement adds the middles of the triangles, so distances shrink by sqrt(3).
     """
 
-    def wanted(d: ndarray) -> ndarray:
-        return np.clip(edge + GROWTH * d, None, size) if edge < size else np.full(len(d), size)
+    def wanted(d: ndarray) -> ndarray | float:
+        return np.minimum(edge + GROWTH * d, size) if edge < size else size
 
     def level_of(d: ndarray) -> ndarray:
         return np.floor(0.5 - 2 * np.log(wanted(np.maximum(d, 0)) / size) / np.log(3))
@@ -215,10 +215,7 @@ def _lattice(
         here = d > HEIGHT * edge + 0.5 * wanted(d)
         if level:
             here &= level_of(d) >= level
-        return np.stack([z.real[here], z.imag[here]])
-
-    def at(z: ndarray) -> ndarray:
-        return depth(np.stack([z.real, z.imag]))
+        return _plane(z[here])
 
     (left, right), (bottom, top) = curves[0].box
     middle = complex((left + right) / 2, (bottom + top) / 2)
@@ -227,17 +224,22 @@ def _lattice(
     rows, columns = np.arange(-m, m + 1)[:, None], np.arange(-k, k + 1)
     basis = complex(size)
     z = middle + size * start + basis * (columns + rows % 2 / 2 + 1j * HEIGHT * rows).ravel()
-    d = at(z)
+    d = depth(_plane(z))
     points = [chosen(z, d, 0)]
-    for level in range(1, int(level_of(np.zeros(1))[0]) + 1):
+    for level in range(1, int(np.max(level_of(np.zeros(1)))) + 1):
         reach = 2 * abs(basis)
         near = (d > -reach) & (level_of(d - reach) >= level)
         basis *= (1 + np.exp(1j * np.pi / 3)) / 3  # to the middle of a triangle
         new = np.concatenate([z[near] + basis, z[near] + 2 * basis])
-        d_new = at(new)
+        d_new = depth(_plane(new))
         points.append(chosen(new, d_new, level))
         z, d = np.concatenate([z[near], new]), np.concatenate([d[near], d_new])
     return np.hstack(points)
+
+
+def _plane(z: ndarray) -> ndarray:
+    """Complex numbers as points, shape (2, n)."""
+    return z.view(float).reshape(-1, 2).T
 
 
 def _relaxed(points: ndarray, loops: ndarray) -> tuple[MeshTri, float]:
@@ -274,7 +276,7 @@ def _at_means(mesh: MeshTri, loops: ndarray) -> MeshTri:
     """The mesh with its inner nodes at the means of their neighbours."""
     free = np.arange(mesh.p.shape[1]) >= loops[-1]
     p = np.ascontiguousarray(to_means(mesh, free, 0.0, ROUNDS, silent)[0])
-    return MeshTri(p, mesh.t)
+    return numbered(MeshTri(p, mesh.t))
 
 
 def _inside(points: ndarray, loops: ndarray) -> MeshTri:
@@ -292,12 +294,13 @@ def _inside(points: ndarray, loops: ndarray) -> MeshTri:
     outside = ~inside_loops(v.mean(axis=1), local[:, start], local[:, end])
     longest = np.max(np.ptp(v, axis=1), axis=0)
     outside |= np.abs(signed_areas(local, t[:, only])) < ROUND * longest**2
-    mesh = MeshTri(points, np.ascontiguousarray(np.delete(t, only[outside], axis=1)))
+    t = np.ascontiguousarray(np.delete(t, only[outside], axis=1))
+    mesh = numbered(MeshTri(points, t))
     along = np.sort([start, end], axis=0)
     edge = mesh.facets[:, mesh.f2t[1] == -1]
     if not np.array_equal(edge, along[:, np.lexsort(along[::-1])]):
         raise MeshError("facets on the boundary are lost")
-    if len(np.unique(mesh.facets)) < points.shape[1]:
+    if not np.bincount(t.ravel(), minlength=points.shape[1]).all():
         raise MeshError("nodes are lost")
     return mesh
 

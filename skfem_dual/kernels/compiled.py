@@ -50,7 +50,7 @@ def _input(a: ndarray) -> ndarray:
     if type(a) is ndarray and flags.c_contiguous and not flags.writeable:
         return a
     view = np.ascontiguousarray(a)[...]
-    view.flags.writeable = False
+    view.setflags(write=False)
     return view
 
 
