@@ -20,6 +20,7 @@ from ..errors import ConvergenceError
 from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
+from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import ExactRows, Footprint
 from .one_sign import solved
 from .pressed import on_line
@@ -63,7 +64,8 @@ def with_line_law(
         By cells.
     """
     contact = found[0]
-    small = isinstance(problem.operator, np.ndarray) and len(problem.cells) <= MOST
+    known = isinstance(problem.operator, (np.ndarray, SymmetricMatrix))
+    small = known and len(problem.cells) <= MOST
     if not (small and contact.success and problem.system.gap.any()):
         return found
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
