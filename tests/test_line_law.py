@@ -142,6 +142,26 @@ def test_means_of_roots_times_coordinates():
     assert _mean_share(a, b, c).item() == pytest.approx(expected, rel=1e-10)
 
 
+@pytest.mark.parametrize("soil", [SOIL, LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], SOIL)])
+def test_beside_a_flat_footing_that_lifts_off(soil):
+    """Whose cells without slopes count in the equations, and the order of both does not."""
+    sphere = RigidPunch(soil, DualMesh.from_mesh(disc(n=150)).basis(), gap=Paraboloid(2.0))
+    mesh = disc(n=100).translated((2.5, 0.0))
+    footing = RigidPunch(soil, DualMesh.from_mesh(mesh).basis(), origin=(2.5, 0.0))
+    loads = {"force": 0.3}, {"force": 0.1, "at": (0.5, 0.0)}
+    pair = RigidPunches([sphere, footing]).solve(loads)
+    assert pair.success
+    assert pair[0].line is not None
+    assert pair[1].flat.any()
+    turned = RigidPunches([footing, sphere]).solve(loads[::-1])
+    for one, other in zip(pair.solutions, turned.solutions[::-1], strict=True):
+        assert one.pressure == pytest.approx(other.pressure, abs=1e-9 * one.pressure.max())
+    # gaps by an operator of their own
+    x = footing.collocation_points
+    w = pair[1].ground_displacement(x) - pair[1].punch_displacement(x, collocated=True)
+    assert w == pytest.approx(pair[1].gap, abs=1e-8 * pair[1].settlement)
+
+
 def test_symmetric_cells():
     """By blocks of the matrix the same, lines and all."""
     mesh, gap = MeshTri.init_circle(4), Paraboloid(1.0, (0.1, 0.05))
