@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from plans import perturbed
-from skfem import CellBasis, ElementQuad0, ElementTriP2, MeshQuad
+from skfem import CellBasis, ElementQuad0, ElementTriP2, MeshQuad, MeshTri
 
 from skfem_dual import (
     Cone,
@@ -22,6 +22,7 @@ from skfem_dual.elements.line_weights import _mean_share
 from skfem_dual.errors import ConvergenceWarning
 from skfem_dual.grids.generate import disc
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
+from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
 SOIL, A = HalfSpace(1.0, 0.0), 0.83
 FORCE = 4 / 3 * A**3
@@ -139,6 +140,39 @@ def test_means_of_roots_times_coordinates():
     s = one * a**2 + two * b**2 + (u - two) * c**2
     expected = np.sum(np.outer(w, w) / 2 * u * np.sqrt(s) * one)
     assert _mean_share(a, b, c).item() == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("soil", [SOIL, LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], SOIL)])
+def test_beside_a_flat_footing_that_lifts_off(soil):
+    """Whose cells without slopes count in the equations, and the order of both does not."""
+    sphere = RigidPunch(soil, DualMesh.from_mesh(disc(n=150)).basis(), gap=Paraboloid(2.0))
+    mesh = disc(n=100).translated((2.5, 0.0))
+    footing = RigidPunch(soil, DualMesh.from_mesh(mesh).basis(), origin=(2.5, 0.0))
+    loads = {"force": 0.3}, {"force": 0.1, "at": (0.5, 0.0)}
+    pair = RigidPunches([sphere, footing]).solve(loads)
+    assert pair.success
+    assert pair[0].line is not None
+    assert pair[1].flat.any()
+    turned = RigidPunches([footing, sphere]).solve(loads[::-1])
+    for one, other in zip(pair.solutions, turned.solutions[::-1], strict=True):
+        assert one.pressure == pytest.approx(other.pressure, abs=1e-9 * one.pressure.max())
+    # gaps by an operator of their own
+    x = footing.collocation_points
+    w = pair[1].ground_displacement(x) - pair[1].punch_displacement(x, collocated=True)
+    assert w == pytest.approx(pair[1].gap, abs=1e-8 * pair[1].settlement)
+
+
+def test_symmetric_cells():
+    """By blocks of the matrix the same, lines and all."""
+    mesh, gap = MeshTri.init_circle(4), Paraboloid(1.0, (0.1, 0.05))
+    basis = DualMesh.from_mesh(mesh).basis()
+    whole, blocks = (
+        RigidPunch(SOIL, basis, gap=gap, symmetry=s).solve(0.2) for s in (None, "auto")
+    )
+    assert isinstance(blocks.punch.operator, SymmetricMatrix)
+    assert whole.line is not None
+    assert blocks.settlement == pytest.approx(whole.settlement, rel=1e-10)
+    assert blocks.contact_area == pytest.approx(whole.contact_area, rel=1e-8)
 
 
 def test_layers():

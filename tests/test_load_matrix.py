@@ -35,7 +35,15 @@ from skfem import (
 from skfem.models.elasticity import linear_elasticity
 from skfem.models.poisson import unit_load
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, load_matrix
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    RigidPunch,
+    load_matrix,
+)
 from skfem_dual.elements.load_matrix import graded
 
 SOIL = HalfSpace(1.0, 0.25)
@@ -103,6 +111,20 @@ def test_force_and_moments_are_carried_to_rounding(solution, ring, name):
     f = solution.load_vector(basis)
     planes = [basis.project(g) for g in (lambda x: 1 + 0 * x[0], lambda x: x[0], lambda x: x[1])]
     np.testing.assert_allclose(planes @ f, [1.0, 0.1, 0.05], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["P1", "P2 elsewhere"])
+@pytest.mark.parametrize("ground", [0, 1])
+def test_laws_of_the_edge_that_follow_the_ground(ring, ground, name):
+    """Graded and layered: no rule is exact for these, the moments of slopes are all the same."""
+    soil = (
+        GradedHalfSpace.init_linear(1.0, 0.3, 0.1),
+        LayeredHalfSpace([Layer(0.3, 1.0, 0.45)], "bonded"),
+    )[ground]
+    punch = RigidPunch(soil, DualMesh.from_mesh(ring).primal_basis())
+    basis = BASES[name](ring)
+    f = punch.solve(force=1.0, at=(0.1, 0.05)).load_vector(basis)
+    assert [f.sum(), *(basis.doflocs @ f)] == pytest.approx([1.0, 0.1, 0.05], abs=1e-13)
 
 
 def test_argyris():

@@ -62,6 +62,15 @@ def test_full_and_no_contact():
     assert (none.area, none.edge) == (0.0, [])
 
 
+def test_ground_that_pulls_keeps_contact_under_shapes(grid):
+    """Everywhere, also around cells that press alone."""
+    basis = DualMesh.from_mesh(disc(4)).basis()
+    waves = RigidPunch(UNIT, basis, gap=lambda x: 0.1 * (1 + np.sin(12 * x[0]) * np.cos(9 * x[1])))
+    found = waves.solve(1.0, unilateral=False)
+    assert 0 < np.sum(found.pressure > 0) < len(found.pressure)
+    assert found.contact_area == pytest.approx(np.pi, rel=1e-10)
+
+
 def test_lines_that_end_on_the_edge_of_the_plan():
     """A wide punch lifts off at both ends of a long footing that is bent downwards."""
     mesh = rectangle(12, 1.0, 3.0)

@@ -20,6 +20,7 @@ from ..errors import ConvergenceError
 from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
+from ..operators.symmetric_matrix import SymmetricMatrix
 from .footprint import ExactRows, Footprint
 from .one_sign import solved
 from .pressed import on_line
@@ -63,7 +64,8 @@ def with_line_law(
         By cells.
     """
     contact = found[0]
-    small = isinstance(problem.operator, np.ndarray) and len(problem.cells) <= MOST
+    known = isinstance(problem.operator, (np.ndarray, SymmetricMatrix))
+    small = known and len(problem.cells) <= MOST
     if not (small and contact.success and problem.system.gap.any()):
         return found
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
@@ -238,17 +240,20 @@ class CellsOnLines:
         """Settlements of the collocation points by pressures that `carried` takes."""
         x = self.problem.cells.collocation_points
         matrix = np.array(self.problem.operator)
-        every = zip(self.parts, self.lines, self._own, self.problem.sloping, strict=True)
-        for cells, line, own, sloping in every:
-            if line is None or cells.slopes is None:
+        each = self.problem.footprints, self.parts, self.lines, self._own, self.problem.sloping
+        for whole, cells, line, own, sloping in zip(*each, strict=True):
+            if cells.slopes is None or (line is None and cells is whole):
                 continue
             block = np.ascontiguousarray(matrix[:, own])
-            if cells.substrate.remainder is None:
-                coefficient = cells.substrate.singular_coefficient
-                EdgeCorrection.from_weights(line, coefficient, x).add_to(block)
+            if line is None:  # the matrix has the slopes of flat cells too
+                sloping.add_to(block, whole.slopes.without(~self.flat[own]), -1.0)
             else:
-                block = replace(cells, slopes=None).influence(x)
-            sloping.add_to(block, cells.slopes)
+                if cells.substrate.remainder is None:
+                    coefficient = cells.substrate.singular_coefficient
+                    EdgeCorrection.from_weights(line, coefficient, x).add_to(block)
+                else:
+                    block = replace(cells, slopes=None).influence(x)
+                sloping.add_to(block, cells.slopes)
             if not np.shares_memory(block, matrix):
                 matrix[:, own] = block
         return self.carry(matrix)

@@ -292,7 +292,7 @@ class PlanTriangles:
         Under an ``even`` base it is seen wherever the fitted region reaches: rows of cells in
         contact lie along the edge of the plan, not on crests.
         """
-        if fitted is self._whole and inside.all():
+        if fitted is self._whole:
             return fitted
         sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
         cell = self._of_triangles

@@ -98,25 +98,21 @@ def load_matrix(
     points = points_in_pieces(weights, fan, places, order + moments)
     whole = covered > (1 - MISSING) * partition.areas
     points = _balanced(partition, weights, points, whole)
-    acting, n = _acting(partition, weights), len(partition)
+    factors = np.ones((1, len(points.cell)))
+    if moments:
+        factors = np.vstack([factors, _arms(partition, weights, points, whole)])
+    n, size = len(partition), max(1, CHUNK // basis.Nbfun)
     out = csr_matrix((basis.N, 3 * n if moments else n))
-    for some_points in points.chunks(max(1, CHUNK // basis.Nbfun)):
+    parts = (factors[:, i : i + size] for i in range(0, factors.shape[1], size))
+    for some_points, factor in zip(points.chunks(size), parts, strict=True):
         element = pieces.second[some_points.piece]
         values = target.values(element, some_points.x) * some_points.weight
         rows = basis.element_dofs[:, element]
-        factors = [np.ones(len(element))]
-        if moments:
-            factors += [*(some_points.x - acting[:, some_points.cell])]
-        for k, factor in enumerate(factors):
+        for k, each in enumerate(factor):
             columns = np.broadcast_to(k * n + some_points.cell, rows.shape)
-            entries = (values * factor).ravel(), (rows.ravel(), columns.ravel())
+            entries = (values * each).ravel(), (rows.ravel(), columns.ravel())
             out = out + coo_matrix(entries, shape=out.shape).tocsr()
     return out
-
-
-def _acting(partition: Partition, weights: EdgeWeights | None) -> ndarray:
-    """Where the means of pressures act, shape (2, n)."""
-    return partition.centroids if weights is None else weights.centroids
 
 
 def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> None:
@@ -190,21 +186,49 @@ def _balanced(
 ) -> Points:
     """Rounding and slivers made good: loads of whole cells have their areas as total and act
     where the solver has them act, by a factor that is linear in each cell."""
-    n = len(partition)
-    acting = _acting(partition, weights)
-    size = np.sqrt(partition.areas)
-    arm = (points.x - acting[:, points.cell]) / size[points.cell]
-    planes = np.vstack([np.ones(arm.shape[1]), arm])
+    planes = _planes(partition, weights, points)
+    given = np.zeros((3, len(partition)))
+    given[0] = partition.areas
+    factor = 1 + _missing(points, planes, whole, np.ones(len(points.cell)), given)
+    return Points(points.x, points.weight * factor, points.piece, points.cell)
+
+
+def _arms(
+    partition: Partition, weights: EdgeWeights | None, points: Points, whole: ndarray
+) -> ndarray:
+    """Unit slopes in balanced points, (2, k), without a force over whole cells and with the
+    moments that the solver knows: the rule is not exact where the law is that of the ground."""
+    law = partition.polygons.second_moments[[0, 1, 1, 2]].reshape(2, 2, -1)
+    law = law if weights is None else weights.second_moments
+    planes, size = _planes(partition, weights, points), np.sqrt(partition.areas)
+    arms = planes[1:] * size[points.cell]
+    for arm, second in zip(arms, law, strict=True):
+        given = np.vstack([np.zeros(len(size)), second / size])
+        arm += _missing(points, planes, whole, arm, given)
+    return arms
+
+
+def _planes(partition: Partition, weights: EdgeWeights | None, points: Points) -> ndarray:
+    """One and both coordinates of points from where the mean pressure of their cell acts, over
+    its size; shape (3, k)."""
+    acting = partition.centroids if weights is None else weights.centroids
+    arm = (points.x - acting[:, points.cell]) / np.sqrt(partition.areas)[points.cell]
+    return np.vstack([np.ones(arm.shape[1]), arm])
+
+
+def _missing(
+    points: Points, planes: ndarray, whole: ndarray, values: ndarray, given: ndarray
+) -> ndarray:
+    """What is added to values in points, (k,), linear in each cell, for their integrals times
+    planes to be those given, (3, n), in whole cells."""
+    n = len(whole)
 
     def total(values: ndarray) -> ndarray:
         return np.bincount(points.cell, points.weight * values, minlength=n)
 
     # counts of nothing are integers
     matrix = np.array([[total(a * b) for a in planes] for b in planes], dtype=float)
-    missing = -matrix[0].T
-    missing[:, 0] += partition.areas
-    matrix, missing = matrix.transpose(2, 0, 1), missing.T.copy()
-    matrix[~whole], missing[:, ~whole] = np.eye(3), 0.0
-    factor = np.linalg.solve(matrix, missing.T[..., None])[..., 0].T
-    weight = points.weight * (1 + np.sum(planes * factor[:, points.cell], axis=0))
-    return Points(points.x, weight, points.piece, points.cell)
+    missing = given - np.array([total(values * a) for a in planes])
+    matrix[..., ~whole], missing[:, ~whole] = np.eye(3)[..., None], 0.0
+    factor = np.linalg.solve(matrix.transpose(2, 0, 1), missing.T[..., None])[..., 0].T
+    return np.sum(planes * factor[:, points.cell], axis=0)
