@@ -1,7 +1,7 @@
 """Pressure against what the ground may bear, settlements of points."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from .page import (
 )
 from .results import axes_of
 
+if TYPE_CHECKING:
+    from .structures import Structure
+
 
 class Borne(NamedTuple):
     """Pressures in a case, the mean and the largest on a circle."""
@@ -30,16 +33,16 @@ class Borne(NamedTuple):
     largest: float
 
 
-def bearing_of_footings(footings: Sequence[Footing]) -> Html:
-    """Of each footing in each case."""
+def bearing_of_bodies(bodies: Sequence["Footing | Structure"]) -> Html:
+    """Of each footing and structure in each case."""
     borne = [
-        Borne(footing.called(name), mean, largest)
-        for footing in footings
+        Borne(body.called(name), mean, largest)
+        for body in bodies
         for name, mean, largest in zip(
-            footing.cases.names, footing.mean_pressure, footing.cases.largest_pressure
+            body.names, body.mean_pressure, body.largest_pressure, strict=True
         )
     ]
-    return bearing_section(borne, [footing.radius for footing in footings], footings[0].details)
+    return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)
 
 
 def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: Details) -> Html:
