@@ -77,11 +77,14 @@ def test_layers(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("phi,E,nu\n,1,0\n", "line 1: expected the headings thickness, E, nu.*the column 'phi'"),
+        (
+            "phi,E,nu\n,1,0\n",
+            "line 1: expected the headings thickness, E, nu.*the column 'phi'.*or leave it out",
+        ),
         ("h,E,G,nu\n2,1,1,0\n", "line 1: expected .* one of E and G"),
         ("h,z,E,nu\n2,2,1,0\n", "line 1: expected .* one of thickness, depth"),
         ("h,dicke,E,nu\n2,2,1,0\n", "line 1: expected one column of thickness, got dicke"),
-        ("h,Es,nu\n2,1,0\n", "line 1: expected Young's modulus E, got es.*Remedy: E = Es"),
+        ("h,phi,Es,nu\n2,30,1,0\n", "line 1: expected Young's modulus E, got es.*Remedy: E = Es"),
         ("h [m],E,nu\n2,1,0\n,1,0\n", "line 1: expected units .* Remedy: units="),
         ("top,E,nu\n1,1,0\n2,1,0\n", "line 2: expected a layer from 0 on, .* got one from 1"),
         ("from,to,E,nu\n0,2,1,0\n3,,1,0\n", "line 3: expected a layer from 2 on"),
@@ -109,7 +112,7 @@ CLAY, SAND = Layer(1.5, 8e3, 0.35), Layer(4.5, 40e3, 0.3)
          HalfSpace(80e3, 0.3)),
         ("name,depth (m),E / MN/m2,nu\nclay,0,8,.35\nsand,1.5,40,.3\ngravel,6.0,80,.3\n",
          HalfSpace(80e3, 0.3)),
-        ("soil,depth [cm],E in kPa,nu\nclay,150,8000,.35\nsand,600,40 000,.3\nrock,,rigid,\n",
+        ("soil,UK [cm],E in kPa,nu\nclay,150,8000,.35\nsand,600,40 000,.3\nrock,,rigid,\n",
          "bonded"),
         ("couche\tde\tà\tE (kN/m²)\tnu\nargile\t0\t1,5\t8\u202f000\t0,35\n"
          "sable\t1,5\t6\t40\u202f000\t0,3\ngrave\t6\t-\t80\u202f000\t0,3\n",
@@ -127,7 +130,7 @@ def test_tables_of_geotechnical_reports(tmp_path, text, base):
 
 
 def test_units_of_headings_are_changed(tmp_path):
-    text = "Name;Force [MN];EX (mm);EY (mm);mx [kN m];my [Nmm]\n1.1;1,2;250;-100;3;4,5e6\n"
+    text = "Lastfall;V [MN];EX (mm);EY (mm);mx [kN m];my [Nmm]\n1.1;1,2;250;-100;3;4,5e6\n"
     (row,) = read_cases(write(tmp_path, text), "kN,m")
     assert row.name == "1.1"
     assert row.force == pytest.approx(1200.0)

@@ -14,6 +14,12 @@ from .writing import PathLike, write_whole
 
 #: columns of a table of loads; only the name and the force must be there
 KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
+#: other words for them
+ALSO = {
+    **dict.fromkeys(("case", "load case", "lastfall", "cas", "cas de charge"), "name"),
+    **dict.fromkeys(("fundament", "semelle"), "footing"),
+    **dict.fromkeys(("p", "v", "kraft"), "force"),
+}
 #: what they measure
 QUANTITY = {
     **dict.fromkeys(("force", "hx", "hy"), "force"),
@@ -95,12 +101,13 @@ def read_cases(path: PathLike, units: Units | str = PLAIN) -> tuple[CaseRow, ...
         which line.
     """
     units = units if isinstance(units, Units) else Units(units)
-    where, headings, rows = read_table(path, ("name", "footing"))
-    heads = [head.name for head in headings]
+    texts = {"name", "footing", *(word for word, is_ in ALSO.items() if is_ != "force")}
+    where, headings, rows = read_table(path, texts)
+    heads = [ALSO.get(head.name, head.name) for head in headings]
     _require_heads(heads, where)
     factors = {
-        head.name: unit_factor(head, QUANTITY.get(head.name, ""), units, where)
-        for head in headings
+        name: unit_factor(head, QUANTITY.get(name, ""), units, where)
+        for name, head in zip(heads, headings, strict=True)
     }
     cases = tuple(_case(factors, cells, place) for place, cells in rows)
     seen: dict[tuple[str, str], str] = {}

@@ -16,8 +16,8 @@ CALLED = {
     "thickness": ("thickness", "layer thickness", "h", "dicke", "schichtdicke", "mächtigkeit",
                   "épaisseur", "epaisseur"),
     "depth": ("depth", "z", "tiefe", "profondeur"),
-    "top": ("top", "from", "von", "de", "oberkante"),
-    "bottom": ("bottom", "to", "bis", "à", "unterkante"),
+    "top": ("top", "from", "depth from", "von", "tiefe von", "ok", "oberkante", "de"),
+    "bottom": ("bottom", "to", "depth to", "bis", "tiefe bis", "uk", "unterkante", "à"),
     "young": ("e", "young", "young's modulus", "youngs modulus", "elastic modulus", "e-modul",
               "elastizitätsmodul", "module d'young"),
     "shear": ("g", "shear modulus", "schubmodul", "module de cisaillement"),
@@ -114,17 +114,19 @@ def _columns(heads: list[Heading], where: str) -> dict[str, int]:
     columns: dict[str, int] = {}
     kinds = {word: kind for kind, words in CALLED.items() for word in words}
     wanted = "thickness, E, nu"
-    for i, (head, _) in enumerate(heads):
+    for head, _ in heads:
         if head in OEDOMETRIC:
             raise ValueError(
                 f"{where}: expected Young's modulus E, got {head}, which may be the modulus of "
                 "oedometers. Remedy: E = Es (1 + nu) (1 - 2 nu) / (1 - nu), under the heading E"
             )
+    for i, (head, _) in enumerate(heads):
         if (kind := kinds.get(head)) is None:
             had = shortened(", ".join(head.name for head in heads), 60)
             raise ValueError(
                 f"{where}: expected the headings {wanted}, or G for E, depth or from and to for "
-                f"thickness, got {had}. Remedy: leave out the column {shortened(head, 40)!r}"
+                f"thickness, got {had}. Remedy: name the column {shortened(head, 40)!r} by one of "
+                "these, or leave it out"
             )
         if kind in columns:
             raise ValueError(f"{where}: expected one column of {kind}, got {head} as well")

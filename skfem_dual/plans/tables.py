@@ -13,7 +13,11 @@ Corner = tuple[float, float, float]
 #: numbers of a corner: x, y and, if wanted, the bulge of the side that starts there
 COLUMNS = 2, 3
 #: names of columns in a header, in any case; others are left out
-NAMES = {"x": 0, "easting": 0, "y": 1, "northing": 1, "bulge": 2}
+NAMES = {
+    **dict.fromkeys(("x", "easting", "rechtswert"), 0),
+    **dict.fromkeys(("y", "northing", "hochwert"), 1),
+    "bulge": 2,
+}
 
 
 def rings_of_table(text: str, path: object) -> list[list[Corner]]:
