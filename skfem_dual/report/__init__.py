@@ -13,9 +13,9 @@ from ..contact.elastic_solution import ElasticSolution
 from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
-from .bearing import bearing_of_bodies, points_section
+from .bearing import points_section
 from .bodies import bodies_of, footings_of
-from .cases import cases_sections
+from .cases import bearing_of_bodies, cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .depth import depth_of_footing
 from .details import Details

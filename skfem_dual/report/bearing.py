@@ -1,7 +1,7 @@
 """Pressure against what the ground may bear, settlements of points."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from .page import (
 )
 from .results import axes_of
 
-if TYPE_CHECKING:
-    from .structures import Structure
-
 
 class Borne(NamedTuple):
     """Pressures in a case, the mean and the largest on a circle."""
@@ -31,18 +28,6 @@ class Borne(NamedTuple):
     name: str
     mean: float
     largest: float
-
-
-def bearing_of_bodies(bodies: Sequence["Footing | Structure"]) -> Html:
-    """Of each footing and structure in each case."""
-    borne = [
-        Borne(body.called(name), mean, largest)
-        for body in bodies
-        for name, mean, largest in zip(
-            body.names, body.mean_pressure, body.largest_pressure, strict=True
-        )
-    ]
-    return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)
 
 
 def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: Details) -> Html:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.elastic_solution import ElasticSolution
-from .bearing import bearing_of_bodies, points_section
+from .bearing import Borne, bearing_section, points_section
 from .bodies import Body
 from .checks import ROUNDING, error_section, solver_section
 from .depth import depth_of_footing
@@ -86,6 +86,18 @@ def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list
     if first is not None:
         parts.append(solver_section(first.solution, version, first.units))
     return parts
+
+
+def bearing_of_bodies(bodies: Sequence[Body]) -> Html:
+    """Of each footing and structure in each case."""
+    borne = [
+        Borne(body.called(name), mean, largest)
+        for body in bodies
+        for name, mean, largest in zip(
+            body.names, body.mean_pressure, body.largest_pressure, strict=True
+        )
+    ]
+    return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)
 
 
 def _notices(bodies: Sequence[Body]) -> Html:
