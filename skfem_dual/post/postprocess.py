@@ -269,12 +269,11 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
             f"{on_triangles.punch.origin}"
         )
     loads = on_cells.load, on_triangles.load
-    if all(load.force is not None and load.tilt is None for load in loads):
+    forces = [load.force for load in loads if load.force is not None and load.tilt is None]
+    if len(forces) == 2:
         one, other = (
-            np.append(
-                load.force, load.force * np.array(load.at or (0.0, 0.0)) + load.first_moments
-            )
-            for load in loads
+            np.append(force, force * np.array(load.at or (0.0, 0.0)) + load.first_moments)
+            for force, load in zip(forces, loads, strict=True)
         )
         size = abs(one[0]) * np.array([1.0, *np.ptp(first.p, axis=1)])
         if (np.abs(one - other) > SAME * np.maximum(size, np.abs(one))).any():
