@@ -101,7 +101,7 @@ def _tell_of_unit(path: str, own: str | None, where: str, wanted: str) -> None:
         scaled = f"--drawn-in {own} to change it to {wanted}, " if own in LENGTHS else ""
         warnings.warn(
             f"{path} says that it is drawn in {own} ({where}), --units says {wanted}, which "
-            f"is taken. Remedy: {scaled}--drawn-in {wanted} if {path} is wrong",
+            f"is taken. Remedy: {scaled}--drawn-in {wanted} if that is wrong",
             stacklevel=2,
         )
 
