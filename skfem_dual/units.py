@@ -1,5 +1,6 @@
 """Units: what comes in, and what engineers read."""
 
+import re
 from dataclasses import dataclass, field
 
 from .arguments import checked_text
@@ -21,6 +22,17 @@ FORCES = {
     "kip": (4448.2216152605, False),
 }
 SQUARE_FOOT = 0.3048**2
+#: in pascals, beside forces over squares of lengths
+PRESSURES = {
+    "Pa": 1.0,
+    "kPa": 1e3,
+    "MPa": 1e6,
+    "GPa": 1e9,
+    "psf": FORCES["lbf"][0] / SQUARE_FOOT,
+    "ksf": FORCES["kip"][0] / SQUARE_FOOT,
+    "psi": FORCES["lbf"][0] / 0.0254**2,
+    "ksi": FORCES["kip"][0] / 0.0254**2,
+}
 
 
 @dataclass(frozen=True)
@@ -92,6 +104,52 @@ class Units:
     def named(self) -> bool:
         """Whether the units are known."""
         return bool(self.text)
+
+    def factor(self, symbol: str, quantity: str) -> float:
+        """What numbers in another unit are multiplied by to go in.
+
+        Parameters
+        ----------
+        symbol : str
+            Such as MPa, kN/m², cm or kNm.
+        quantity : {"length", "force", "pressure", "moment"}
+            What it measures.
+
+        Raises
+        ------
+        ValueError
+            If it measures something else or is not known.
+
+        Examples
+        --------
+        >>> Units("kN,m").factor("MN/m2", "pressure")
+        1000.0
+        """
+        known = _sizes(quantity)
+        own = {
+            "length": self.length.symbol,
+            "force": self.force.symbol,
+            "pressure": f"{self.force.symbol}/{self.length.symbol}2",
+            "moment": self.force.symbol + self.length.symbol,
+        }[quantity]
+        wanted = re.sub(r"[\s·*^]", "", symbol.replace("²", "2")).casefold()
+        if wanted not in known:
+            raise ValueError(f"expected a unit of {quantity} such as {own}, got {symbol!r}")
+        return known[wanted] / known[own.casefold()]
+
+
+def _sizes(quantity: str) -> dict[str, float]:
+    """Units of a quantity in lower case, by what they are in N and m."""
+    lengths = {name: size for name, (size, _) in LENGTHS.items()}
+    forces = {name: size for name, (size, _) in FORCES.items()}
+    every = [(a, b, f, x) for a, f in forces.items() for b, x in lengths.items()]
+    sizes = {
+        "length": lengths,
+        "force": forces,
+        "pressure": PRESSURES | {f"{a}/{b}2": f / x**2 for a, b, f, x in every},
+        "moment": {a + b: f * x for a, b, f, x in every},
+    }[quantity]
+    return {name.casefold(): size for name, size in sizes.items()}
 
 
 NAMELESS = {

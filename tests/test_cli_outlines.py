@@ -125,6 +125,18 @@ def test_a_drawing_at_site_coordinates(capsys, request):
     assert float(rows(out)["Contact area"]) == pytest.approx(area, rel=1e-5)
 
 
+def test_a_table_of_corners_in_another_unit(capsys, tmp_path):
+    path = tmp_path / "pad.csv"
+    path.write_text("x [mm]; y [mm]\n0; 0\n3000; 0\n3000; 2000,0\n0; 2000\n")
+    ground = "--young", "30e3", "--poisson", "0.25", "--force", "100", "--accuracy", "1e-2"
+    arguments = ["solve", path, *ground, "--units", "kN,m"]
+    _, _, err = run(capsys, *arguments)
+    assert "drawn in mm (its header), --units says m, which is taken. Remedy: --drawn-in mm" in err
+    _, out, err = run(capsys, *arguments, "--drawn-in", "mm")
+    assert err == ""
+    assert rows(out)["Contact area"] == "6 m²"
+
+
 def test_a_drawing_in_another_unit(capsys, tmp_path):
     """It is taken as it stands, which is told, unless its unit is named."""
     path = tmp_path / "pad.dxf"

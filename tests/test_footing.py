@@ -23,9 +23,10 @@ from skfem_dual import (
 )
 from skfem_dual.grids.generate import annulus
 from skfem_dual.report import figures, report_html, write_report
+from skfem_dual.report.bodies import footings_of
 from skfem_dual.report.data import SCHEMA, plain, report_data, substrate_data
 from skfem_dual.report.details import Details
-from skfem_dual.report.footing import between, footings_of
+from skfem_dual.report.footing import between
 from skfem_dual.report.numbers import outline_corners
 
 SOIL = HalfSpace(30e3, 0.3)
@@ -261,7 +262,7 @@ def test_wrong_details(cases):
     ):
         with pytest.raises(error, match=message):
             report_html(cases, **said)
-    with pytest.raises(ValueError, match="cases of some footings"):
+    with pytest.raises(ValueError, match="solutions of some bodies"):
         report_html({})
     with pytest.raises(TypeError, match="footing 'left'"):
         report_html({"left": 3})

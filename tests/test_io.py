@@ -5,7 +5,7 @@ import meshio
 import numpy as np
 import pytest
 from plans import annulus, disc, polar
-from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
 from skfem_dual import (
     DualMesh,
@@ -234,6 +234,34 @@ def test_neighbours_are_written_together(tmp_path):
     forces = np.bincount(cell_data["footing"], cell_data["pressure"] * polygons.areas)
     assert forces == pytest.approx([1.0, 2.0])
     assert point_data["displacement"] == pytest.approx(pair[0].displacement(polygons.p))
+
+
+@pytest.mark.parametrize(
+    ("dual_cells", "edge", "at"),
+    [
+        (True, "singular", (0.1, 0.05)),
+        (True, "singular", (0.6, 0.3)),
+        (False, "singular", (0.4, -0.5)),
+        (True, "constant", (0.6, 0.3)),
+    ],
+)
+def test_integrals_over_a_file_have_force_and_moments(tmp_path, dual_cells, edge, at):
+    """As ParaView and pyvista integrate them, far from the origin of coordinates too."""
+    pyvista = pytest.importorskip("pyvista")
+    middle = np.array([20.0, -7.0])
+    dual = DualMesh.from_mesh(disc(3).translated(middle))
+    basis = dual.basis() if dual_cells else CellBasis(dual.mesh, ElementTriP0())
+    punch = RigidPunch(HalfSpace(1.0, 0.2), basis, edge=edge, origin=middle)
+    solution = punch.solve(2.0, at)
+    path = tmp_path / "punch.vtu"
+    write_solution(path, solution)
+    expected = 2.0 * np.array([1.0, *(middle + at)])
+    found = pyvista.read(path).integrate_data()
+    totals = [found["pressure"][0], *found["first_moments"][0, :2]]
+    assert totals == pytest.approx(expected, rel=1e-12)
+    polygons, data, _ = read_polygons(path)
+    densities = np.column_stack([data["pressure"], data["first_moments"]])
+    assert polygons.areas @ densities == pytest.approx([*expected, 0.0], rel=1e-12)
 
 
 def test_data_must_fit(tmp_path):

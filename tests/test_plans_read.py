@@ -31,6 +31,7 @@ def drawing(path, draw):
     [
         "0,0\n3,0\n3,1\n1,1\n1,3\n0,3\n",
         "x,y\n0,0\n3,0\n3,1\n1,1\n1,3\n0,3\n0,0\n",
+        "Rechtswert;Hochwert\n0;0\n3,0;0\n3;1\n1;1\n1;3\n0;3\n",
         "Name;X [m];Y [m]\nA;0;0\nB;3,0;0\nC;3;1,0\nD;1;1\nE;1;3\nF;0;3\n",
         "\ufeff# corners\n0 3\n1 3\n1 1\n3 1\n3 0\n0 0\n",
         "y\tx\n0\t0\n0\t3\n1\t3\n1\t1\n3\t1\n3\t0\n",

@@ -375,6 +375,18 @@ def test_what_is_refused(dual, solutions):
         postprocess(first, second, 3.0)
 
 
+@pytest.mark.parametrize("other", [{"force": 2.0, "at": (0.1, 0.0)}, {"force": 1.0}])
+def test_solutions_under_other_loads_are_refused(other):
+    """The same load may be said in two ways."""
+    dual = DualMesh.from_mesh(disc(2))
+    load, said = {"force": 1.0, "at": (0.1, 0.0)}, {"force": 1.0, "moments": (-0.1, 0.0)}
+    first = RigidPunch(HalfSpace(1.0, 0.2), dual.basis()).solve(**load)
+    punch = RigidPunch(HalfSpace(1.0, 0.2), dual.primal_basis())
+    assert postprocess(first, punch.solve(**said))
+    with pytest.raises(ValueError, match="expected solutions under the same load, got forces"):
+        postprocess(first, punch.solve(**other))
+
+
 def test_measured_values_on_two_grids(dual):
     m = dual.mesh.nelements
     x, y = dual.mesh.p, dual.p[:, :m]

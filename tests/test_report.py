@@ -651,7 +651,9 @@ def test_wrong_arguments():
     solution = solved()
     with pytest.raises(TypeError, match=r"expected a PunchSolution.*got 1\.0"):
         report_html(1.0)
-    with pytest.raises(TypeError, match=r"got \(.*Remedy: rigid neighbours by their names, dict"):
+    with pytest.raises(
+        TypeError, match=r"got \(.*Remedy: several bodies or cases by their names, dict"
+    ):
         report_html((solution, solution))
     with pytest.raises(TypeError, match="Remedy: make an object of it"):
         report_html(type(solution))

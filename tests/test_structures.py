@@ -79,7 +79,10 @@ def test_plate_in_a_file(raft, tmp_path):
     assert np.isnan(data["pressure"][data["part"] != 1]).all()
     corners = [p[:2, cells[i]] for i in order]
     shoelace = [0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() for x, y in corners]
-    assert np.abs(shoelace) @ data["pressure"][order] == pytest.approx(raft.force, rel=1e-12)
+    densities = np.column_stack([data["pressure"], data["first_moments"]])[order]
+    force, *moments = raft.resultant
+    moments += force * np.array(raft.punch.origin)
+    assert np.abs(shoelace) @ densities == pytest.approx([force, *moments, 0.0], 1e-12, 1e-12)
     for part, settled in ((0, raft.deflection), (1, raft.ground_displacement)):
         points = np.unique(np.concatenate([cells[i] for i in np.nonzero(data["part"] == part)[0]]))
         assert -moved[2, points] == pytest.approx(settled(p[:2, points]), rel=1e-12)

@@ -1,5 +1,7 @@
 """Load cases and layers from CSV files; every error names its line."""
 
+import dataclasses
+
 import pytest
 
 from skfem_dual import HalfSpace, Layer, LayeredHalfSpace, Load
@@ -36,7 +38,10 @@ def test_where_forces_act_and_what_moments_do(tmp_path):
         ("name,force,x\na,1,1\n", "line 1: expected both x and y"),
         ("name,force,x,y,ex,ey\na,1,1,1,1,1\n", "line 1: expected either x, y or ex, ey"),
         ("name,force\n\n# no\na,1\nb,heavy\n", "line 5: expected a number for force, got 'heavy'"),
-        ("name;force\na;1,5\n", "line 2: .*Remedy: a decimal point"),
+        ('name,force\na,"1,5"\n', "line 2: .*Remedy: a decimal point"),
+        ("name;force\na;1,500\n", "line 2: .*may be decimal or part thousands.*1500 or 1,5000"),
+        ("name;force\na;1,5\nb;25.000\n", "line 3: expected decimal commas or decimal points"),
+        ("name;force [kN]\na;1,5\n", "line 1: expected units .* force in kN. Remedy: units="),
         ("name,force\na,inf\n", "line 2: expected a finite number for force"),
         ("name,force\na,1,2\n", "line 2: expected 2 columns, got 3"),
         ("name,force\n,1\n", "line 2: expected a name"),
@@ -72,14 +77,64 @@ def test_layers(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("depth,E,nu\n,1,0\n", "line 1: expected the headings thickness, E, nu, got depth"),
+        (
+            "phi,E,nu\n,1,0\n",
+            "line 1: expected the headings thickness, E, nu.*the column 'phi'.*or leave it out",
+        ),
+        ("h,E,G,nu\n2,1,1,0\n", "line 1: expected .* one of E and G"),
+        ("h,z,E,nu\n2,2,1,0\n", "line 1: expected .* one of thickness, depth"),
+        ("h,dicke,E,nu\n2,2,1,0\n", "line 1: expected one column of thickness, got dicke"),
+        ("h,phi,Es,nu\n2,30,1,0\n", "line 1: expected Young's modulus E, got es.*Remedy: E = Es"),
+        ("h [m],E,nu\n2,1,0\n,1,0\n", "line 1: expected units .* Remedy: units="),
+        ("top,E,nu\n1,1,0\n2,1,0\n", "line 2: expected a layer from 0 on, .* got one from 1"),
+        ("from,to,E,nu\n0,2,1,0\n3,,1,0\n", "line 3: expected a layer from 2 on"),
+        ("depth,E,nu\n2,1,0\n1,1,0\n,1,0\n", "line 3: expected a positive thickness, got -1"),
+        ("depth,E,nu\n1,1,0\n2,1,0\n", "line 3: expected what lies below"),
         ("thickness,E,nu\n2,1,0\n", "line 2: expected what lies below .*rigid"),
         ("thickness,E,nu\n,1,0\n,1,0\n", "line 2: expected a number for thickness, got ''"),
         ("thickness,E,nu\n2,soft,0\n,1,0\n", "line 2: expected a number for E, got 'soft'"),
         ("thickness,E,nu\n2,1,0.7\n,1,0\n", "line 2: .*0 to 0.5"),
-        ("thickness,E,nu\nrigid,,\n", "line 2: expected a number for E"),
+        ("thickness,E,nu\nrigid,,\n", "line 2: expected layers on the bonded base, got none"),
     ],
 )
 def test_wrong_layers_name_the_line(tmp_path, text, message):
     with pytest.raises(ValueError, match=message):
         read_substrate(write(tmp_path, text, "g.csv"))
+
+
+CLAY, SAND = Layer(1.5, 8e3, 0.35), Layer(4.5, 40e3, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("text", "base"),
+    [
+        ("Boden;Mächtigkeit [m];E [MPa];ν [-]\nTon;1,5;8;0,35\nSand;4,5;40;0,3\nKies;∞;80;0,3\n",
+         HalfSpace(80e3, 0.3)),
+        ("name,depth (m),E / MN/m2,nu\nclay,0,8,.35\nsand,1.5,40,.3\ngravel,6.0,80,.3\n",
+         HalfSpace(80e3, 0.3)),
+        ("soil,UK [cm],E in kPa,nu\nclay,150,8000,.35\nsand,600,40 000,.3\nrock,,rigid,\n",
+         "bonded"),
+        ("couche\tde\tà\tE (kN/m²)\tnu\nargile\t0\t1,5\t8\u202f000\t0,35\n"
+         "sable\t1,5\t6\t40\u202f000\t0,3\ngrave\t6\t-\t80\u202f000\t0,3\n",
+         HalfSpace(80e3, 0.3)),
+        ("top;G;nu\n0;2962,962962962963;0,35\n1,5;15384,615384615385;0,3\n6;smooth;\n", "smooth"),
+    ],
+    ids=["thickness", "tops", "bottoms", "from and to", "shear modulus"],
+)  # fmt: skip
+def test_tables_of_geotechnical_reports(tmp_path, text, base):
+    """The same two layers, as reports in three languages have them."""
+    found = read_substrate(write(tmp_path, text, "g.csv"), "kN,m")
+    for layer, expected in zip(found.layers, (CLAY, SAND), strict=True):
+        assert dataclasses.astuple(layer) == pytest.approx(dataclasses.astuple(expected))
+    assert found.base == base
+
+
+def test_units_of_headings_are_changed(tmp_path):
+    text = "Lastfall;V [MN];EX (mm);EY (mm);mx [kN m];my [Nmm]\n1.1;1,2;250;-100;3;4,5e6\n"
+    (row,) = read_cases(write(tmp_path, text), "kN,m")
+    assert row.name == "1.1"
+    assert row.force == pytest.approx(1200.0)
+    assert row.eccentricity == pytest.approx((0.25, -0.1))
+    assert row.moments == pytest.approx((3.0, 4.5))
+    with pytest.raises(ValueError, match="unit of force such as kN, got 'kg' of the heading for"):
+        read_cases(write(tmp_path, "name,force [kg]\na,1\n"), "kN,m")

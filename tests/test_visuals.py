@@ -331,6 +331,20 @@ def test_smooth_lines_stay_where_they_are():
     assert np.hypot(*(smooth_line(closed)[:, 0] - smooth_line(closed)[:, -1])) < 1e-6
 
 
+def test_the_outline_of_one_cell_is_smoothed_without_a_word():
+    """Contact on a single square cell of a rough surface, of which scipy would warn."""
+    cell = np.array([[*[0] * 2, *[1] * 10, *[0] * 9], [*[0] * 7, *[1] * 10, *[0] * 4]])
+    off = [
+        [0, 1.183, -1.183, 0, 0.102, 0.179, 1.183, 1.183, 0.163, 0.082, 0, -1.183, 1.183, 0,
+         -0.103, -0.238, -1.183, -1.183, -0.299, -0.152, 0],
+        [0, -0.885, -0.885, 0.061, 0.196, 0.298, 1.481, -0.885, 0.298, 0.38, 0.461, 1.481, 1.481,
+         0.478, 0.4, 0.298, -0.885, 1.481, 0.298, 0.146, 0],
+    ]  # fmt: skip
+    found = smooth_line(cell + 1e-6 * np.array(off))
+    assert found.min() > -0.5
+    assert found.max() < 1.5
+
+
 # higher orders
 
 

@@ -120,7 +120,7 @@ def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[st
     if options.loads is None:
         return [single_load(options)]
     names = [Path(path).stem for path in options.mesh]
-    rows = by_case(read_cases(options.loads), names)
+    rows = by_case(read_cases(options.loads, options.units), names)
     return [dict(of[name].load(origin)) for of in rows.values()]
 
 
@@ -153,7 +153,11 @@ def ground_of(options: argparse.Namespace) -> Substrate:
         options.substrate is not None and moduli != (None, None)
     ):
         raise ValueError("expected either --young and --poisson or --substrate FILE")
-    return HalfSpace(*moduli) if options.substrate is None else read_substrate(options.substrate)
+    return (
+        HalfSpace(*moduli)
+        if options.substrate is None
+        else read_substrate(options.substrate, options.units)
+    )
 
 
 def punches_of(
@@ -201,7 +205,7 @@ def solve_cases(
     options: argparse.Namespace, bases: Sequence[Base], punches: Sequence[RigidPunch]
 ) -> dict[str, CasesSolution]:
     """All cases of the table of loads, of each footing by its name."""
-    rows = by_case(read_cases(options.loads), [base.name for base in bases])
+    rows = by_case(read_cases(options.loads, options.units), [base.name for base in bases])
     how: dict[str, Any] = {
         "unilateral": not options.bilateral,
         "progress": options.progress or is_watched(),

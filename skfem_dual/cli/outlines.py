@@ -14,7 +14,7 @@ from ..plans.drawings import unit_of_drawing
 from ..plans.read import SUFFIXES
 from ..plans.search import Problem, governing
 from ..plans.solve import reached
-from ..plans.tables import corners_of_text
+from ..plans.tables import corners_of_text, unit_of_table
 from ..terminal import is_watched
 from ..units import LENGTHS, Units
 
@@ -22,6 +22,11 @@ from ..units import LENGTHS, Units
 CORNERS = "corners"
 #: error allowed unless ``--accuracy`` is given
 ACCURACY = 1e-3
+#: what tells the unit of an outline, and where it stands
+UNIT_OF = {
+    ".dxf": (unit_of_drawing, "$INSUNITS"),
+    **dict.fromkeys((".csv", ".txt"), (unit_of_table, "its header")),
+}
 
 
 def take_corners(options: argparse.Namespace) -> None:
@@ -79,23 +84,24 @@ def plan_of(options: argparse.Namespace, path: str) -> Plan:
         ring = ring_of("--corners", [c[:2] for c in corners], [c[2] for c in corners])
         plan = Plan.from_rings([ring])
     else:
-        drawing = Path(path).suffix.lower() == ".dxf"
-        plan = Plan.read(path, layer=options.layer if drawing else None)
-        if drawing and options.units and options.drawn_in is None:
-            _tell_of_unit(Path(path), Units(options.units).length.symbol)
+        kind = Path(path).suffix.lower()
+        plan = Plan.read(path, layer=options.layer if kind == ".dxf" else None)
+        if options.units and options.drawn_in is None and kind in UNIT_OF:
+            read, where = UNIT_OF[kind]
+            _tell_of_unit(path, read(Path(path)), where, Units(options.units).length.symbol)
     if options.drawn_in is None:
         return plan
     own, wanted = LENGTHS[options.drawn_in][0], LENGTHS[Units(options.units).length.symbol][0]
     return plan.scaled(own / wanted)
 
 
-def _tell_of_unit(path: Path, wanted: str) -> None:
-    """Tell of a drawing that says it is in another unit, which is often wrong."""
-    if (own := unit_of_drawing(path)) not in (None, wanted):
+def _tell_of_unit(path: str, own: str | None, where: str, wanted: str) -> None:
+    """Tell of an outline that says it is in another unit, in drawings often wrong."""
+    if own not in (None, wanted):
         scaled = f"--drawn-in {own} to change it to {wanted}, " if own in LENGTHS else ""
         warnings.warn(
-            f"{path} says that it is drawn in {own} ($INSUNITS), --units says {wanted}, which "
-            f"is taken. Remedy: {scaled}--drawn-in {wanted} if the drawing is wrong",
+            f"{path} says that it is drawn in {own} ({where}), --units says {wanted}, which "
+            f"is taken. Remedy: {scaled}--drawn-in {wanted} if that is wrong",
             stacklevel=2,
         )
 

@@ -15,10 +15,11 @@ from .. import CasesSolution, PunchSolution
 from ..contact.system import DENSE
 from ..io import write_cases, write_solution, write_whole
 from ..report import write_report
+from ..report.bodies import footings_of
 from ..report.checks import DEFORMED
 from ..report.data import plain, report_data
 from ..report.details import Details
-from ..report.footing import Footing, footings_of
+from ..report.footing import Footing
 from ..report.numbers import Standing
 from ..terminal import tell
 from ..units import Units

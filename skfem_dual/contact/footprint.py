@@ -353,6 +353,14 @@ class Footprint(LoadedCells):
         resultant[1:] += resultant[0] * (self.centre - self.origin)
         return resultant
 
+    def mean_moments(self, pressure: ndarray, slopes: ndarray) -> ndarray:
+        """Means of ``p x`` and ``p y`` over each cell, from the origin of coordinates, (2, n)."""
+        means = self.acting * pressure
+        if self.slopes is not None:
+            second = self.slopes.second_moments
+            means += np.einsum("ijn,jn->in", second, slopes) / self.partition.areas
+        return means
+
     def pressure_factors(self, x: ndarray) -> tuple[ndarray, ndarray, ndarray]:
         """Pressure at points of shape (2, m) over the mean of their cells.
 

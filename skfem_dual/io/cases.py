@@ -7,12 +7,25 @@ from pathlib import Path
 
 from ..arguments import Pair, checked_instance, checked_sequence
 from ..contact.cases_solution import CasesSolution
+from ..units import PLAIN, Units
 from .guarded import shortened
-from .tables import cell_number, read_table
+from .tables import cell_number, read_table, unit_factor
 from .writing import PathLike, write_whole
 
 #: columns of a table of loads; only the name and the force must be there
 KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
+#: other words for them
+ALSO = {
+    **dict.fromkeys(("case", "load case", "lastfall", "cas", "cas de charge"), "name"),
+    **dict.fromkeys(("fundament", "semelle"), "footing"),
+    **dict.fromkeys(("p", "v", "kraft"), "force"),
+}
+#: what they measure
+QUANTITY = {
+    **dict.fromkeys(("force", "hx", "hy"), "force"),
+    **dict.fromkeys(("x", "y", "ex", "ey"), "length"),
+    **dict.fromkeys(("mx", "my", "torsion"), "moment"),
+}
 #: numbers are zero or between these in size, in any sensible units
 LEAST, MOST = 1e-100, 1e100
 
@@ -64,7 +77,7 @@ class CaseRow:
         return {"force": self.force, "at": at, **moments, **carried}
 
 
-def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
+def read_cases(path: PathLike, units: Units | str = PLAIN) -> tuple[CaseRow, ...]:
     """Read load cases from a CSV file with a line of headings.
 
     Parameters
@@ -73,8 +86,11 @@ def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
         Columns ``name`` and ``force``; where the force acts, ``x, y`` in the coordinates of the
         plan or ``ex, ey`` from the origin, which is meant without them; moments ``mx, my``;
         horizontal forces ``hx, hy`` and ``torsion``; and ``footing`` where there are several.
-        Commas, semicolons or tabs part the columns. Empty lines and those that begin with ``#``
-        do not count.
+        Headings may have units, such as ``force [kN]``. Commas, semicolons or tabs part the
+        columns; with the latter two decimal commas are read, too. Empty lines and those that
+        begin with ``#`` do not count.
+    units : Units or str
+        To which units of headings are changed, such as ``"kN,m"``; needed if there are any.
 
     Raises
     ------
@@ -84,10 +100,16 @@ def read_cases(path: PathLike) -> tuple[CaseRow, ...]:
         If a column is missing or not known, a number is none, or a case is named twice; says in
         which line.
     """
-    (where, heads), *rows = read_table(path)
-    heads = [head.lower() for head in heads]
+    units = units if isinstance(units, Units) else Units(units)
+    texts = {"name", "footing", *(word for word, is_ in ALSO.items() if is_ != "force")}
+    where, headings, rows = read_table(path, texts)
+    heads = [ALSO.get(head.name, head.name) for head in headings]
     _require_heads(heads, where)
-    cases = tuple(_case(heads, cells, place) for place, cells in rows)
+    factors = {
+        name: unit_factor(head, QUANTITY.get(name, ""), units, where)
+        for name, head in zip(heads, headings, strict=True)
+    }
+    cases = tuple(_case(factors, cells, place) for place, cells in rows)
     seen: dict[tuple[str, str], str] = {}
     for case in cases:
         key = case.name, case.footing
@@ -151,13 +173,13 @@ def _require_heads(heads: list[str], where: str) -> None:
         raise ValueError(f"{where}: expected either x, y or ex, ey, got both")
 
 
-def _case(heads: list[str], cells: list[str], where: str) -> CaseRow:
-    found = dict(zip(heads, cells, strict=True))
+def _case(factors: dict[str, float], cells: list[str], where: str) -> CaseRow:
+    found = dict(zip(factors, cells, strict=True))
     if not found["name"]:
         raise ValueError(f"{where}: expected a name, got none")
 
     def number(name: str) -> float:
-        return cell_number(found[name], name, where, LEAST, MOST)
+        return factors[name] * cell_number(found[name], name, where, LEAST, MOST)
 
     def pair(a: str, b: str) -> Pair | None:
         return (number(a), number(b)) if a in found else None

@@ -7,15 +7,15 @@ from typing import Any
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import Layer, LayeredHalfSpace
 from ..ground.substrates import HalfSpace
+from ..units import PLAIN, Units
 from .guarded import require_file, shortened
-from .tables import cell_number, read_table
+from .layers import LEAST, MOST, read_layers
 from .writing import PathLike
 
-#: numbers in the file are zero or between these in size, in any sensible units
-LEAST, MOST = 1e-30, 1e30
 
-
-def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
+def read_substrate(
+    path: PathLike, units: Units | str = PLAIN
+) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
     """Read the ground from a TOML file, or layers from a CSV file.
 
     Layers from the surface down, if any, and what lies below them; ``gradient`` may be left out::
@@ -41,6 +41,18 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
         2.0, 20e6, 0.3
         , 60e6, 0.25
 
+    Columns may be named in English, German or French, with units, such as ``E [MPa]``. ``G``
+    stands for ``E = 2 G (1 + nu)``; in place of the thickness there may be the ``depth`` of the
+    top or of the bottom of each layer, or ``from`` and ``to``. A column ``name`` or ``soil`` does
+    not count. With semicolons or tabs between the columns decimal commas are read, too.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    units : Units or str
+        To which units of headings are changed, such as ``"kN,m"``; needed if there are any.
+
     Raises
     ------
     FileNotFoundError
@@ -52,8 +64,9 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
         are no numbers, or values out of range.
     """
     path = require_file(path, "a TOML or CSV file")
+    units = units if isinstance(units, Units) else Units(units)
     if path.suffix.lower() == ".csv":
-        return _from_csv(path)
+        return _from_csv(path, units)
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
@@ -73,28 +86,11 @@ def read_substrate(path: PathLike) -> HalfSpace | GradedHalfSpace | LayeredHalfS
     return _on_base(made, base if rigid else _half_space(base, f"base of {path}"), path)
 
 
-def _from_csv(path: Path) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
-    (where, heads), *rows = read_table(path)
-    if [head.lower() for head in heads] != ["thickness", "e", "nu"]:
-        got = shortened(", ".join(heads), 60)
-        raise ValueError(f"{where}: expected the headings thickness, E, nu, got {got}")
-    made: list[Layer] = []
-    for i, (where, (thickness, young, poisson)) in enumerate(rows):
-        last = i == len(rows) - 1
-        if last and thickness.lower() == "rigid" and made:
-            return _on_base(made, "bonded", path)
-        moduli = {
-            name: cell_number(text, called, where, LEAST, MOST)
-            for name, called, text in (("young", "E", young), ("poisson", "nu", poisson))
-        }
-        if last and thickness.lower() in ("", "inf"):
-            return _on_base(made, _half_space(moduli, where), path)
-        high = cell_number(thickness, "thickness", where, LEAST, MOST)
-        made.append(_layer(moduli | {"thickness": high}, where))
-    raise ValueError(
-        f"{where}: expected what lies below the layers, got one more. Remedy: a last line "
-        "without thickness, or the word rigid there"
-    )
+def _from_csv(path: Path, units: Units) -> HalfSpace | GradedHalfSpace | LayeredHalfSpace:
+    layers, below = read_layers(path, units)
+    made = [_layer(numbers, where) for where, numbers in layers]
+    where, base = below
+    return _on_base(made, base if isinstance(base, str) else _half_space(base, where), path)
 
 
 def _on_base(made: list[Layer], below: Any, path: Path) -> Any:

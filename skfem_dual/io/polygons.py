@@ -7,6 +7,7 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_instance
+from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
@@ -59,10 +60,14 @@ def read_dual(path: PathLike) -> DualMesh:
 def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
     """Write a solution, or those of neighbours, to a VTU file: pressures and displacements.
 
-    Cell data of the polygons: ``cell``, ``footing`` (its number), ``pressure``, ``displacement``
-    (of the punch in the centroid); point data: ``displacement`` of the ground. `read_polygons`
-    reads the file again. Pressures are means over the cells: times the areas they have the force
-    exactly; moments as well are in ``write_field(path, *solution.pressure_field())``.
+    Cell data of the polygons: ``cell``, ``footing`` (its number), ``pressure``, ``first_moments``
+    and ``displacement`` (of the punch in the centroid); point data: ``displacement`` of the
+    ground. `read_polygons` reads the file again.
+
+    ``pressure`` and ``first_moments`` are means over the cells, of ``p`` and of ``(p x, p y, 0)``
+    in the coordinates of the file, with the law inside the cells. Times the areas of the cells,
+    which is what "Integrate Variables" of ParaView sums up, they are the force and the first
+    moments to rounding. The pressure times the coordinates of centroids is not.
 
     Raises
     ------
@@ -87,6 +92,7 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
         {
             "footing": np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
             "pressure": np.concatenate([solution.pressure for solution in solutions]),
+            "first_moments": np.vstack([mean_moments(solution) for solution in solutions]),
             "displacement": np.concatenate(
                 [solution.punch_displacement(part.centroids) for solution, part in every]
             ),
@@ -97,6 +103,12 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
             )
         },
     )
+
+
+def mean_moments(solution: CellPressures) -> ndarray:
+    """Means of ``(p x, p y, 0)`` over each cell, shape (n, 3)."""
+    means = solution.footprint.mean_moments(solution.pressure, solution.slopes)
+    return np.vstack([means, np.zeros(means.shape[1])]).T
 
 
 def write_polygons(

@@ -10,7 +10,7 @@ from ..arguments import checked_instance, checked_number
 from ..contact.elastic_solution import ElasticSolution
 from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
-from .polygons import blocks_of
+from .polygons import blocks_of, mean_moments
 from .writing import PathLike, require_vtu, write_whole
 
 #: what VTK calls the elements, and the order of their vertices; the last is that of
@@ -29,8 +29,12 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
     One file, so that "Warp By Vector" moves both. z is upwards, the ground lies where the
     structure stands. Point data: ``displacement`` (3 components; of a plate and of the ground
     only the last, settlements negative). Cell data: ``part``, 0 the structure, 1 the cells, 2
-    the ground around them; ``pressure`` and ``gap`` on the cells, NaN elsewhere; ``cell``, the
-    number of an element, cell or triangle in its part.
+    the ground around them; ``pressure``, ``first_moments`` and ``gap`` on the cells, NaN
+    elsewhere; ``cell``, the number of an element, cell or triangle in its part.
+
+    Integrated over part 1 ("Threshold", then "Integrate Variables" of ParaView), ``pressure`` is
+    the force and ``first_moments``, the means of ``(p x, p y, 0)`` over the cells, the first
+    moments in the coordinates of the file, both to rounding.
 
     Parameters
     ----------
@@ -72,7 +76,7 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
 
     def on_cells(values: ndarray) -> list[ndarray]:
         return [
-            values[n] if k == 1 else np.full(len(n), np.nan)
+            values[n] if k == 1 else np.full((len(n), *values.shape[1:]), np.nan)
             for k, n in zip(part, numbers, strict=True)
         ]
 
@@ -84,6 +88,7 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
             "part": [np.full(len(n), k) for k, n in zip(part, numbers, strict=True)],
             "cell": numbers,
             "pressure": on_cells(solution.pressure),
+            "first_moments": on_cells(mean_moments(solution)),
             "gap": on_cells(solution.gap),
         },
     )

@@ -1,33 +1,67 @@
 """Tables in CSV files."""
 
 import csv
+import re
+from collections.abc import Collection
+from typing import NamedTuple
 
+from ..units import Units
 from .guarded import require_file, shortened
 from .writing import PathLike
 
 #: rows of a table
 MANY = 100_000
+#: a blank or an apostrophe between thousands
+GROUPED = re.compile(r"(?<=\d)[ \u00a0\u2009\u202f'\u2019](?=\d{3}(?!\d))")
+#: may be a number with a decimal comma, or thousands
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+#: the unit of a column: E [MPa], E (MPa), E / MPa, E in MPa
+HEADING = re.compile(r"(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|/\s*(\S+)|\sin\s+(\S+))?\s*")
 
 
-def read_table(path: PathLike) -> list[tuple[str, list[str]]]:
-    """Cells of each row of a CSV file, and where it is, ``path, line n``; headings first.
+class Heading(NamedTuple):
+    """Name of a column in lower case, and its unit, if it has one."""
 
-    Commas, semicolons or tabs part the columns, whichever the headings have. Empty lines and those
-    that begin with ``#`` do not count.
+    name: str
+    unit: str
+
+    @classmethod
+    def of(cls, text: str) -> "Heading":
+        """As it is written, ``Force [kN]``.
+
+        >>> Heading.of("Force [kN]"), Heading.of("E in MN/m²")
+        (Heading(name='force', unit='kN'), Heading(name='e', unit='MN/m²'))
+        """
+        found = HEADING.fullmatch(text)
+        name, *units = found.groups() if found else (text,)
+        unit = next((unit.strip() for unit in units if unit), "")
+        return cls(" ".join(name.lower().split()), "" if unit in ("-", "–", "1") else unit)
+
+
+def read_table(
+    path: PathLike, texts: Collection[str] = ()
+) -> tuple[str, list[Heading], list[tuple[str, list[str]]]]:
+    """Headings of a CSV file and where they are, ``path, line n``; cells of each row and where.
+
+    Commas, semicolons or tabs part the columns, whichever the headings have. With semicolons and
+    tabs decimal commas are read, too. Cells come with decimal points and without blanks between
+    thousands, but for columns ``texts``. Empty lines and those that begin with ``#`` do not count.
 
     Raises
     ------
     FileNotFoundError, TypeError
         If there is no such file, or the path is none.
     ValueError
-        If it is no text, has no row below the headings or far too many, or a row has more or
-        fewer cells than the headings.
+        If it is no text, has no row below the headings or far too many, a row has more or fewer
+        cells than the headings, or it cannot be told which marks are decimal.
     """
     path = require_file(path, "a CSV file")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ValueError(f"expected text in UTF-8 in {path}: {error}") from error
+        raise ValueError(
+            f"expected text in UTF-8 in {path}: {error}. Remedy: save it as CSV UTF-8"
+        ) from error
     numbered = [
         (number, line)
         for number, line in enumerate(text.splitlines(), 1)
@@ -38,17 +72,73 @@ def read_table(path: PathLike) -> list[tuple[str, list[str]]]:
             f"expected a line of headings and 1 to {MANY} lines below in {path}, got "
             f"{len(numbered)} lines"
         )
-    heads = numbered[0][1]
-    delimiter = next((mark for mark in ";\t" if mark in heads), ",")
-    count = len(next(csv.reader([heads], delimiter=delimiter)))
+    first = numbered[0][1]
+    delimiter = next((mark for mark in ";\t" if mark in first), ",")
     rows = []
     for number, line in numbered:
         (cells,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
         where = f"{path}, line {number}"
-        if len(cells) != count:
-            raise ValueError(f"{where}: expected {count} columns, got {len(cells)}")
         rows.append((where, [cell.strip() for cell in cells]))
-    return rows
+        if len(cells) != len(rows[0][1]):
+            raise ValueError(f"{where}: expected {len(rows[0][1])} columns, got {len(cells)}")
+    (where, heads), *below = rows
+    headings = [Heading.of(head) for head in heads]
+    numbers = [i for i, head in enumerate(headings) if head.name not in texts]
+    for _, cells in below:
+        for i in numbers:
+            cells[i] = GROUPED.sub("", cells[i]).replace("\N{MINUS SIGN}", "-")
+    if delimiter != ",":
+        _make_points(below, numbers)
+    return where, headings, below
+
+
+def _make_points(rows: list[tuple[str, list[str]]], columns: list[int]) -> None:
+    """Turn decimal commas of cells into points; refuse what may be either."""
+    found = [(where, cells[i]) for where, cells in rows for i in columns]
+    commas = [item for item in found if "," in item[1]]
+    if not commas:
+        return
+    remedy = "Remedy: one decimal mark in all of the table, nothing between thousands"
+    if points := [item for item in found if re.fullmatch(r"[-+]?[\d.,]*\.[\d.,e+-]*", item[1])]:
+        (where, other), (_, cell) = points[0], commas[0]
+        raise ValueError(
+            f"{where}: expected decimal commas or decimal points, got {shortened(other, 40)!r} "
+            f"beside {shortened(cell, 40)!r}. {remedy}"
+        )
+    if all(THOUSANDS.fullmatch(cell) for _, cell in commas):
+        where, cell = commas[0]
+        raise ValueError(
+            f"{where}: expected a number, got {shortened(cell, 40)!r}, whose comma may be decimal "
+            f"or part thousands. {remedy}, such as {cell.replace(',', '')} or {cell}0"
+        )
+    for _, cells in rows:
+        for i in columns:
+            cells[i] = cells[i].replace(",", ".")
+
+
+def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> float:
+    """What numbers below a heading are multiplied by to be in units; one without a unit.
+
+    Raises
+    ------
+    ValueError
+        If the heading has a unit of something else, or there are no units to change it to.
+    """
+    if not heading.unit:
+        return 1.0
+    shown = shortened(f"{heading.name} in {heading.unit}", 60)
+    if not quantity:
+        raise ValueError(f"{where}: expected a heading without a unit, got {shown}")
+    if not units.named:
+        raise ValueError(
+            f"{where}: expected units to which those of the headings are changed, got none and "
+            f'{shown}. Remedy: units="kN,m", on the command line --units kN,m; or headings '
+            "without units"
+        )
+    try:
+        return units.factor(heading.unit, quantity)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error} of the heading {heading.name}") from None
 
 
 def cell_number(text: str, name: str, where: str, least: float, most: float) -> float:

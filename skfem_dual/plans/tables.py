@@ -1,9 +1,11 @@
 """Corners of outlines as lines of text."""
 
 import re
+from pathlib import Path
 
 from ..errors import MeshError
 from ..io.guarded import shortened
+from ..io.tables import Heading
 
 #: x, y and the bulge of the side that starts there
 Corner = tuple[float, float, float]
@@ -11,7 +13,11 @@ Corner = tuple[float, float, float]
 #: numbers of a corner: x, y and, if wanted, the bulge of the side that starts there
 COLUMNS = 2, 3
 #: names of columns in a header, in any case; others are left out
-NAMES = {"x": 0, "easting": 0, "y": 1, "northing": 1, "bulge": 2}
+NAMES = {
+    **dict.fromkeys(("x", "easting", "rechtswert"), 0),
+    **dict.fromkeys(("y", "northing", "hochwert"), 1),
+    "bulge": 2,
+}
 
 
 def rings_of_table(text: str, path: object) -> list[list[Corner]]:
@@ -42,6 +48,14 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
                 fields = [fields[i] for i in columns]
             rings[-1].append(_corner(fields, decimal_comma, line, number, path))
     return [ring for ring in rings if ring]
+
+
+def unit_of_table(path: Path) -> str | None:
+    """Unit of the first coordinate by the header of a table of corners, if it has one."""
+    lines = (line.strip() for line in path.read_text(encoding="utf-8-sig").splitlines())
+    fields = _fields(next((line for line in lines if line and not line.startswith("#")), ""))
+    columns = _columns(fields)
+    return (Heading.of(fields[columns[0]]).unit or None) if columns else None
 
 
 def corners_of_text(text: str) -> list[Corner]:

@@ -192,6 +192,8 @@ def postprocess(
 
 
 _NONE = np.empty(0, np.int32)
+#: loads that differ by so much of their size are the same
+SAME = 1e-9
 #: pressures of dual cells, of triangles, and of the field
 Grids = tuple[ndarray, ndarray, ndarray]
 
@@ -266,6 +268,19 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
             f"expected solutions with one origin, got {on_cells.punch.origin} and "
             f"{on_triangles.punch.origin}"
         )
+    loads = on_cells.load, on_triangles.load
+    forces = [load.force for load in loads if load.force is not None and load.tilt is None]
+    if len(forces) == 2:
+        one, other = (
+            np.append(force, force * np.array(load.at or (0.0, 0.0)) + load.first_moments)
+            for force, load in zip(forces, loads, strict=True)
+        )
+        size = abs(one[0]) * np.array([1.0, *np.ptp(first.p, axis=1)])
+        if (np.abs(one - other) > SAME * np.maximum(size, np.abs(one))).any():
+            raise ValueError(
+                "expected solutions under the same load, got forces and first moments "
+                f"{one.tolist()} and {other.tolist()}"
+            )
 
 
 def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:

@@ -13,12 +13,13 @@ from ..contact.elastic_solution import ElasticSolution
 from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
-from .bearing import bearing_of_footings, points_section
-from .cases import cases_sections
+from .bearing import points_section
+from .bodies import bodies_of, footings_of
+from .cases import bearing_of_bodies, cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .depth import depth_of_footing
 from .details import Details
-from .footing import Footing, footings_of
+from .footing import Footing
 from .input import input_section
 from .numbers import Standing
 from .page import NONE, Html, joined, page
@@ -29,9 +30,14 @@ from .structure import structure_sections
 
 TITLE = "Rigid punch on elastic ground"
 STRUCTURE = "Structure on elastic ground"
+SEVERAL = "Foundations on elastic ground"
 SUFFIXES = (".html", ".pdf")
 
-Reported = PunchSolution | ElasticSolution | CasesSolution | Mapping[str, CasesSolution]
+#: load cases of a body
+Cases = CasesSolution | Mapping[str, PunchSolution] | Mapping[str, ElasticSolution]
+Reported = (
+    PunchSolution | ElasticSolution | Cases | Mapping[str, PunchSolution | ElasticSolution | Cases]
+)
 
 
 def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
@@ -73,9 +79,10 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
 
     Parameters
     ----------
-    solution : PunchSolution, ElasticSolution, CasesSolution or mapping of str to CasesSolution
-        What to report, on any grid: one load, a structure, load cases, or those of several
-        footings on the same ground by their names.
+    solution : PunchSolution, ElasticSolution, CasesSolution or mapping of str to them
+        What to report, on any grid: one load of a punch or a structure, or load cases; those of a
+        structure are a mapping of their names to solutions. Several bodies on the same ground,
+        rigid ones and structures, are a mapping of their names to any of these.
     details : Details, optional
         What else it says, or as keyword arguments:
     **said
@@ -113,19 +120,21 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
         checked_instance("details", details, Details)
     details = Details(**said) if details is None else replace(details, **said)
     kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
-    remedy = "rigid neighbours by their names, dict(left=solution[0]); structures one by one"
+    remedy = "several bodies or cases by their names, dict(left=solution[0], right=solution[1])"
     checked_instance("solution", solution, kinds, "" if isinstance(solution, type) else remedy)
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
     if isinstance(solution, ElasticSolution):
         title, success = STRUCTURE, solution.success
         parts = structure_sections(solution, mesh_name, details, __version__)
     else:
-        footings = footings_of(solution, details)
-        title, success = TITLE, all(footing.cases.success.all() for footing in footings)
+        bodies = bodies_of(solution, details)
+        success = all(body.success.all() for body in bodies)
+        titles = {TITLE if isinstance(body, Footing) else STRUCTURE for body in bodies}
+        title = titles.pop() if len(titles) == 1 else SEVERAL
         if isinstance(solution, PunchSolution):
-            parts = _punch_sections(solution, mesh_name, footings)
+            parts = _punch_sections(solution, mesh_name, footings_of(solution, details))
         else:
-            parts = cases_sections(footings, mesh_name, __version__)
+            parts = cases_sections(bodies, mesh_name, __version__)
     title = title if details.title is None else details.title
     failed = "" if success else "NOT CONVERGED: "
     who = [text for text in (details.project, details.author) if text is not None]
@@ -144,7 +153,7 @@ def _punch_sections(
         input_section(solution, standing, mesh_name),
         position_section(solution, standing),
         pressure_section(solution, standing),
-        bearing_of_footings(footings),
+        bearing_of_bodies(footings),
         NONE if not details.points else points_section(footings, []),
         standing_section(standing),
         sliding_section(footings[0]),

@@ -30,18 +30,6 @@ class Borne(NamedTuple):
     largest: float
 
 
-def bearing_of_footings(footings: Sequence[Footing]) -> Html:
-    """Of each footing in each case."""
-    borne = [
-        Borne(footing.called(name), mean, largest)
-        for footing in footings
-        for name, mean, largest in zip(
-            footing.cases.names, footing.mean_pressure, footing.cases.largest_pressure
-        )
-    ]
-    return bearing_section(borne, [footing.radius for footing in footings], footings[0].details)
-
-
 def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: Details) -> Html:
     """Mean and largest pressures, against the allowable one if there is one.
 

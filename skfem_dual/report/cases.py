@@ -1,18 +1,19 @@
-"""Several load cases or footings, as sections of a report."""
+"""Several load cases, footings or structures, as sections of a report."""
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..ground.substrates import Substrate
-from .bearing import bearing_of_footings, points_section
-from .checks import error_section, solver_section
+from ..contact.elastic_solution import ElasticSolution
+from .bearing import Borne, bearing_section, points_section
+from .bodies import Body
+from .checks import ROUNDING, error_section, solver_section
 from .depth import depth_of_footing
 from .figures import mesh_picture
 from .footing import Between, Footing, between
 from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
-from .numbers import Standing
+from .numbers import Plan, Standing
 from .page import (
     DASH,
     NONE,
@@ -21,6 +22,7 @@ from .page import (
     figure,
     joined,
     notice,
+    number,
     one_to,
     paragraph,
     percent,
@@ -32,78 +34,117 @@ from .page import (
 )
 from .results import in_words, isobars_figure, plan_figure, read
 from .sliding import sliding_section
+from .structure import imposed_on
+from .structures import (
+    Structure,
+    cautions,
+    deflections_section,
+    depth_of_structure,
+    pictures_section,
+    structure_table,
+)
 
 #: quantities of the envelope as engineers call them
 CALLED = {
     "largest_pressure": "Largest pressure",
     "largest_settlement": "Largest settlement",
+    "deflection_difference": "Largest difference of deflections",
     "slope": "Largest tilt",
     "contact_share": "Least part in contact",
 }
 
 
-def cases_sections(footings: Sequence[Footing], mesh_name: str, version: str) -> list[Html]:
+def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list[Html]:
     """All of a report but its head."""
-    pairs = between(list(footings))
-    parts = [_notices(footings), _in_short(footings, pairs), _input(footings, mesh_name)]
-    parts += [_results(footing) for footing in footings]
-    parts += [_envelope(footings), bearing_of_footings(footings), points_section(footings, pairs)]
-    parts += [_pictures(footing) for footing in footings]
+    footings = [body for body in bodies if isinstance(body, Footing)]
+    structures = [body for body in bodies if isinstance(body, Structure)]
+    pairs = between(footings)
+    parts = [_notices(bodies), _in_short(bodies, pairs), _input(bodies, mesh_name)]
+    parts += [
+        _results(body) if isinstance(body, Footing) else deflections_section(body)
+        for body in bodies
+    ]
+    parts += [_envelope(bodies), bearing_of_bodies(bodies)]
+    if footings:
+        parts.append(points_section(footings, pairs))
+    parts += [
+        _pictures(body) if isinstance(body, Footing) else pictures_section(body, CALLED)
+        for body in bodies
+    ]
     parts += [sliding_section(footing) for footing in footings]
-    parts += [depth_of_footing(footing) for footing in footings]
-    first = footings[0]
+    parts += [
+        depth_of_footing(body) if isinstance(body, Footing) else depth_of_structure(body)
+        for body in bodies
+    ]
+    if structures:
+        parts.append(_balance(bodies))
     for each in footings:
         if each.standing is not None:
             case = each.cases.names[each.governing]
             parts.append(error_section(each.standing, each.accuracy, case, each.name))
-    if first.standing is not None:
-        units = first.details.units
-        parts.append(solver_section(first.standing.solution, version, units))
+    first = bodies[0].standing
+    if first is not None:
+        parts.append(solver_section(first.solution, version, first.units))
     return parts
 
 
-def _notices(footings: Sequence[Footing]) -> Html:
-    notices = []
-    for footing in footings:
-        cases = footing.cases
-        for k in np.nonzero(~cases.success)[0]:
-            heading = f"NO SOLUTION in the case {footing.called(cases.names[k])}"
-            notices.append(notice("fault", heading, f"{cases.messages[k]}."))
-    for remark in dict.fromkeys(footings[0].details.remarks):
-        if not any(remark in message for f in footings for message in f.cases.messages):
-            notices.append(notice("caution", "Caution", remark))
-    return joined(notices)
+def bearing_of_bodies(bodies: Sequence[Body]) -> Html:
+    """Of each footing and structure in each case."""
+    borne = [
+        Borne(body.called(name), mean, largest)
+        for body in bodies
+        for name, mean, largest in zip(
+            body.names, body.mean_pressure, body.largest_pressure, strict=True
+        )
+    ]
+    return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)
 
 
-def _in_short(footings: Sequence[Footing], pairs: Sequence[Between]) -> Html:
-    """The envelope of all footings."""
+def _notices(bodies: Sequence[Body]) -> Html:
+    shown: list[Html] = []
+    told: list[str] = []
+    for body in bodies:
+        messages = body.messages
+        told += messages
+        for k in np.nonzero(~body.success)[0]:
+            heading = f"NO SOLUTION in the case {body.called(body.names[k])}"
+            shown.append(notice("fault", heading, f"{messages[k]}."))
+        if isinstance(body, Structure):
+            shown += [notice("caution", "Caution", caution) for caution in cautions(body)]
+    for remark in dict.fromkeys(bodies[0].details.remarks):
+        if not any(remark in message for message in told):
+            shown.append(notice("caution", "Caution", remark))
+    return joined(shown)
+
+
+def _in_short(bodies: Sequence[Body], pairs: Sequence[Between]) -> Html:
+    """The envelope of all bodies."""
     items: list[tuple[str, Any]] = []
     for quantity, called in CALLED.items():
         found = [
-            (e.value, f.called(e.name), f)
-            for f in footings
-            if f.cases.success.any()
-            for e in f.cases.envelope()
+            (e.value, body.called(e.name), body)
+            for body in bodies
+            for e in body.extremes
             if e.quantity == quantity
         ]
         if found:
             pick = min if quantity == "contact_share" else max
-            value, where, footing = pick(found, key=lambda item: item[0])
-            items.append((f"{called}: {where}", _value(quantity, value, footing)))
-    if footings[0].details.allowable is not None:
-        used = np.nanmax([np.nanmax(footing.utilisation) for footing in footings])
+            value, where, body = pick(found, key=lambda item: item[0])
+            items.append((f"{called}: {where}", _value(quantity, value, body)))
+    if bodies[0].details.allowable is not None:
+        used = np.nanmax([np.nanmax(body.utilisation) for body in bodies])
         items.append(("Largest pressure / allowable", percent(used)))
     if pairs:
         worst = max(pairs, key=lambda pair: pair.distortion)
         items.append(("Angular distortion between footings", one_to(worst.distortion)))
-    solved = sum(int(footing.cases.success.sum()) for footing in footings)
-    total = sum(len(footing.cases) for footing in footings)
+    solved = sum(int(body.success.sum()) for body in bodies)
+    total = sum(len(body.names) for body in bodies)
     items.append(("Cases with a solution", f"{solved} of {total}"))
     return short_list(items)
 
 
-def _value(quantity: str, value: float, footing: Footing) -> Html:
-    units = footing.details.units
+def _value(quantity: str, value: float, body: Body) -> Html:
+    units = body.details.units
     if quantity == "contact_share":
         return percent(value)
     if quantity == "slope":
@@ -112,10 +153,13 @@ def _value(quantity: str, value: float, footing: Footing) -> Html:
     return read(value, units.pressure if pressure else units.displacement)
 
 
-def _input(footings: Sequence[Footing], mesh_name: str) -> Html:
-    units = footings[0].details.units
+def _input(bodies: Sequence[Body], mesh_name: str) -> Html:
+    units = bodies[0].details.units
     parts: list[Html] = []
-    for footing in footings:
+    for footing in bodies:
+        if isinstance(footing, Structure):
+            parts.append(structure_table(footing, footing.name or mesh_name))
+            continue
         standing = footing.standing
         if standing is None:
             continue
@@ -132,9 +176,9 @@ def _input(footings: Sequence[Footing], mesh_name: str) -> Html:
             ),
         ]
         parts.append(table(rows, (f"Footing {footing.name}".rstrip(), "", "Unit")))
-    cases = [_loads(footing) for footing in footings]
-    substrate: Substrate = footings[0].cases.footprint.substrate
-    parts += [*cases, signs_of_moments(), ground_table(substrate, units)]
+    loads = [_loads(body) for body in bodies if isinstance(body, Footing)]
+    parts += [*loads, signs_of_moments()] if loads else []
+    parts.append(ground_table(bodies[0].plan.substrate, units))
     said = "Forces, pressures and settlements are positive into the ground."
     parts.append(paragraph(said_of(units), said))
     return section("Input", *parts)
@@ -195,16 +239,46 @@ def _results(footing: Footing) -> Html:
     )
 
 
-def _envelope(footings: Sequence[Footing]) -> Html:
+def _envelope(bodies: Sequence[Body]) -> Html:
     rows = []
-    for footing in footings:
-        if not footing.cases.success.any():
-            continue
-        for extreme in footing.cases.envelope():
-            value = _value(extreme.quantity, extreme.value, footing)
-            rows.append((footing.called(CALLED[extreme.quantity]), value, extreme.name))
+    for body in bodies:
+        for extreme in body.extremes:
+            value = _value(extreme.quantity, extreme.value, body)
+            rows.append((body.called(CALLED[extreme.quantity]), value, extreme.name))
     return section(
         "Envelope", table(rows, ("Quantity", "Value", "Governing case"), "", numeric=True)
+    )
+
+
+def _balance(bodies: Sequence[Body]) -> Html:
+    """Loads and pressures of each body in each case."""
+    units, rows = bodies[0].details.units, []
+    force, moment = units.force.symbol, units.moment.symbol
+    names = f"force [{force}]", *(f"first moment along {axis} [{moment}]" for axis in "xy")
+    for body in bodies:
+        solutions = body.cases.values() if isinstance(body, Structure) else body.cases.solutions
+        for name, solution in zip(body.names, solutions, strict=True):
+            if solution is None:
+                continue
+            if isinstance(solution, ElasticSolution):
+                plan, imposed = Plan(solution, units), imposed_on(solution)
+            else:
+                plan = standing = Standing(solution, units)
+                imposed = standing.imposed
+            scale = (plan.load or 1.0) * np.array([1.0, *[np.sqrt(plan.plan_area)] * 2])
+            left = np.abs(solution.resultant - imposed) / scale
+            for what, load, found, rest, noise in zip(
+                names, imposed, solution.resultant, left, ROUNDING * scale, strict=True
+            ):
+                shown = [number(0.0 if abs(v) <= noise else v, 7) for v in (load, found)]
+                rows.append((f"{body.called(name)}: {what}", *shown, number(rest, 2)))
+    return section(
+        "Check of the resultants",
+        table(rows, ("", "Of the loads", "Of the pressures", "Relative residual"), numeric=True),
+        paragraph(
+            "First moments are the integrals of p x and p y, with x and y from the origin of each "
+            "body. Loads have a dash where what holds the body takes part of them."
+        ),
     )
 
 

@@ -13,7 +13,7 @@ from ..ground.substrates import HalfSpace
 from .details import Details
 from .figures import profile_picture
 from .footing import Footing
-from .page import NONE, Html, amount, figure, joined, number, pair, percent, section, table
+from .page import NONE, Html, amount, figure, joined, number, percent, place, section, table
 
 #: depths of the profile, over the greater extent of the plan; a rigid base takes the last place
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
@@ -86,7 +86,7 @@ def depth_section(
 ) -> Html:
     """Stress, strain and settlement with depth."""
     found = below(solution, details.profile)
-    if found is None:
+    if solution is None or found is None:
         return NONE
     profile, units = found.profile, details.units
     stress, sink = units.pressure, units.displacement
@@ -111,7 +111,8 @@ def depth_section(
         )
         for top, end, part in zip(bounds, bounds[1:], found.parts, strict=False)
     ]
-    where = joined(["below the point ", pair(profile.x)])
+    extent = float(np.ptp(solution.footprint.partition.polygons.p, axis=1).max())
+    where = joined(["below the point ", place(profile.x, extent)])
     plain = "below the centroid of the plan" if details.profile is None else "at depth"
     return section(
         f"Stress with depth{f', {name}' if name else ''}",

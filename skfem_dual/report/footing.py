@@ -1,16 +1,15 @@
 """What is read off the cases of one footing, for pages and for programs alike."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import Pair, checked_instance
-from ..contact.cases_solution import CasesSolution
+from ..arguments import Pair
+from ..contact.cases_solution import CasesSolution, Extreme
 from ..contact.footprint import Footprint
 from ..contact.solution import PunchSolution
 from ..grids.outline import distance_to_segments, edge_ribs
@@ -56,11 +55,41 @@ class Footing:
         """Something of it, as it is called beside other footings."""
         return f"{self.name}, {text}" if self.name else text
 
+    @property
+    def plan(self) -> Footprint:
+        """Its cells."""
+        return self.cases.footprint
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the cases."""
+        return self.cases.names
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What was found in the cases, or why not."""
+        return self.cases.messages
+
+    @property
+    def success(self) -> ndarray:
+        """Whether contact was found, shape (k,)."""
+        return self.cases.success
+
+    @property
+    def largest_pressure(self) -> ndarray:
+        """Largest mean on a circle, shape (k,)."""
+        return self.cases.largest_pressure
+
+    @cached_property
+    def extremes(self) -> tuple[Extreme, ...]:
+        """The cases that govern, of those with success."""
+        return self.cases.envelope() if self.success.any() else ()
+
     @cached_property
     def governing(self) -> int:
         """The case with the largest pressure among those with success, else the first solved."""
-        if self.cases.success.any():
-            return self.cases.envelope()[0].number
+        if self.extremes:
+            return self.extremes[0].number
         solved = [k for k, s in enumerate(self.cases.solutions) if s is not None]
         return solved[0] if solved else 0
 
@@ -142,19 +171,6 @@ class Footing:
     def _resultants(self) -> ndarray:
         """Points of the resultants, shape (k, 2)."""
         return np.where(self.cases.force > 0, self.cases.point, np.nan).T
-
-
-def footings_of(solution: Any, details: Details) -> list[Footing]:
-    """Footings of what is reported, one without a name if there is one."""
-    if not isinstance(solution, Mapping):
-        solution = {"": solution}
-    if not solution:
-        raise ValueError("expected the cases of some footings, got none")
-    for name, cases in solution.items():
-        checked_instance("the name of a footing", name, str)
-        checked_instance(f"footing {name!r}", cases, (CasesSolution, PunchSolution))
-    require_points_on([cases.footprint for cases in solution.values()], details.own_points)
-    return [Footing.of(name, cases, details) for name, cases in solution.items()]
 
 
 def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:

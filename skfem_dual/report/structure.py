@@ -38,6 +38,8 @@ from .results import axes_of, in_words, point_names, pressure_section, read, val
 
 #: points of the edge are looked at so far inside, over the distance to a cell's centroid
 INSIDE = 1e-6
+#: a motion that is a settlement or tilt of the base but for rounding, over its size
+RIGIDLY = 1e-6
 
 
 def structure_sections(
@@ -48,7 +50,7 @@ def structure_sections(
     footprint = solution.footprint
     borne = Borne("load", solution.mean_pressure, bearing_pressure(solution))
     return [
-        notices(plan, "contact region", _cautions(solution, plan), details.remarks),
+        notices(plan, "contact region", cautions_of(solution, plan), details.remarks),
         _in_short(solution, plan),
         _input(solution, plan, mesh_name),
         _deflections(solution, plan, details.own_points),
@@ -65,7 +67,8 @@ def _deflection(solution: ElasticSolution) -> ndarray:
     return solution.punch.trace @ solution.displacement
 
 
-def _cautions(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ...]]:
+def cautions_of(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ...]]:
+    """What does not look right, in parts of sentences."""
     deepest = np.abs(_deflection(solution)).max() / plan.size
     if deepest > DEFORMED:
         yield (
@@ -89,11 +92,12 @@ def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
     )
 
 
-def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
+def input_rows(solution: ElasticSolution, plan: Plan, mesh_name: str) -> list[tuple]:
+    """What the structure and its plan are."""
     punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
     structure, elements = punch.structure, punch.structure.mesh
     kind = "dual cells" if plan.on_dual_cells else "cells of the mesh"
-    rows: list[tuple] = [
+    return [
         ("Structure", "solid" if punch.boundary is not None else "plate", NONE),
         ("Its mesh", f"{elements.p.shape[1]} nodes, {elements.nelements} elements", NONE),
         ("Its finite elements", f"{type(structure.elem).__name__}, {structure.N} DOFs", NONE),
@@ -106,10 +110,13 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
         *extent_rows(plan),
         ("Shape of the unloaded base", shape_of(punch.gap), NONE),
     ]
+
+
+def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
     return section(
         "Input",
-        table(rows, ("Structure and plan", "", "Unit")),
-        ground_table(punch.substrate, plan.units),
+        table(input_rows(solution, plan, mesh_name), ("Structure and plan", "", "Unit")),
+        ground_table(solution.punch.substrate, plan.units),
         paragraph(
             said_of(plan.units),
             "Pressures and deflections are positive into the ground. Points are given in the "
@@ -138,7 +145,7 @@ def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html
         ("Largest gap to the ground", amount(solution.gap.max(), unit), symbol(unit)),
     ]
     x = np.hstack([plan.points, wanted])
-    inside = _a_little_inside(plan, x)
+    inside = a_little_inside(plan, x)
     names = [*point_names(plan), *(f"P{i + 1}" for i in range(wanted.shape[1]))]
     heads = "Structure", "Ground"
     points = [
@@ -166,24 +173,40 @@ def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html
             "Deflections at the corners and extremes of the plan",
             numeric=True,
         ),
-        _picture(solution, plan),
+        deflection_figure(solution, plan),
     )
 
 
-def _picture(solution: ElasticSolution, plan: Plan) -> Html:
+def deflection_figure(solution: ElasticSolution, plan: Plan, why: str = "") -> Html:
+    """Lines of equal deflection, or why there are none; ``why`` begins the caption."""
     try:
         picture = deflection_picture(solution, plan)
     except ValueError as error:  # the same everywhere
         return paragraph(f"No lines of equal deflection: {error}.")
     caption = "Lines of equal deflection of the base"
-    return figure(picture, caption, caption + ".")
+    return figure(picture, caption, f"{why}{caption}.")
 
 
-def _a_little_inside(plan: Plan, x: ndarray) -> ndarray:
+def a_little_inside(plan: Plan, x: ndarray) -> ndarray:
     """Points of the plan, those of the edge where rounding does not leave them outside."""
     centroids = plan.solution.punch.partition.centroids
     nearest = np.argmin(np.hypot(*(x[:, :, None] - centroids[:, None])), axis=1)
     return x + INSIDE * (centroids[:, nearest] - x)
+
+
+def imposed_on(solution: ElasticSolution) -> ndarray:
+    """Force and first moments of the loads about the origin, shape (3,).
+
+    By the work of the loads on rigid settlement and tilts; NaN where what holds the structure
+    takes part of them.
+    """
+    punch = solution.punch
+    origin = np.array(punch.origin)[:, None]
+    planes = np.vstack([np.ones(len(punch.partition)), punch.collocation_points - origin])
+    moved = punch.trace @ punch.motions
+    rigid = np.linalg.lstsq(moved, planes.T, rcond=None)[0]
+    left = np.abs(moved @ rigid - planes.T).max(axis=0) > RIGIDLY * np.abs(planes).max(axis=1)
+    return np.where(left, np.nan, solution.f @ punch.motions @ rigid)
 
 
 def _balance(solution: ElasticSolution, plan: Plan) -> Html:
@@ -198,6 +221,13 @@ def _balance(solution: ElasticSolution, plan: Plan) -> Html:
     ]
     if plan.force_point is not None:
         rows.append(("acting at", place(plan.force_point, plan.size), symbol(plan.units.length)))
+    imposed = imposed_on(solution)
+    if np.isfinite(imposed[0]):
+        loads = amount(imposed[0], plan.units.force, 7)
+        rows.append(("Resultant of the loads", loads, symbol(plan.units.force)))
+        if plan.force_point is not None:
+            at = plan.origin + imposed[1:] / imposed[0]
+            rows.append(("acting at", place(at, plan.size), symbol(plan.units.length)))
     if len(held):
         largest = np.abs(solution.reactions).max()
         scale = max(np.abs(solution.f).max(), np.finfo(float).tiny)

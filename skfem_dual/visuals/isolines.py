@@ -139,5 +139,6 @@ def smooth_line(line: ndarray) -> ndarray:
     if not closed:
         weight[[0, -1]] = 100.0  # on the edge of the plan
     allowed = x.shape[1] * (KINK * np.median(step)) ** 2
-    spline, _ = splprep(list(x), w=weight, s=allowed, per=closed, quiet=True)
+    # in full, as scipy would warn where it is not quite as smooth as allowed
+    (spline, _), *_ = splprep(list(x), w=weight, s=allowed, per=closed, full_output=True)
     return np.array(splev(np.linspace(0, 1, 12 * x.shape[1]), spline))

@@ -1,0 +1,146 @@
+"""Layers of the ground from tables as geotechnical reports have them."""
+
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from ..units import Units
+from .guarded import shortened
+from .tables import Heading, cell_number, read_table, unit_factor
+
+#: numbers are zero or between these in size, in any sensible units
+LEAST, MOST = 1e-30, 1e30
+#: what columns are called, in lower case
+CALLED = {
+    "thickness": ("thickness", "layer thickness", "h", "dicke", "schichtdicke", "mächtigkeit",
+                  "épaisseur", "epaisseur"),
+    "depth": ("depth", "z", "tiefe", "profondeur"),
+    "top": ("top", "from", "depth from", "von", "tiefe von", "ok", "oberkante", "de"),
+    "bottom": ("bottom", "to", "depth to", "bis", "tiefe bis", "uk", "unterkante", "à"),
+    "young": ("e", "young", "young's modulus", "youngs modulus", "elastic modulus", "e-modul",
+              "elastizitätsmodul", "module d'young"),
+    "shear": ("g", "shear modulus", "schubmodul", "module de cisaillement"),
+    "poisson": ("nu", "ν", "poisson", "poisson's ratio", "poissons ratio", "querdehnzahl",
+                "poissonzahl", "coefficient de poisson"),
+    "text": ("name", "soil", "layer", "description", "no", "nr", "boden", "bodenart", "schicht",
+             "sol", "couche"),
+}  # fmt: skip
+#: the modulus under lateral strain nought, and what may be either
+OEDOMETRIC = ("es", "e_s", "eoed", "e_oed", "steifemodul", "constrained modulus")
+#: what the thickness of the lowest layer may be
+OPEN = ("", "-", "–", "inf", "∞", "infinite", "unendlich", "infini")
+RIGID = {"rigid": "bonded", "starr": "bonded", "rigide": "bonded"} | {
+    word: word for word in ("bonded", "smooth")
+}
+#: what columns with units measure
+QUANTITY = {
+    **dict.fromkeys(("thickness", "depth", "top", "bottom"), "length"),
+    **dict.fromkeys(("young", "shear"), "pressure"),
+}
+#: as they are called in messages
+SHOWN = {"young": "E", "shear": "G", "poisson": "nu"}
+#: columns that may tell where layers are
+PLACES = ({"thickness"}, {"depth"}, {"top"}, {"bottom"}, {"top", "bottom"})
+
+Row = tuple[str, dict[str, float]]
+
+
+def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
+    """Thickness, young and poisson of each layer, and what lies below: its moduli or a word.
+
+    With each the line it is from.
+
+    Raises
+    ------
+    ValueError
+        If a heading or number is not known, or layers are not told without doubt; says in
+        which line.
+    """
+    top, heads, rows = read_table(path, CALLED["text"])
+    columns = _columns(heads, top)
+    factors = {
+        i: unit_factor(heads[i], QUANTITY.get(kind, ""), units, top) for kind, i in columns.items()
+    }
+
+    def number(row: tuple[str, list[str]], kind: str) -> float:
+        (where, cells), i = row, columns[kind]
+        return factors[i] * cell_number(cells[i], SHOWN.get(kind, kind), where, LEAST, MOST)
+
+    def moduli(row: tuple[str, list[str]]) -> dict[str, float]:
+        poisson = number(row, "poisson")
+        if "young" in columns:
+            return {"young": number(row, "young"), "poisson": poisson}
+        return {"young": 2 * number(row, "shear") * (1 + poisson), "poisson": poisson}
+
+    if "depth" in columns:  # of the tops, if it begins at the surface
+        i = columns.pop("depth")
+        columns["top" if re.fullmatch(r"0*\.?0*", rows[0][1][i] or "-") else "bottom"] = i
+    *above, (last, cells) = rows
+    words = [cells[i].lower() for i in columns.values()]
+    below: Any = next((RIGID[word] for word in words if word in RIGID), None)
+    if below and not above:
+        raise ValueError(f"{last}: expected layers on the {below} base, got none")
+    ends = "thickness" if "thickness" in columns else "bottom"
+    if not below:
+        below = moduli(rows[-1])
+        if ends in columns and cells[columns[ends]].lower() not in OPEN:
+            raise ValueError(
+                f"{last}: expected what lies below the layers, got one more. Remedy: a last line "
+                "without thickness, or the word rigid there"
+            )
+    if ends == "thickness":
+        thicknesses = [number(row, ends) for row in above]
+    else:
+        tops = [number(row, "top") for row in rows] if "top" in columns else [0.0]
+        bottoms = [number(row, "bottom") for row in above] if ends in columns else tops[1:]
+        depths = [0.0, *bottoms]
+        for (where, _), depth, given in zip(rows, depths, tops, strict=False):
+            if depth != given:
+                raise ValueError(
+                    f"{where}: expected a layer from {depth:g} on, where the one above ends or "
+                    f"the base of the footing is, got one from {given:g}"
+                )
+        thicknesses = [b - a for a, b in pairwise(depths)]
+    layers = [
+        (row[0], {"thickness": high, **moduli(row)})
+        for row, high in zip(above, thicknesses, strict=True)
+    ]
+    return layers, (last, below)
+
+
+def _columns(heads: list[Heading], where: str) -> dict[str, int]:
+    """Numbers of the columns that count, by what they are."""
+    columns: dict[str, int] = {}
+    kinds = {word: kind for kind, words in CALLED.items() for word in words}
+    wanted = "thickness, E, nu"
+    for head, _ in heads:
+        if head in OEDOMETRIC:
+            raise ValueError(
+                f"{where}: expected Young's modulus E, got {head}, which may be the modulus of "
+                "oedometers. Remedy: E = Es (1 + nu) (1 - 2 nu) / (1 - nu), under the heading E"
+            )
+    for i, (head, _) in enumerate(heads):
+        if (kind := kinds.get(head)) is None:
+            had = shortened(", ".join(head.name for head in heads), 60)
+            raise ValueError(
+                f"{where}: expected the headings {wanted}, or G for E, depth or from and to for "
+                f"thickness, got {had}. Remedy: name the column {shortened(head, 40)!r} by one of "
+                "these, or leave it out"
+            )
+        if kind in columns:
+            raise ValueError(f"{where}: expected one column of {kind}, got {head} as well")
+        if kind != "text":
+            columns[kind] = i
+    places = set(columns) - {"young", "shear", "poisson"}
+    if (
+        places not in PLACES
+        or "poisson" not in columns
+        or ("young" in columns) == ("shear" in columns)
+    ):
+        got = shortened(", ".join(head.name for head in heads), 60)
+        raise ValueError(
+            f"{where}: expected the headings {wanted}, one of E and G, one of thickness, depth, "
+            f"or from and to, got {got}"
+        )
+    return columns

@@ -1,0 +1,82 @@
+"""What a report is of: footings and structures by their names, each under its cases."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..arguments import checked_instance
+from ..contact.cases_solution import CasesSolution
+from ..contact.elastic_solution import ElasticSolution
+from ..contact.solution import PunchSolution
+from .details import Details
+from .footing import Footing, require_points_on
+from .structures import Structure
+
+Body = Footing | Structure
+
+
+def bodies_of(solution: Any, details: Details) -> list[Body]:
+    """One without a name, or several by their names.
+
+    Solutions of one and the same body are its cases, also within a mapping of bodies.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If something else is among them, cases are of different bodies, bodies stand on different
+        ground, or points wanted are on none of the plans.
+    """
+    if not isinstance(solution, Mapping) or _is_one(solution):
+        solution = {"": solution}
+    if not solution:
+        raise ValueError("expected solutions of some bodies by their names, got none")
+    bodies = []
+    for name, found in solution.items():
+        checked_instance("the name of a footing", name, str)
+        bodies.append(_body(name, found, details))
+    plans = [body.plan for body in bodies]
+    grounds = {id(plan.substrate): plan.substrate for plan in plans}
+    first, *others = grounds.values()
+    if any(other != first for other in others):
+        raise ValueError(
+            "expected bodies on the same ground, got several. Remedy: a report for each ground"
+        )
+    require_points_on(plans, details.own_points)
+    return bodies
+
+
+def footings_of(solution: Any, details: Details) -> list[Footing]:
+    """The footings among them."""
+    return [body for body in bodies_of(solution, details) if isinstance(body, Footing)]
+
+
+def _is_one(solutions: Mapping) -> bool:
+    """Whether solutions of structures are cases of one."""
+    found = list(solutions.values())
+    elastic = all(isinstance(each, ElasticSolution) for each in found)
+    return elastic and len({id(each.punch) for each in found}) == 1
+
+
+def _body(name: str, found: Any, details: Details) -> Body:
+    kinds = PunchSolution, CasesSolution, ElasticSolution, Mapping
+    checked_instance(f"footing {name!r}", found, kinds)
+    if isinstance(found, ElasticSolution):
+        return Structure(name, {"load": found}, details)
+    if not isinstance(found, Mapping):
+        return Footing.of(name, found, details)
+    if not found:
+        raise ValueError(f"expected cases of {name!r} by their names, got none")
+    for case, each in found.items():
+        checked_instance(f"the name of a case of {name!r}", case, str)
+        checked_instance(f"case {case!r} of {name!r}", each, (PunchSolution, ElasticSolution))
+    punches = {id(each.punch) for each in found.values()}
+    if len(punches) > 1:
+        raise ValueError(
+            f"expected cases of one body for {name!r}, got solutions of {len(punches)}. Remedy: "
+            "a name for each body"
+        )
+    if isinstance(next(iter(found.values())), ElasticSolution):
+        return Structure(name, dict(found), details)
+    each = tuple(found.values())
+    loads, messages = (tuple(getattr(s, what) for s in each) for what in ("load", "message"))
+    cases = CasesSolution(each[0].footprint, tuple(found), loads, each, messages)
+    return Footing(name, cases, details)

@@ -1,0 +1,218 @@
+"""Structures under their load cases, alone or beside footings, as sections of a report."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy import ndarray
+
+from ..contact.bearing import Circles, bearing_pressure
+from ..contact.cases_solution import Extreme
+from ..contact.elastic_solution import ElasticSolution
+from ..contact.footprint import Footprint
+from .depth import depth_section
+from .details import Details
+from .input import mesh_figure
+from .numbers import Plan
+from .page import NONE, Html, amount, coordinate, joined, percent, place, section, table
+from .results import axes_of, in_words, isobars_figure, point_names
+from .structure import a_little_inside, cautions_of, deflection_figure, input_rows
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """One structure under its k cases; what `Footing` is for a rigid one.
+
+    Attributes
+    ----------
+    name : str
+        As it is called beside others.
+    cases : mapping of str to ElasticSolution
+        Its answers.
+    details : Details
+        Units, allowable pressure and points wanted.
+    """
+
+    name: str
+    cases: Mapping[str, ElasticSolution]
+    details: Details
+
+    def called(self, text: str) -> str:
+        """Something of it, as it is called beside other bodies."""
+        return f"{self.name}, {text}" if self.name else text
+
+    @property
+    def plan(self) -> Footprint:
+        """Its cells."""
+        return self.standings[0].solution.punch.footprint
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the cases."""
+        return tuple(self.cases)
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What was found in the cases, or why not."""
+        return tuple(solution.message for solution in self.cases.values())
+
+    @cached_property
+    def standings(self) -> list[Plan]:
+        """With the resultant of each case."""
+        return [Plan(solution, self.details.units) for solution in self.cases.values()]
+
+    @cached_property
+    def success(self) -> ndarray:
+        """Whether contact was found, shape (k,)."""
+        return np.array([solution.success for solution in self.cases.values()])
+
+    @cached_property
+    def deflections(self) -> ndarray:
+        """Least and largest of the collocation points, shape (k, 2)."""
+        return np.array([solution.deflection_range for solution in self.cases.values()])
+
+    @cached_property
+    def mean_pressure(self) -> ndarray:
+        """Force over the area in contact, shape (k,)."""
+        return np.array([solution.mean_pressure for solution in self.cases.values()])
+
+    @cached_property
+    def largest_pressure(self) -> ndarray:
+        """Largest mean on a circle, shape (k,)."""
+        return np.array([bearing_pressure(solution) for solution in self.cases.values()])
+
+    @cached_property
+    def contact_share(self) -> ndarray:
+        """Area in contact over that of the plan, shape (k,)."""
+        return np.array([1 - plan.lifted_share for plan in self.standings])
+
+    @property
+    def radius(self) -> float:
+        """Radius of the circle whose mean pressure is compared."""
+        return Circles.of(self.plan).radius
+
+    @property
+    def utilisation(self) -> ndarray:
+        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one."""
+        allowable = np.nan if self.details.allowable is None else self.details.allowable
+        return np.array([self.mean_pressure, self.largest_pressure]) / allowable
+
+    @cached_property
+    def extremes(self) -> tuple[Extreme, ...]:
+        """The cases that govern, of those with success."""
+        if not self.success.any():
+            return ()
+        quantities = {
+            "largest_pressure": self.largest_pressure,
+            "largest_settlement": self.deflections[:, 1],
+            "deflection_difference": np.ptp(self.deflections, axis=1),
+            "contact_share": -self.contact_share,
+        }
+        found = []
+        for quantity, values in quantities.items():
+            k = int(np.argmax(np.where(self.success, values, -np.inf)))
+            found.append(Extreme(quantity, abs(float(values[k])), k, self.names[k]))
+        return tuple(found)
+
+    @property
+    def governing(self) -> int:
+        """The case with the largest pressure among those with success, else the first."""
+        return self.extremes[0].number if self.extremes else 0
+
+    @property
+    def standing(self) -> Plan:
+        """Plan and resultant of the governing case."""
+        return self.standings[self.governing]
+
+
+def cautions(body: Structure) -> list[Html]:
+    """What a reader must know of cases."""
+    return [
+        joined([f"{body.called(name)}: ", *parts])
+        for name, plan in zip(body.names, body.standings, strict=True)
+        for parts in cautions_of(plan.solution, plan)
+    ]
+
+
+def structure_table(body: Structure, mesh_name: str) -> Html:
+    """What it is."""
+    rows = input_rows(body.standing.solution, body.standing, mesh_name)
+    return table(rows, (f"Structure {body.name}".rstrip(), "", "Unit"))
+
+
+def deflections_section(body: Structure) -> Html:
+    """Forces, deflections and contact in each case, points over all cases."""
+    units, size = body.details.units, body.standing.size
+    sink = units.displacement
+    head = ["Case", f"Force of the ground [{units.force.symbol}]"]
+    head += [f"acting at [{units.length.symbol}]", f"Least deflection [{sink.symbol}]"]
+    head += [f"Largest deflection [{sink.symbol}]", f"Largest gap [{sink.symbol}]", "In contact"]
+    rows = [
+        (
+            name if plan.solution.success else f"{name} (NO SOLUTION)",
+            amount(plan.force, units.force),
+            place(np.full(2, np.nan) if plan.force_point is None else plan.force_point, size),
+            amount(least, sink, 4),
+            amount(most, sink, 4),
+            amount(plan.solution.gap.max(), sink, 4),
+            percent(share),
+        )
+        for name, plan, (least, most), share in zip(
+            body.names, body.standings, body.deflections, body.contact_share, strict=True
+        )
+    ]
+    return section(
+        f"Results{', ' if body.name else ''}{body.name}",
+        table(rows, head, "", numeric=True),
+        NONE if not body.success.any() else _points(body),
+    )
+
+
+def _points(body: Structure) -> Html:
+    """Deflections of corners, and of the points wanted on it, over all cases."""
+    plan, units, wanted = body.standing, body.details.units, body.details.own_points
+    sink, on = units.displacement, np.zeros(wanted.shape[1], dtype=bool)
+    if wanted.size:
+        on = body.plan.fan.locate(wanted) >= 0
+    x = np.hstack([plan.points, wanted[:, on]])
+    names = [*point_names(plan), *(f"P{i + 1}" for i in np.nonzero(on)[0])]
+    solved = {name: solution for name, solution in body.cases.items() if solution.success}
+    inside, called = a_little_inside(plan, x), list(solved)
+    w = np.array([solution.deflection(inside) for solution in solved.values()])
+    rows = [
+        (
+            name,
+            *(coordinate(c, plan.size) for c in point),
+            amount(values.min(), sink),
+            amount(values.max(), sink),
+            called[int(np.argmax(values))],
+        )
+        for name, point, values in zip(names, x.T, w.T, strict=True)
+    ]
+    head = ["Point", *axes_of(units), f"Least [{sink.symbol}]", f"Largest [{sink.symbol}]", "Case"]
+    return table(rows, head, "Deflections of corners and points over all cases", numeric=True)
+
+
+def pictures_section(body: Structure, called: Mapping[str, str]) -> Html:
+    """The mesh, deflections and isobars of the cases that govern."""
+    parts = [mesh_figure(body.standing.solution, body.standing)]
+    numbers: dict[int, list[str]] = {}
+    for extreme in body.extremes:
+        if extreme.quantity == "contact_share" and extreme.value >= 1:
+            continue  # that of any case
+        numbers.setdefault(extreme.number, []).append(called[extreme.quantity].lower())
+    for k, what in (numbers or {0: []}).items():
+        plan = body.standings[k]
+        governs = f", which governs {' and '.join(what)}" if what else ""
+        why = f"Case {body.names[k]}{governs}: {in_words(plan)}. "
+        parts.append(deflection_figure(plan.solution, plan, why))
+        parts.append(isobars_figure(plan.solution, plan, why))
+    head = "Deflections and pressure of the governing cases"
+    return section(f"{head}{', ' if body.name else ''}{body.name}", *parts)
+
+
+def depth_of_structure(body: Structure) -> Html:
+    """In its governing case."""
+    name = body.names[body.governing]
+    return depth_section(body.standing.solution, body.details, body.name, name)

@@ -1,0 +1,129 @@
+"""Reports of structures under load cases, and beside rigid footings, against what was solved."""
+
+import dataclasses
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+from elastic_shapes import SOIL, block, plate
+
+from skfem_dual import DualMesh, HalfSpace, Punches, RigidPunch, bearing_pressure
+from skfem_dual.grids.generate import rectangle
+from skfem_dual.report import report_html
+from skfem_dual.report.structure import imposed_on
+
+
+def tables(text, head):
+    """Rows of a section: the name of each, and the numbers in it."""
+    (part,) = re.findall(rf"<section>\n<h2>{head}</h2>(.*?)</section>", text, re.DOTALL)
+    rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', part, re.DOTALL)
+    return {
+        unescape(name): [float(v) for v in re.findall(r'<data value="([^"]*)"', cells)]
+        for name, cells in rows
+    }
+
+
+@pytest.fixture(scope="module")
+def cases():
+    """A raft under a load in its middle, and one aside: its own answers."""
+    calm = plate(factor=2.0)
+    punch = calm.punch
+    aside = punch.structure.probes(np.array([[0.3], [0.1]])).T @ [1.0]
+    return {"calm": calm, "aside": punch.solve(0.5 * calm.f + 3.0 * aside)}
+
+
+@pytest.fixture(scope="module")
+def group():
+    alone = plate()
+    pad = DualMesh.from_mesh(rectangle(1.0, 1.0, n=60).translated((2.1, 0.5))).basis()
+    punch = RigidPunch(SOIL, pad, origin=(2.1, 0.5))
+    return Punches([alone.punch, punch]).solve([alone.f, {"force": 0.5, "at": (0.05, -0.1)}])
+
+
+def test_loads_balance_pressures_in_every_case(cases):
+    """The loads by hand: one in the middle, and another at a point."""
+    text = report_html(cases, points=[(0.2, 0.2)])
+    found = tables(text, "Check of the resultants")
+    expected = {"calm": (2.0, 0.0, 0.0), "aside": (4.0, 0.9, 0.3)}
+    what = "force [F]", "first moment along x [F·L]", "first moment along y [F·L]"
+    for case, loads in expected.items():
+        for name, load in zip(what, loads, strict=True):
+            imposed, pressed, residual = found[f"{case}: {name}"]
+            assert (imposed, pressed) == pytest.approx((load, load), abs=1e-2)  # of quadrature
+            assert imposed == pytest.approx(pressed, abs=1e-9)
+            assert residual < 1e-10
+
+
+def test_cases_of_a_structure(cases):
+    text = report_html(cases, points=[(0.2, 0.2)], allowable=1.0)
+    assert "<h1>Structure on elastic ground</h1>" in text
+    results = tables(text, "Results")
+    for name, solution in cases.items():
+        deflections = solution.punch.trace @ solution.displacement
+        assert results[name][0] == solution.force
+        assert results[name][3:5] == pytest.approx([deflections.min(), deflections.max()])
+    at = [s.deflection([[0.2], [0.2]])[0] for s in cases.values()]
+    assert results["P1"][2:4] == pytest.approx([min(at), max(at)], rel=1e-4)
+    governs = tables(text, "Envelope")
+    largest = [bearing_pressure(s) for s in cases.values()]
+    assert governs["Largest pressure"] == [max(largest)]
+    borne = tables(text, "Bearing pressure")
+    assert [borne[name][1] for name in cases] == largest
+    assert text.count("<figure>") == 4  # mesh, depth, and two of the case that governs
+
+
+def test_a_structure_beside_a_footing(group):
+    raft, pad = group.solutions
+    text = report_html({"raft": raft, "pad": {"load": pad}}, points=[(0.1, 0.1), (1.7, 0.2)])
+    assert "<h1>Foundations on elastic ground</h1>" in text
+    check = tables(text, "Check of the resultants")
+    assert check["raft, load: force [F]"][:2] == pytest.approx([1.0, 1.0])
+    assert check["pad, load: first moment along y [F·L]"][:2] == pytest.approx([-0.05, -0.05])
+    assert "P1" in tables(text, "Results, raft")
+    assert "pad, P2" in tables(text, "Settlements of corners and points")
+    assert tables(text, "Results, pad")["load"][0] == pad.settlement
+    assert "How far the numbers may be off, pad" in text
+
+
+def test_what_holds_a_structure_takes_part_of_its_loads():
+    """A solid held sideways settles freely; a raft that is held down does not."""
+    cube = block(tilt=0.5)
+    assert imposed_on(cube) == pytest.approx([4.0, 2 / 3, 0.0], abs=1e-9)
+    free = plate().punch
+    held = dataclasses.replace(free, D=free.structure.nodal_dofs[0, :3])
+    solution = held.solve(plate().f)
+    assert np.isnan(imposed_on(solution)[0])
+    row = tables(report_html({"held": solution}), "Check of the resultants")
+    assert row["held: force [F]"] == [solution.force]
+
+
+def test_a_case_without_a_solution_is_glaring(cases):
+    lost = dataclasses.replace(cases["calm"], success=False, message="gave up")
+    text = report_html({"aside": cases["aside"], "calm": lost})
+    assert "<h1>NOT CONVERGED: Structure on elastic ground</h1>" in text
+    assert "NO SOLUTION in the case calm" in text
+    assert "calm (NO SOLUTION)" in text
+    assert "1 of 2" in re.sub("<.*?>", "", text)
+
+
+def test_wrong_bodies_are_refused(cases, group):
+    other = RigidPunch(
+        HalfSpace(2.0, 0.0), DualMesh.from_mesh(rectangle(1.0, 1.0, n=60)).basis()
+    ).solve(1.0)
+    calm, raft = cases["calm"], group.solutions[0]
+    for wrong, message in (
+        ({}, "expected solutions of some bodies by their names, got none"),
+        ({"raft": {}}, "expected cases of 'raft' by their names, got none"),
+        ({"raft": {"a": calm, "b": raft}}, "cases of one body for 'raft', got solutions of 2"),
+        ({"raft": calm, "pad": other}, "expected bodies on the same ground, got several. Remedy"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            report_html(wrong)
+    for wrong, message in (
+        ({"raft": calm, "pad": 1.0}, "footing 'pad', got 1.0"),
+        ({"raft": {"a": calm, "b": 2}}, "case 'b' of 'raft', got 2"),
+        ({"raft": {1: calm}}, "the name of a case of 'raft', got 1"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            report_html(wrong)
