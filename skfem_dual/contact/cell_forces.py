@@ -18,12 +18,15 @@ from .problem import ContactProblem, Product
 
 #: few equations are told apart from singular ones by the determinant over the diagonal
 CLEAR = 1e-8
+#: decreases of so much of that without resultants to keep are rounding: they are a tenth and more
+ROUNDING = 1e-16
 #: forces that are summed up one after the other
 TOGETHER = 1024
 
 
 class Step(NamedTuple):
-    """Where one iteration goes: direction, the cells it changes, gaps and decrease there."""
+    """Where one iteration goes: direction, the cells it changes, gaps and decrease there, zero
+    where the few cells in contact leave no direction but rounding."""
 
     direction: ndarray
     working: ndarray
@@ -93,7 +96,8 @@ class CellForces:
         overlap = ~contact & (gap < 0)
         working = contact | overlap
         without_resultant = self.projection(working)
-        slope = without_resultant(self.scale * gap)
+        apart = np.where(working, self.scale * gap, 0.0)
+        slope = without_resultant(apart)
         if (inverse := self.problem.inverse) is not None:
             # between projections on both sides it is as symmetric as it is alone
             slope = without_resultant(self._spread * (inverse @ (slope / self.scale)))
@@ -101,7 +105,8 @@ class CellForces:
         if before is not None and not overlap.any():
             beta = max(0.0, slope @ (gap - before.gap) / before.decrease)
             direction = without_resultant(slope + beta * before.direction)
-        return Step(direction, working, gap, float(gap @ slope))
+        decrease, whole = float(gap @ slope), float(gap @ apart)
+        return Step(direction, working, gap, decrease if decrease > ROUNDING * whole else 0.0)
 
     def projected(
         self, force: ndarray, settlement: ndarray, step: Step, size: float

@@ -279,7 +279,7 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
         if (np.abs(one - other) > SAME * np.maximum(size, np.abs(one))).any():
             raise ValueError(
                 "expected solutions under the same load, got forces and first moments "
-                f"{one.tolist()} and {other.tolist()}"
+                f"{one.tolist()} and {other.tolist()}. Remedy: solve both under one of them"
             )
 
 
