@@ -135,6 +135,11 @@ class Units:
         wanted = re.sub(r"[\s·*^]", "", symbol.replace("²", "2")).casefold()
         if wanted not in known:
             raise ValueError(f"expected a unit of {quantity} such as {own}, got {symbol!r}")
+        if re.match(r"\s*m(?i:n|pa)", symbol):
+            raise ValueError(
+                f"expected a unit of {quantity} such as {own}, got {symbol!r}, thousandths. "
+                "Remedy: millions have a capital M"
+            )
         return known[wanted] / known[own.casefold()]
 
 

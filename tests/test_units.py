@@ -50,3 +50,24 @@ def test_wrong_units(text, message):
         Units(text)
     with pytest.raises(TypeError, match="text for units"):
         Units(3)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "quantity", "factor"),
+    [
+        ("MPa", "pressure", 1e3),
+        ("kN/m²", "pressure", 1.0),
+        ("MN m", "moment", 1e3),
+        ("mm", "length", 1e-3),
+    ],
+)
+def test_factors_of_other_units(symbol, quantity, factor):
+    assert Units("kN,m").factor(symbol, quantity) == pytest.approx(factor, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "quantity"), [("mN", "force"), ("mPa", "pressure"), ("mNm", "moment")]
+)
+def test_thousandths_are_not_millions(symbol, quantity):
+    with pytest.raises(ValueError, match=r"thousandths.* capital M"):
+        Units("kN,m").factor(symbol, quantity)

@@ -12,8 +12,9 @@ from ..kernels.compiled import inputs, vectorised
 ONE_BY_ONE = 2**20
 #: squares of distances that differ by a smaller part of them are equal
 TIE = 1e-9
-#: one point more is looked at, and so many times as many where it is as near as the last one
-TIED = 8
+#: so many points more are looked at, as on regular grids up to four are as near as the last one,
+#: and so many times as many while all of them are
+TIED = 4
 
 
 class Nearest(NamedTuple):
@@ -54,7 +55,7 @@ def nearest(x: ndarray, starts: ndarray, at: ndarray, of: ndarray, count: int) -
     count : int
         How many are looked for.
     """
-    most, more = int(np.diff(starts).max(initial=0)), 1
+    most, more = int(np.diff(starts).max(initial=0)), TIED
     while True:
         number, square = _sorted(x, starts, at, of, min(count + more, max(most, count)))
         last = square[:, count - 1 : count]
