@@ -62,7 +62,7 @@ def test_full_and_no_contact():
     assert (none.area, none.edge) == (0.0, [])
 
 
-def test_ground_that_pulls_keeps_contact_under_shapes(grid):
+def test_ground_that_pulls_keeps_contact_under_shapes():
     """Everywhere, also around cells that press alone."""
     basis = DualMesh.from_mesh(disc(4)).basis()
     waves = RigidPunch(UNIT, basis, gap=lambda x: 0.1 * (1 + np.sin(12 * x[0]) * np.cos(9 * x[1])))
