@@ -18,10 +18,11 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .cases import Cases, named, solve_cases
 from .cases_solution import CasesSolution
-from .footprint import ExactRows, Footprint, LoadedCells
+from .footprint import Footprint
 from .frame import FramedSystem, checked_stiffness
 from .group_solution import PunchesSolution, answers_of
 from .load import Constraints, Load, load_of, require_vertical
+from .loaded_cells import ExactRows, LoadedCells
 from .neighbours import (
     checked_joined,
     checked_names,

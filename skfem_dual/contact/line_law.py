@@ -21,7 +21,8 @@ from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from ..operators.symmetric_matrix import SymmetricMatrix
-from .footprint import ExactRows, Footprint
+from .footprint import Footprint
+from .loaded_cells import ExactRows
 from .one_sign import solved
 from .pressed import on_line
 from .problem import Contact

@@ -20,8 +20,8 @@ from scipy.sparse import csr_matrix
 from ..elements.slopes import Slopes
 from ..errors import ConvergenceError
 from ..kernels.once import computed_once
-from .footprint import ExactRows, LoadedCells
 from .load import Constraints
+from .loaded_cells import ExactRows, LoadedCells
 from .problem import Contact
 from .system import ContactSystem
 from .unilateral import How, solve_scaled

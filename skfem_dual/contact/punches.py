@@ -25,9 +25,10 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.yielding import YieldingOperator
 from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
-from .footprint import Footprint, Ground, LoadedCells, slices_of
+from .footprint import Footprint
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
+from .loaded_cells import Ground, LoadedCells, slices_of
 from .neighbours import checked_names, require_apart, require_one_ground
 from .one_sign import solved
 from .pressed import Pressed

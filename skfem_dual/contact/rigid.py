@@ -11,9 +11,10 @@ from numpy import ndarray
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
-from .footprint import ExactRows, Footprint, LoadedCells, slices_of
+from .footprint import Footprint
 from .line_law import with_line_law
 from .load import Constraints, Load
+from .loaded_cells import ExactRows, LoadedCells, slices_of
 from .one_sign import solved
 from .problem import Contact
 from .solution import PunchSolution

@@ -15,7 +15,8 @@ from ..kernels.once import computed_once
 from ..operators.entries import some_rows
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import available_memory
-from .footprint import ExactRows, Footprint, LoadedCells, slices_of
+from .footprint import Footprint
+from .loaded_cells import ExactRows, LoadedCells, slices_of
 
 
 def union(parts: Sequence[LoadedCells]) -> LoadedCells:

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy import ndarray
 
-from .footprint import ExactRows
 from .load import Constraints
+from .loaded_cells import ExactRows
 from .problem import Contact
 from .system import ContactSystem
 from .unilateral import How

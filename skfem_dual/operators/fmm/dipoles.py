@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from ...elements.slope_correction import Circles, Fall, add_near_dipoles
+from ...elements.cell_dipoles import Circles, Fall, add_near_dipoles
 from ...kernels.compiled import inputs
 from .chebyshev import Chebyshev
 from .linear_maps import Run

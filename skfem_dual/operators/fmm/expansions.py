@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from ...elements.slope_correction import Circles
+from ...elements.cell_dipoles import Circles
 from ...kernels.compiled import inputs
 from ...kernels.threads import Threads
 from .chebyshev import PADDING

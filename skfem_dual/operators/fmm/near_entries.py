@@ -11,9 +11,9 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
+from ...elements.cell_dipoles import Circles, Fall
 from ...elements.near import NearField
 from ...elements.near_slopes import AT_REST
-from ...elements.slope_correction import Circles, Fall
 from ...ground.hankel import square_value
 from ...kernels.compiled import compiled, inputs, vectorised
 from ...kernels.threads import Threads

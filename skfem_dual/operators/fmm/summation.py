@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy import ndarray
 
+from ...elements.cell_dipoles import Circles, Fall
 from ...elements.edge_weights import EdgeWeights
 from ...elements.moments import Multipoles, pressure_moments
 from ...elements.near import NearField
-from ...elements.slope_correction import Circles, Fall
 from ...grids.partition import Partition
 from ...ground.hankel import RadialTable
 from ...ground.substrates import Substrate
