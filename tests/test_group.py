@@ -16,7 +16,7 @@ from skfem_dual import (
     RigidPunch,
     RigidPunches,
 )
-from skfem_dual.contact import footprint, union
+from skfem_dual.contact import loaded_cells, union
 from skfem_dual.grids import generate
 from skfem_dual.operators.influence_operator import InfluenceOperator
 from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
@@ -169,7 +169,7 @@ def test_matrices_are_not_pickled():
 @pytest.mark.parametrize("n", [400, pytest.param(2500, marks=pytest.mark.slow)])
 def test_many_cells_are_one_operator(n, monkeypatch, capsys):
     """As the dense matrix answers, in full contact and lifting off, with both kinds of edges."""
-    monkeypatch.setattr(footprint, "DENSE", 50)
+    monkeypatch.setattr(loaded_cells, "DENSE", 50)
     mesh = generate.disc(n=n)
     punches = [
         punch(mesh.translated((-1.2, 0.0)), origin=(-1.2, 0.0)),
@@ -181,7 +181,7 @@ def test_many_cells_are_one_operator(n, monkeypatch, capsys):
     answers = many.solve(loads, progress=True), many.solve(loads, unilateral=False)
     assert "GMRES" in capsys.readouterr().err
     assert answers[0][0].contact_area < 0.9 * np.pi
-    monkeypatch.setattr(footprint, "DENSE", 10**4)
+    monkeypatch.setattr(loaded_cells, "DENSE", 10**4)
     dense = RigidPunches(punches)
     assert isinstance(dense.operator, np.ndarray)
     expected = dense.solve(loads), dense.solve(loads, unilateral=False)
@@ -395,7 +395,7 @@ def test_frame_without_a_matrix(monkeypatch):
     K = column(0, 1, 0.5, 2)
     dense = framed(K).solve(FRAMED)
     fast = framed(K, rtol=1e-8).solve(FRAMED)
-    monkeypatch.setattr(footprint, "DENSE", 10)
+    monkeypatch.setattr(loaded_cells, "DENSE", 10)
     free = framed(K, rtol=1e-8)
     assert isinstance(free.operator, InfluenceOperator)
     for found in (fast, free.solve(FRAMED), pickle.loads(pickle.dumps(free)).solve(FRAMED)):

@@ -15,7 +15,7 @@ from skfem_dual import (
     RigidPunch,
     Symmetry,
 )
-from skfem_dual.contact import footprint
+from skfem_dual.contact import loaded_cells
 from skfem_dual.operators import iterative
 from skfem_dual.operators.influence_operator import InfluenceOperator
 from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
@@ -30,7 +30,7 @@ GROUNDS = {
 @pytest.fixture
 def large(monkeypatch):
     """All but the smallest systems count as large ones."""
-    monkeypatch.setattr(footprint, "DENSE", 50)
+    monkeypatch.setattr(loaded_cells, "DENSE", 50)
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
@@ -41,7 +41,7 @@ def test_iterated_solutions_are_those_of_the_factorised_matrix(ground, grid, lar
     whole = RigidPunch(GROUNDS[ground], basis, rtol=1e-7)
     assert isinstance(whole.operator, InfluenceOperator)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(footprint, "DENSE", 10**6)
+        patch.setattr(loaded_cells, "DENSE", 10**6)
         exact = RigidPunch(GROUNDS[ground], basis)
         assert isinstance(exact.operator, np.ndarray)
         for load in ({"force": 1.0, "at": (0.1, 0.05)}, {"force": 1.0, "at": (0.5, 0.1)}):

@@ -17,7 +17,7 @@ from skfem_dual import (
     RigidPunches,
     Symmetry,
 )
-from skfem_dual.contact import footprint
+from skfem_dual.contact import loaded_cells
 from skfem_dual.contact.load import Load
 from skfem_dual.contact.unilateral import How
 from skfem_dual.contact.verify import Verification
@@ -87,7 +87,7 @@ def test_rows_of_many_cells_are_not_kept(monkeypatch):
     cells = punch().footprint
     kept = cells.exact_rows
     assert cells.exact_rows is kept
-    monkeypatch.setattr(footprint, "LARGE", 10)
+    monkeypatch.setattr(loaded_cells, "LARGE", 10)
     found = cells.exact_rows
     assert found is not kept
     assert cells.exact_rows is not found
