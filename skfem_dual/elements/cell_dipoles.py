@@ -214,6 +214,8 @@ def put_field(i, x, circles, fall, moments, near, first, out):
 
 @compiled
 def add_sloped_near(begin, near, slopes, matrix):
+    """Add what is not that of dipoles near the points of rows, from the point ``begin`` on; the
+    slopes by unit mean pressures are rows of a sparse matrix."""
     starts, cells, values = slopes
     firsts, numbers, integrals = near
     n = (starts.shape[0] - 1) // 2
@@ -227,6 +229,8 @@ def add_sloped_near(begin, near, slopes, matrix):
 
 @compiled
 def add_diagonal(x, circles, fall, moments, near, slopes, out):
+    """Add what the mean pressure of each cell does by slopes in its own point; the slopes by it
+    are columns of a sparse matrix."""
     middles, squares = circles
     starts, numbers, values = slopes
     firsts, cells, integrals = near

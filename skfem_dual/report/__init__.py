@@ -14,7 +14,7 @@ from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
 from .bearing import points_section
-from .bodies import bodies_of, footings_of
+from .bodies import bodies_of
 from .cases import bearing_of_bodies, cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
 from .depth import depth_of_footing
@@ -132,7 +132,8 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
         titles = {TITLE if isinstance(body, Footing) else STRUCTURE for body in bodies}
         title = titles.pop() if len(titles) == 1 else SEVERAL
         if isinstance(solution, PunchSolution):
-            parts = _punch_sections(solution, mesh_name, footings_of(solution, details))
+            footings = [body for body in bodies if isinstance(body, Footing)]
+            parts = _punch_sections(solution, mesh_name, footings)
         else:
             parts = cases_sections(bodies, mesh_name, __version__)
     title = title if details.title is None else details.title
