@@ -339,7 +339,8 @@ class ContactSystem:
             polished = active_set(replace(problem, matrix=self._array), contact.pressure > 0)
             if polished.success:
                 return polished
-        motion = np.linalg.lstsq(self.scaled(constraints)[0], position - constraints.fixed)[0]
+        motions = self.scaled(constraints)[0]
+        motion = np.linalg.lstsq(motions, position - constraints.fixed, rcond=None)[0]
         gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
         return replace(contact, motion=motion, gap=gap)
 

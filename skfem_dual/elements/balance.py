@@ -70,7 +70,7 @@ def balanced(
         free = np.where(part, free, 0.0)
     shares = np.vstack([np.ones(x.shape[1]), x / size]) * free
     matrix, missing = integrals @ shares.T / scale[:, None], missing / scale
-    factor = np.linalg.lstsq(matrix, missing)[0]
+    factor = np.linalg.lstsq(matrix, missing, rcond=None)[0]
     left = np.abs(matrix @ factor - missing).max()
     if left > LEFT * np.abs(resultant / scale).max():
         raise ConvergenceError(

@@ -202,7 +202,7 @@ def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Sear
                 w -= triangle[i, j] * v
             triangle[j + 1, j] = np.linalg.norm(w)
             given, small = first * np.eye(j + 2)[0], triangle[: j + 2, : j + 1]
-            shares = np.linalg.lstsq(small, given)[0]
+            shares = np.linalg.lstsq(small, given, rcond=None)[0]
             history.append(float(np.linalg.norm(given - small @ shares)))
             bar.set_postfix_str(f"residual {history[-1]:.1e}")
             if history[-1] <= rtol or triangle[j + 1, j] == 0.0:

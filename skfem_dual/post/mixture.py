@@ -137,7 +137,7 @@ def _balanced(law: Law, wanted: ndarray, part: ndarray) -> Law:
     planes, loads = cells.planes(cells.acting) / size, cells.resultants / size
     missing = wanted / size[:, 0] - loads[:, ~part] @ pressure[~part]
     shares = planes[:, part] * pressure[part]
-    pressure[part] = np.linalg.lstsq(loads[:, part] @ shares.T, missing)[0] @ shares
+    pressure[part] = np.linalg.lstsq(loads[:, part] @ shares.T, missing, rcond=None)[0] @ shares
     return replace(law, pressure=pressure)
 
 
