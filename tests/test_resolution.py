@@ -77,6 +77,13 @@ def test_warned_of_constant_pressures(poisson):
             check_warning(basis, poisson, thickness, "constant", (0.005, 0.08))
 
 
+def test_warned_of_ground_that_varies_too_fast_for_any_cells():
+    """As where a modulus per depth is given for its part of that at the surface."""
+    ground = GradedHalfSpace.init_linear(1e6, 0.3, 2e6)
+    message = too_coarse(ground, COARSE.partition)
+    assert "Remedy: ground in the units of the mesh, as even" in message
+
+
 def test_warned_on_graded_meshes():
     """Whose largest cells are three times as wide as the median."""
     mesh = DualMesh.from_mesh(disc(n=120, graded=0.3))

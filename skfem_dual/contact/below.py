@@ -78,8 +78,20 @@ def stress_below(solution: CellPressures, x: ArrayLike) -> Stresses:
 def displacement_below(solution: CellPressures, x: ArrayLike) -> ndarray:
     """Displacements in the ground below a punch or a structure and its neighbours.
 
-    The shape is (3, m), in the directions x, y, z; loads, points and errors are those of
-    `stress_below`.
+    Parameters
+    ----------
+    solution, x
+        As of `stress_below`.
+
+    Returns
+    -------
+    (3, m) array of float
+        In the directions x, y and z, the last positive downwards.
+
+    Raises
+    ------
+    TypeError, ValueError, ConvergenceError
+        As `stress_below`.
     """
     return _fields(solution, x, (False, True))[6:]
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_flag
-from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -83,10 +82,6 @@ class Body(ABC):
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
         return self.footprint.influence(x)
-
-    def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
-        """What the variation of the pressure inside the cells adds to settlements at ``x``."""
-        return self.footprint.edge_correction(x)
 
 
 class Movable(Body):

@@ -24,6 +24,7 @@ from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import (
+    Pair,
     checked_array,
     checked_flag,
     checked_instance,
@@ -41,7 +42,7 @@ from .body import Body
 from .edges import EdgeBoundaries
 from .elastic_solution import ElasticSolution
 from .footprint import Edge, Footprint
-from .load import Constraints, Pair
+from .load import Constraints
 from .one_sign import solved
 from .pressures import CellPressures
 from .problem import Contact, Share

@@ -160,12 +160,8 @@ class CellsOnLines:
     @computed_once
     def parts(self) -> tuple[Footprint, ...]:
         """Those of each punch."""
-        each = zip(self.problem.footprints, self.lines, self._own, strict=True)
+        each = zip(self.problem.footprints, self.lines, self.problem.slices, strict=True)
         return tuple(on_line(cells, line).flattened(self.flat[own]) for cells, line, own in each)
-
-    @property
-    def _own(self) -> list[slice]:
-        return self.problem.slices
 
     def flattened(self, flat: ndarray) -> "CellsOnLines":
         """With some cells flat, (n,) array of bool."""
@@ -173,7 +169,7 @@ class CellsOnLines:
 
     def turning(self, pressure: ndarray) -> ndarray:
         """Cells in a part of which slopes make positive pressures negative, (n,) array of bool."""
-        each = zip(self.parts, self._own, strict=True)
+        each = zip(self.parts, self.problem.slices, strict=True)
         return np.concatenate([cells.turning(pressure[own]) for cells, own in each])
 
     def carried(self, pressure: ndarray) -> ndarray:
@@ -185,7 +181,7 @@ class CellsOnLines:
     @computed_once
     def _carrying(self) -> tuple[ndarray, ndarray, ndarray]:
         """`LineWeights.carrying` of all."""
-        each = zip(self.lines, self._own, strict=True)
+        each = zip(self.lines, self.problem.slices, strict=True)
         found = [(line.carrying, own.start) for line, own in each if line is not None]
         pairs = np.hstack([pairs + start for (pairs, _), start in found])
         cells, others, shares = inputs(*pairs, np.concatenate([own for (_, own), _ in found]))
@@ -199,7 +195,7 @@ class CellsOnLines:
     def at_points(self, pressure: ndarray, touching: ndarray) -> ndarray:
         """Pressures in the collocation points by means over the cells; zero out of contact."""
         out = pressure.copy()
-        for line, own in zip(self.lines, self._own, strict=True):
+        for line, own in zip(self.lines, self.problem.slices, strict=True):
             if line is not None:
                 out[own] = np.where(touching[own], line.at_points(pressure[own]), 0.0)
         return out
@@ -207,7 +203,7 @@ class CellsOnLines:
     def solved(self, solve: Solve, touching: ndarray) -> "OnLines | None":
         """Contact and positions, beginning with some cells in contact; None if not found."""
         begin, last = touching.astype(float), None
-        for line, own in zip(self.lines, self._own, strict=True):
+        for line, own in zip(self.lines, self.problem.slices, strict=True):
             if line is not None:
                 begin[own] = line.in_contact
 
@@ -239,9 +235,9 @@ class CellsOnLines:
     @computed_once
     def matrix(self) -> ndarray:
         """Settlements of the collocation points by pressures that `carried` takes."""
-        x = self.problem.cells.collocation_points
-        matrix = np.array(self.problem.operator)
-        each = self.problem.footprints, self.parts, self.lines, self._own, self.problem.sloping
+        problem, x = self.problem, self.problem.cells.collocation_points
+        matrix = np.array(problem.operator)
+        each = problem.footprints, self.parts, self.lines, problem.slices, problem.sloping
         for whole, cells, line, own, sloping in zip(*each, strict=True):
             if cells.slopes is None or (line is None and cells is whole):
                 continue

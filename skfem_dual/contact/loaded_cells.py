@@ -11,7 +11,6 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
-from ..elements.edge_correction import EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..elements.slope_correction import SlopeCorrection
@@ -86,11 +85,6 @@ class LoadedCells:
         """The same times mean pressures of the cells, (n,) or (n, k), with no matrix; ``rough`` as
         of `Entries.settlements`."""
         return self.entries(x).settlements(pressure, rough)
-
-    def edge_correction(self, x: ndarray) -> EdgeCorrection | None:
-        """What the variation of the pressure inside the cells adds to settlements at ``x``."""
-        weights, c = self.weights, self.substrate.singular_coefficient
-        return None if weights is None else EdgeCorrection.from_weights(weights, c, as_points(x))
 
     @property
     def regular(self) -> bool:

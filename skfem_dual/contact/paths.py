@@ -174,6 +174,8 @@ class MomentRotation(LoadPath):
 
     Attributes
     ----------
+    solutions : tuple of PunchSolution
+        In the order of the eccentricities.
     direction : (2,) array of float
         Unit vector along which the force moves out.
     eccentricity : (k,) array of float

@@ -99,8 +99,6 @@ class Contact:
     lines : tuple of LineWeights or None
         Under each body how pressures end along the line of contact, None where with the cells;
         empty if they do so under all.
-    refuted : bool
-        Whether the method converged to what does not obey the equations, see `Verification`.
     unit_pressures : (n, m) array of float, optional
         By unit motions of bodies with that contact, if they are known.
     """
@@ -115,7 +113,6 @@ class Contact:
     residual: float = 0.0
     flat: ndarray | None = None
     lines: tuple[LineWeights | None, ...] = ()
-    refuted: bool = False
     unit_pressures: ndarray | None = None
 
     def __post_init__(self) -> None:

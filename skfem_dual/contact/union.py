@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from ..elements.edge_weights import EdgeWeights, Factors
+from ..elements.edge_weights import EdgeWeights
+from ..elements.law_moments import Factors
 from ..elements.slopes import Around, Slopes
 from ..grids.fan import Fan
 from ..grids.partition import Partition

@@ -83,7 +83,7 @@ class Verification:
             )
         if faults and contact.success:
             message = f"the equations do not hold: {'; '.join(faults)}"
-            contact = replace(contact, success=False, refuted=True, message=message)
+            contact = replace(contact, success=False, message=message)
         return replace(contact, residual=violation)
 
     def _load_faults(self, pressure: ndarray) -> Iterator[str]:

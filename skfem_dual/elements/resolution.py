@@ -85,10 +85,13 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
         error += (near / CANCELLED) ** 2
     if error[0] <= ALLOWED:
         return None
-    fine = np.nonzero(error > ALLOWED)[0][-1] + 1
-    cells = int(np.ceil(len(partition) * (h / finer[fine]) ** 2))
+    fine = np.append(finer, finer[-1])[np.nonzero(error > ALLOWED)[0][-1] + 1]
+    cells = int(np.ceil(len(partition) * (h / fine) ** 2))
+    remedy = f"about {cells} cells"
+    if error[-1] > ALLOWED:
+        remedy = f"ground in the units of the mesh, as even {cells} cells would be too coarse"
     return (
         f"{len(partition)} cells of a size of about {h:.3g} are too coarse for ground that varies "
         f"over {substrate.lengths[0]:.3g}: settlements may be off by some {100 * error[0]:.0f} %. "
-        f"Remedy: about {cells} cells"
+        f"Remedy: {remedy}"
     )

@@ -23,15 +23,15 @@ def readonly(a: ArrayLike, dtype: DTypeLike | None = None) -> ndarray:
     return out
 
 
-def some(indices: ArrayLike, most: int = 5) -> str:
+def some(indices: ArrayLike) -> str:
     """The first few of ``indices`` as text for messages.
 
     >>> some(range(3)), some(range(9))
     ('0, 1, 2', '0, 1, 2, 3, 4, ...')
     """
     indices = np.asarray(indices).ravel()
-    text = ", ".join(str(i) for i in indices[:most])
-    return text + (", ..." if len(indices) > most else "")
+    text = ", ".join(str(i) for i in indices[:5])
+    return text + (", ..." if len(indices) > 5 else "")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -69,7 +69,21 @@ class GradedHalfSpace(Stratified):
 
     @classmethod
     def init_linear(cls, young: float, poisson: float, gradient: float) -> Self:
-        """``E = young (1 + gradient z)``; the paper's B / h is ``gradient`` > 0."""
+        """``E = young (1 + gradient z)``; the paper's B / h is ``gradient``.
+
+        Parameters
+        ----------
+        young, poisson : float
+            Young's modulus at the surface, Poisson's ratio.
+        gradient : float
+            What the modulus grows by over a unit of depth, as a part of ``young``: one over a
+            length, positive.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is no such number.
+        """
         young, poisson = checked_moduli(young, poisson)
         gradient = checked_size("gradient", gradient)
         return cls(
@@ -81,7 +95,22 @@ class GradedHalfSpace(Stratified):
 
     @classmethod
     def init_exponential(cls, young: float, poisson: float, ratio: float, length: float) -> Self:
-        """``E = young (ratio + (1 - ratio) exp(-z / length))``, from young to ratio young."""
+        """``E = young (ratio + (1 - ratio) exp(-z / length))``.
+
+        Parameters
+        ----------
+        young, poisson : float
+            Young's modulus at the surface, Poisson's ratio.
+        ratio : float
+            The modulus in great depth over ``young``, positive.
+        length : float
+            Depth over which the difference falls to 1 / e of itself, positive.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is no such number.
+        """
         young, poisson = checked_moduli(young, poisson)
         ratio, length = checked_size("ratio", ratio), checked_size("length", length)
         return cls(
@@ -93,7 +122,22 @@ class GradedHalfSpace(Stratified):
 
     @classmethod
     def init_power(cls, young: float, poisson: float, exponent: float, offset: float) -> Self:
-        """``E = young (1 + z / offset)^exponent``, 0 < exponent < 2; positive at the surface."""
+        """``E = young (1 + z / offset)^exponent``, positive at the surface.
+
+        Parameters
+        ----------
+        young, poisson : float
+            Young's modulus at the surface, Poisson's ratio.
+        exponent : float
+            Between 0 and 2.
+        offset : float
+            A length, positive.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is no such number.
+        """
         young, poisson = checked_moduli(young, poisson)
         offset = checked_size("offset", offset)
         exponent = checked_number("exponent", exponent, above=0, below=2)
@@ -108,9 +152,19 @@ class GradedHalfSpace(Stratified):
     def init_profile(
         cls, young: Callable, poisson: float | Callable, length: float | None = None
     ) -> Self:
-        """Any smooth moduli, functions of the depth z as an array.
+        """Any smooth moduli.
 
-        ``length`` is the depth over which they vary by a sizeable part; found by default.
+        Parameters
+        ----------
+        young, poisson : callable, float or callable
+            As of the class.
+        length : float, optional
+            Depth over which they vary by a sizeable part; found by default.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a profile is no function that returns a number for each depth, or out of range.
         """
         _require_profile(young, poisson)
         return cls(young, poisson, _length(young, poisson) if length is None else length)

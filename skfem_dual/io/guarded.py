@@ -42,7 +42,7 @@ ENDLESS = "its reader does not come to an end; the file is damaged or cut off"
 REASON = 160
 
 
-def require_file(path: PathLike, what: str = "a file") -> Path:
+def require_file(path: PathLike, what: str) -> Path:
     """The path of a regular file that exists.
 
     Raises

@@ -193,7 +193,7 @@ class Sample:
     least: float
 
     @classmethod
-    def from_entries(cls, entries: Entries, most: int = SAMPLES) -> "Sample":
+    def from_entries(cls, entries: Entries, most: int) -> "Sample":
         """Some rows, see `some_rows`."""
         numbers = some_rows(entries.x.shape[1], len(entries.partition), most)
         rows = entries.rows(numbers)
