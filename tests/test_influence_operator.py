@@ -278,14 +278,17 @@ def test_vectors_in_blocks(monkeypatch):
     assert operator @ q == pytest.approx(together, rel=1e-13)
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-14, 1e12])
-def test_single_precision_in_any_units(unit):
-    """Near a cell cubes of distances are beyond it in metres, where these are nanometres."""
+@pytest.mark.parametrize(
+    ("unit", "largest"), [(1.0, 1.0), (1e-14, 1e14), (1e12, 1e-12), (1.0, 1e45), (1.0, 1e-50)]
+)
+def test_single_precision_in_any_units(unit, largest):
+    """Near a cell cubes of distances are beyond it in metres, where these are nanometres; so are
+    pressures of 1e45, and those of 1e-50."""
     basis = DualMesh.from_mesh(disc(6).scaled(unit)).basis()
     operator = InfluenceOperator(GROUNDS["homogeneous"], basis, 1e-6, "fast")
-    q = np.random.default_rng(0).random((operator.shape[1], 4)) / unit
+    q = np.random.default_rng(0).random((operator.shape[1], 4)) * largest
     settled = operator @ q
-    assert operator.roughly(q) == pytest.approx(settled, rel=2e-6)
+    assert operator.roughly(q) == pytest.approx(settled, rel=2e-6, abs=0)
     q[:, 1] = 0.0
     assert not operator.roughly(q)[:, 1].any()
 

@@ -14,6 +14,7 @@ from skfem_dual import (
     Punches,
     RigidPunch,
     RigidPunches,
+    Sphere,
 )
 
 BESIDE = 2.3
@@ -47,6 +48,44 @@ def test_too_stiff_to_bend_is_a_group_of_rigid_punches(substrate, at):
         assert s.pressure == pytest.approx(r.pressure, abs=1e-5 * r.pressure.max())
     x = np.array([[1.15, 4.0], [0.3, 0.0]])
     assert answer.displacement(x) == pytest.approx(expected.displacement(x), rel=1e-6)
+
+
+def ball(x=0.0):
+    cells = DualMesh.from_mesh(disc(4).translated((x, 0.0))).basis()
+    return RigidPunch(SOIL, cells, gap=Sphere(4.0, (x, 0.0)), origin=(x, 0.0))
+
+
+@pytest.mark.parametrize("other", [footing, ball])
+def test_rigid_bodies_alone_are_a_group_of_rigid_punches(other):
+    """With the laws of the line of contact, under flat ones that lift off and shaped ones."""
+    pair = [footing(), other(BESIDE)]
+    loads = [{"force": 0.1, "at": (0.7, 0.0)}, {"force": 0.1}]
+    expected, answer = RigidPunches(pair).solve(loads), Punches(pair).solve(loads)
+    assert answer.success
+    first, second = expected.solutions
+    by_work = first.settlement != pytest.approx(first.collocated_settlement, rel=1e-4)
+    assert by_work or second.line is not None
+    for s, r in zip(answer.solutions, expected.solutions, strict=True):
+        assert np.array_equal(s.positions, r.positions)
+        assert np.array_equal(s.pressure, r.pressure)
+    assert isinstance(answer.punches, Punches)
+
+
+def test_settlements_beside_their_reactions_and_a_structure():
+    """The forces found lead to the settlements that were imposed."""
+    soft = slab(0.05)
+    group, f = Punches([footing(), soft, footing(-BESIDE)]), uniform(soft)
+    places = [(0.6, 0.1), (0.1, 0.2)]
+    settled = [{"settlement": w, "at": at} for w, at in zip((1.0, 1.2), places)]
+    imposed = group.solve([settled[0], f, settled[1]])
+    assert imposed.success
+    assert len(imposed[0].contact) < len(imposed[0].pressure)
+    forces = [{"force": imposed[i].force, "at": at} for i, at in zip((0, 2), places)]
+    again = group.solve([forces[0], f, forces[1]])
+    assert again[0].settlement == pytest.approx(1.0, rel=1e-8)
+    assert again[2].settlement == pytest.approx(1.2, rel=1e-8)
+    peak = again[1].pressure.max()
+    assert imposed[1].pressure == pytest.approx(again[1].pressure, abs=1e-8 * peak)
 
 
 def test_bodies_feel_the_ground_that_others_press():

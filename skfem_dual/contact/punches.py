@@ -6,7 +6,7 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -26,6 +26,7 @@ from ..operators.yielding import YieldingOperator
 from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
 from .footprint import Footprint
+from .group import RigidPunches
 from .group_solution import PunchesSolution
 from .load import Constraints, Load, load_of, require_compression, require_vertical
 from .loaded_cells import Ground, LoadedCells, slices_of
@@ -111,6 +112,12 @@ class Punches:
         return tuple(punch.footprint for punch in self.punches)
 
     @computed_once
+    def _rigid(self) -> RigidPunches | None:
+        """The same bodies with the laws of lines of contact, if none of them bends."""
+        rigid = [punch for punch in self.punches if isinstance(punch, RigidPunch)]
+        return RigidPunches(rigid) if len(rigid) == len(self.punches) else None
+
+    @computed_once
     def cells(self) -> LoadedCells:
         """The cells of all punches, one punch after the other."""
         return union(self.footprints)
@@ -188,6 +195,9 @@ class Punches:
         """
         how = How.checked(unilateral, method, gap_rtol)
         given = self._checked_loads(loads)
+        if self._rigid is not None:
+            options = how._asdict() | {"progress": progress}
+            return replace(self._rigid.solve(given, **options), punches=self)
         begin = perf_counter()
         flat = np.zeros(len(self.cells), dtype=bool)
         shares = self._shares(given, flat)

@@ -352,7 +352,7 @@ class ContactSystem:
         None if there is no method for what is imposed.
         """
         n, (_, method, gap_rtol) = len(self.areas), how
-        if not conjugate and (method == "cg" or not self._dense):
+        if not conjugate and (method == "cg" or not (self._dense or self._formed)):
             return None
         if method == "active-set" or not conjugate:
             return active_set(replace(problem, matrix=self._array), beginning(start, n))

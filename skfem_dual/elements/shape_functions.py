@@ -16,7 +16,8 @@ from ..grids.polygons import some
 from ..kernels.once import computed_once
 
 _B = TypeVar("_B", bound=AbstractBasis)
-#: how far functions of vertices may be from 1 in these; forces are off by a tenth of that
+#: how far functions of vertices may be from 1 in these; loads assembled with them are off by a
+#: tenth of that
 NODAL = 1e-3
 
 
@@ -90,13 +91,28 @@ class ShapeFunctions:
 
     def _evaluated(self, local: ndarray, cell: ndarray) -> ndarray:
         """At points of the reference element, of shape (dim, q) or (dim, m, q)."""
-        basis, element = self.basis, self.elements[cell]
+        own, mapping = self._functions
         found = [
-            basis.elem.gbasis(self.mapping, local, i, tind=element) for i in range(basis.Nbfun)
+            own.gbasis(mapping, local, i, tind=self.elements[cell])
+            for i in range(self.basis.Nbfun)
         ]
         pick, factor = self._worked_on(found[0])
         values = np.stack([pick(fields) for fields in found])
         return values if factor is None else values * factor[cell, None]
+
+    @computed_once
+    def _functions(self) -> tuple[Element, Mapping]:
+        """The element, and the mapping to its coordinates.
+
+        Functions of plates are polynomials of the coordinates themselves and lose digits with the
+        square of the distance from the origin: they are made anew about the middle of the mesh.
+        """
+        element, mesh = self.basis.elem, self.basis.mesh
+        middle = mesh.p.mean(axis=1)
+        near = (np.abs(middle) <= np.ptp(mesh.p, axis=1)).all()
+        if near or not any(isinstance(part, ElementGlobal) for part in _parts(element)):
+            return element, self.mapping
+        return _without_functions(element), mesh.translated(-middle).mapping()
 
     @computed_once
     def _lattice(self) -> tuple[ndarray, ndarray]:

@@ -276,7 +276,10 @@ class InfluenceOperator(LinearOperator):
     def roughly(self, q: ndarray) -> ndarray:
         """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
         q = checked_array("q", q, (self.shape[1], "k"), order="K")
-        return product(self._entries, self._kept, q, rough=True)
+        # in units of the forces: single precision ends at 1e38
+        _, exponent = np.frexp(self.partition.areas @ np.abs(q))
+        scaled = np.ldexp(q, -exponent)
+        return np.ldexp(product(self._entries, self._kept, scaled, rough=True), exponent)
 
     def coarsely(self, q: ndarray) -> ndarray:
         """Settlements under pressures (n, k) without slopes, to percents, by short expansions.
