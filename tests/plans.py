@@ -70,3 +70,13 @@ def perturbed(mesh, size, seed=0):
     inner = mesh.interior_nodes()
     p[:, inner] += np.random.default_rng(seed).uniform(-size, size, (2, len(inner)))
     return MeshTri(p, mesh.t)
+
+
+def renumbered(mesh, seed):
+    """With nodes, triangles and the vertices of these in another order."""
+    rng = np.random.default_rng(seed)
+    number, order = rng.permutation(mesh.nvertices), rng.permutation(mesh.nelements)
+    p = np.empty_like(mesh.p)
+    p[:, number] = mesh.p
+    t = rng.permuted(number[mesh.t[:, order]], axis=0)
+    return MeshTri(p, np.ascontiguousarray(t))

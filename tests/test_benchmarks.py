@@ -168,8 +168,8 @@ def test_a_fault_is_seen_or_not(load, tmp_path, monkeypatch):
 
 def test_bounds(load, capsys):
     bounds = load("bounds")
-    found = bounds.main(cases=3, fine=400)
-    assert len(found) == 3
+    found = bounds.main(cases=2, fine=400)
+    assert len(found) == 2
     assert np.all([one.holds for one in found])
     for one in found:
         assert (one.low <= one.found).all()

@@ -17,6 +17,7 @@ from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
 from skfem_dual.ground.rigid_disc import edge_law
+from skfem_dual.kernels.compiled import inputs
 from skfem_dual.post.regular import TorsionWeights
 
 
@@ -188,8 +189,9 @@ def test_moments_are_those_of_triangles():
     assert first == pytest.approx(of_cells, abs=1e-13 * np.abs(of_cells).max())
     p = np.array([[0.0, 3.0, 1.0], [0.0, 0.0, 2.0]])
     root, one = np.sqrt([1.0, 1.0 + 1e-9, 1.0 - 1e-9]), np.array([1.0])
-    law = Factors(np.ones((1, 2)), np.zeros(1), np.zeros(1, dtype=np.int32))
-    triangles = Triangles(p, np.array([[0], [1], [2]]), root, np.array([0, 1]), one, law)
+    law = Factors(*inputs(np.ones((1, 2)), np.zeros(1), np.zeros(1, np.int32)))
+    t = np.array([[0], [1], [2]], np.int32)
+    triangles = Triangles(*inputs(p, t, root, np.array([0, 1]), one), law)
     found = law_moments(triangles, np.zeros((2, 1)), np.zeros(1, dtype=np.int32))
     assert np.abs(found).max() < 1e-8
 

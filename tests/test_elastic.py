@@ -177,7 +177,7 @@ def test_brown(K, cells):
 @pytest.mark.parametrize(("K", "rtol"), [(1e-7, 1e-5), (1.0, 1e-8), (1e7, 1e-8)])
 def test_hundreds_of_cells(K, rtol):
     """The ground may pull, but does not: the same pressures, soft or stiff."""
-    punch = raft(K, generate.disc(n=620), edge="constant")
+    punch = raft(K, generate.disc(n=400), edge="constant")
     f = uniform(punch)
     s = punch.solve(f, unilateral=False)
     assert s.success

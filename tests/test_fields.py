@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plans import annulus, disc, ellipse, polar, rectangle
+from plans import annulus, disc, ellipse, polar, rectangle, renumbered
 from skfem import (
     CellBasis,
     ElementQuad0,
@@ -183,16 +183,6 @@ def test_units_do_not_move_the_field(grid):
         assert solution.line is not None
         fields.append(solution.pressure_field()[1])
     assert fields[1] == pytest.approx(fields[0], abs=1e-9 * fields[0].max())
-
-
-def renumbered(mesh, seed):
-    """With nodes, triangles and the vertices of these in another order."""
-    rng = np.random.default_rng(seed)
-    number, order = rng.permutation(mesh.nvertices), rng.permutation(mesh.nelements)
-    p = np.empty_like(mesh.p)
-    p[:, number] = mesh.p
-    t = rng.permuted(number[mesh.t[:, order]], axis=0)
-    return MeshTri(p, np.ascontiguousarray(t))
 
 
 @pytest.mark.parametrize("grid", ["basis", "primal_basis"])

@@ -173,7 +173,7 @@ def test_multipole_expansions_are_integrals_of_the_polynomials():
     pressures, dipoles = inputs(rng.random((3, n)), rng.random((3, 2, n)))
     found = np.zeros((3, 2, terms.terms))
     known = *inputs(np.array([1])), disc_of_cells, loads, terms.order, pressures
-    add_multipoles(0, 1, *known, np.empty((3, 2, 0)), found)
+    add_multipoles(0, 1, *known, *inputs(np.empty((3, 2, 0))), found)
     s, w = np.polynomial.legendre.leggauss(8)
     expected = np.zeros((3, terms.terms))
     for j in range(n):

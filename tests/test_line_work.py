@@ -11,6 +11,7 @@ from skfem_dual.elements.crossed import CrossedCells, _roots
 from skfem_dual.grids.generate import disc, rectangle
 from skfem_dual.grids.lines import Segments
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
+from skfem_dual.kernels.compiled import inputs
 
 SOIL = HalfSpace(1.0, 0.0)
 #: circle: settlement of the middle and tilt by eccentricity, on 3000 cells that grow from both the
@@ -127,6 +128,32 @@ def test_crossed_cells_near_and_far(monkeypatch):
     assert np.abs(soon - exact).max() < 1e-4 * np.abs(exact).max()
     areas = cells.partition.areas[found.cells]
     assert exact[..., -1] == pytest.approx(np.array([areas, areas]) / np.pi / 50, rel=0.03)
+
+
+@pytest.mark.parametrize("name", ["EXACT", "FAR"])
+def test_points_just_as_far_as_rules_reach(name, monkeypatch):
+    """Whatever their rounding they are on the near side; what lies farther is not."""
+    distance, corner, around = (
+        getattr(crossed_loads, name),
+        2 * np.pi * (np.arange(3) / 3 + 0.1),
+        np.linspace(0, 2 * np.pi, 100),
+    )
+    corners = np.array([0.3 + np.cos(corner), np.sin(corner) - 0.7])
+    triangle = corners, np.array([[0], [1], [2]]), np.array([0, 1]), np.ones((2, 1))
+
+    def settled(factor, reach=distance):
+        monkeypatch.setattr(crossed_loads, name, reach)
+        loads, out = crossed_loads.Loads.of(*triangle), np.empty((1, 1, 100))
+        x = loads.middles + factor * distance * np.array([np.cos(around), np.sin(around)])
+        crossed_loads.fill(0, 1, *inputs(x), 1.0, loads.part(slice(0, 1)), out)
+        return out[0, 0]
+
+    near = settled(1.0, np.inf)
+    for factor in (1 - 1e-12, 1.0, 1 + 1e-12):
+        assert settled(factor) == pytest.approx(near, rel=1e-11)
+    farther = settled(1 + 1e-6, 0.0)
+    assert settled(1 + 1e-6) == pytest.approx(farther, rel=1e-11)
+    assert np.abs(farther / near - 1).max() > 1e-5
 
 
 def test_sides_of_a_sharp_line():

@@ -27,7 +27,9 @@ def test_circle(accuracy):
     assert record.cells == len(solution.pressure) == record.trials[-1].cells
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    "seed", [*range(5), *(pytest.param(k, marks=pytest.mark.slow) for k in range(5, 8))]
+)
 def test_random_plans(seed):
     plan, ground, load, truth = random_case(1000 + seed, 400)
     solution = solve_plan(plan, ground, **in_plan(plan, load))

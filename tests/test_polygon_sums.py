@@ -9,6 +9,7 @@ from skfem_dual.elements.law_polynomials import LOWER_TERMS, TERMS, law_polynomi
 from skfem_dual.elements.polygon_moments import polygon_moments
 from skfem_dual.elements.polygon_sums import KNOWN, LANES, STEP, add_sides, put_side
 from skfem_dual.grids.polygons import Polygons
+from skfem_dual.kernels.compiled import inputs
 
 PENTAGON = np.array([[0.0, 1.0, 1.3, 0.6, -0.1], [0.0, 0.1, 0.8, 1.2, 0.7]])
 MIDDLE, SIZE = np.array([0.6, 0.5]), 1.1
@@ -25,7 +26,7 @@ def sums_over(corners, x, terms):
     sides, count = np.empty((corners.shape[1], KNOWN)), 0
     room = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
     for a, b in zip(corners.T, np.roll(corners, -1, axis=1).T, strict=True):
-        count = put_side(sides, count, *a, *b, terms, *MIDDLE, SIZE, room)
+        count = put_side(sides, count, *a, *b, *inputs(terms), *MIDDLE, SIZE, room)
     sums = np.empty((4, LANES))
     px, py = (np.full(STEP, c) for c in x)
     add_sides(px, py, sides, count, np.empty((6, len(sides) * LANES)), sums)

@@ -8,6 +8,7 @@ import pytest
 from skfem_dual import GradedHalfSpace
 from skfem_dual.elements.radial_series import RadialSeries, add_series
 from skfem_dual.ground.hankel import COARSE, COARSE_DEGREE, SquareTable
+from skfem_dual.kernels.compiled import inputs
 
 X = np.array([[0.9, -0.4, 0.1, -1.3], [0.3, 0.8, -0.7, -0.2]])
 
@@ -23,7 +24,7 @@ def errors(function, table, size):
     centres = np.array([[0.05, -0.1], [0.0, 0.02]])
     series = RadialSeries.from_moments(centres, np.tile(moments, 2), table, 1e-12)
     found = np.zeros((4, 2))
-    add_series(*X, np.array([1, 0], np.int32), series, 2.0, found)
+    add_series(*inputs(*X, np.array([1, 0], np.int32)), series, 2.0, found)
     away = X[:, :, None, None] - centres[:, None, ::-1, None] - points[:, None, None]
     return found - 2.0 * function(np.hypot(*away)).sum(axis=-1)
 

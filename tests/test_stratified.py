@@ -95,7 +95,7 @@ def test_splitting_a_layer_changes_nothing():
     assert error(power, R, LINEAR.influence(R)).max() < 1e-9
 
 
-@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
 def test_length_of_a_profile_is_found(unit):
     """In any unit of length, as good as a given one."""
     found = GradedHalfSpace.init_profile(lambda z: 2 * (1 + z / unit), 0.25)

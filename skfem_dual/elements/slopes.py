@@ -201,7 +201,7 @@ def _places(partition: Partition) -> ndarray:
     near = 1e-10 * np.sqrt(partition.areas.sum())
     a, b = ends[cKDTree(p[:, ends].T).query_pairs(near, output_type="ndarray")].T
     if len(a) == 0:
-        return np.arange(p.shape[1])
+        return np.arange(p.shape[1], dtype=np.int32)  # as of components
     same = csr_matrix((np.ones(len(a)), (a, b)), shape=(p.shape[1], p.shape[1]))
     return connected_components(same, directed=False)[1]
 

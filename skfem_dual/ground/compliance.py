@@ -140,7 +140,7 @@ def through_graded(
     ConvergenceError
         If the moduli vary so that the equation cannot be integrated.
     """
-    n = len(k)
+    n, way = len(k), -k * bottom
 
     def rate(s: float, flat: ndarray) -> ndarray:
         a, b, c, *rest = flat.reshape(-1, n)
@@ -155,7 +155,7 @@ def through_graded(
         if rest:  # t' = -k (f Q11 t + (f Q12 - m) s), s' = -k t, of the tractions on the way
             t1, s1, t2, s2 = rest
             dz += [t1 * f * a + s1, t1 * (f * b - m), t2 * f * a + s2, t2 * (f * b - m)]
-        return (-k * bottom * np.stack(dz)).ravel()
+        return (way * np.array(dz)).ravel()
 
     start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
     # below the surface nothing is known better than the integrals over waves

@@ -225,7 +225,7 @@ def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
             f"{shown(values)} for {len(z)} depths"
         )
     values = np.asarray(values, dtype=float)
-    return values if values.shape == z.shape else np.broadcast_to(values, z.shape)
+    return values if values.shape == z.shape else np.full(z.shape, values)
 
 
 def _length(young: Callable, poisson: float | Callable) -> float:
