@@ -7,8 +7,8 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_instance
-from ..contact.pressures import CellPressures
 from ..contact.elastic_solution import ElasticSolution
+from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
