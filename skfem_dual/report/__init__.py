@@ -69,7 +69,7 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
     checked_instance("path", path, (str, os.PathLike))
     suffix = Path(path).suffix
     if suffix not in SUFFIXES:
-        raise ValueError(f"expected a file name ending in {' or '.join(SUFFIXES)}, got {path}")
+        raise ValueError(f"expected a file name ending in .html, .pdf or .json, got {path}")
     if suffix == ".pdf":
         require_pdf()
     if suffix == ".json":
