@@ -13,7 +13,8 @@ import numpy as np
 
 from .. import ElasticPunch, ElasticSolution, PunchSolution, RigidPunch
 from ..contact.system import DENSE
-from ..io import write_rows, write_solution, write_structure
+from ..io import write_solution, write_structure
+from ..io.cases import write_rows
 from ..report import write_data, write_report
 from ..report.bodies import Body, bodies_of
 from ..report.checks import DEFORMED

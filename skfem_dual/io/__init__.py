@@ -1,6 +1,6 @@
 """Meshes and results through meshio: any triangle mesh in, polygons and solutions out as VTU."""
 
-from .cases import CaseRow, read_cases, write_cases, write_rows
+from .cases import CaseRow, read_cases, write_cases
 from .fields import write_field
 from .grounds import read_substrate
 from .meshes import read_mesh
@@ -20,7 +20,6 @@ __all__ = [
     "write_dual",
     "write_field",
     "write_polygons",
-    "write_rows",
     "write_solution",
     "write_structure",
     "write_whole",
