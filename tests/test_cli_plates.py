@@ -137,6 +137,7 @@ def test_one_force_on_a_mesh(capsys, raft, tmp_path):
         (["--plate", "slab=0.4,30e6,0.2"], "a footing among raft, .* got slab"),
         ([*PLATE, *PLATE], "one --plate for raft, got several"),
         (["--cells", "80"], "--plate with --cells"),
+        (["--cells", "2", *PLATE, "--force", "1"], "--cells of at least 5, got 2"),
         ([*PLATE, "--settlement", "0.01"], "no --settlement with --plate"),
         ([*PLATE, "--collocation", "node"], "expected (no|a mesh with) --collocation"),
         ([*PLATE, "--accuracy", "0.01"], "no --accuracy with --plate.* Remedy: --cells"),
@@ -151,7 +152,7 @@ def test_one_force_on_a_mesh(capsys, raft, tmp_path):
 def test_wrong_plates(capsys, raft, tmp_path, options, message):
     cases_in(tmp_path, "name,force,mx,my\na,100,0,5\n", "turn.csv")
     cases_in(tmp_path, "name,force,hx,hy\na,100,0,5\n", "slide.csv")
-    command = [*raft, *options] if "--plate" not in options else [*raft, *options, "--cells", "60"]
+    command = [*raft, *options] if "--plate" not in options else [*raft, "--cells", "60", *options]
     code, _, err = run(capsys, *command)
     assert code == 2
     (line,) = err

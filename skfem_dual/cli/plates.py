@@ -7,6 +7,7 @@ from typing import Any
 from skfem import LinearForm
 
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
+from ..arguments import checked_integer
 from ..io import CaseRow, read_cases
 from ..terminal import is_watched
 from .footings import Base, by_case, names_of, only, punches_of, single_load
@@ -58,7 +59,8 @@ def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
 
 def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
     """Of about as many cells as are wanted."""
-    return DualMesh.from_mesh(plan.mesh(n=CELLS if options.cells is None else options.cells))
+    n = CELLS if options.cells is None else checked_integer("--cells", options.cells, at_least=5)
+    return DualMesh.from_mesh(plan.mesh(n=n))
 
 
 def solve_plates(
