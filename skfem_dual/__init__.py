@@ -19,6 +19,7 @@ from .contact.group_solution import PunchesSolution
 from .contact.load import Load
 from .contact.motions import ShearSolution
 from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
+from .contact.plates import Plate, column_load
 from .contact.pressures import EdgeCoefficient
 from .contact.punch import RigidPunch
 from .contact.punches import Punches
@@ -100,6 +101,7 @@ __all__ = [
     "PeriodicGround",
     "Plan",
     "PlanSolution",
+    "Plate",
     "PostprocessedPressure",
     "PreprocessReport",
     "Profile",
@@ -120,6 +122,7 @@ __all__ = [
     "bearing_pressure",
     "check_dual",
     "check_mesh",
+    "column_load",
     "delaunay_voronoi",
     "displacement_below",
     "dual_nodes",

@@ -22,6 +22,8 @@ FORCES = {
     "kip": (4448.2216152605, False),
 }
 SQUARE_FOOT = 0.3048**2
+#: mN and mPa, which are hardly meant
+THOUSANDTHS = re.compile(r"\s*m(?i:n|pa)")
 #: in pascals, beside forces over squares of lengths
 PRESSURES = {
     "Pa": 1.0,
@@ -59,8 +61,8 @@ class Units:
     ----------
     text : str
         ``"kN,m"``, ``"N,mm"`` or ``"kip,ft"``, force first: N, kN, MN with mm, cm, m; lbf, kip
-        with in, ft. Moduli and pressures that go in are forces per length squared. Empty for any
-        consistent units, named F and L.
+        with in, ft. Capitals count only where ``mN`` would be thousandths. Moduli and pressures
+        that go in are forces per length squared. Empty for any consistent units, named F and L.
 
     Raises
     ------
@@ -95,8 +97,11 @@ class Units:
 
     def __post_init__(self) -> None:
         checked_text("units", self.text)
-        force, _, length = (part.strip() for part in self.text.partition(","))
-        found = _read(force, length, self.text) if self.text else NAMELESS
+        found = NAMELESS
+        if self.text:
+            force, length = _symbols(self.text)
+            object.__setattr__(self, "text", f"{force},{length}")
+            found = _read(force, length)
         for name, unit in found.items():
             object.__setattr__(self, name, unit)
 
@@ -135,7 +140,7 @@ class Units:
         wanted = re.sub(r"[\s·*^]", "", symbol.replace("²", "2")).casefold()
         if wanted not in known:
             raise ValueError(f"expected a unit of {quantity} such as {own}, got {symbol!r}")
-        if re.match(r"\s*m(?i:n|pa)", symbol):
+        if THOUSANDTHS.match(symbol):
             raise ValueError(
                 f"expected a unit of {quantity} such as {own}, got {symbol!r}, thousandths. "
                 "Remedy: millions have a capital M"
@@ -170,15 +175,30 @@ NAMELESS = {
 }
 
 
-def _read(force: str, length: str, text: str) -> dict[str, Unit]:
-    if force not in FORCES or length not in LENGTHS:
+def _symbols(text: str) -> tuple[str, str]:
+    """Units of force and length as they are written here, from any capitals."""
+    force, _, length = (part.strip() for part in text.partition(","))
+    if THOUSANDTHS.match(force):
+        raise ValueError(
+            f"expected units FORCE,LENGTH such as kN,m, got {text!r}, thousandths of a newton. "
+            "Remedy: MN for millions"
+        )
+    found = [
+        next((name for name in known if name.casefold() == part.casefold()), None)
+        for part, known in ((force, FORCES), (length, LENGTHS))
+    ]
+    if found[0] is None or found[1] is None:
         raise ValueError(
             f"expected units FORCE,LENGTH of {', '.join(FORCES)} and {', '.join(LENGTHS)}, such "
             f"as kN,m, got {text!r}"
         )
-    (newtons, metric), (metres, metric_length) = FORCES[force], LENGTHS[length]
-    if metric != metric_length:
+    if FORCES[found[0]][1] != LENGTHS[found[1]][1]:
         raise ValueError(f"expected both units metric or both not, such as kip,ft, got {text!r}")
+    return found[0], found[1]
+
+
+def _read(force: str, length: str) -> dict[str, Unit]:
+    (newtons, metric), (metres, _) = FORCES[force], LENGTHS[length]
     pascals = newtons / metres**2
     if metric:
         displacement = Unit("mm", metres / 1e-3)

@@ -256,7 +256,7 @@ def test_what_is_missing_is_told_before_the_work(capsys, tmp_path, monkeypatch):
 
 
 def test_examples_of_the_help(capsys, tmp_path, monkeypatch):
-    """As they stand there; the text promises three."""
+    """As they stand there."""
     monkeypatch.chdir(tmp_path)
     picture = figures.Picture("data:image/png;base64,", 100)  # takes most time
     monkeypatch.setattr("skfem_dual.report.figures._embedded", lambda *a, **k: picture)
@@ -266,11 +266,14 @@ def test_examples_of_the_help(capsys, tmp_path, monkeypatch):
     cases_in(tmp_path, "thickness, E, nu\n2, 20e3, 0.3\n, 60e3, 0.3\n", "layers.csv")
     twelve = "".join(f"case {i},{500 + 10 * i},{10 * i},{5 * i}\n" for i in range(12))
     cases_in(tmp_path, f"name,force,mx,my\n{twelve}")
+    cases_in(tmp_path, "0,0\n4,0\n4,3\n0,3\n", "raft.csv")
+    columns = "name,force,x,y,bx,by\nlive,300,1,1,.4,.4\nlive,200,3,2,.4,.4\n"
+    cases_in(tmp_path, columns, "columns.csv")
     both = "".join(f"dead,{name},500,0,0\nwind,{name},450,0,80\n" for name in ("left", "right"))
     cases_in(tmp_path, f"name,footing,force,mx,my\n{both}", "pair.csv")
     text = EXAMPLES.split("exit codes")[0].replace("\\\n", " ")
     commands = [line for line in text.splitlines() if "skfem-dual solve" in line]
-    assert len(commands) == 3
+    assert len(commands) == 4
     for command in commands:
         words = shlex.split(command)
         code, out, err = run(capsys, *words[1:])

@@ -23,10 +23,9 @@ from skfem_dual import (
 )
 from skfem_dual.grids.generate import annulus
 from skfem_dual.report import figures, report_html, write_report
-from skfem_dual.report.bodies import footings_of
+from skfem_dual.report.bodies import between, bodies_of
 from skfem_dual.report.data import SCHEMA, plain, report_data, substrate_data
 from skfem_dual.report.details import Details
-from skfem_dual.report.footing import between
 from skfem_dual.report.numbers import outline_corners
 
 SOIL = HalfSpace(30e3, 0.3)
@@ -95,13 +94,13 @@ def test_a_case_without_solution_is_told():
     found = Page(report_html(cases))
     assert found.texts["h1"][0].startswith("NOT CONVERGED")
     assert "NO SOLUTION in the case gale" in found.said("strong")
-    data = report_data(footings_of(cases, Details()))
+    data = report_data(bodies_of(cases, Details()))
     assert (data["success"], data["footings"][0]["cases"][1]["success"]) == (False, False)
     assert data["footings"][0]["cases"][1]["settlement"] is None
     with pytest.warns(ConvergenceWarning):
         nothing = punch.solve_many([{"force": 1.0, "at": (3, 0)}])
     assert "NO SOLUTION" in report_html(nothing)
-    json.dumps(report_data(footings_of(nothing, Details())), allow_nan=False)
+    json.dumps(report_data(bodies_of(nothing, Details())), allow_nan=False)
 
 
 def pair_of_footings():
@@ -120,7 +119,7 @@ def pair_of_footings():
 @pytest.mark.usefixtures("undrawn")
 def test_between_footings():
     found = pair_of_footings()
-    (pair,) = between(footings_of(found, Details()))
+    (pair,) = between(bodies_of(found, Details()))
     w = [
         [c[k].punch_displacement(c.footprint.centre[:, None])[0] for c in found.values()]
         for k in range(2)
@@ -146,7 +145,7 @@ def test_a_ring_around_a_footing_has_no_angular_distortion_to_it():
     punches = [RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis()) for mesh in meshes.values()]
     solved = RigidPunches(punches).solve_many({"dead": [{"force": 300.0}, {"force": 900.0}]})
     found = dict(zip(meshes, solved, strict=True))
-    assert between(footings_of(found, Details())) == []
+    assert between(bodies_of(found, Details())) == []
     assert "Angular distortion" not in report_html(found, mesh_name="pad and ring")
 
 
@@ -154,7 +153,7 @@ def test_data_is_the_page(cases):
     """Every number of the JSON file, against the solutions."""
     date = datetime(2024, 5, 6, 7, 8)
     details = Details(points=[(-1.0, -1.0)], date=date, **SAID)
-    footings = footings_of(cases, details)
+    footings = bodies_of(cases, details)
     data = json.loads(json.dumps(report_data(footings), allow_nan=False))
     assert data["schema"] == SCHEMA == "skfem-dual/1"
     assert (data["units"], data["date"], data["allowable"]) == ("kN,m", "2024-05-06T07:08:00", 250)

@@ -34,6 +34,7 @@ def drawing(path, draw):
         "Rechtswert;Hochwert\n0;0\n3,0;0\n3;1\n1;1\n1;3\n0;3\n",
         "Name;X [m];Y [m]\nA;0;0\nB;3,0;0\nC;3;1,0\nD;1;1\nE;1;3\nF;0;3\n",
         "\ufeff# corners\n0 3\n1 3\n1 1\n3 1\n3 0\n0 0\n",
+        "Punkt;x;y\nA 1;\u22120,0;0\nA 2;3,0;0\nA 3;3;1\n1 000;1;1\nB;1;3\nC;0;3\n",
         "y\tx\n0\t0\n0\t3\n1\t3\n1\t1\n3\t1\n3\t0\n",
     ],
 )
@@ -43,6 +44,16 @@ def test_corners_as_csv(tmp_path, text):
     plan = Plan.read(path)
     assert plan.area == 5.0
     assert plan.centroid == pytest.approx([1.1, 1.1])
+
+
+def test_thousands_of_corners(tmp_path):
+    """Parted by blanks between semicolons; beside commas they are not guessed at."""
+    path = tmp_path / "site.csv"
+    path.write_text("x;y\n451 200,5;0\n451 203,5;0\n451 203,5;1\n451 200,5;1\n")
+    assert Plan.read(path).area == pytest.approx(3.0)
+    path.write_text("0,5 300,2\n3,5 300,2\n3,5 900,2\n")
+    with pytest.raises(MeshError, match=r"line 1: expected x, y or x, y, bulge, got '0,5 300,2'"):
+        Plan.read(path)
 
 
 def test_rings_of_csv(tmp_path):
@@ -153,7 +164,17 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
     ("name", "text", "message"),
     [
         ("a.csv", "", "expected corners in .*a.csv, got an empty file"),
-        ("a.csv", "x,y\n0,0\n1,0\nnorth\n", "got 'north' in line 4 of"),
+        (
+            "a.csv",
+            "x,y\n0,0\n1,0\nnorth\n",
+            r"a.csv, line 4: expected x, y or x, y, bulge, got 'north'",
+        ),
+        (
+            "a.csv",
+            "x;y\n0;0\n1,500;0\n2;1\n",
+            "line 3: expected a number, got '1,500', whose comma",
+        ),
+        ("a.csv", "x;y\n0;0\n1,5;0\n2.5;1\n", "line 4: expected decimal commas or decimal points"),
         ("a.csv", "0,0\n1,1\n1,0\n0,1\n", r"a.csv: expected rings .* at \(0.5, 0.5\)"),
         ("a.wkt", "POLYGON((0 0, 1 0", "expected WKT in .*a.wkt: ParseException"),
         ("a.wkt", "LINESTRING(0 0, 1 0, 1 1)", "expected polygons in .*, got LineString"),

@@ -636,7 +636,7 @@ def test_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
         write_report(path, solution)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-    with pytest.raises(ValueError, match=r"ending in .html or .pdf, got .*report.txt"):
+    with pytest.raises(ValueError, match=r"ending in .html, .pdf or .json, got .*report.txt"):
         write_report(tmp_path / "report.txt", solution)
 
 

@@ -53,6 +53,16 @@ def test_three_lines_of_heights_with_spacing_are_a_grid(tmp_path):
     assert profile(points()[::-1]) == pytest.approx(HEIGHTS.max() - HEIGHTS)
 
 
+def test_one_spacing_is_that_of_both_directions(tmp_path):
+    file = tmp_path / "grid.npy"
+    np.save(file, HEIGHTS)
+    both = MeasuredProfile.read(file, (0.25, 0.25), ORIGIN)
+    one = MeasuredProfile.read(file, np.float32(0.25), ORIGIN)
+    assert [a.tolist() for a in one.x] == [a.tolist() for a in both.x]
+    with pytest.raises(ValueError, match="positive distances for spacing"):
+        MeasuredProfile.read(file, 0)
+
+
 def fake(monkeypatch, found):
     """SurfaceTopography in so far as it is used."""
     package, exceptions = ModuleType("SurfaceTopography"), ModuleType("Exceptions")
@@ -146,4 +156,4 @@ def test_bad_arrays(tmp_path):
     with pytest.raises(FileNotFoundError):
         MeasuredProfile.read(tmp_path / "none.npy", (1, 1))
     with pytest.raises(TypeError, match="two numbers for spacing"):
-        MeasuredProfile.read(file, 1.0)
+        MeasuredProfile.read(file, "1.0")

@@ -69,5 +69,16 @@ def test_factors_of_other_units(symbol, quantity, factor):
     ("symbol", "quantity"), [("mN", "force"), ("mPa", "pressure"), ("mNm", "moment")]
 )
 def test_thousandths_are_not_millions(symbol, quantity):
+    with pytest.raises(ValueError, match=r"thousandths of a newton. Remedy: MN"):
+        Units("mN,m")
     with pytest.raises(ValueError, match=r"thousandths.* capital M"):
         Units("kN,m").factor(symbol, quantity)
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("kn,m", "kN,m"), ("KN, M", "kN,m"), ("Mn,mm", "MN,mm"), ("KIP,ft", "kip,ft")],
+)
+def test_capitals_do_not_count(text, meant):
+    assert Units(text) == Units(meant)
+    assert Units(text).text == meant

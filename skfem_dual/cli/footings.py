@@ -2,7 +2,7 @@
 
 import argparse
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -16,6 +16,7 @@ from .. import (
     CasesSolution,
     DualMesh,
     HalfSpace,
+    Plan,
     PunchSolution,
     RigidPunch,
     RigidPunches,
@@ -63,18 +64,21 @@ class Base:
 
 
 def read_bases(
-    options: argparse.Namespace, ground: Substrate, times: dict[str, float]
+    options: argparse.Namespace,
+    ground: Substrate,
+    times: dict[str, float],
+    grids: Mapping[str, Callable[[Plan], DualMesh]],
 ) -> list[Base]:
     """The footings named; tells of an origin off the plan, and the times of reading.
 
-    Outlines get a mesh that is fine enough for their loads.
+    Outlines get a mesh that is fine enough for their loads, those named in ``grids`` theirs.
 
     Raises
     ------
     ValueError
         If two have the same name, or there is one origin for several.
     """
-    names = [Path(path).stem for path in options.mesh]
+    names = names_of(options)
     if len(set(names)) < len(names):
         raise ValueError(f"expected meshes with different names, got {', '.join(names)}")
     if options.origin is not None and len(names) > 1:
@@ -107,6 +111,8 @@ def read_bases(
         accuracy = None
         if plan is None:
             dual = DualMesh.from_mesh(mesh)
+        elif name in grids:
+            dual = grids[name](plan)
         else:
             loads = _loads(options, name, origin)
             dual, accuracy = solve_outline(options, plan, ground, origin, loads)
@@ -119,9 +125,14 @@ def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[st
     """All loads of a footing, from its origin."""
     if options.loads is None:
         return [single_load(options)]
-    names = [Path(path).stem for path in options.mesh]
-    rows = by_case(read_cases(options.loads, options.units), names)
-    return [dict(of[name].load(origin)) for of in rows.values()]
+    read = read_cases(options.loads, options.units, parts=bool(options.plate))
+    rows = by_case(read, names_of(options))
+    return [dict(only(of[name]).load(origin)) for of in rows.values()]
+
+
+def names_of(options: argparse.Namespace) -> list[str]:
+    """Those of the footings, of their files without the suffix."""
+    return [Path(path).stem for path in options.mesh]
 
 
 def single_load(options: argparse.Namespace) -> dict[str, Any]:
@@ -211,7 +222,8 @@ def solve_cases(
         "progress": options.progress or is_watched(),
     }
     loads = {
-        case: [of[base.name].load(base.origin) for base in bases] for case, of in rows.items()
+        case: [only(of[base.name]).load(base.origin) for base in bases]
+        for case, of in rows.items()
     }
     if len(punches) == 1:
         found = [punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)]
@@ -225,7 +237,25 @@ def solve_cases(
     }
 
 
-def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, CaseRow]]:
+def only(rows: Sequence[CaseRow]) -> CaseRow:
+    """The one line of a rigid footing in a case.
+
+    Raises
+    ------
+    ValueError
+        If there are several, or it is of a plate.
+    """
+    row, *more = rows
+    if more or row.spread or any(row.sides):
+        where = more[0].where if more else row.where
+        raise ValueError(
+            f"{where}: expected one force on a rigid footing in the case {row.name!r}, got parts "
+            "of it. Remedy: their resultant; or --plate for a footing that bends"
+        )
+    return row
+
+
+def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, list[CaseRow]]]:
     """Rows by case and footing.
 
     Raises
@@ -233,7 +263,7 @@ def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str
     ValueError
         If a footing is not known or has no load in a case.
     """
-    found: dict[str, dict[str, CaseRow]] = {}
+    found: dict[str, dict[str, list[CaseRow]]] = {}
     for row in rows:
         footing = row.footing or (names[0] if len(names) == 1 else "")
         if footing not in names:
@@ -241,7 +271,7 @@ def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str
                 f"{row.where}: expected a footing among {', '.join(names)}, the names of the mesh "
                 f"files, got {footing or 'none'}"
             )
-        found.setdefault(row.name, {})[footing] = row
+        found.setdefault(row.name, {}).setdefault(footing, []).append(row)
     for case, of in found.items():
         if missing := [name for name in names if name not in of]:
             raise ValueError(f"expected a load of footing {missing[0]} in case {case!r}, got none")

@@ -5,10 +5,11 @@ from datetime import datetime
 from functools import partial
 from typing import Any
 
-from .. import __version__
+from .. import Plate, __version__
 from ..terminal import Parser, number
 from ..units import LENGTHS
 from .grids import check, dual
+from .plates import CELLS
 from .solve import solve
 
 EXAMPLES = """\
@@ -19,6 +20,9 @@ examples:
   twelve load cases on layers:
     skfem-dual solve footing.msh --substrate layers.csv --units kN,m \\
       --loads cases.csv --table out.csv --report report.html --title "Pier 3"
+  a raft 0.5 m thick under columns, with name, force, x, y, bx, by in columns.csv:
+    skfem-dual solve raft.csv --plate 0.5,30e6,0.2 --substrate layers.csv --units kN,m \
+      --loads columns.csv --vtu raft.vtu --report raft.html
   two neighbouring footings, with the columns name, footing, force, mx, my in pair.csv:
     skfem-dual solve left.msh right.msh --young 30e3 --poisson 0.3 --units kN,m \\
       --loads pair.csv --json results.json
@@ -35,6 +39,20 @@ def day(text: str) -> datetime:
         return datetime.fromisoformat(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"expected a date YYYY-MM-DD, got {text!r}") from None
+
+
+def plate(text: str) -> tuple[str | None, Plate]:
+    """What footings are made of, and the name of the one that is meant."""
+    name, named, values = text.rpartition("=")
+    numbers = [number(value) for value in values.split(",")]
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(
+            f"expected thickness, Young's modulus and Poisson's ratio T,E,NU, got {text!r}"
+        )
+    try:
+        return (name if named else None), Plate(*numbers)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def place(text: str) -> tuple[float, float]:
@@ -78,8 +96,8 @@ def _add_solve(commands: Any) -> None:
     """``solve MESH`` among the commands of a parser."""
     command = commands.add_parser(
         "solve",
-        help="pressures and settlement of rigid footings whose plans are meshes",
-        description="Rigid, smooth punches, such as footings, on an elastic half-space. Give a\n"
+        help="pressures and settlement of footings, rigid or plates, whose plans are meshes",
+        description="Smooth punches, such as footings and rafts, on elastic ground. Give a\n"
         "force, a settlement or a table of load cases. Any consistent units, or --units.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -93,6 +111,7 @@ def _add_solve(commands: Any) -> None:
         ".csv, .wkt, .geojson or .dxf, whose mesh is chosen",
     )
     _add_outlines(command.add_argument_group("outlines"))
+    _add_plates(command.add_argument_group("footings that bend"))
     _add_ground(command.add_argument_group("ground"))
     _add_loads(command.add_argument_group("loads"))
     _add_method(command.add_argument_group("method"))
@@ -125,7 +144,7 @@ def _add_solve(commands: Any) -> None:
         table="the load cases as a table (CSV)",
         png="isobars, of the case with the largest pressure,",
         svg="the same isobars (SVG or PDF)",
-        vtu="the cells of that case",
+        vtu="the cells of that case, of a plate with it and the ground around",
         json="all results for other programs",
         report="a report with pictures (HTML or PDF)",
     )
@@ -154,6 +173,24 @@ def _add_outlines(group: Any) -> None:
     )
     group.add_argument(
         "--time-limit", type=number, metavar="S", help="seconds in which it must be reached"
+    )
+
+
+def _add_plates(group: Any) -> None:
+    group.add_argument(
+        "--plate",
+        metavar="[NAME=]T,E,NU",
+        type=plate,
+        action="append",
+        default=[],
+        help="footings are plates of this thickness, Young's modulus and Poisson's ratio, free at "
+        "their edges; with the name of a mesh file only that one, any number of times",
+    )
+    group.add_argument(
+        "--cells",
+        type=int,
+        metavar="N",
+        help=f"about how many cells the outline of a plate gets, {CELLS} by default",
     )
 
 
@@ -196,7 +233,9 @@ def _add_loads(group: Any) -> None:
         metavar="FILE",
         help="load cases as CSV with the columns name, force; x, y (where the force acts, in the "
         "coordinates of the plan) or ex, ey (from the origin); mx, my (moments as above); "
-        "hx, hy, torsion (horizontal); footing (name of its mesh file), with several",
+        "hx, hy, torsion (horizontal); footing (name of its mesh file), with several; of plates "
+        "a line for each column, of a case those of its name, with bx, by (its sides) and q "
+        "(force per area all over the plate)",
     )
     pair(
         "--origin",

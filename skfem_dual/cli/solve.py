@@ -1,26 +1,26 @@
-"""``solve MESH``: rigid footings, their table and files."""
+"""``solve MESH``: footings, their table and files."""
 
 import argparse
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from .. import CasesSolution, PunchSolution
+from .. import ElasticPunch, ElasticSolution, PunchSolution, RigidPunch
 from ..contact.system import DENSE
-from ..io import write_cases, write_solution, write_whole
-from ..report import write_report
-from ..report.bodies import footings_of
+from ..io import write_solution, write_structure
+from ..io.cases import write_rows
+from ..report import write_data, write_report
+from ..report.bodies import Body, bodies_of
 from ..report.checks import DEFORMED
-from ..report.data import plain, report_data
+from ..report.data import report_data
 from ..report.details import Details
 from ..report.footing import Footing
-from ..report.numbers import Standing
 from ..terminal import tell
 from ..units import Units
 from .footings import (
@@ -35,53 +35,65 @@ from .footings import (
 from .messages import in_options
 from .outlines import take_corners
 from .pictures import draw
+from .plates import grid_of_outline, plates_of, solve_plates
 from .tables import case_table, solution_table
 
 
 def solve(options: argparse.Namespace) -> tuple[int, str]:
-    """``solve MESH``: pressures under rigid footings, as a table and files."""
+    """``solve MESH``: pressures under footings, as a table and files."""
     take_corners(options)
     require_one_load(options)
-    details = _details(options)
+    details, plates = _details(options), plates_of(options)
     times: dict[str, float] = {}
     ground = ground_of(options)
-    bases = read_bases(options, ground, times)
-    punches = punches_of(options, ground, bases)
+    grid = partial(grid_of_outline, options)
+    bases = read_bases(options, ground, times, dict.fromkeys(plates, grid))
     begin = perf_counter()
-    solution: PunchSolution | dict[str, CasesSolution]
-    if options.loads is None:
-        solution = solve_one(options, punches[0])
-        times |= solution.timings
+    solution: Any
+    punches: Sequence[RigidPunch | ElasticPunch]
+    if plates:
+        punches, solution = solve_plates(options, ground, bases, plates)
+        times["all"] = perf_counter() - begin
+        details = replace(
+            details, plates=plates if len(bases) > 1 else {"": plates[bases[0].name]}
+        )
     else:
-        solution = solve_cases(options, bases, punches)
-        times |= punches[0].timings | {"all": perf_counter() - begin}
-    footings = footings_of(solution, _with_accuracy(details, bases))
+        punches = punches_of(options, ground, bases)
+        begin = perf_counter()
+        if options.loads is None:
+            solution = solve_one(options, punches[0])
+            times |= solution.timings
+        else:
+            solution = solve_cases(options, bases, punches)
+            times |= punches[0].timings | {"all": perf_counter() - begin}
+    bodies = bodies_of(solution, _with_accuracy(details, bases))
+    footings = [body for body in bodies if isinstance(body, Footing)]
     standings = [footing.standing for footing in footings if footing.standing is not None]
     dense = sum(len(punch.partition) for punch in punches) <= DENSE
     condition = None
-    if standings and options.loads is None and dense:
+    if standings and isinstance(solution, PunchSolution) and dense:
         condition = standings[0].solution.condition_number
     if standings and (options.json or options.report or (dense and not options.quiet)):
         begin = perf_counter()
         for standing in standings:
             _ = standing.bounds  # known from here on
         times["bounds"] = perf_counter() - begin
-    _tell_of_units(details.units, standings)
-    _write_data(options, footings, times, condition)
-    if governing := _governing(footings):
-        if options.vtu:
+    _tell_of_units(details.units, bodies)
+    _write_data(options, bodies, times, condition)
+    if governing := _governing(bodies):
+        if options.vtu and isinstance(governing[0], ElasticSolution) and len(governing) == 1:
+            write_structure(options.vtu, governing[0], plate=details.plates[""])
+        elif options.vtu:
             write_solution(options.vtu, *governing)
         if options.png or options.svg:
             draw(options, "isobars", governing, **_scale(details.units))
     if options.report:
-        details = replace(footings[0].details, remarks=tuple(options.warned))
+        details = replace(bodies[0].details, remarks=tuple(options.warned))
         write_report(options.report, solution, details=details)
     failed = [
-        f"{f'{name}: ' if len(footing.cases) > 1 else ''}{message}"
-        for footing in footings
-        for name, message, ok in zip(
-            footing.cases.names, footing.cases.messages, footing.cases.success
-        )
+        f"{f'{name}: ' if len(body.names) > 1 else ''}{message}"
+        for body in bodies
+        for name, message, ok in zip(body.names, body.messages, body.success)
         if not ok
     ]
     if failed:
@@ -92,12 +104,12 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         return code, ""
     if isinstance(solution, PunchSolution):
         return code, solution_table(footings[0], bases[0], times, condition)
-    return code, case_table(footings, bases, times)
+    return code, case_table(bodies, bases, times)
 
 
-def _tell_of_units(units: Units, standings: Sequence[Standing]) -> None:
+def _tell_of_units(units: Units, bodies: Sequence[Body]) -> None:
     """Tell of settlements as of a thousand times too soft a ground, of numbers with units."""
-    most = max((standing.deformation for standing in standings), default=0.0)
+    most = max((body.deformation for body in bodies), default=0.0)
     if units.named and most > DEFORMED:
         tell(
             f"warning: a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
@@ -105,11 +117,11 @@ def _tell_of_units(units: Units, standings: Sequence[Standing]) -> None:
         )
 
 
-def _governing(footings: Sequence[Footing]) -> list[PunchSolution]:
-    """Of all footings in the case with the largest pressure under one; none without a solution."""
-    largest = [f.cases.largest_pressure[f.governing] if f.standing else -1.0 for f in footings]
-    worst = footings[int(np.argmax(largest))]
-    every = [footing.cases.solutions[worst.governing] for footing in footings]
+def _governing(bodies: Sequence[Body]) -> list[PunchSolution | ElasticSolution]:
+    """Of all bodies in the case with the largest pressure under one; none without a solution."""
+    largest = [b.largest_pressure[b.governing] if b.standing else -1.0 for b in bodies]
+    worst = bodies[int(np.argmax(largest))]
+    every = [body.solutions[worst.governing] for body in bodies]
     return [solution for solution in every if solution is not None]
 
 
@@ -146,16 +158,18 @@ def _scale(units: Units) -> dict[str, Any]:
 
 def _write_data(
     options: argparse.Namespace,
-    footings: Sequence[Footing],
+    bodies: Sequence[Body],
     times: dict[str, float],
     condition: float | None,
 ) -> None:
     """The table of cases and the JSON file."""
     if options.table:
-        names = [footing.name for footing in footings if footing.name]
-        write_cases(options.table, *(footing.cases for footing in footings), footings=names)
+        rows = [
+            {"footing": body.name, **row} if body.name else row
+            for body in bodies
+            for row in body.table()
+        ]
+        write_rows(options.table, rows)
     if options.json:
-        found = report_data(footings)
-        found |= {"condition_number": condition, "seconds": times}
-        text = json.dumps(plain(found), indent=2, allow_nan=False) + "\n"
-        write_whole(options.json, lambda part: Path(part).write_text(text))
+        found = report_data(bodies)
+        write_data(options.json, found | {"condition_number": condition, "seconds": times})

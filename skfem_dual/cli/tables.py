@@ -5,8 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..contact.solution import PunchSolution
+from ..report.bodies import Body, between
 from ..report.cases import CALLED
-from ..report.footing import Footing, between
+from ..report.footing import Footing
+from ..report.structures import Structure
 from ..units import Unit, Units
 from .footings import Base
 from .messages import in_options
@@ -70,38 +72,28 @@ def _sliding(solution: PunchSolution, units: Units) -> dict[str, str]:
     }
 
 
-def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mapping) -> str:
-    """A line for each case of each footing, and their envelope."""
-    details, lines = footings[0].details, []
-    units = details.units
-    for footing, base in zip(footings, bases, strict=True):
-        cases = footing.cases
-        lines += [_lines(_base_rows(base)), ""]
-        marks = units.displacement, units.slope, units.slope, units.displacement, units.pressure
-        heads = ["settlement", "tilt Lx", "tilt Ly", "max settl.", "max press."]
-        columns = [
-            cases.settlement,
-            *cases.tilt,
-            cases.largest_settlement,
-            cases.largest_pressure,
-        ]
+def case_table(bodies: Sequence[Body], bases: Sequence[Base], times: Mapping) -> str:
+    """A line for each case of each footing or plate, and their envelope."""
+    units, lines = bodies[0].details.units, list[str]()
+    for body, base in zip(bodies, bases, strict=True):
+        lines += [_lines(_base_rows(base) | _plate_rows(body)), ""]
         shown = [
             [head, f"[{unit.symbol}]" if units.named else "", *_numbers(column * unit.factor)]
-            for head, unit, column in zip(heads, marks, columns, strict=True)
+            for head, unit, column in _columns(body, units)
         ]
-        share = [f"{100 * s:.3g} %" if np.isfinite(s) else "-" for s in cases.contact_share]
-        names = ["case", "", *(name[:24] for name in cases.names)]
-        found = ["", "", *("" if ok else "NO SOLUTION" for ok in cases.success)]
+        share = [f"{100 * s:.3g} %" if np.isfinite(s) else "-" for s in body.contact_share]
+        names = ["case", "", *(name[:24] for name in body.names)]
+        found = ["", "", *("" if ok else "NO SOLUTION" for ok in body.success)]
         table = [names, *shown, ["contact", "", *share], found]
         widths = [max(map(len, column)) for column in table]
         for i, row in enumerate(zip(*table, strict=True)):
             if i != 1 or units.named:
                 cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
-        lines += ["", *_envelope(footing)]
-        lines += [f"{name:<24}{line}" for name, line in _bounds(footing, times).items()]
-        lines += [""]
-    for pair in between(list(footings)):
+        lines += ["", *_envelope(body)]
+        told = _bounds(body, times) if isinstance(body, Footing) else _points(body)
+        lines += [*(f"{name:<24}{line}" for name, line in told.items()), ""]
+    for pair in between(bodies):
         moved = _read(pair.difference, units.displacement, named=units.named)
         lines.append(
             f"{pair.first} to {pair.second}: differential settlement {moved}, 1 : "
@@ -110,13 +102,49 @@ def case_table(footings: Sequence[Footing], bases: Sequence[Base], times: Mappin
     return "\n".join([*lines, f"{'Time [s]':<19}{_times(times)}"])
 
 
-def _envelope(footing: Footing) -> list[str]:
-    if not footing.cases.success.any():
-        return []
-    units = footing.details.units
+def _columns(body: Body, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
+    """What is told of each case."""
+    sink, pressure = units.displacement, ("max press.", units.pressure, body.largest_pressure)
+    if isinstance(body, Footing):
+        (lx, ly), largest = body.cases.tilt, body.cases.largest_settlement
+        tilt = ("tilt Lx", units.slope, lx), ("tilt Ly", units.slope, ly)
+        settled = "settlement", sink, body.cases.settlement
+        return [settled, *tilt, ("max settl.", sink, largest), pressure]
+    least, largest = body.deflections.T
+    return [
+        ("force", units.force, np.array([plan.force for plan in body.standings])),
+        ("min defl.", sink, least),
+        ("max defl.", sink, largest),
+        ("max gap", sink, np.array([solution.gap.max() for solution in body.solutions])),
+        pressure,
+    ]
+
+
+def _plate_rows(body: Body) -> dict[str, str]:
+    """What a plate is made of."""
+    if isinstance(body, Footing) or body.plate is None:
+        return {}
+    plate, units = body.plate, body.details.units
+    made = f"E {_read(plate.young, units.modulus, units.named)}, nu {plate.poisson:g}"
+    return {"Plate": f"{_read(plate.thickness, units.length, units.named)} thick, {made}"}
+
+
+def _points(body: Structure) -> dict[str, str]:
+    """Deflections of the points wanted, over all cases."""
+    unit, named = body.details.units.displacement, body.details.units.named
+    return {
+        f"Deflection {name}": f"{_read(w.min(), unit, False)} to {_read(w.max(), unit, named)}"
+        for name, w in zip(body.points, body.settlements.T, strict=True)
+        if name.startswith("P")
+    }
+
+
+def _envelope(body: Body) -> list[str]:
+    units = body.details.units
     marks = {
         "largest_pressure": units.pressure,
         "largest_settlement": units.displacement,
+        "deflection_difference": units.displacement,
         "slope": units.slope,
         "contact_share": Unit("%", 100.0),
     }
@@ -125,11 +153,12 @@ def _envelope(footing: Footing) -> list[str]:
             f"{_read(e.value, marks[e.quantity], named=units.named or e.quantity[0] == 'c')}"
             f", {e.name}"
         )
-        for e in footing.cases.envelope()
+        for e in body.extremes
     }
-    if footing.details.allowable is not None:
-        rows["Of the allowable"] = f"{100 * np.nanmax(footing.utilisation):.3g} %"
-    return [f"{name:<24}{value}" for name, value in rows.items()]
+    if rows and body.details.allowable is not None:
+        rows["Of the allowable"] = f"{100 * np.nanmax(body.utilisation):.3g} %"
+    width = max([24, *(len(name) + 2 for name in rows)])
+    return [f"{name:<{width}}{value}" for name, value in rows.items()]
 
 
 def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:

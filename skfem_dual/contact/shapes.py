@@ -206,7 +206,7 @@ class MeasuredProfile:
     def read(
         cls,
         path: str | PathLike[str],
-        spacing: Pair | None = None,
+        spacing: float | Pair | None = None,
         origin: Pair = (0.0, 0.0),
         *,
         unit: str = "m",
@@ -221,8 +221,8 @@ class MeasuredProfile:
             (of a text the line) along x and the second along y; without it three columns x, y
             and height. All other formats, ``.x3p`` and ``.sdf`` among them, through
             SurfaceTopography, with the spacing of the file.
-        spacing : pair of float, optional
-            Distances of the heights along x and along y.
+        spacing : float or pair of float, optional
+            Distances of the heights along x and along y, or one for both.
         origin : pair of float
             Corner of the rectangle of which the heights of a grid are in the middles of equal
             parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on.

@@ -1,11 +1,12 @@
 """Load cases from CSV files, and their answers into them."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from ..arguments import Pair, checked_instance, checked_sequence
+from ..arguments import Pair, checked_flag, checked_instance, checked_sequence
 from ..contact.cases_solution import CasesSolution
 from ..units import PLAIN, Units
 from .guarded import shortened
@@ -14,6 +15,8 @@ from .writing import PathLike, write_whole
 
 #: columns of a table of loads; only the name and the force must be there
 KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
+#: and those of loads on parts of a plate
+PARTS = ("bx", "by", "q")
 #: other words for them
 ALSO = {
     **dict.fromkeys(("case", "load case", "lastfall", "cas", "cas de charge"), "name"),
@@ -23,8 +26,9 @@ ALSO = {
 #: what they measure
 QUANTITY = {
     **dict.fromkeys(("force", "hx", "hy"), "force"),
-    **dict.fromkeys(("x", "y", "ex", "ey"), "length"),
+    **dict.fromkeys(("x", "y", "ex", "ey", "bx", "by"), "length"),
     **dict.fromkeys(("mx", "my", "torsion"), "moment"),
+    "q": "pressure",
 }
 #: numbers are zero or between these in size, in any sensible units
 LEAST, MOST = 1e-100, 1e100
@@ -53,6 +57,10 @@ class CaseRow:
         Force along x and y in the plane of the base.
     torsion : float or None
         Moment about the vertical through the origin, positive from x towards y.
+    sides : pair of float
+        On a plate: of the rectangle over which force and moments are spread, along x and y.
+    spread : float
+        On a plate: force per area, all over it.
     """
 
     where: str
@@ -64,6 +72,13 @@ class CaseRow:
     moments: Pair
     horizontal: Pair | None = None
     torsion: float | None = None
+    sides: Pair = (0.0, 0.0)
+    spread: float = 0.0
+
+    def point(self, origin: Pair) -> Pair:
+        """Where the force acts, in the coordinates of the plan."""
+        ex, ey = self.eccentricity or (0.0, 0.0)
+        return self.at or (origin[0] + ex, origin[1] + ey)
 
     def load(self, origin: Pair) -> dict[str, float | Pair]:
         """Arguments of `Load`, for a punch with this origin."""
@@ -77,7 +92,9 @@ class CaseRow:
         return {"force": self.force, "at": at, **moments, **carried}
 
 
-def read_cases(path: PathLike, units: Units | str = PLAIN) -> tuple[CaseRow, ...]:
+def read_cases(
+    path: PathLike, units: Units | str = PLAIN, *, parts: bool = False
+) -> tuple[CaseRow, ...]:
     """Read load cases from a CSV file with a line of headings.
 
     Parameters
@@ -91,6 +108,9 @@ def read_cases(path: PathLike, units: Units | str = PLAIN) -> tuple[CaseRow, ...
         begin with ``#`` do not count.
     units : Units or str
         To which units of headings are changed, such as ``"kN,m"``; needed if there are any.
+    parts : bool
+        Whether lines of one name are parts of one case, as the columns on a plate. Then there may
+        be sides ``bx, by`` of rectangles over which they are spread, and ``q``, a force per area.
 
     Raises
     ------
@@ -104,12 +124,14 @@ def read_cases(path: PathLike, units: Units | str = PLAIN) -> tuple[CaseRow, ...
     texts = {"name", "footing", *(word for word, is_ in ALSO.items() if is_ != "force")}
     where, headings, rows = read_table(path, texts)
     heads = [ALSO.get(head.name, head.name) for head in headings]
-    _require_heads(heads, where)
+    _require_heads(heads, where, (*KNOWN, *PARTS) if parts else KNOWN)
     factors = {
         name: unit_factor(head, QUANTITY.get(name, ""), units, where)
         for name, head in zip(heads, headings, strict=True)
     }
     cases = tuple(_case(factors, cells, place) for place, cells in rows)
+    if checked_flag("parts", parts):
+        return cases
     seen: dict[tuple[str, str], str] = {}
     for case in cases:
         key = case.name, case.footing
@@ -143,7 +165,12 @@ def write_cases(path: PathLike, *tables: CasesSolution, footings: Sequence[str] 
     if footings:
         names = [name for name, cases in zip(footings, tables, strict=True) for _ in cases.names]
         rows = [{"footing": name, **row} for name, row in zip(names, rows, strict=True)]
-    columns = dict.fromkeys(name for row in rows for name in row)  # some tables have more
+    write_rows(path, rows)
+
+
+def write_rows(path: PathLike, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows by the names of their columns to a CSV file, whole or not at all."""
+    columns = dict.fromkeys(name for row in rows for name in row)  # some have more
 
     def write(part: str) -> None:
         with Path(part).open("w", newline="", encoding="utf-8") as file:
@@ -154,19 +181,20 @@ def write_cases(path: PathLike, *tables: CasesSolution, footings: Sequence[str] 
     write_whole(path, write)
 
 
-def _require_heads(heads: list[str], where: str) -> None:
+def _require_heads(heads: list[str], where: str, known: tuple[str, ...]) -> None:
     for head in heads:
-        if head not in KNOWN:
+        if head not in known:
+            of_plates = ", for plates only" if head in PARTS else ""
             raise ValueError(
-                f"{where}: expected headings among {', '.join(KNOWN)}, got "
-                f"{shortened(repr(head), 40)}"
+                f"{where}: expected headings among {', '.join(known)}, got "
+                f"{shortened(repr(head), 40)}{of_plates}"
             )
         if heads.count(head) > 1:
             raise ValueError(f"{where}: expected each heading once, got {head} twice")
     for needed in ("name", "force"):
         if needed not in heads:
             raise ValueError(f"{where}: expected a heading {needed}, got {', '.join(heads)}")
-    for pair in (("x", "y"), ("ex", "ey"), ("mx", "my"), ("hx", "hy")):
+    for pair in (("x", "y"), ("ex", "ey"), ("mx", "my"), ("hx", "hy"), ("bx", "by")):
         if len(set(pair) & set(heads)) == 1:
             raise ValueError(f"{where}: expected both {' and '.join(pair)}, got one of them")
     if {"x", "ex"} <= set(heads):
@@ -194,4 +222,6 @@ def _case(factors: dict[str, float], cells: list[str], where: str) -> CaseRow:
         pair("mx", "my") or (0.0, 0.0),
         pair("hx", "hy"),
         number("torsion") if "torsion" in found else None,
+        pair("bx", "by") or (0.0, 0.0),
+        number("q") if "q" in found else 0.0,
     )

@@ -7,6 +7,7 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_instance
+from ..contact.elastic_solution import ElasticSolution
 from ..contact.pressures import CellPressures
 from ..contact.solution import PunchSolution
 from ..errors import MeshError
@@ -57,8 +58,10 @@ def read_dual(path: PathLike) -> DualMesh:
     return dual
 
 
-def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
+def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) -> None:
     """Write a solution, or those of neighbours, to a VTU file: pressures and displacements.
+
+    A structure that bends is written whole by `write_structure`, here beside neighbours.
 
     Cell data of the polygons: ``cell``, ``footing`` (its number), ``pressure``, ``first_moments``
     and ``displacement`` (of the punch in the centroid); point data: ``displacement`` of the
@@ -72,13 +75,14 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
     Raises
     ------
     TypeError
-        If something is no `PunchSolution`, or there is none.
+        If something is no solution, there is none, or the only one is of a structure.
     ValueError
         If the suffix is not ``.vtu``, or the ground has a period.
     """
-    kind = PunchSolution, "write_structure for what bends, *solutions for neighbours"
+    kinds = (PunchSolution, ElasticSolution) if len(solutions) > 1 else PunchSolution
+    remedy = "write_structure for what bends, *solutions for neighbours"
     for solution in solutions or (None,):
-        checked_instance("solution", solution, *kind)
+        checked_instance("solution", solution, kinds, remedy)
     if any(isinstance(s.footprint.substrate, PeriodicGround) for s in solutions):
         raise ValueError(
             "expected ground without a period, which moves beside cells too. Remedy: "
@@ -94,15 +98,22 @@ def write_solution(path: PathLike, *solutions: PunchSolution) -> None:
             "pressure": np.concatenate([solution.pressure for solution in solutions]),
             "first_moments": np.vstack([mean_moments(solution) for solution in solutions]),
             "displacement": np.concatenate(
-                [solution.punch_displacement(part.centroids) for solution, part in every]
+                [_of_body(solution, part.centroids) for solution, part in every]
             ),
         },
         {
             "displacement": np.concatenate(
-                [solution.displacement(part.polygons.p) for solution, part in every]
+                [solution.ground_displacement(part.polygons.p) for solution, part in every]
             )
         },
     )
+
+
+def _of_body(solution: PunchSolution | ElasticSolution, x: ndarray) -> ndarray:
+    """How far the base goes at points."""
+    if isinstance(solution, ElasticSolution):
+        return solution.deflection(x)
+    return solution.punch_displacement(x)
 
 
 def mean_moments(solution: CellPressures) -> ndarray:

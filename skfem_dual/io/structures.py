@@ -8,6 +8,7 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 from ..arguments import checked_instance, checked_number
 from ..contact.elastic_solution import ElasticSolution
+from ..contact.plates import Plate
 from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
 from .polygons import blocks_of, mean_moments
@@ -23,14 +24,17 @@ KINDS: dict[type, tuple[str, Any]] = {
 }
 
 
-def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0.5) -> None:
+def write_structure(
+    path: PathLike, solution: ElasticSolution, beyond: float = 0.5, *, plate: Plate | None = None
+) -> None:
     """Write a structure and the ground to a VTU file, for ParaView and others.
 
     One file, so that "Warp By Vector" moves both. z is upwards, the ground lies where the
     structure stands. Point data: ``displacement`` (3 components; of a plate and of the ground
     only the last, settlements negative). Cell data: ``part``, 0 the structure, 1 the cells, 2
     the ground around them; ``pressure``, ``first_moments`` and ``gap`` on the cells, NaN
-    elsewhere; ``cell``, the number of an element, cell or triangle in its part.
+    elsewhere; ``cell``, the number of an element, cell or triangle in its part; with ``plate``
+    ``moments``, its ``m_xx, m_yy, m_xy``.
 
     Integrated over part 1 ("Threshold", then "Integrate Variables" of ParaView), ``pressure`` is
     the force and ``first_moments``, the means of ``(p x, p y, 0)`` over the cells, the first
@@ -45,6 +49,8 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
         Elements of higher order are written by their vertices.
     beyond : float
         Width of the ground around the plan, over its greater extent.
+    plate : Plate, optional
+        What the structure is made of, if it is one.
 
     Raises
     ------
@@ -74,11 +80,13 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
     numbers.append(np.arange(triangles.shape[1]))
     part = [0, *[1] * (len(blocks) - 2), 2]
 
-    def on_cells(values: ndarray) -> list[ndarray]:
+    def on_part(which: int, values: ndarray) -> list[ndarray]:
         return [
-            values[n] if k == 1 else np.full((len(n), *values.shape[1:]), np.nan)
+            values[n] if k == which else np.full((len(n), *values.shape[1:]), np.nan)
             for k, n in zip(part, numbers, strict=True)
         ]
+
+    moments = {} if plate is None else {"moments": on_part(0, plate.moments(solution).T)}
 
     mesh = meshio.Mesh(
         np.hstack([p, np.vstack([ground, np.full(ground.shape[1], level)])]).T,
@@ -87,9 +95,10 @@ def write_structure(path: PathLike, solution: ElasticSolution, beyond: float = 0
         cell_data={
             "part": [np.full(len(n), k) for k, n in zip(part, numbers, strict=True)],
             "cell": numbers,
-            "pressure": on_cells(solution.pressure),
-            "first_moments": on_cells(mean_moments(solution)),
-            "gap": on_cells(solution.gap),
+            "pressure": on_part(1, solution.pressure),
+            "first_moments": on_part(1, mean_moments(solution)),
+            "gap": on_part(1, solution.gap),
+            **moments,
         },
     )
     write_whole(path, lambda file: meshio.write(file, mesh, file_format="vtu"))

@@ -1,5 +1,6 @@
 """Heights of measured surfaces."""
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,13 @@ Points = ndarray | tuple[ndarray, ndarray]
 
 
 def read_heights(
-    path: PathLike, spacing: Pair | None, origin: Pair, unit: str
+    path: PathLike, spacing: float | Pair | None, origin: Pair, unit: str
 ) -> tuple[Points, ndarray]:
     """Points and heights of a file, as `MeasuredProfile.read` takes them."""
     file = require_file(path, "a file of heights")
     if spacing is not None:
-        spacing = checked_pair("spacing", spacing)
+        both = (spacing, spacing) if isinstance(spacing, Real) else spacing
+        spacing = checked_pair("spacing", both)
         if min(spacing) <= 0:
             raise ValueError(f"expected positive distances for spacing, got {spacing}")
     kind = file.suffix.lower()

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from ..units import Units
@@ -72,29 +72,56 @@ def read_table(
             f"expected a line of headings and 1 to {MANY} lines below in {path}, got "
             f"{len(numbered)} lines"
         )
-    first = numbered[0][1]
-    delimiter = next((mark for mark in ";\t" if mark in first), ",")
-    rows = []
+    rows, delimiter = [], delimiter_of(numbered[0][1])
     for number, line in numbered:
-        (cells,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+        cells = cells_of(line, delimiter)
         where = f"{path}, line {number}"
-        rows.append((where, [cell.strip() for cell in cells]))
+        rows.append((where, cells))
         if len(cells) != len(rows[0][1]):
             raise ValueError(f"{where}: expected {len(rows[0][1])} columns, got {len(cells)}")
     (where, heads), *below = rows
     headings = [Heading.of(head) for head in heads]
-    numbers = [i for i, head in enumerate(headings) if head.name not in texts]
-    for _, cells in below:
-        for i in numbers:
-            cells[i] = GROUPED.sub("", cells[i]).replace("\N{MINUS SIGN}", "-")
-    if delimiter != ",":
-        _make_points(below, numbers)
+    make_numbers(
+        below, [i for i, head in enumerate(headings) if head.name not in texts], delimiter
+    )
     return where, headings, below
 
 
-def _make_points(rows: list[tuple[str, list[str]]], columns: list[int]) -> None:
+def delimiter_of(line: str) -> str:
+    """What parts the columns, by their first line: semicolons or tabs before commas."""
+    return next((mark for mark in ";\t" if mark in line), ",")
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without blanks around."""
+    (cells,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+    return [cell.strip() for cell in cells]
+
+
+def make_numbers(
+    rows: Sequence[tuple[str, list[str]]], columns: Sequence[int], delimiter: str
+) -> None:
+    """Turn cells of rows, each with where it is, into what `float` reads, in place.
+
+    Nothing remains between thousands; with delimiters other than commas decimal commas are points.
+    Rows may be shorter than others.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be told which marks are decimal.
+    """
+    for _, cells in rows:
+        for i in columns:
+            if i < len(cells):
+                cells[i] = GROUPED.sub("", cells[i]).replace("\N{MINUS SIGN}", "-")
+    if delimiter != ",":
+        _make_points(rows, columns)
+
+
+def _make_points(rows: Sequence[tuple[str, list[str]]], columns: Sequence[int]) -> None:
     """Turn decimal commas of cells into points; refuse what may be either."""
-    found = [(where, cells[i]) for where, cells in rows for i in columns]
+    found = [(where, cells[i]) for where, cells in rows for i in columns if i < len(cells)]
     commas = [item for item in found if "," in item[1]]
     if not commas:
         return
@@ -113,7 +140,8 @@ def _make_points(rows: list[tuple[str, list[str]]], columns: list[int]) -> None:
         )
     for _, cells in rows:
         for i in columns:
-            cells[i] = cells[i].replace(",", ".")
+            if i < len(cells):
+                cells[i] = cells[i].replace(",", ".")
 
 
 def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> float:

@@ -5,13 +5,17 @@ from pathlib import Path
 
 from ..errors import MeshError
 from ..io.guarded import shortened
-from ..io.tables import Heading
+from ..io.tables import Heading, cells_of, delimiter_of, make_numbers
 
 #: x, y and the bulge of the side that starts there
 Corner = tuple[float, float, float]
+#: where it is, and its cells
+Row = tuple[str, list[str]]
 
 #: numbers of a corner: x, y and, if wanted, the bulge of the side that starts there
 COLUMNS = 2, 3
+#: marks beside which commas are decimal, and what empty lines consist of
+MARKS, EMPTY = ";\t", ",; \t"
 #: names of columns in a header, in any case; others are left out
 NAMES = {
     **dict.fromkeys(("x", "easting", "rechtswert"), 0),
@@ -30,30 +34,36 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
     """
     lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
     lines = [(i, line) for i, line in lines if not line.startswith("#")]
-    filled = [line for _, line in lines if line]
+    filled = [line for _, line in lines if line.strip(EMPTY)]
     if not filled:
         raise MeshError(f"expected corners in {path}, got an empty file")
-    decimal_comma = ";" in filled[0]
-    columns = _columns(_fields(filled[0]))
+    delimiter = _delimiter(filled[0])
+    columns = _columns(_fields(filled[0], delimiter))
     header = filled[0] if columns else None
-    rings: list[list[Corner]] = [[]]
+    rings: list[list[Row]] = [[]]
     for number, line in lines:
         if line == header:
             header = None
-        elif not line.strip(",; \t"):
+        elif not line.strip(EMPTY):
             rings.append([])
         else:
-            fields = _fields(line)
+            fields = _fields(line, delimiter)
             if columns and len(fields) > max(columns):
                 fields = [fields[i] for i in columns]
-            rings[-1].append(_corner(fields, decimal_comma, line, number, path))
-    return [ring for ring in rings if ring]
+            rings[-1].append((f"{path}, line {number}", fields))
+    if delimiter in MARKS:
+        try:
+            make_numbers([row for ring in rings for row in ring], range(COLUMNS[-1]), delimiter)
+        except ValueError as error:
+            raise MeshError(str(error)) from error
+    return [[_corner(fields, where) for where, fields in ring] for ring in rings if ring]
 
 
 def unit_of_table(path: Path) -> str | None:
     """Unit of the first coordinate by the header of a table of corners, if it has one."""
     lines = (line.strip() for line in path.read_text(encoding="utf-8-sig").splitlines())
-    fields = _fields(next((line for line in lines if line and not line.startswith("#")), ""))
+    first = next((line for line in lines if line.strip(EMPTY) and not line.startswith("#")), "")
+    fields = _fields(first, _delimiter(first))
     columns = _columns(fields)
     return (Heading.of(fields[columns[0]]).unit or None) if columns else None
 
@@ -71,18 +81,19 @@ def corners_of_text(text: str) -> list[Corner]:
     >>> corners_of_text("0,0 2,0,1 2,2 0,2")
     [(0.0, 0.0, 0.0), (2.0, 0.0, 1.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)]
     """
-    items = text.split()
-    return [
-        _corner(item.split(","), False, item, i, "the corners") for i, item in enumerate(items, 1)
-    ]
+    items = enumerate(text.split(), 1)
+    return [_corner(cells_of(item, ","), f"the corners, number {i}") for i, item in items]
 
 
-def _fields(line: str) -> list[str]:
+def _delimiter(line: str) -> str:
+    """What parts the columns: a mark, or blanks."""
+    mark = delimiter_of(line)
+    return mark if mark in line else " "
+
+
+def _fields(line: str, delimiter: str) -> list[str]:
     """The columns of a line."""
-    for separator in (";", "\t", ","):
-        if separator in line:
-            return [field.strip().strip('"') for field in line.split(separator)]
-    return line.split()
+    return line.split() if delimiter == " " else cells_of(line, delimiter)
 
 
 def _columns(fields: list[str]) -> list[int]:
@@ -92,21 +103,17 @@ def _columns(fields: list[str]) -> list[int]:
     return [found[k] for k in sorted(found)] if {0, 1} <= set(found) else []
 
 
-def _corner(
-    fields: list[str], decimal_comma: bool, line: str, number: int, path: object
-) -> Corner:
+def _corner(fields: list[str], where: str) -> Corner:
+    shown = shortened(repr(",".join(fields)), 60)
     while len(fields) > COLUMNS[0] and not fields[-1]:
         fields = fields[:-1]
     try:
-        values: tuple[float, ...] = tuple(
-            float(f.replace(",", ".") if decimal_comma else f) for f in fields
-        )
+        values = tuple(map(float, fields))
     except ValueError:
         values = ()
     if len(values) not in COLUMNS:
         raise MeshError(
-            f"expected x, y or x, y, bulge, got {shortened(line, 60)!r} in line {number} of "
-            f"{path}. Remedy: one corner a line, with a header that names x and y if there are "
-            "more columns, and an empty line between rings"
+            f"{where}: expected x, y or x, y, bulge, got {shown}. Remedy: one corner a line, with "
+            "a header that names x and y of more columns, and an empty line between rings"
         )
     return values[0], values[1], values[2] if len(values) == 3 else 0.0

@@ -1,5 +1,6 @@
 """A report of a solution for engineers: one page that needs nothing else, as HTML or PDF."""
 
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,13 +11,15 @@ from .. import __version__
 from ..arguments import checked_instance
 from ..contact.cases_solution import CasesSolution
 from ..contact.elastic_solution import ElasticSolution
+from ..contact.group_solution import PunchesSolution
 from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
 from .bearing import points_section
-from .bodies import bodies_of
+from .bodies import Body, bodies_of
 from .cases import bearing_of_bodies, cases_sections
 from .checks import error_section, resultant_section, solver_section, warnings_of
+from .data import plain, report_data
 from .depth import depth_of_footing
 from .details import Details
 from .footing import Footing
@@ -31,12 +34,17 @@ from .structure import structure_sections
 TITLE = "Rigid punch on elastic ground"
 STRUCTURE = "Structure on elastic ground"
 SEVERAL = "Foundations on elastic ground"
-SUFFIXES = (".html", ".pdf")
+SUFFIXES = (".html", ".pdf", ".json")
 
+KINDS = (PunchSolution, ElasticSolution, PunchesSolution, CasesSolution, Mapping)
 #: load cases of a body
 Cases = CasesSolution | Mapping[str, PunchSolution] | Mapping[str, ElasticSolution]
 Reported = (
-    PunchSolution | ElasticSolution | Cases | Mapping[str, PunchSolution | ElasticSolution | Cases]
+    PunchSolution
+    | ElasticSolution
+    | PunchesSolution
+    | Cases
+    | Mapping[str, PunchSolution | ElasticSolution | Cases]
 )
 
 
@@ -46,7 +54,8 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
     Parameters
     ----------
     path : path
-        The file. A PDF takes WeasyPrint, ``pip install 'skfem-dual[pdf]'``.
+        The file. A PDF takes WeasyPrint, ``pip install 'skfem-dual[pdf]'``. The same for other
+        programs is one ending in ``.json``, whose fields are described in the guide.
     solution, options
         As for `report_html`.
 
@@ -60,14 +69,35 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
     checked_instance("path", path, (str, os.PathLike))
     suffix = Path(path).suffix
     if suffix not in SUFFIXES:
-        raise ValueError(f"expected a file name ending in {' or '.join(SUFFIXES)}, got {path}")
+        raise ValueError(f"expected a file name ending in .html, .pdf or .json, got {path}")
     if suffix == ".pdf":
         require_pdf()
+    if suffix == ".json":
+        return write_data(path, report_data(_bodies(solution, _details(**options))))
     text = report_html(solution, **options)
     if suffix == ".pdf":
         write_whole(path, lambda part: write_pdf(part, text))
     else:
         write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
+    return None
+
+
+def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
+    """Write `report_data` and what else is known to a JSON file, whole or not at all."""
+    text = json.dumps(plain(data), indent=2, allow_nan=False) + "\n"
+    write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
+
+
+def _details(details: Details | None = None, **said: Any) -> Details:
+    if details is None:
+        return Details(**said)
+    return replace(checked_instance("details", details, Details), **said)
+
+
+def _bodies(solution: Reported, details: Details) -> list[Body]:
+    remedy = "several bodies or cases by their names, dict(left=first, right=second)"
+    checked_instance("solution", solution, KINDS, "" if isinstance(solution, type) else remedy)
+    return bodies_of(solution, details)
 
 
 def report_html(solution: Reported, *, details: Details | None = None, **said: Any) -> str:
@@ -116,18 +146,13 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
     >>> "<h1>Pier 3</h1>" in text
     True
     """
-    if details is not None:
-        checked_instance("details", details, Details)
-    details = Details(**said) if details is None else replace(details, **said)
-    kinds = (PunchSolution, ElasticSolution, CasesSolution, Mapping)
-    remedy = "several bodies or cases by their names, dict(left=solution[0], right=solution[1])"
-    checked_instance("solution", solution, kinds, "" if isinstance(solution, type) else remedy)
+    details = _details(details, **said)
     mesh_name = "mesh in memory" if details.mesh_name is None else details.mesh_name
+    bodies = _bodies(solution, details)
     if isinstance(solution, ElasticSolution):
         title, success = STRUCTURE, solution.success
         parts = structure_sections(solution, mesh_name, details, __version__)
     else:
-        bodies = bodies_of(solution, details)
         success = all(body.success.all() for body in bodies)
         titles = {TITLE if isinstance(body, Footing) else STRUCTURE for body in bodies}
         title = titles.pop() if len(titles) == 1 else SEVERAL
@@ -155,7 +180,7 @@ def _punch_sections(
         position_section(solution, standing),
         pressure_section(solution, standing),
         bearing_of_bodies(footings),
-        NONE if not details.points else points_section(footings, []),
+        NONE if not details.points else points_section(footings),
         standing_section(standing),
         sliding_section(footings[0]),
         depth_of_footing(footings[0]),

@@ -5,9 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..units import Units
 from .details import Details
 from .footing import Between, Footing
 from .page import (
+    NONE,
     Html,
     amount,
     coordinate,
@@ -68,8 +70,8 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
     )
 
 
-def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Html:
-    """Settlements of corners and points over all cases, and differences between footings."""
+def points_section(footings: Sequence[Footing]) -> Html:
+    """Settlements of corners and points over all cases."""
     units = footings[0].details.units
     sink = units.displacement
     head = ["Point", *axes_of(units), f"Least [{sink.symbol}]", f"Largest [{sink.symbol}]", "Case"]
@@ -91,27 +93,41 @@ def points_section(footings: Sequence[Footing], pairs: Sequence[Between]) -> Htm
                     footing.cases.names[most],
                 )
             )
-    parts = [
+    return section(
+        "Settlements of corners and points",
         table(rows, head, "Settlements of corners and points over all cases", numeric=True),
         paragraph(
             "A rigid base does not bend: the angular distortion between any two points of it is "
             "its tilt along their line."
         ),
+    )
+
+
+def differences_section(pairs: Sequence[Between], units: Units) -> Html:
+    """Between bodies, in the cases in which they are largest."""
+    if not pairs:
+        return NONE
+    head = ["Bodies", f"Distance [{units.length.symbol}]"]
+    head += [
+        f"Differential settlement [{units.displacement.symbol}]",
+        "Angular distortion",
+        "Case",
     ]
-    if pairs:
-        head = ["Footings", f"Distance [{units.length.symbol}]"]
-        head += [f"Differential settlement [{sink.symbol}]", "Angular distortion", "Case"]
-        rows = [
-            (
-                f"{p.first} – {p.second}",
-                number(p.distance),
-                amount(p.difference, sink),
-                one_to(p.distortion),
-                p.case,
-            )
-            for p in pairs
-        ]
-        parts.append(
-            table(rows, head, "Largest differences of footings, at their centroids", numeric=True)
+    rows = [
+        (
+            f"{p.first} – {p.second}",
+            number(p.distance),
+            amount(p.difference, units.displacement),
+            one_to(p.distortion),
+            p.case,
         )
-    return section("Settlements of corners and points", *parts)
+        for p in pairs
+    ]
+    return section(
+        "Differential settlements",
+        table(rows, head, "Largest differences, the second less the first", numeric=True),
+        paragraph(
+            "Differences of mean settlements, of a rigid base that of its centroid, and "
+            "these over the distance of the centroids."
+        ),
+    )

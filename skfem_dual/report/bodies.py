@@ -1,17 +1,24 @@
 """What a report is of: footings and structures by their names, each under its cases."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any
+
+import numpy as np
 
 from ..arguments import checked_instance
 from ..contact.cases_solution import CasesSolution
 from ..contact.elastic_solution import ElasticSolution
+from ..contact.group import RigidPunches
+from ..contact.group_solution import PunchesSolution
 from ..contact.solution import PunchSolution
 from .details import Details
-from .footing import Footing, require_points_on
+from .footing import Between, Footing, require_points_on
 from .structures import Structure
 
 Body = Footing | Structure
+#: distance of centroids over the extent of a body up to which they are in the same place
+SAME = 1e-9
 
 
 def bodies_of(solution: Any, details: Details) -> list[Body]:
@@ -25,6 +32,8 @@ def bodies_of(solution: Any, details: Details) -> list[Body]:
         If something else is among them, cases are of different bodies, bodies stand on different
         ground, or points wanted are on none of the plans.
     """
+    if isinstance(solution, PunchesSolution):
+        solution = _named(solution)
     if not isinstance(solution, Mapping) or _is_one(solution):
         solution = {"": solution}
     if not solution:
@@ -44,9 +53,11 @@ def bodies_of(solution: Any, details: Details) -> list[Body]:
     return bodies
 
 
-def footings_of(solution: Any, details: Details) -> list[Footing]:
-    """The footings among them."""
-    return [body for body in bodies_of(solution, details) if isinstance(body, Footing)]
+def _named(found: PunchesSolution) -> dict[str, Any]:
+    """The solutions of several bodies by their names, numbers of those that have none."""
+    group = found.punches
+    names = group.names if isinstance(group, RigidPunches) else map(str, range(len(found)))
+    return {name: {"load": s} for name, s in zip(names, found.solutions, strict=True)}
 
 
 def _is_one(solutions: Mapping) -> bool:
@@ -80,3 +91,27 @@ def _body(name: str, found: Any, details: Details) -> Body:
     loads, messages = (tuple(getattr(s, what) for s in each) for what in ("load", "message"))
     cases = CasesSolution(each[0].footprint, tuple(found), loads, each, messages)
     return Footing(name, cases, details)
+
+
+def between(bodies: Sequence[Body]) -> list[Between]:
+    """The differences of all pairs of bodies with centroids apart, in common cases."""
+    found = []
+    for a, b in combinations(bodies, 2):
+        arm = b.plan.centre - a.plan.centre
+        distance = float(np.hypot(*arm))
+        if distance <= SAME * np.sqrt(a.plan.partition.areas.sum()):
+            continue  # one lies in a hole of the other
+        first, second = (
+            dict(
+                zip(body.names, np.where(body.success, body.mean_settlement, np.nan), strict=True)
+            )
+            for body in (a, b)
+        )
+        difference = {
+            name: float(second[name] - first[name]) for name in a.names if name in second
+        }
+        sizes = {name: abs(value) for name, value in difference.items() if np.isfinite(value)}
+        if sizes:
+            case = max(sizes, key=sizes.__getitem__)
+            found.append(Between(a.name, b.name, distance, difference[case], case))
+    return found

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from ..contact.elastic_solution import ElasticSolution
-from .bearing import Borne, bearing_section, points_section
-from .bodies import Body
+from .bearing import Borne, bearing_section, differences_section, points_section
+from .bodies import Body, between
 from .checks import ROUNDING, error_section, solver_section
 from .depth import depth_of_footing
 from .figures import mesh_picture
-from .footing import Between, Footing, between
+from .footing import Between, Footing
 from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
 from .numbers import Plan, Standing
 from .page import (
@@ -34,7 +34,7 @@ from .page import (
 )
 from .results import in_words, isobars_figure, plan_figure, read
 from .sliding import sliding_section
-from .structure import imposed_on
+from .structure import imposed_on, moments_section
 from .structures import (
     Structure,
     cautions,
@@ -58,15 +58,17 @@ def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list
     """All of a report but its head."""
     footings = [body for body in bodies if isinstance(body, Footing)]
     structures = [body for body in bodies if isinstance(body, Structure)]
-    pairs = between(footings)
+    pairs = between(bodies)
     parts = [_notices(bodies), _in_short(bodies, pairs), _input(bodies, mesh_name)]
     parts += [
         _results(body) if isinstance(body, Footing) else deflections_section(body)
         for body in bodies
     ]
+    parts += [moments_section(s.plate, s.cases, s.details.units, s.name) for s in structures]
     parts += [_envelope(bodies), bearing_of_bodies(bodies)]
     if footings:
-        parts.append(points_section(footings, pairs))
+        parts.append(points_section(footings))
+    parts.append(differences_section(pairs, bodies[0].details.units))
     parts += [
         _pictures(body) if isinstance(body, Footing) else pictures_section(body, CALLED)
         for body in bodies
@@ -136,7 +138,9 @@ def _in_short(bodies: Sequence[Body], pairs: Sequence[Between]) -> Html:
         items.append(("Largest pressure / allowable", percent(used)))
     if pairs:
         worst = max(pairs, key=lambda pair: pair.distortion)
-        items.append(("Angular distortion between footings", one_to(worst.distortion)))
+        items.append(
+            (f"Angular distortion: {worst.first} – {worst.second}", one_to(worst.distortion))
+        )
     solved = sum(int(body.success.sum()) for body in bodies)
     total = sum(len(body.names) for body in bodies)
     items.append(("Cases with a solution", f"{solved} of {total}"))
@@ -256,8 +260,7 @@ def _balance(bodies: Sequence[Body]) -> Html:
     force, moment = units.force.symbol, units.moment.symbol
     names = f"force [{force}]", *(f"first moment along {axis} [{moment}]" for axis in "xy")
     for body in bodies:
-        solutions = body.cases.values() if isinstance(body, Structure) else body.cases.solutions
-        for name, solution in zip(body.names, solutions, strict=True):
+        for name, solution in zip(body.names, body.solutions, strict=True):
             if solution is None:
                 continue
             if isinstance(solution, ElasticSolution):

@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..contact.pressures import CellPressures
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
+from ..io.polygons import mean_moments
+from .bodies import Body, between
 from .depth import below, governing
 from .details import Details
-from .footing import Footing, between
+from .footing import Footing
+from .structure import imposed_on
+from .structures import Structure
 
 #: name and version of the schema; fields may be added under the same number
 SCHEMA = "skfem-dual/1"
@@ -38,19 +43,21 @@ FOUND = (
 )
 
 
-def report_data(footings: Sequence[Footing]) -> dict[str, Any]:
-    """What the page of the same footings shows, as numbers, text, lists and dictionaries.
+def report_data(bodies: Sequence[Body]) -> dict[str, Any]:
+    """What the page of the same bodies shows, as numbers, text, lists and dictionaries.
 
     All numbers are in the units that went in, ``None`` where a page has a dash. The fields are
     described in the guide, under "The report".
     """
-    details = footings[0].details
+    details = bodies[0].details
+    footings = [body for body in bodies if isinstance(body, Footing)]
     return {
         "schema": SCHEMA,
         "version": __version__,
         **_said(details),
-        "substrate": substrate_data(footings[0].cases.footprint.substrate),
+        "substrate": substrate_data(bodies[0].plan.substrate),
         "footings": [_footing(footing) for footing in footings],
+        "structures": [_structure(body) for body in bodies if isinstance(body, Structure)],
         "between": [
             {
                 "footings": [pair.first, pair.second],
@@ -59,10 +66,10 @@ def report_data(footings: Sequence[Footing]) -> dict[str, Any]:
                 "angular_distortion": pair.distortion,
                 "case": pair.case,
             }
-            for pair in between(list(footings))
+            for pair in between(bodies)
         ],
-        "error": _error(footings[0]),
-        "success": all(bool(footing.cases.success.all()) for footing in footings),
+        "error": _error(footings[0]) if footings else None,
+        "success": all(bool(body.success.all()) for body in bodies),
     }
 
 
@@ -115,43 +122,116 @@ def _said(details: Details) -> dict[str, Any]:
 
 def _footing(footing: Footing) -> dict[str, Any]:
     cases, standing = footing.cases, footing.standing
-    footprint = cases.footprint
-    p = footprint.partition.polygons.p
-    found = below(governing(footing), footing.details.profile)
-    envelope = cases.envelope() if cases.success.any() else ()
     return plain(
         {
-            "name": footing.name,
-            "grid": footprint.description,
-            "cells": len(footprint.partition),
-            "edge": footprint.edge,
-            "collocation": footprint.collocation,
-            "origin": footprint.origin,
-            "centroid": footprint.centre,
-            "area": footprint.partition.areas.sum(),
-            "extent": [p.min(axis=1), p.max(axis=1)],
+            **_plan(footing),
             "kern": None if standing is None or standing.kern is None else standing.kern.T,
             "accuracy": None if footing.accuracy is None else asdict(footing.accuracy),
-            "points": [{"name": name, "x": x[0], "y": x[1]} for name, x in footing.points.items()],
-            "circle_radius": footing.radius,
             "cases": [_case(footing, k) for k in range(len(cases))],
             "error": _error(footing),
-            "envelope": [
-                {"quantity": e.quantity, "value": e.value, "case": e.name} for e in envelope
-            ],
-            "stress_profile": None
-            if found is None
-            else {
-                "case": cases.names[footing.governing],
-                "point": found.profile.x,
-                "depth": found.profile.depth,
-                "stress": found.profile.stresses.sigma_z,
-                "strain": found.profile.strain,
-                "settlement": found.profile.displacement[2],
-                "parts": {"depths": found.depths, "shortening": found.parts},
-            },
+            "stress_profile": _profile(footing, governing(footing)),
         }
     )
+
+
+def _plan(body: Body) -> dict[str, Any]:
+    """What is told of every body."""
+    footprint = body.plan
+    p = footprint.partition.polygons.p
+    return {
+        "name": body.name,
+        "grid": footprint.description,
+        "cells": len(footprint.partition),
+        "edge": footprint.edge,
+        "collocation": footprint.collocation,
+        "origin": footprint.origin,
+        "centroid": footprint.centre,
+        "area": footprint.partition.areas.sum(),
+        "extent": [p.min(axis=1), p.max(axis=1)],
+        "points": [{"name": name, "x": x[0], "y": x[1]} for name, x in body.points.items()],
+        "circle_radius": body.radius,
+        "envelope": [
+            {"quantity": e.quantity, "value": e.value, "case": e.name} for e in body.extremes
+        ],
+    }
+
+
+def _profile(body: Body, solution: CellPressures | None) -> dict[str, Any] | None:
+    """The ground below it in its governing case."""
+    found = below(solution, body.details.profile)
+    return found and {
+        "case": body.names[body.governing],
+        "point": found.profile.x,
+        "depth": found.profile.depth,
+        "stress": found.profile.stresses.sigma_z,
+        "strain": found.profile.strain,
+        "settlement": found.profile.displacement[2],
+        "parts": {"depths": found.depths, "shortening": found.parts},
+    }
+
+
+def _structure(body: Structure) -> dict[str, Any]:
+    punch, plate = body.standing.solution.punch, body.plate
+    elements = punch.structure
+    return plain(
+        {
+            **_plan(body),
+            "kind": "plate" if punch.boundary is None else "solid",
+            "plate": None if plate is None else asdict(plate),
+            "element": type(elements.elem).__name__,
+            "elements": elements.mesh.nelements,
+            "dofs": elements.N,
+            "held": len(punch.compliance.fixed),
+            "areas": punch.partition.areas,
+            "centroids": punch.partition.centroids.T,
+            "cases": [_structure_case(body, k) for k in range(len(body.names))],
+            "stress_profile": _profile(body, body.standing.solution),
+        }
+    )
+
+
+def _structure_case(body: Structure, k: int) -> dict[str, Any]:
+    """What was found; loads as resultants from the origin, pressures in every cell."""
+    solution, (mean, largest) = body.solutions[k], body.utilisation[:, k]
+    point, moments = body.standings[k].force_point, None
+    if body.plate is not None:
+        ends = [(m.min(), m.max()) for m in body.plate.moments(solution)]
+        moments = dict(zip(("mx", "my", "mxy"), ends, strict=True))
+    return {
+        "name": body.names[k],
+        "success": solution.success,
+        "message": solution.message,
+        "load": dict(zip(("force", "mx", "my"), imposed_on(solution)[[0, 2, 1]], strict=True)),
+        "force": solution.force,
+        "point": point,
+        "first_moments": solution.resultant[1:],
+        "reactions": solution.reactions.sum(),
+        "deflection": {"least": body.deflections[k, 0], "largest": body.deflections[k, 1]},
+        "mean_settlement": body.mean_settlement[k],
+        "settlements": body.settlements[k],
+        "largest_gap": solution.gap.max(),
+        "moments": moments,
+        "contact_area": solution.contact_area,
+        "contact_share": body.contact_share[k],
+        "pressure": {
+            "mean": body.mean_pressure[k],
+            "largest": body.largest_pressure[k],
+            "min_of_cells": solution.pressure.min(),
+            "max_of_cells": solution.pressure.max(),
+        },
+        "utilisation": {"mean": mean, "largest": largest},
+        "in_cells": {
+            "pressure": solution.pressure,
+            "first_moments": mean_moments(solution)[:, :2],
+            "deflection": solution.punch.trace @ solution.displacement,
+            "gap": solution.gap,
+        },
+        "iterations": solution.iterations,
+        "equilibrium_residual": solution.equilibrium_residual,
+        "complementarity_residual": solution.complementarity_residual,
+        "displacement_residual": solution.displacement_residual,
+        "seconds": solution.timings,
+    }
 
 
 def _case(footing: Footing, k: int) -> dict[str, Any]:

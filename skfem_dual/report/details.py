@@ -16,6 +16,7 @@ from ..arguments import (
     checked_size,
     checked_text,
 )
+from ..contact.plates import Plate
 from ..plans.search import Accuracy
 from ..units import PLAIN, Units
 
@@ -45,6 +46,9 @@ class Details:
     accuracy : mapping of str to Accuracy
         How the meshes of footings were chosen, by their names, ``""`` of a single one; that of
         a `PlanSolution` is known.
+    plates : mapping of str to Plate
+        What structures are made of, by their names, ``""`` of a single one: told on the page, with
+        the bending moments.
     """
 
     title: str | None = None
@@ -58,6 +62,7 @@ class Details:
     profile: Pair | None = None
     remarks: Sequence[str] = ()
     accuracy: Mapping[str, Accuracy] = field(default_factory=dict)
+    plates: Mapping[str, Plate] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("title", "project", "author", "mesh_name"):
@@ -68,9 +73,10 @@ class Details:
             checked_instance("date", date, datetime)
         if not isinstance(self.units, Units):
             object.__setattr__(self, "units", Units(self.units))
-        checked_instance("accuracy", self.accuracy, Mapping)
-        for name, record in self.accuracy.items():
-            checked_instance(f"accuracy[{name!r}]", record, Accuracy)
+        for of, kind in (("accuracy", Accuracy), ("plates", Plate)):
+            checked_instance(of, getattr(self, of), Mapping)
+            for name, record in getattr(self, of).items():
+                checked_instance(f"{of}[{name!r}]", record, kind)
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
         found: dict[str, Any] = {

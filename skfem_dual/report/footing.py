@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -20,9 +20,6 @@ from ..plans.solve import PlanSolution
 from .details import Details
 from .numbers import Standing, distance_inside, reach
 from .results import point_names
-
-#: distance of centroids over the extent of a footing up to which they are in the same place
-SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +77,22 @@ class Footing:
         """Largest mean on a circle, shape (k,)."""
         return self.cases.largest_pressure
 
+    @property
+    def solutions(self) -> tuple[PunchSolution | None, ...]:
+        """Of the cases."""
+        return self.cases.solutions
+
+    @property
+    def mean_settlement(self) -> ndarray:
+        """That of the centroid, shape (k,)."""
+        arm = self.plan.centre - np.array(self.plan.origin)
+        return self.cases.settlement + arm @ self.cases.tilt
+
+    @property
+    def contact_share(self) -> ndarray:
+        """Area in contact over that of the plan, shape (k,)."""
+        return self.cases.contact_share
+
     @cached_property
     def extremes(self) -> tuple[Extreme, ...]:
         """The cases that govern, of those with success."""
@@ -92,6 +105,15 @@ class Footing:
             return self.extremes[0].number
         solved = [k for k, s in enumerate(self.cases.solutions) if s is not None]
         return solved[0] if solved else 0
+
+    @property
+    def deformation(self) -> float:
+        """Settlement of the governing case over the extent of the plan."""
+        return 0.0 if self.standing is None else self.standing.deformation
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each case."""
+        return self.cases.table()
 
     @property
     def accuracy(self) -> Accuracy | None:
@@ -193,12 +215,12 @@ def _distance(partition: Partition, point: Pair) -> float:
 
 @dataclass(frozen=True)
 class Between:
-    """The largest difference of two footings' settlements, at their centroids.
+    """The largest difference of two bodies' mean settlements, of a rigid one that of its centroid.
 
     Attributes
     ----------
     first, second : str
-        The footings.
+        The bodies.
     distance : float
         Of their centroids.
     difference : float
@@ -217,23 +239,3 @@ class Between:
     def distortion(self) -> float:
         """Difference over distance."""
         return abs(self.difference) / self.distance
-
-
-def between(footings: list[Footing]) -> list[Between]:
-    """The differences of all pairs of footings with centroids apart, of cases with success."""
-    found = []
-    for a, b in combinations(footings, 2):
-        centres = [footing.cases.footprint.centre for footing in (a, b)]
-        distance = float(np.hypot(*(centres[1] - centres[0])))
-        if distance <= SAME * np.sqrt(a.cases.footprint.partition.areas.sum()):
-            continue  # one lies in a hole of the other
-        settled = [
-            f.cases.settlement + (c - np.array(f.cases.footprint.origin)) @ f.cases.tilt
-            for f, c in zip((a, b), centres)
-        ]
-        difference = np.where(a.cases.success & b.cases.success, settled[1] - settled[0], np.nan)
-        if np.isnan(difference).all():
-            continue
-        k = int(np.nanargmax(np.abs(difference)))
-        found.append(Between(a.name, b.name, distance, float(difference[k]), a.cases.names[k]))
-    return found

@@ -1,6 +1,6 @@
 """Deflections, pressures and checks of a structure that bends, as sections of a report."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,9 @@ from numpy import ndarray
 
 from ..contact.bearing import Circles, bearing_pressure
 from ..contact.elastic_solution import ElasticSolution
+from ..contact.plates import Plate
 from ..grids.cellwise import nodal_mesh
+from ..units import Units
 from .bearing import Borne, bearing_section
 from .checks import DEFORMED, ROUNDING, UNBALANCED, notices, solver_section
 from .depth import depth_section
@@ -47,13 +49,14 @@ def structure_sections(
 ) -> list[Html]:
     """All of a report but its head."""
     plan = Plan(solution, details.units)
-    footprint = solution.footprint
+    footprint, plate = solution.footprint, details.plates.get("")
     borne = Borne("load", solution.mean_pressure, bearing_pressure(solution))
     return [
         notices(plan, "contact region", cautions_of(solution, plan), details.remarks),
         _in_short(solution, plan),
-        _input(solution, plan, mesh_name),
+        _input(solution, plan, mesh_name, plate),
         _deflections(solution, plan, details.own_points),
+        moments_section(plate, {"load": solution}, details.units),
         pressure_section(solution, plan),
         bearing_section([borne], [Circles.of(footprint).radius], details),
         depth_section(solution, details),
@@ -92,13 +95,16 @@ def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
     )
 
 
-def input_rows(solution: ElasticSolution, plan: Plan, mesh_name: str) -> list[tuple]:
+def input_rows(
+    solution: ElasticSolution, plan: Plan, mesh_name: str, plate: Plate | None
+) -> list[tuple]:
     """What the structure and its plan are."""
     punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
     structure, elements = punch.structure, punch.structure.mesh
     kind = "dual cells" if plan.on_dual_cells else "cells of the mesh"
     return [
         ("Structure", "solid" if punch.boundary is not None else "plate", NONE),
+        *_material(plate, plan.units),
         ("Its mesh", f"{elements.p.shape[1]} nodes, {elements.nelements} elements", NONE),
         ("Its finite elements", f"{type(structure.elem).__name__}, {structure.N} DOFs", NONE),
         ("DOFs held", str(len(punch.compliance.fixed)), NONE),
@@ -112,10 +118,43 @@ def input_rows(solution: ElasticSolution, plan: Plan, mesh_name: str) -> list[tu
     ]
 
 
-def _input(solution: ElasticSolution, plan: Plan, mesh_name: str) -> Html:
+def _material(plate: Plate | None, units: Units) -> list[tuple]:
+    if plate is None:
+        return []
+    return [
+        ("Its thickness", number(plate.thickness), symbol(units.length)),
+        ("Its Young's modulus", amount(plate.young, units.modulus), symbol(units.modulus)),
+        ("Its Poisson's ratio", number(plate.poisson), NONE),
+    ]
+
+
+def moments_section(
+    plate: Plate | None, cases: Mapping[str, ElasticSolution], units: Units, name: str = ""
+) -> Html:
+    """Least and largest bending moments of a plate in each case."""
+    if plate is None:
+        return NONE
+    unit = f"{units.moment.symbol}/{units.length.symbol}"
+    head = ["Case", *(f"{end} {m} [{unit}]" for m in ("mx", "my") for end in ("Least", "Largest"))]
+    rows = []
+    for case, solution in cases.items():
+        m = plate.moments(solution)[:2]
+        rows.append((case, *(number(v, 4) for v in np.array([m.min(1), m.max(1)]).T.ravel())))
+    return section(
+        f"Bending moments{', ' if name else ''}{name}",
+        table(rows, head, "", numeric=True),
+        paragraph(
+            "Per length, means of the finite elements: positive mx and my pull the bottom of the "
+            "plate along x and along y. Under a force on a point they grow with every finer mesh: "
+            "give such a column its sides."
+        ),
+    )
+
+
+def _input(solution: ElasticSolution, plan: Plan, mesh_name: str, plate: Plate | None) -> Html:
     return section(
         "Input",
-        table(input_rows(solution, plan, mesh_name), ("Structure and plan", "", "Unit")),
+        table(input_rows(solution, plan, mesh_name, plate), ("Structure and plan", "", "Unit")),
         ground_table(solution.punch.substrate, plan.units),
         paragraph(
             said_of(plan.units),

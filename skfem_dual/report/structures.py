@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -11,6 +12,7 @@ from ..contact.bearing import Circles, bearing_pressure
 from ..contact.cases_solution import Extreme
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.footprint import Footprint
+from ..contact.plates import Plate
 from .depth import depth_section
 from .details import Details
 from .input import mesh_figure
@@ -43,6 +45,11 @@ class Structure:
         return f"{self.name}, {text}" if self.name else text
 
     @property
+    def plate(self) -> Plate | None:
+        """What it is made of, if that was said."""
+        return self.details.plates.get(self.name)
+
+    @property
     def plan(self) -> Footprint:
         """Its cells."""
         return self.standings[0].solution.punch.footprint
@@ -56,6 +63,32 @@ class Structure:
     def messages(self) -> tuple[str, ...]:
         """What was found in the cases, or why not."""
         return tuple(solution.message for solution in self.cases.values())
+
+    @property
+    def solutions(self) -> tuple[ElasticSolution, ...]:
+        """Of the cases."""
+        return tuple(self.cases.values())
+
+    @cached_property
+    def mean_settlement(self) -> ndarray:
+        """Mean deflection of the plan, shape (k,)."""
+        areas = self.plan.partition.areas
+        trace = self.solutions[0].punch.trace
+        return np.array([areas @ (trace @ s.displacement) for s in self.solutions]) / areas.sum()
+
+    @cached_property
+    def points(self) -> dict[str, ndarray]:
+        """Corners and extremes of the plan, and the points wanted on it, by their names."""
+        wanted = self.details.own_points
+        corners = dict(zip(point_names(self.standing), self.standing.points.T, strict=True))
+        on = self.plan.fan.locate(wanted) >= 0 if wanted.size else np.zeros(0, dtype=bool)
+        return corners | {f"P{i + 1}": wanted[:, i] for i in np.nonzero(on)[0]}
+
+    @cached_property
+    def settlements(self) -> ndarray:
+        """Deflections of the points in each case, shape (k, m)."""
+        inside = a_little_inside(self.standing, np.array(list(self.points.values())).T)
+        return np.array([solution.deflection(inside) for solution in self.solutions])
 
     @cached_property
     def standings(self) -> list[Plan]:
@@ -121,6 +154,33 @@ class Structure:
         return self.extremes[0].number if self.extremes else 0
 
     @property
+    def deformation(self) -> float:
+        """Largest deflection over the extent of the plan."""
+        return float(np.abs(self.deflections).max()) / self.standing.size
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each case, for programs, numbers in the units that went in."""
+        columns = {
+            "name": self.names,
+            "force": [plan.force for plan in self.standings],
+            **{
+                axis: [
+                    np.nan if p.force_point is None else p.force_point[i] for p in self.standings
+                ]
+                for i, axis in enumerate("xy")
+            },
+            "least_deflection": self.deflections[:, 0],
+            "largest_deflection": self.deflections[:, 1],
+            "mean_settlement": self.mean_settlement,
+            "largest_pressure": self.largest_pressure,
+            "contact_share": self.contact_share,
+            "success": self.success,
+            "message": self.messages,
+        }
+        values = zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True)
+        return [dict(zip(columns, row, strict=True)) for row in values]
+
+    @property
     def standing(self) -> Plan:
         """Plan and resultant of the governing case."""
         return self.standings[self.governing]
@@ -137,7 +197,7 @@ def cautions(body: Structure) -> list[Html]:
 
 def structure_table(body: Structure, mesh_name: str) -> Html:
     """What it is."""
-    rows = input_rows(body.standing.solution, body.standing, mesh_name)
+    rows = input_rows(body.standing.solution, body.standing, mesh_name, body.plate)
     return table(rows, (f"Structure {body.name}".rstrip(), "", "Unit"))
 
 
@@ -171,24 +231,19 @@ def deflections_section(body: Structure) -> Html:
 
 def _points(body: Structure) -> Html:
     """Deflections of corners, and of the points wanted on it, over all cases."""
-    plan, units, wanted = body.standing, body.details.units, body.details.own_points
-    sink, on = units.displacement, np.zeros(wanted.shape[1], dtype=bool)
-    if wanted.size:
-        on = body.plan.fan.locate(wanted) >= 0
-    x = np.hstack([plan.points, wanted[:, on]])
-    names = [*point_names(plan), *(f"P{i + 1}" for i in np.nonzero(on)[0])]
-    solved = {name: solution for name, solution in body.cases.items() if solution.success}
-    inside, called = a_little_inside(plan, x), list(solved)
-    w = np.array([solution.deflection(inside) for solution in solved.values()])
+    plan, units = body.standing, body.details.units
+    sink, good = units.displacement, np.nonzero(body.success)[0]
     rows = [
         (
             name,
             *(coordinate(c, plan.size) for c in point),
             amount(values.min(), sink),
             amount(values.max(), sink),
-            called[int(np.argmax(values))],
+            body.names[good[int(np.argmax(values))]],
         )
-        for name, point, values in zip(names, x.T, w.T, strict=True)
+        for (name, point), values in zip(
+            body.points.items(), body.settlements[good].T, strict=True
+        )
     ]
     head = ["Point", *axes_of(units), f"Least [{sink.symbol}]", f"Largest [{sink.symbol}]", "Case"]
     return table(rows, head, "Deflections of corners and points over all cases", numeric=True)

@@ -1,0 +1,141 @@
+"""Footings of the command line that bend: plates under columns, alone or beside rigid ones."""
+
+import argparse
+from collections.abc import Sequence
+from typing import Any
+
+from skfem import LinearForm
+
+from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
+from ..arguments import checked_integer
+from ..io import CaseRow, read_cases
+from ..terminal import is_watched
+from .footings import Base, by_case, names_of, only, punches_of, single_load
+
+#: of the outline of a plate
+CELLS = 600
+
+
+def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
+    """What the footings that bend are made of, by their names.
+
+    Raises
+    ------
+    ValueError
+        If a name is no footing or comes twice, or there are options that plates do not know.
+    """
+    names, found = names_of(options), dict[str, Plate]()
+    for name, plate in options.plate:
+        meant = names if name is None else [name]
+        for each in meant:
+            if each not in names:
+                raise ValueError(
+                    f"expected a footing among {', '.join(names)}, the names of the mesh files, "
+                    f"for --plate, got {each}"
+                )
+            if each in found:
+                raise ValueError(f"expected one --plate for {each}, got several")
+            found[each] = plate
+    if not found:
+        if options.cells is not None:
+            raise ValueError("expected --plate with --cells, got none. Remedy: --accuracy")
+        return found
+    usual = {"moments": None, "settlement": None, "tilt": None, "horizontal": None}
+    for name, value in (usual | {"torsion": None, "collocation": "centroid"}).items():
+        if getattr(options, name) != value:
+            raise ValueError(
+                f"expected no --{name} with --plate. Remedy: --force with --at, or columns in "
+                "--loads, whose moments take sides bx, by"
+            )
+    if len(found) == len(names):
+        for name in ("accuracy", "time_limit"):
+            if getattr(options, name) is not None:
+                raise ValueError(
+                    f"expected no --{name.replace('_', '-')} with --plate, whose error is not "
+                    "estimated. Remedy: --cells, and compare two numbers of them"
+                )
+    return found
+
+
+def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
+    """Of about as many cells as are wanted."""
+    n = CELLS if options.cells is None else checked_integer("--cells", options.cells, at_least=5)
+    return DualMesh.from_mesh(plan.mesh(n=n))
+
+
+def solve_plates(
+    options: argparse.Namespace, ground: Any, bases: Sequence[Base], plates: dict[str, Plate]
+) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]]]:
+    """The footings, and their solutions in all cases by names, that of a single one empty.
+
+    Raises
+    ------
+    ValueError
+        If loads do not fit a footing or cannot be balanced; says in which line or case.
+    """
+    punches = [
+        _plate(options, ground, base, plates[base.name])
+        if base.name in plates
+        else punches_of(options, ground, [base])[0]
+        for base in bases
+    ]
+    how: dict[str, Any] = {
+        "unilateral": not options.bilateral,
+        "progress": options.progress or is_watched(),
+    }
+    found: dict[str, dict[str, Any]] = {base.name: {} for base in bases}
+    for case, rows in _cases(options, bases).items():
+        loads = [
+            _load(punch, base, rows[base.name]) for punch, base in zip(punches, bases, strict=True)
+        ]
+        try:
+            if len(punches) == 1:
+                solutions = [punches[0].solve(loads[0], **how)]
+            else:
+                solutions = list(Punches(punches).solve(loads, **how).solutions)
+        except ValueError as error:
+            raise ValueError(f"case {case}: {error}") from error
+        for base, solution in zip(bases, solutions, strict=True):
+            found[base.name][case] = solution
+    return punches, found if len(bases) > 1 else {"": found[bases[0].name]}
+
+
+def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -> ElasticPunch:
+    cells = base.dual.basis() if options.grid == "dual" else base.dual.primal_basis()
+    edges = options.edge_boundaries
+    return plate.on(ground, cells, edge=options.edge, edge_boundaries=edges, origin=base.origin)
+
+
+def _cases(
+    options: argparse.Namespace, bases: Sequence[Base]
+) -> dict[str, dict[str, list[CaseRow]]]:
+    """Lines of each footing in each case."""
+    if options.loads is not None:
+        rows = read_cases(options.loads, options.units, parts=True)
+        return by_case(rows, [base.name for base in bases])
+    load = single_load(options)
+    if load["force"] is None:
+        raise ValueError("expected --force or --loads with --plate, got neither")
+    row = CaseRow("--force", "load", "", load["force"], None, load["at"], (0.0, 0.0))
+    return {"load": {bases[0].name: [row]}}
+
+
+def _load(punch: RigidPunch | ElasticPunch, base: Base, rows: list[CaseRow]) -> Any:
+    """The load vector of a plate, of all its columns; the one load of a rigid footing."""
+    if isinstance(punch, RigidPunch):
+        return only(rows).load(base.origin)
+    structure = punch.structure
+    f = sum(row.spread for row in rows) * LinearForm(lambda v, w: 1.0 * v).assemble(structure)
+    for row in rows:
+        if any(row.horizontal or ()) or row.torsion:
+            raise ValueError(
+                f"{row.where}: expected vertical loads of a plate, got horizontal ones. Remedy: "
+                "leave out hx, hy and torsion"
+            )
+        at, sides = row.point(base.origin), row.sides
+        try:
+            if row.force or any(row.moments):
+                f += column_load(structure, at, row.force, sides=sides, moments=row.moments)
+        except ValueError as error:
+            raise ValueError(f"{row.where}: {error}") from error
+    return f

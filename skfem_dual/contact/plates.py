@@ -1,0 +1,204 @@
+"""Plates of one thickness on the ground, and columns that stand on them.
+
+Any stiffness assembled with scikit-fem is a structure; that of a raft is what is wanted most, and
+all that the command line knows.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import csr_matrix
+from skfem import BilinearForm, CellBasis, ElementTriMorley, MeshTri
+from skfem.helpers import dd, ddot, eye, trace
+from skfem.mapping import Mapping, MappingAffine
+
+from ..arguments import Pair, checked_instance, checked_number, checked_pair, checked_size
+from ..elements.point_values import value_matrix
+from ..grids.cellwise import CellwiseBasis
+from ..grids.mappings import own_mapping
+from ..ground.substrates import Substrate
+from .elastic import ElasticPunch
+from .elastic_solution import ElasticSolution
+
+#: points along each side of a loaded rectangle, of Gauss's rule
+POINTS = 8
+
+
+class LocalMorley(ElementTriMorley):
+    """Morley's element whose polynomials are of coordinates from the middle of the mesh, so that
+    they have all digits wherever that is."""
+
+    moved: tuple[Any, Mapping] | None = None
+
+    def gbasis(self, mapping: Mapping, X: ndarray, i: int, tind: Any = None) -> tuple:
+        """Functions in points of the reference element."""
+        mesh = mapping.mesh
+        if self.moved is None or self.moved[0] is not mesh:
+            middle = (mesh.p.min(axis=1) + mesh.p.max(axis=1)) / 2
+            self.moved = mesh, MappingAffine(mesh.translated(-middle))
+        return super().gbasis(self.moved[1], X, i, tind)
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A thin plate of one thickness, such as a raft, by Morley's element of scikit-fem.
+
+    Parameters
+    ----------
+    thickness, young, poisson : float
+        Its thickness, and moduli of its material.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is no number, or not positive; Poisson's ratio is from 0 to less than 0.5.
+
+    Examples
+    --------
+    >>> from skfem_dual import DualMesh, HalfSpace, Plate, column_load
+    >>> from skfem_dual.grids.generate import rectangle
+    >>> raft = Plate(thickness=0.4, young=30e6, poisson=0.2).on(
+    ...     HalfSpace(young=30e3, poisson=0.3), DualMesh.from_mesh(rectangle(8, 5, n=150)).basis()
+    ... )
+    >>> solution = raft.solve(column_load(raft.structure, (1.0, 0.5), 900.0, sides=(0.4, 0.4)))
+    >>> f"{solution.force:.6f} at {solution.centre_of_pressure.round(6)}"
+    '900.000000 at [1.  0.5]'
+    """
+
+    thickness: float
+    young: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        values = {name: checked_size(name, getattr(self, name)) for name in ("thickness", "young")}
+        values["poisson"] = checked_number("poisson", self.poisson, at_least=0, below=0.5)
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def rigidity(self) -> float:
+        """D = E t^3 / 12 / (1 - nu^2)."""
+        return self.young * self.thickness**3 / 12 / (1 - self.poisson**2)
+
+    def on(self, substrate: Substrate, basis: CellBasis, **options: Any) -> ElasticPunch:
+        """The plate on the ground, free at its edge.
+
+        Parameters
+        ----------
+        substrate, basis
+            As of `ElasticPunch`. Of a `CellwiseBasis` the common refinement of both grids is the
+            mesh of the plate, of any other its own.
+        options
+            Of `ElasticPunch`: ``D``, ``edge``, ``origin`` and others.
+
+        Returns
+        -------
+        ElasticPunch
+            `ElasticPunch.structure` is the plate's basis, anywhere in the plane.
+        """
+        checked_instance("basis", basis, CellBasis)
+        mesh = basis.dual.refinement if isinstance(basis, CellwiseBasis) else basis.mesh
+        checked_instance("the mesh of a plate", mesh, MeshTri)
+        structure = CellBasis(mesh, LocalMorley(), mapping=own_mapping(mesh))
+        return ElasticPunch(substrate, basis, structure, self.stiffness(structure), **options)
+
+    def stiffness(self, basis: CellBasis) -> csr_matrix:
+        """Of the plate on a basis whose functions have second derivatives."""
+        D, nu = self.rigidity, self.poisson
+
+        @BilinearForm
+        def bending(u: Any, v: Any, _: Any) -> Any:
+            return D * ddot((1 - nu) * dd(u) + nu * eye(trace(dd(u)), 2), dd(v))
+
+        return bending.assemble(basis)
+
+    def moments(self, solution: ElasticSolution) -> ndarray:
+        """Bending moments per length in the elements of the plate.
+
+        They are large, and larger on finer meshes, under a force on a point: such a column
+        takes its ``sides``.
+
+        Returns
+        -------
+        (3, nelements) array of float
+            Mean ``m_xx``, ``m_yy`` and ``m_xy`` of each element: positive ``m_xx`` and ``m_yy``
+            pull the bottom of the plate, along x and along y.
+        """
+        checked_instance("solution", solution, ElasticSolution)
+        basis = solution.punch.structure
+        bent = np.asarray(dd(basis.interpolate(solution.displacement)))
+        nu = self.poisson
+        m = -self.rigidity * ((1 - nu) * bent + nu * eye(trace(bent), 2))
+        means = (m * basis.dx).sum(axis=-1) / basis.dx.sum(axis=-1)
+        return np.array([means[0, 0], means[1, 1], means[0, 1]])
+
+
+def column_load(
+    basis: CellBasis,
+    x: Pair,
+    force: float,
+    *,
+    sides: Pair = (0.0, 0.0),
+    moments: Pair = (0.0, 0.0),
+) -> ndarray:
+    """Load vector of a column, or of what else stands on a rectangle of a plate.
+
+    Parameters
+    ----------
+    basis : CellBasis
+        Of the plate, with a scalar deflection.
+    x : pair of float
+        Middle of the rectangle.
+    force : float
+        Positive into the ground.
+    sides : pair of float
+        Of the rectangle along x and y, over which the load is spread: evenly, moments linearly.
+        Without them it acts on the point.
+    moments : pair of float
+        ``mx`` and ``my``, positive where they press down the side of larger y, of larger x.
+
+    Returns
+    -------
+    (N,) array of float
+        Force and moments are kept to rounding on elements that can be flat in any slope.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is none, or a part of the rectangle is beside the plate; if there are
+        moments about an axis along which it has no side.
+    """
+    checked_instance("basis", basis, CellBasis)
+    middle = np.array(checked_pair("x", x))
+    force = checked_number("force", force)
+    sides, (mx, my) = checked_pair("sides", sides), checked_pair("moments", moments)
+    if min(sides) < 0:
+        raise ValueError(f"expected sides of a column that are not negative, got {sides}")
+    turning = np.array([my, mx])  # along x and y
+    for axis, side, moment in zip("xy", sides, turning, strict=True):
+        if moment and not side:
+            raise ValueError(
+                f"expected a side along {axis} of the column with a moment of {moment:g} along "
+                f"it, got none. Remedy: sides=, over which it is spread"
+            )
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    a, b = np.meshgrid(points, points, indexing="ij")
+    shares = np.outer(weights, weights).ravel() / 4
+    arms = np.stack([a.ravel() * sides[0], b.ravel() * sides[1]]) / 2
+    # of a force by a moment: arm over the mean square of all arms
+    square = (arms**2 @ shares)[:, None]
+    lever = np.divide(arms, square, where=square > 0, out=np.zeros_like(arms))
+    loads = shares * (force + turning @ lever)
+    if not any(sides):
+        arms, loads = np.zeros((2, 1)), np.array([force])
+    try:
+        matrix = value_matrix(basis, middle[:, None] + arms)
+    except ValueError as error:
+        raise ValueError(
+            f"expected a column on the plate, got one at ({middle[0]:.6g}, {middle[1]:.6g}) with "
+            f"sides {sides[0]:g} and {sides[1]:g}, in part beside it. Remedy: coordinates of the "
+            "plan; shorter sides at its edge"
+        ) from error
+    return np.asarray(matrix.T @ loads)

@@ -1,0 +1,200 @@
+"""Plates on the command line, alone and beside rigid footings, and all of them as data."""
+
+import csv
+import json
+import re
+
+import meshio
+import numpy as np
+import pytest
+from skfem import LinearForm
+from test_cli import run
+from test_cli_cases import SITE, UNITS, cases_in
+
+from skfem_dual import DualMesh, HalfSpace, Plan, Plate, Punches, RigidPunch, column_load
+from skfem_dual.io import write_solution
+from skfem_dual.report import report_html, write_report
+
+SOIL = HalfSpace(30e3, 0.3)
+PLATE = ["--plate", "0.4,30e6,0.2"]
+COLUMNS = f"""\
+name, force [kN], x, y, bx, by, mx, my, q [kN/m²]
+weight, 0, 0, 0, 0, 0, 0, 0, 10
+wind, 600, {SITE[0] + 1}, {SITE[1] + 1}, 0.4, 0.4, 0, 30, 10
+wind, 800, {SITE[0] + 5}, {SITE[1] + 3}, 0.4, 0.6, -20, 0, 0
+"""
+
+
+@pytest.fixture
+def raft(tmp_path, monkeypatch):
+    """Corners of a raft of 6 m by 4 m on the site, and its loads."""
+    monkeypatch.chdir(tmp_path)
+    x, y = SITE
+    corners = "".join(f"{x + a},{y + b}\n" for a, b in ((0, 0), (6, 0), (6, 4), (0, 4)))
+    (tmp_path / "raft.csv").write_text(corners)
+    cases_in(tmp_path, COLUMNS)
+    return ["solve", "raft.csv", *UNITS]
+
+
+def balanced(structure, case):
+    """Force and first moments of the cells, from the origin."""
+    areas, cells = np.array(structure["areas"]), case["in_cells"]
+    force = areas @ np.array(cells["pressure"])
+    first = areas @ np.array(cells["first_moments"]) - force * np.array(structure["origin"])
+    return [force, *first]
+
+
+def test_a_raft_under_columns(capsys, raft, tmp_path):
+    """On the terminal, as data, as a table, and as a file with bending moments."""
+    files = ["--json", "out.json", "--table", "out.csv", "--vtu", "out.vtu"]
+    loads = ["--loads", "cases.csv", "--point", f"{SITE[0] + 1},{SITE[1] + 1}"]
+    code, out, err = run(capsys, *raft, *PLATE, "--cells", 80, *loads, *files)
+    assert (code, err) == (0, [])
+    assert "Plate              0.4 m thick, E 30000 MPa, nu 0.2" in out
+
+    cells = DualMesh.from_mesh(Plan.read("raft.csv").mesh(n=80)).basis()
+    middle = SITE[0] + 3, SITE[1] + 2
+    plate = Plate(0.4, 30e6, 0.2)
+    punch = plate.on(SOIL, cells, origin=middle)
+    basis, (x, y) = punch.structure, SITE
+    f = column_load(basis, (x + 1, y + 1), 600.0, sides=(0.4, 0.4), moments=(0.0, 30.0))
+    f += column_load(basis, (x + 5, y + 3), 800.0, sides=(0.4, 0.6), moments=(-20.0, 0.0))
+    found = json.loads((tmp_path / "out.json").read_text())
+    (structure,) = found["structures"]
+    weight, wind = structure["cases"]
+    imposed = 600 + 800 + 240, 600 * -2 + 800 * 2 + 30, 600 * -1 + 800 * 1 - 20
+    assert weight["force"] == pytest.approx(240.0, rel=1e-9)
+    assert [wind["force"], *wind["first_moments"]] == pytest.approx(imposed, rel=1e-7)
+    load = wind["load"]
+    assert [load["force"], load["my"], load["mx"]] == pytest.approx(imposed, rel=1e-7)
+    for case in (weight, wind):
+        assert balanced(structure, case) == pytest.approx(
+            [case["force"], *case["first_moments"]], rel=1e-9, abs=1e-4
+        )
+    f += 10.0 * LinearForm(lambda v, w: 1.0 * v).assemble(basis)
+    w = punch.trace @ punch.solve(f).displacement
+    assert wind["in_cells"]["deflection"] == pytest.approx(w, rel=1e-9)
+    assert structure["plate"] == {"thickness": 0.4, "young": 30e6, "poisson": 0.2}
+
+    with (tmp_path / "out.csv").open(newline="") as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    assert float(rows["wind"]["largest_deflection"]) == wind["deflection"]["largest"]
+    line = next(line.split() for line in out if line.startswith("wind"))
+    assert float(line[3]) == pytest.approx(1000 * wind["deflection"]["largest"], rel=1e-4)
+    mesh = meshio.read("out.vtu")
+    data = {name: np.concatenate(blocks) for name, blocks in mesh.cell_data.items()}
+    plates = data["part"] == 0
+    for i, m in enumerate(("mx", "my")):
+        ends = data["moments"][plates, i].min(), data["moments"][plates, i].max()
+        assert ends == pytest.approx(wind["moments"][m])
+    assert np.isnan(data["moments"][~plates]).all()
+
+
+@pytest.mark.usefixtures("raft")
+def test_a_raft_beside_a_rigid_pad(capsys, tmp_path):
+    """Two of them on one ground, with the difference of their settlements."""
+    x, y = SITE
+    (tmp_path / "pad.csv").write_text(
+        "".join(f"{x + a},{y + b}\n" for a, b in ((7, 0), (9, 0), (9, 2), (7, 2)))
+    )
+    text = f"name,footing,force,x,y,q\na,raft,300,{x + 2},{y + 2},8\na,pad,200,{x + 8},{y + 1},0\n"
+    cases_in(tmp_path, text, "both.csv")
+    files = ["--json", "out.json", "--vtu", "out.vtu", "--table", "out.csv"]
+    bodies = ["solve", "raft.csv", "pad.csv", *UNITS, "--plate", "raft=0.4,30e6,0.2"]
+    loads = ["--cells", 80, "--loads", "both.csv", "--accuracy", "1e-2"]
+    code, out, err = run(capsys, *bodies, *loads, *files)
+    assert (code, err) == (0, [])
+    found = json.loads((tmp_path / "out.json").read_text())
+    (structure,), (pad,), (between,) = found["structures"], found["footings"], found["between"]
+    case = structure["cases"][0]
+    settled = pad["cases"][0]["settlement"] - case["mean_settlement"]  # its origin is its centroid
+    assert between["differential_settlement"] == pytest.approx(settled, rel=1e-9)
+    assert between["distance"] == pytest.approx(np.hypot(5, 1))
+    assert case["force"] == pytest.approx(300 + 8 * 24, rel=1e-9)
+    assert any(line.startswith("raft to pad: differential settlement") for line in out)
+    mesh = meshio.read("out.vtu")
+    assert sorted(set(np.concatenate(mesh.cell_data["footing"]))) == [0, 1]
+
+
+def test_one_force_on_a_mesh(capsys, raft, tmp_path):
+    mesh = Plan.read("raft.csv").mesh(n=80)
+    mesh.save("mesh.msh")
+    command = ["solve", "mesh.msh", *UNITS, *PLATE, "--grid", "triangles", "--force", 100]
+    code, _, err = run(capsys, *command, "--at", 1, 0.5, "--json", "out.json")
+    assert (code, err) == (0, [])
+    (structure,) = json.loads((tmp_path / "out.json").read_text())["structures"]
+    (case,) = structure["cases"]
+    assert case["point"] == pytest.approx([SITE[0] + 4, SITE[1] + 2.5])
+    assert structure["grid"].startswith(f"{mesh.nelements} ")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--plate", "0.4,30e6"], "Poisson's ratio T,E,NU, got '0.4,30e6'"),
+        (["--plate", "0,30e6,0.2"], "positive thickness"),
+        (["--plate", "0.4,30e6,0.7"], "poisson of at least 0 and below 0.5"),
+        (["--plate", "slab=0.4,30e6,0.2"], "a footing among raft, .* got slab"),
+        ([*PLATE, *PLATE], "one --plate for raft, got several"),
+        (["--cells", "80"], "--plate with --cells"),
+        (["--cells", "2", *PLATE, "--force", "1"], "--cells of at least 5, got 2"),
+        ([*PLATE, "--settlement", "0.01"], "no --settlement with --plate"),
+        ([*PLATE, "--collocation", "node"], "expected (no|a mesh with) --collocation"),
+        ([*PLATE, "--accuracy", "0.01"], "no --accuracy with --plate.* Remedy: --cells"),
+        ([*PLATE], "--force or --loads with --plate, got neither"),
+        ([*PLATE, "--force", "-5"], "case load: expected loads that pressures"),
+        ([*PLATE, "--force", "5", "--at", "4", "0"], "--force: expected a column on the plate"),
+        ([*PLATE, "--loads", "turn.csv"], "line 2: expected a side along x of the column"),
+        ([*PLATE, "--loads", "slide.csv"], "line 2: expected vertical loads of a plate"),
+        (["--loads", "cases.csv"], r"line 1: expected headings .* got 'bx', for plates only"),
+    ],
+)
+def test_wrong_plates(capsys, raft, tmp_path, options, message):
+    cases_in(tmp_path, "name,force,mx,my\na,100,0,5\n", "turn.csv")
+    cases_in(tmp_path, "name,force,hx,hy\na,100,0,5\n", "slide.csv")
+    command = [*raft, *options] if "--plate" not in options else [*raft, "--cells", "60", *options]
+    code, _, err = run(capsys, *command)
+    assert code == 2
+    (line,) = err
+    assert re.search(message, line), line
+
+
+@pytest.fixture(scope="module")
+def group():
+    """A raft and a pad, solved together."""
+    cells = DualMesh.from_mesh(Plan.from_polygon([(0, 0), (6, 0), (6, 4), (0, 4)]).mesh(n=80))
+    raft = Plate(0.4, 30e6, 0.2).on(SOIL, cells.basis(), origin=(3.0, 2.0))
+    pad = DualMesh.from_mesh(Plan.circle((8.0, 2.0), 1.0).mesh(n=60))
+    punch = RigidPunch(SOIL, pad.basis(), origin=(8.0, 2.0))
+    load = column_load(raft.structure, (2.0, 1.0), 500.0)
+    return Punches([raft, punch]).solve([load, {"force": 300.0, "at": (0.1, 0.0)}])
+
+
+def test_several_bodies_as_they_are_solved(group, tmp_path):
+    """A page and data of all bodies, without naming them."""
+    text = report_html(group)
+    assert "Results, 0" in text
+    assert "Differential settlements" in text
+    write_report(tmp_path / "out.json", group)
+    found = json.loads((tmp_path / "out.json").read_text())
+    (structure,), (pad,) = found["structures"], found["footings"]
+    (case,) = structure["cases"]
+    assert balanced(structure, case) == pytest.approx([500.0, -500.0, -500.0], rel=1e-9)
+    raft = group.solutions[0]
+    assert case["in_cells"]["gap"] == raft.gap.tolist()
+    assert pad["cases"][0]["first_moments"] == pytest.approx([30.0, 0.0], abs=1e-9)
+    w = raft.punch.partition.areas @ (raft.punch.trace @ raft.displacement) / 24.0
+    difference = group.solutions[1].settlement - w
+    assert found["between"][0]["differential_settlement"] == pytest.approx(difference)
+    with pytest.raises(TypeError, match="write_structure for what bends"):
+        write_solution(tmp_path / "out.vtu", raft)
+
+
+def test_a_single_structure_as_data(group, tmp_path):
+    raft = group.solutions[0]
+    write_report(tmp_path / "out.json", raft, units="kN,m", plates={"": Plate(0.4, 30e6, 0.2)})
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert found["footings"] == []
+    assert found["structures"][0]["cases"][0]["moments"]["mx"][1] > 0
+    with pytest.raises(TypeError, match=r"expected a Plate for plates\[''\]"):
+        write_report(tmp_path / "out.json", raft, plates={"": 0.4})

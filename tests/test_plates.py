@@ -1,0 +1,141 @@
+"""Plates of one thickness on the ground, against rigid and limp ones, and columns on them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from skfem import BilinearForm, CellBasis, ElementTriMorley, LinearForm
+from skfem.helpers import dd, ddot, eye, trace
+
+from skfem_dual import (
+    DualMesh,
+    ElasticPunch,
+    HalfSpace,
+    Plate,
+    RigidPunch,
+    column_load,
+    flexible_settlement,
+)
+from skfem_dual.grids.generate import rectangle
+
+SOIL = HalfSpace(young=30e3, poisson=0.3)
+RAFT = Plate(thickness=0.4, young=30e6, poisson=0.2)
+SITE = np.array([451204.5, 5411903.25])
+
+
+def cells(n=120, at=(0.0, 0.0)):
+    return DualMesh.from_mesh(rectangle(6.0, 4.0, n=n).translated(at)).basis()
+
+
+def weight(basis):
+    return LinearForm(lambda v, w: 1.0 * v).assemble(basis)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """The raft under a column with moments."""
+    punch = RAFT.on(SOIL, cells())
+    load = {"sides": (0.5, 0.8), "moments": (30.0, -45.0)}
+    return punch.solve(column_load(punch.structure, (1.0, -0.5), 900.0, **load))
+
+
+def test_the_same_as_by_forms_of_ones_own(loaded):
+    basis = CellBasis(loaded.punch.structure.mesh, ElementTriMorley())
+    D, nu = 30e6 * 0.4**3 / 12 / 0.96, 0.2
+
+    @BilinearForm
+    def bending(u, v, _):
+        return D * ddot((1 - nu) * dd(u) + nu * eye(trace(dd(u)), 2), dd(v))
+
+    own = ElasticPunch(SOIL, loaded.punch.basis, basis, bending.assemble(basis)).solve(loaded.f)
+    assert own.pressure == pytest.approx(loaded.pressure, rel=1e-6, abs=1e-6)
+    assert own.deflection_range == pytest.approx(loaded.deflection_range, rel=1e-8)
+
+
+def test_force_and_moments_of_columns_are_kept(loaded):
+    """The moments press down larger y, and smaller x."""
+    x = 900 * 1.0 - 45, 900 * -0.5 + 30
+    assert loaded.resultant == pytest.approx([900.0, *x], rel=1e-10)
+    basis = loaded.punch.structure
+    narrow = column_load(basis, (0.3, 0.2), 7.0, sides=(0.0, 0.5), moments=(2.0, 0.0))
+    for f, by, expected in (
+        (column_load(basis, (3.0, 2.0), 5.0), lambda x: x[0] + x[1], 25.0),  # in a corner
+        (narrow, lambda x: 1 + x[1], 7.0 * 1.2 + 2.0),
+    ):
+        assert f @ basis.project(by) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+def test_anywhere_on_the_site(loaded, grid):
+    """Coordinates of maps have digits for 1e-10 of the plan."""
+    dual = cells(at=SITE).dual
+    punch = RAFT.on(SOIL, dual.basis() if grid == "dual" else dual.primal_basis(), origin=SITE)
+    load = {"sides": (0.5, 0.8), "moments": (30.0, -45.0)}
+    column = SITE + np.array([1.0, -0.5])
+    far = punch.solve(column_load(punch.structure, column, 900.0, **load))
+    assert far.resultant == pytest.approx([900.0, 855.0, -420.0], rel=1e-8)
+    x = np.array([[0.0, 2.5, -2.5], [0.0, 1.5, 1.5]])
+    close = 1e-5 if grid == "dual" else 1e-2
+    assert far.deflection(x + SITE[:, None]) == pytest.approx(loaded.deflection(x), rel=close)
+
+
+def test_stiff_and_limp_plates():
+    basis = cells()
+    stiff = Plate(4.0, 30e9, 0.2).on(SOIL, basis)
+    solution = stiff.solve(column_load(stiff.structure, (0.4, 0.2), 500.0))
+    rigid = RigidPunch(SOIL, basis).solve(500.0, at=(0.4, 0.2))
+    x = np.array([[0.0, 2.9, -2.9], [0.0, 1.9, 1.9]])
+    collocated = rigid.punch_displacement(x, collocated=True)
+    assert solution.deflection(x) == pytest.approx(collocated, rel=1e-5)
+    limp = Plate(1e-3, 30e3, 0.2).on(SOIL, basis, edge="constant")
+    solution = limp.solve(12.0 * weight(limp.structure))
+    at = np.array([[0.0, 1.0], [0.0, -0.5]])
+    assert solution.deflection(at) == pytest.approx(
+        flexible_settlement(SOIL, basis, 12.0, at), rel=5e-3
+    )
+
+
+def test_bending_moments(loaded):
+    """Of a deflection of the second degree, which the elements know exactly."""
+    a, b, c = 1e-3, -2e-3, 5e-4
+    bent = loaded.punch.structure.project(
+        lambda x: a * x[0] ** 2 + b * x[1] ** 2 + c * x[0] * x[1]
+    )
+    m = RAFT.moments(dataclasses.replace(loaded, displacement=bent))
+    D, nu = RAFT.rigidity, 0.2
+    expected = [-2 * D * (a + nu * b), -2 * D * (b + nu * a), -D * (1 - nu) * c]
+    assert m == pytest.approx(np.tile(np.reshape(expected, (3, 1)), m.shape[1]), rel=1e-5)
+    m = RAFT.moments(loaded)
+    assert m[0].max() > 5 * abs(m[0].min())  # the bottom is pulled below the column
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"x": (1,)}, "two numbers for x"),
+        ({"x": (9.0, 0.0)}, r"column on the plate, got one at \(9, 0\)"),
+        ({"x": (3.0, 0.0), "sides": (1.0, 1.0)}, "in part beside it. Remedy: coordinates"),
+        ({"sides": (1.0, -1.0)}, "sides of a column that are not negative"),
+        ({"moments": (1.0, 0.0)}, "a side along y of the column with a moment of 1"),
+        ({"sides": (0.0, 1.0), "moments": (0.0, 2.0)}, "a side along x of the column"),
+        ({"force": np.nan}, "finite force"),
+        ({"basis": None}, "CellBasis for basis"),
+    ],
+)
+def test_wrong_columns(loaded, wrong, message):
+    load = {"basis": loaded.punch.structure, "x": (0.0, 0.0), "force": 1.0} | wrong
+    with pytest.raises((ValueError, TypeError), match=message):
+        column_load(**load)
+
+
+@pytest.mark.parametrize(
+    ("made_of", "message"),
+    [
+        ((0.0, 1.0, 0.2), "positive thickness"),
+        ((0.4, "a", 0.2), "number for young"),
+        ((0.4, 1.0, 0.5), "poisson of at least 0 and below 0.5"),
+    ],
+)
+def test_wrong_plates(made_of, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        Plate(*made_of)
