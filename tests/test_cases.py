@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from plans import disc, rectangle
+from plans import disc, perturbed, rectangle
 from skfem import MeshTri
 
 from skfem_dual import (
@@ -173,6 +173,18 @@ def test_bearing_pressure_does_not_depend_on_the_mesh(at):
     assert errors[1] < 0.35 * errors[0]
     assert errors[2] < 0.45 * errors[1]
     assert largest[-1] > 1.8 * largest[0]  # that of a cell does
+
+
+def test_bearing_pressure_does_not_depend_on_axes():
+    """Points of the circles turn, and turn over, with the plan."""
+    at, mesh = np.array([0.3, 0.2]), perturbed(rectangle(8, 1.0, 0.75), 0.03)
+    found = []
+    for angle, side in [(0.0, 1), (0.4, 1), (2.0, 1), (0.9, -1)]:
+        cos, sin = np.cos(angle), np.sin(angle)
+        turn = np.array([[cos, -side * sin], [sin, side * cos]])
+        turned = punch(MeshTri(turn @ mesh.p, mesh.t))
+        found.append(bearing_pressure(turned.solve(1.0, at=tuple(turn @ at))))
+    assert found == pytest.approx([found[0]] * 4, rel=1e-9)
 
 
 def test_bearing_pressure_of_a_sphere():

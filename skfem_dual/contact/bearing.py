@@ -67,8 +67,8 @@ class Circles:
         touching = distance_to_segments(along, a, b) >= (1 - 1e-6) * radius
         x = np.hstack([x[:, distance >= radius], along[:, touching]])
         arms, weights = _points_of_a_circle()
-        arms = radius * arms
-        points = (x[:, :, None] + arms[:, None]).reshape(2, -1)
+        centre = partition.centroids @ partition.areas / partition.areas.sum()
+        points = (x[:, :, None] + radius * _turned(arms, x - centre[:, None])).reshape(2, -1)
         inside, cell, factor = footprint.pressure_factors(points)
         circle = np.repeat(np.arange(x.shape[1]), len(weights))[inside]
         share, n = factor * np.tile(weights, x.shape[1])[inside], len(partition)
@@ -98,6 +98,15 @@ def _points_of_a_circle() -> tuple[ndarray, ndarray]:
     angle = 2 * np.pi * np.arange(AROUND) / AROUND
     points = np.kron(np.sqrt(u * (2 - u)), [np.cos(angle), np.sin(angle)])
     return points, np.repeat(weights * (1 - u) / AROUND, AROUND)
+
+
+def _turned(arms: ndarray, towards: ndarray) -> ndarray:
+    """Points (2, k) turned from the first axis to directions (2, m), with which plans turn;
+    (2, m, k)."""
+    length = np.hypot(*towards)
+    known = length > 1e-9 * length.max()
+    cos, sin = np.where(known, towards / np.where(known, length, 1.0), [[1.0], [0.0]])[..., None]
+    return np.stack([cos * arms[0] - sin * arms[1], sin * arms[0] + cos * arms[1]])
 
 
 def _inside(partition: Partition, ribs: ndarray, width: float) -> ndarray:
