@@ -34,11 +34,11 @@ class LocalMorley(ElementTriMorley):
 
     def gbasis(self, mapping: Mapping, X: ndarray, i: int, tind: Any = None) -> tuple:
         """Functions in points of the reference element."""
-        mesh = mapping.mesh
-        if self.moved is None or self.moved[0] is not mesh:
+        mesh, moved = mapping.mesh, self.moved
+        if moved is None or moved[0] is not mesh:
             middle = (mesh.p.min(axis=1) + mesh.p.max(axis=1)) / 2
-            self.moved = mesh, MappingAffine(mesh.translated(-middle))
-        return super().gbasis(self.moved[1], X, i, tind)
+            moved = self.moved = mesh, MappingAffine(mesh.translated(-middle))
+        return super().gbasis(moved[1], X, i, tind)
 
 
 @dataclass(frozen=True)
