@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from hashlib import sha256
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -154,6 +154,8 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return [f"{value.__module__}.{value.__qualname__}".encode()]
     if isinstance(value, types.ModuleType):
         return [value.__name__.encode()]
+    if isinstance(value, PurePath):  # which pickles by the parts it was made of
+        return [str(value).encode()]
     if isinstance(value, types.CodeType):
         return map(of, (value.co_code, value.co_consts, value.co_names, value.co_varnames))
     if isinstance(value, types.FunctionType):
