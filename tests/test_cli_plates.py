@@ -198,3 +198,27 @@ def test_a_single_structure_as_data(group, tmp_path):
     assert found["structures"][0]["cases"][0]["moments"]["mx"][1] > 0
     with pytest.raises(TypeError, match=r"expected a Plate for plates\[''\]"):
         write_report(tmp_path / "out.json", raft, plates={"": 0.4})
+
+
+def test_a_thickness_in_another_unit_is_suspected(capsys, raft):
+    load = ["--force", "300", "--cells", "20"]
+    code, _, err = run(capsys, *raft, "--plate", "400,30e6,0.2", *load)
+    assert code == 0
+    assert "thickness of the plate is 6.67e+03 % of the extent of the plan" in err[0]
+    assert "Remedy: check the unit of the thickness in --plate" in err[0]
+    assert run(capsys, *raft, *PLATE, *load)[::2] == (0, [])
+
+
+def test_remedies_of_plates_are_options(capsys, raft, tmp_path):
+    cases_in(tmp_path, COLUMNS.replace("wind, 800", "wind, -5800"))
+    code, _, err = run(capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "20")
+    assert code == 2
+    assert err[0].endswith("Remedy: move them or --bilateral for ground that pulls")
+
+
+def test_a_million_cells_under_a_plate_are_refused_before_their_mesh(capsys, raft, monkeypatch):
+    monkeypatch.setattr(Plan, "mesh", None)
+    monkeypatch.setattr("skfem_dual.contact.plates.available_memory", lambda: 2.0**33)
+    code, _, err = run(capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "1000000")
+    assert code == 2
+    assert "a plate on 1000000 cells takes about 1.953e+05 MiB. Remedy: at most 41943" in err[0]

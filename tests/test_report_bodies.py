@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from html import unescape
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from elastic_shapes import SOIL, block, plate
 from skfem_dual import DualMesh, HalfSpace, Punches, RigidPunch, bearing_pressure
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.report import report_html
+from skfem_dual.report.results import point_names
 from skfem_dual.report.structure import imposed_on
 
 
@@ -127,3 +129,11 @@ def test_wrong_bodies_are_refused(cases, group):
     ):
         with pytest.raises(TypeError, match=message):
             report_html(wrong)
+
+
+def test_corners_are_not_called_as_points_wanted():
+    """P1, P2 and so on are those of ``points``."""
+    names = point_names(SimpleNamespace(points=np.zeros((2, 60))))
+    assert names[:3] + names[24:26] == ["A", "B", "C", "Z", "A1"]
+    assert len(set(names)) == 60
+    assert not [name for name in names if name.startswith("P")]

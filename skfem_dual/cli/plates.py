@@ -8,6 +8,7 @@ from skfem import LinearForm
 
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
+from ..contact.plates import require_memory
 from ..io import CaseRow, read_cases
 from ..terminal import is_watched
 from .footings import Base, by_case, names_of, only, punches_of, single_load
@@ -58,8 +59,15 @@ def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
 
 
 def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
-    """Of about as many cells as are wanted."""
+    """Of about as many cells as are wanted.
+
+    Raises
+    ------
+    ValueError, MemoryError
+        If they are too few for a mesh, or too many for the memory at hand.
+    """
     n = CELLS if options.cells is None else checked_integer("--cells", options.cells, at_least=5)
+    require_memory(n)
     return DualMesh.from_mesh(plan.mesh(n=n))
 
 

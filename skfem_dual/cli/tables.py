@@ -180,7 +180,8 @@ def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:
 
 def _base_rows(base: Base) -> dict[str, str]:
     """What a footing is, and how its mesh was chosen."""
-    origin = f"({base.origin[0]:.9g}, {base.origin[1]:.9g}), {base.origin_is}"
+    x, y = np.where(np.abs(base.origin) < NOISE * np.ptp(base.mesh.p), 0.0, base.origin)
+    origin = f"({x:.9g}, {y:.9g}), {base.origin_is}"
     mesh = f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"
     chosen = {} if base.accuracy is None else {"Accuracy": str(base.accuracy)}
     return {"Mesh": mesh, "Origin": origin} | chosen
