@@ -19,13 +19,17 @@ if TYPE_CHECKING:
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
 #: size of texts in pixels
 LETTER = 16
+#: finer pixels along one that is seen, over which lines are as wide as they are said to be
+WIDER = 2.0
 
 
 def new_plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
     """A plotter with a white background, or an error that names the remedy."""
-    plotter: Any = require_pyvista().Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter: Any = require_pyvista().Plotter(off_screen=off_screen)
     plotter.screenshot = one_at_a_time(plotter.screenshot)
     plotter.set_background("white")
+    # several samples of lines alone leave gaps where their segments meet
+    plotter.enable_anti_aliasing("ssaa")
     return plotter
 
 
@@ -49,7 +53,12 @@ def add_lines(plotter: Any, ends: ndarray, color: str, width: float, layer: int)
     if ends.size == 0:  # a single cell has no ribs
         return
     lines = pyvista.line_segments_from_points(raised(ends.reshape(2, -1), layer))
-    plotter.add_mesh(lines, color=color, line_width=width, lighting=False)
+    plotter.add_mesh(lines, **drawn_line(color, width))
+
+
+def drawn_line(color: str, width: float) -> dict[str, Any]:
+    """How a line so wide is drawn."""
+    return {"color": color, "line_width": WIDER * width, "lighting": False}
 
 
 def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) -> None:
@@ -57,7 +66,7 @@ def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) ->
     plotter.add_points(
         raised(p, layer),
         color=color,
-        point_size=size,
+        point_size=WIDER * size,
         render_points_as_spheres=True,
         lighting=False,
     )
@@ -107,7 +116,6 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
             justification_vertical=vertical,
         )
     plotter.reset_camera_clipping_range()
-    plotter.enable_anti_aliasing("msaa", multi_samples=8)
     return plotter
 
 
