@@ -37,6 +37,7 @@ from skfem_dual import (
 from skfem_dual.contact.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid
+from skfem_dual.grids.generate import rectangle
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
 from skfem_dual.visuals import pyvista as with_pyvista
@@ -50,6 +51,7 @@ from skfem_dual.visuals.levels import (
     round_ticks,
     short_numbers,
 )
+from skfem_dual.visuals.scene import BELOW, LEFT, PLAN
 
 BACKENDS = [with_matplotlib, with_pyvista]
 DISC = MeshTri.init_circle(4)
@@ -571,6 +573,15 @@ def test_pictures_are_written(field, tmp_path):
     for name in ("a.png", "b.png", "b.svg"):
         assert 10_000 < (tmp_path / name).stat().st_size < 600_000
     assert "<image" not in (tmp_path / "b.svg").read_text()
+
+
+def test_the_outline_has_no_gaps():
+    """In every column of pixels between its ends the lower side of a plan is dark."""
+    wide = DualMesh.from_mesh(rectangle(12.0, 4.0, n=300))
+    solution = RigidPunch(HalfSpace(1.0, 0.3), wide.basis()).solve(1.0, at=(1.0, 0.3))
+    image = with_pyvista.isobars(solution, labels=False).screenshot(return_img=True)
+    side = image[-BELOW - 4 : -BELOW + 4, LEFT + 5 : LEFT + PLAN - 5]
+    assert (side.max(axis=2).min(axis=0) < 128).all()
 
 
 def test_screenshots_are_not_blank_and_fill_the_window(dual):
