@@ -12,6 +12,7 @@ from elastic_shapes import SOIL, block, plate
 from skfem_dual import DualMesh, HalfSpace, Punches, RigidPunch, bearing_pressure
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.report import report_html
+from skfem_dual.report.page import THIN, number, table
 from skfem_dual.report.results import point_names
 from skfem_dual.report.structure import imposed_on
 
@@ -137,3 +138,18 @@ def test_corners_are_not_called_as_points_wanted():
     assert names[:3] + names[24:26] == ["A", "B", "C", "Z", "A1"]
     assert len(set(names)) == 60
     assert not [name for name in names if name.startswith("P")]
+
+
+def test_numbers_of_a_column_have_equally_many_decimals():
+    """The largest has its digits, and each the whole of it for programs."""
+    rows = [(name, number(v, 4)) for name, v in (("a", 10.5), ("b", 0.2106), ("c", -1e-9))]
+    text = str(table(rows, ("", "w"), numeric=True))
+    cells = dict(re.findall(r'<data value="([^"]*)">([^<]*)</data>', text))
+    assert cells == {"10.5": "10.50", "0.2106": "0.21", "-1e-09": "0.00"}
+    whole = [("a", number(1234.0)), ("b", number(-900.0)), ("c", "none"), ("d", number(np.nan))]
+    text = str(table(whole, ("", "w"), numeric=True))
+    assert re.findall(r">([^<>\n]+)</(?:data|td)>", text) == [f"1{THIN}234", "−900", "none", "–"]
+    # too far apart
+    apart = [("a", number(10.5)), ("b", number(1.2345e-05))]
+    assert "10.5<" in table(apart, ("", "w"), numeric=True)
+    assert "× 10<sup>−5</sup>" in table(apart, ("", "w"), numeric=True)

@@ -104,7 +104,8 @@ def read_bases(
         times["import"] = times.get("import", 0.0) + read - begin
         origin = centre if options.origin is None else tuple(options.origin)
         chosen = "centroid of the plan" if options.origin is None else "from --origin"
-        _tell_of_size(Units(options.units), path, edge)
+        if options.drawn_in is None:
+            _tell_of_size(Units(options.units), path, edge)
         hull = Hull(edge - np.reshape(origin, (2, 1)))
         _require_from_origin(options, hull, origin)
         beyond = hull.beyond(np.zeros(2))

@@ -115,8 +115,9 @@ def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
     """Tell of plates as thick as wide, and, of numbers with units, of settlements as of a thousand
     times too soft a ground."""
     for body in bodies:
-        plate = body.plate if isinstance(body, Structure) else None
-        if plate is not None and (thick := plate.thickness / body.standing.size) > THICK:
+        if not isinstance(body, Structure) or body.plate is None:
+            continue
+        if (thick := body.plate.thickness / body.standing.size) > THICK:
             tell(
                 f"warning: the thickness of the plate is {100 * thick:.3g} % of the extent of the "
                 "plan, which is no plate. Remedy: check the unit of the thickness in --plate"

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..contact.solution import PunchSolution
+from ..messages import decimals_of
 from ..report.bodies import Body, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
@@ -192,7 +193,11 @@ def _lines(rows: Mapping[str, str]) -> str:
 
 
 def _numbers(values: np.ndarray) -> list[str]:
-    return [f"{v:.5g}" if np.isfinite(v) else "-" for v in values]
+    decimals = decimals_of(values, 5)
+    if decimals is None:
+        return [f"{v:.5g}" if np.isfinite(v) else "-" for v in values]
+    # no -0
+    return [f"{round(v, decimals) + 0.0:.{decimals}f}" if np.isfinite(v) else "-" for v in values]
 
 
 def _read(value: float, unit: Unit, named: bool = True) -> str:

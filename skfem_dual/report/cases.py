@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.elastic_solution import ElasticSolution
+from ..messages import listed
 from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
 from .checks import ROUNDING, error_section, solver_section
@@ -305,7 +306,7 @@ def _pictures(footing: Footing) -> Html:
         if solution is None:
             continue
         shown = Standing(solution, footing.details.units)
-        why = f"Case {cases.names[k]}, which governs {' and '.join(what)}: {in_words(shown)}. "
+        why = f"Case {cases.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
         parts.append(isobars_figure(solution, shown, why))
     return section(
         f"Pressure of the governing cases{', ' if footing.name else ''}{footing.name}", *parts

@@ -23,6 +23,7 @@ from ..units import Units
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
 from ..visuals.isolines import smooth_line
+from ..visuals.levels import equal_steps
 from ..visuals.matplotlib import draw, isobars, plot_kern, plot_profile
 from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
@@ -40,6 +41,8 @@ LINES = 20_000
 RESOLUTION = 110
 #: so far beyond the plan, in parts of its size, the point of the force is still drawn
 BEYOND = 0.25
+#: lines of equal deflection, about
+LEVELS = 9
 
 
 def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
@@ -90,7 +93,10 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
     """
     mesh, region = nodal_mesh(solution.punch.basis), solution.contact_region
     basis = CellBasis(mesh, ElementTriP1() if len(mesh.t) == 3 else ElementQuad1())
-    deflection, unit = solution.deflection(mesh.p), plan.units.displacement
+    unit = plan.units.displacement
+    read = unit.factor * solution.deflection(mesh.p)
+    # to both ends: where a plate bends most it is looked at most
+    levels = equal_steps(read.min(), read.max(), LEVELS) if np.ptp(read) > 0 else None
     title = f"deflection [{unit.symbol}]" if plan.units.named else "deflection"
 
     def drawn(ax: Axes) -> None:
@@ -99,7 +105,7 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
         _mark_force(ax, plan)  # labels keep off it and the edge
-        isobars(basis, unit.factor * deflection, title=title, ax=ax)
+        isobars(basis, read, levels, title=title, ax=ax)
         _name_axes(ax, plan)
 
     return _embedded(drawn, mesh.p, bar=1.1, vector=mesh.nelements <= LINES)

@@ -13,6 +13,7 @@ from ..contact.cases_solution import Extreme
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.footprint import Footprint
 from ..contact.plates import Plate
+from ..messages import listed
 from .depth import depth_section
 from .details import Details
 from .input import mesh_figure
@@ -259,7 +260,7 @@ def pictures_section(body: Structure, called: Mapping[str, str]) -> Html:
         numbers.setdefault(extreme.number, []).append(called[extreme.quantity].lower())
     for k, what in (numbers or {0: []}).items():
         plan = body.standings[k]
-        governs = f", which governs {' and '.join(what)}" if what else ""
+        governs = f", which governs {listed(what)}" if what else ""
         why = f"Case {body.names[k]}{governs}: {in_words(plan)}. "
         parts.append(deflection_figure(plan.solution, plan, why))
         parts.append(isobars_figure(plan.solution, plan, why))
