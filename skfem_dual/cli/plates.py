@@ -73,8 +73,9 @@ def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
 
 def solve_plates(
     options: argparse.Namespace, ground: Any, bases: Sequence[Base], plates: dict[str, Plate]
-) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]]]:
-    """The footings, and their solutions in all cases by names, that of a single one empty.
+) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]], dict[str, list[CaseRow]]]:
+    """The footings; their solutions in all cases by names, that of a single one empty; and what
+    stands on plates, likewise.
 
     Raises
     ------
@@ -92,7 +93,8 @@ def solve_plates(
         "progress": options.progress or is_watched(),
     }
     found: dict[str, dict[str, Any]] = {base.name: {} for base in bases}
-    for case, rows in _cases(options, bases).items():
+    cases = _cases(options, bases)
+    for case, rows in cases.items():
         loads = [
             _load(punch, base, rows[base.name]) for punch, base in zip(punches, bases, strict=True)
         ]
@@ -105,7 +107,11 @@ def solve_plates(
             raise ValueError(f"case {case}: {error}") from error
         for base, solution in zip(bases, solutions, strict=True):
             found[base.name][case] = solution
-    return punches, found if len(bases) > 1 else {"": found[bases[0].name]}
+    columns = {name: [row for of in cases.values() for row in of[name]] for name in plates}
+    if len(bases) > 1:
+        return punches, found, columns
+    (name,) = found
+    return punches, {"": found[name]}, {"": columns[name]}
 
 
 def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -> ElasticPunch:

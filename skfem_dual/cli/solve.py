@@ -56,11 +56,10 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     solution: Any
     punches: Sequence[RigidPunch | ElasticPunch]
     if plates:
-        punches, solution = solve_plates(options, ground, bases, plates)
+        punches, solution, columns = solve_plates(options, ground, bases, plates)
         times["all"] = perf_counter() - begin
-        details = replace(
-            details, plates=plates if len(bases) > 1 else {"": plates[bases[0].name]}
-        )
+        made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
+        details = replace(details, plates=made, columns=columns)
     else:
         punches = punches_of(options, ground, bases)
         begin = perf_counter()

@@ -1,6 +1,6 @@
 """Structures under their load cases, alone or beside footings, as sections of a report."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,12 +13,25 @@ from ..contact.cases_solution import Extreme
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.footprint import Footprint
 from ..contact.plates import Plate
+from ..io import CaseRow
 from ..messages import listed
 from .depth import depth_section
 from .details import Details
 from .input import mesh_figure
 from .numbers import Plan
-from .page import NONE, Html, amount, coordinate, joined, percent, place, section, table
+from .page import (
+    DASH,
+    NONE,
+    Html,
+    amount,
+    coordinate,
+    joined,
+    number,
+    percent,
+    place,
+    section,
+    table,
+)
 from .results import axes_of, in_words, isobars_figure, point_names
 from .structure import a_little_inside, cautions_of, deflection_figure, input_rows
 
@@ -49,6 +62,11 @@ class Structure:
     def plate(self) -> Plate | None:
         """What it is made of, if that was said."""
         return self.details.plates.get(self.name)
+
+    @property
+    def columns(self) -> Sequence[CaseRow]:
+        """What stands on it, if that was said."""
+        return self.details.columns.get(self.name, ())
 
     @property
     def plan(self) -> Footprint:
@@ -200,6 +218,37 @@ def structure_table(body: Structure, mesh_name: str) -> Html:
     """What it is."""
     rows = input_rows(body.standing.solution, body.standing, mesh_name, body.plate)
     return table(rows, (f"Structure {body.name}".rstrip(), "", "Unit"))
+
+
+def columns_table(body: Structure) -> Html:
+    """What stands on it in each case, if that was said."""
+    rows, units, size = body.columns, body.details.units, body.standing.size
+    length, moment, unit = units.length.symbol, units.moment.symbol, units.pressure
+    shown: dict[str, list[Any]] = {
+        "Case": [row.name for row in rows],
+        f"Force [{units.force.symbol}]": [amount(row.force, units.force) for row in rows],
+        f"acting at [{length}]": [
+            place(np.array(row.point(body.plan.origin)), size)
+            if row.force or any(row.moments)
+            else DASH
+            for row in rows
+        ],
+    }
+    if any(any(row.sides) for row in rows):
+        shown[f"over [{length}]"] = [
+            joined([number(side) for side in row.sides], " × ") if any(row.sides) else DASH
+            for row in rows
+        ]
+    for i, axis in enumerate("xy"):
+        if any(row.moments[i] for row in rows):
+            moments = [amount(row.moments[i], units.moment) for row in rows]
+            shown[f"M{axis} [{moment}]"] = moments
+    if any(row.spread for row in rows):
+        shown[f"all over [{unit.symbol}]"] = [amount(row.spread, unit) for row in rows]
+    if not rows:
+        return NONE
+    caption = f"Loads on {body.name or 'the structure'}"
+    return table(zip(*shown.values(), strict=True), list(shown), caption, numeric=True)
 
 
 def deflections_section(body: Structure) -> Html:
