@@ -12,12 +12,12 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 from skfem import BilinearForm, CellBasis, ElementTriMorley, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
-from skfem.mapping import Mapping, MappingAffine
+from skfem.mapping import Mapping
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair, checked_size
 from ..elements.point_values import value_matrix
 from ..grids.cellwise import CellwiseBasis
-from ..grids.mappings import own_mapping
+from ..grids.mappings import mapping_about_middle, own_mapping
 from ..ground.substrates import Substrate
 from ..operators.resources import available_memory
 from .elastic import ElasticPunch
@@ -57,8 +57,7 @@ class LocalMorley(ElementTriMorley):
         """Functions in points of the reference element."""
         mesh, moved = mapping.mesh, self.moved
         if moved is None or moved[0] is not mesh:
-            middle = (mesh.p.min(axis=1) + mesh.p.max(axis=1)) / 2
-            moved = self.moved = mesh, MappingAffine(mesh.translated(-middle))
+            moved = self.moved = mesh, mapping_about_middle(mesh)
         return super().gbasis(moved[1], X, i, tind)
 
 
