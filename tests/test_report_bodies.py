@@ -10,8 +10,10 @@ import pytest
 from elastic_shapes import SOIL, block, plate
 
 from skfem_dual import DualMesh, HalfSpace, Punches, RigidPunch, bearing_pressure
-from skfem_dual.grids.generate import rectangle
+from skfem_dual.grids.generate import polygon, rectangle
 from skfem_dual.report import report_html
+from skfem_dual.report.figures import off_the_plan
+from skfem_dual.report.numbers import Standing
 from skfem_dual.report.page import THIN, number, table
 from skfem_dual.report.results import point_names
 from skfem_dual.report.structure import imposed_on
@@ -153,3 +155,18 @@ def test_numbers_of_a_column_have_equally_many_decimals():
     apart = [("a", number(10.5)), ("b", number(1.2345e-05))]
     assert "10.5<" in table(apart, ("", "w"), numeric=True)
     assert "× 10<sup>−5</sup>" in table(apart, ("", "w"), numeric=True)
+
+
+def test_names_of_corners_stand_off_the_plan():
+    """Outside of outer corners, in holes and in what a re-entrant corner leaves."""
+    corners = np.array([[0.0, 4, 4, 0], [0, 0, 4, 4]])
+    mesh = polygon(corners, holes=[1.5 + corners / 4], n=150)
+    punch = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(mesh).basis(), origin=(2.0, 2.0))
+    standing = Standing(punch.solve(1.0))
+    towards = off_the_plan(standing)
+    assert np.hypot(*towards) == pytest.approx(1.0)
+    middle = standing.points - 2.0
+    outer = np.abs(middle).max(axis=0) > 1
+    assert outer.sum() == 4 and (~outer).sum() == 4
+    expected = np.where(outer, 1, -1) * middle / np.hypot(*middle)
+    assert towards == pytest.approx(expected, abs=1e-6)

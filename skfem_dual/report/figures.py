@@ -41,6 +41,8 @@ LINES = 20_000
 RESOLUTION = 110
 #: so far beyond the plan, in parts of its size, the point of the force is still drawn
 BEYOND = 0.25
+#: directions in which a plan is looked for, and how far away, in parts of its size
+AROUND, NEAR = 32, 1e-3
 #: lines of equal deflection, about
 LEVELS = 9
 
@@ -126,14 +128,23 @@ def plan_picture(standing: Standing, names: list[str]) -> Picture:
         _mark_force(ax, standing)
         ax.plot(*punch.centre, "s", color=OUTLINE, markersize=3.5, label="centroid of the plan")
         ax.plot(*standing.points, "o", color=OUTLINE, markersize=3.5)
-        outward = standing.points - standing.hull.mean(axis=1, keepdims=True)
-        for name, x, along in zip(names, standing.points.T, (outward / np.hypot(*outward)).T):
+        for name, x, along in zip(names, standing.points.T, off_the_plan(standing).T):
             place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9}
             ax.annotate(name, x, 9 * along, textcoords="offset points", **place)
         ax.margins(0.09)
         _name_axes(ax, standing)
 
     return _embedded(drawn, standing.hull)
+
+
+def off_the_plan(standing: Standing) -> ndarray:
+    """Directions from the named points of a plan to where it is not, shape (2, k)."""
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND
+    along = np.stack([np.cos(angle), np.sin(angle)])
+    x = standing.points[:, :, None] + NEAR * standing.size * along[:, None]
+    off = standing.solution.punch.footprint.fan.locate(x.reshape(2, -1)) < 0
+    out = along @ off.reshape(-1, AROUND).T
+    return out / np.maximum(np.hypot(*out), 1e-9)
 
 
 def _name_axes(ax: Axes, plan: Plan) -> None:
