@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 
 from .field import Field
-from .levels import round_ticks, short_numbers
+from .levels import round_ticks, roundest, short_numbers
 from .offscreen import one_at_a_time, require_pyvista
 from .style import OUTLINE
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
 #: size of texts in pixels
 LETTER = 16
+#: ticks along the longer side of a plan
+MOST = 7
 #: finer pixels along one that is seen, over which lines are as wide as they are said to be
 WIDER = 2.0
 
@@ -87,6 +89,18 @@ def add_texts(plotter: Any, p: ndarray, texts: list[str], **options: Any) -> Non
     )
 
 
+def plan_ticks(low: ndarray, high: ndarray) -> list[ndarray]:
+    """Round numbers along x and along y of a plan, in equal steps on both."""
+    longer = int(np.argmax(high - low))
+    steps = np.diff(round_ticks(low[longer], high[longer], MOST))
+    step = steps[0] if len(steps) else (high - low)[longer]
+    found = []
+    for a, b in zip(low, high, strict=True):
+        ticks = np.arange(np.ceil(a / step - 1e-9), np.floor(b / step + 1e-9) + 1)
+        found.append(step * ticks + 0.0 if len(ticks) else np.array([roundest(a, b)]))  # no -0
+    return found
+
+
 def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     """Look at the plan ``p`` from above, with axes and a margin of ``right`` pixels."""
     low, high = p.min(axis=1), p.max(axis=1)
@@ -99,10 +113,9 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     plotter.camera_position = [(x, y, PLAN * unit), (x, y, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
     plotter.camera.parallel_scale = height * unit / 2
+    marked = plan_ticks(low + origin[:, 0], high + origin[:, 0])
     for axis, horizontal, vertical in ((0, "center", "top"), (1, "right", "center")):
-        most = 2 + int((high - low)[axis] / unit / 160)
-        shift = origin[axis, 0]
-        ticks = round_ticks(low[axis] + shift, high[axis] + shift, most)
+        shift, ticks = origin[axis, 0], marked[axis]
         ends = np.tile(low[:, None, None], (1, len(ticks), 2))
         ends[axis] = ticks[:, None] - shift
         ends[1 - axis] -= unit * np.array([8, 18])  # from the plan outwards
