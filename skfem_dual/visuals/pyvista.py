@@ -283,7 +283,7 @@ def isobars(
             np.array([box.mean(axis=1) for box in boxes.values()]).T,
             [texts[i] for i in boxes],
             background_color="white",
-            background_opacity=0.6,
+            background_opacity=0.85,
         )
     title = title_with_factor(subject.title, exponent)
     return with_bar(plotter, colored, title, field.p, origin)
