@@ -151,6 +151,8 @@ def test_numbers_of_a_column_have_equally_many_decimals():
     whole = [("a", number(1234.0)), ("b", number(-900.0)), ("c", "none"), ("d", number(np.nan))]
     text = str(table(whole, ("", "w"), numeric=True))
     assert re.findall(r">([^<>\n]+)</(?:data|td)>", text) == [f"1{THIN}234", "−900", "none", "–"]
+    none = table([("a", number(1.25)), ("b", number(0.0))], ("", "w"), numeric=True)
+    assert re.findall(r"([^>]*)</data>", none) == ["1.25", "0"]
     # too far apart
     apart = [("a", number(10.5)), ("b", number(1.2345e-05))]
     assert "10.5<" in table(apart, ("", "w"), numeric=True)

@@ -196,8 +196,11 @@ def _numbers(values: np.ndarray) -> list[str]:
     decimals = decimals_of(values, 5)
     if decimals is None:
         return [f"{v:.5g}" if np.isfinite(v) else "-" for v in values]
-    # no -0
-    return [f"{round(v, decimals) + 0.0:.{decimals}f}" if np.isfinite(v) else "-" for v in values]
+    near = [f"{round(v, decimals) + 0.0:.{decimals}f}" for v in values]  # no -0
+    return [
+        "0" if v == 0 else text if np.isfinite(v) else "-"
+        for v, text in zip(values, near, strict=True)
+    ]
 
 
 def _read(value: float, unit: Unit, named: bool = True) -> str:

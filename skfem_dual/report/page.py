@@ -41,7 +41,9 @@ class Number(Html):
     digits: int
 
     def with_decimals(self, decimals: int) -> Html:
-        """The same written with so many."""
+        """The same written with so many; nothing is 0."""
+        if self.value == 0:
+            return self
         text = f"{round(self.value, decimals) + 0.0:,.{decimals}f}"  # no -0
         text = text.replace(",", THIN).replace("-", "−")
         return Html(f'<data value="{self.value!r}">{text}</data>')
@@ -294,6 +296,7 @@ figcaption { text-align: left; margin-top: .4rem; }
   h2 { margin-top: 1.4rem; }
   h2 { break-after: avoid; }
   tr, .numeric { break-inside: avoid; }
+  caption { break-after: avoid; }
   thead { display: table-header-group; }
   .scroll { overflow: visible; background: none; }
   .short, .caution { background: none; border: 1px solid #888; }
