@@ -240,7 +240,8 @@ def draw_section(b: Block, scale: float = 0.15):
         vmin=0.5,
         vmax=1.5,
         edgecolor="white",
-        linewidth=0.2,
+        linewidth=0.5,
+        antialiased=True,
     )
     ax.figure.colorbar(
         colored, ax=ax, label=r"$\sigma_z / q$", extend="both", aspect=30, shrink=0.8

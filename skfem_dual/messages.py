@@ -2,7 +2,7 @@
 
 import math
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,10 @@ from numpy import ndarray
 
 #: characters of an argument in a message
 LONGEST = 160
+#: sizes of numbers that are written without a power of ten, and what is rounding beside them
+SMALL, LARGE, NOISE = 1e-4, 1e9, 1e-7
+#: decimals by which a column may have more than its largest number takes
+MORE = 2
 
 
 class _Shown(reprlib.Repr):
@@ -47,6 +51,43 @@ def shown(value: Any) -> str:
     """
     text = _Shown().repr(value)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words in a row.
+
+    >>> listed(["largest pressure"]), listed(["tilt", "contact"]), listed(["a", "b", "c"])
+    ('largest pressure', 'tilt and contact', 'a, b and c')
+    """
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def decimals_of(values: Iterable[float], digits: int) -> int | None:
+    """With how many decimals numbers stand in one column, so that the largest has its digits and
+    the others, but those that are rounding, have two.
+
+    None if that takes many more decimals, or the largest is very large or small.
+
+    >>> decimals_of([11.3749, 9.5, 0.0, 1e-9], 5), decimals_of([1200.0, 900.0], 5)
+    (3, 0)
+    >>> decimals_of([379.02, 49.01, 0.3519], 4), decimals_of([379.02, 0.003519], 4)
+    (2, None)
+    """
+    sizes = [abs(value) for value in values if np.isfinite(value) and value]
+    if not sizes or not SMALL <= max(sizes) < LARGE:
+        return None
+    least = min(size for size in sizes if size > NOISE * max(sizes))
+    decimals, two = (
+        max(k - 1 - int(f"{size:.{k - 1}e}".partition("e")[2]), 0)
+        for k, size in ((digits, max(sizes)), (2, least))
+    )
+    if two > decimals + MORE:
+        return None
+    decimals = max(decimals, two)
+    texts = [f"{size:.{decimals}f}" for size in sizes]
+    ends = min(len(text) - len(text.rstrip("0")) for text in texts)
+    return max(decimals - ends, 0)
 
 
 def apart(*numbers: float) -> tuple[str, ...]:

@@ -88,6 +88,18 @@ def test_profile(on_crust):
     assert np.diff(profile.displacement[2]).max() < 0
 
 
+def test_a_profile_is_told_in_a_few_lines(on_crust):
+    profile = vertical_profile(on_crust, (0.25, 0.0), [0.5, 2.0])
+    rows = repr(profile).splitlines()
+    assert rows[:3] == [
+        "<skfem_dual Profile object>",
+        "  Below: (0.25, 0)",
+        "  Depths: 2, 0.5 to 2",
+    ]
+    low, high = sorted(profile.strain)
+    assert rows[4] == f"  strain: {low:.6g} to {high:.6g}"
+
+
 def test_shares_of_any_depths(on_crust):
     x = np.array([[0.0, 0.5, 2.0], [0.0, 0.1, 0.0]])
     by_layers = settlement_by_layers(on_crust, x)

@@ -445,3 +445,8 @@ def test_places_covered_twice_by_contours(contours, twice):
     a, b = p[:, facets].swapaxes(0, 1)
     inside = (a + b) / 2 + 1e-3 * np.stack([a[1] - b[1], b[0] - a[0]])
     assert len(covered_twice(p, facets, inside)) == twice
+
+
+def test_quadrilaterals_have_a_remedy():
+    with pytest.raises(TypeError, match=r"got MeshQuad1\. Remedy: mesh\.to_meshtri\(\), or"):
+        DualMesh.from_mesh(MeshQuad())

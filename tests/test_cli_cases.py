@@ -113,8 +113,32 @@ def test_a_load_off_the_plan_is_told_in_options(capsys, footing):
     assert "--bilateral for ground that pulls" in err[0]
     assert "unilateral" not in err[0]
     assert in_options("got force=-1. Remedy: at= or origin=, or tilt=") == (
-        "got --force -1. Remedy: --at or --origin, or --tilt"
+        "got force -1. Remedy: --at or --origin, or --tilt"
     )
+
+
+def test_a_load_by_coordinates_of_the_plan_is_told_from_the_origin(capsys, footing):
+    at = str(SITE[0] + 0.75), str(SITE[1] - 0.25)
+    load = ["solve", footing[0], *UNITS, "--force", "1"]
+    code, out, err = run(capsys, *load, "--at", *at)
+    assert (code, out) == (2, [])
+    assert err[0].endswith(
+        "expected --at from the origin, (512300, 231400), got (512300.75, 231399.75), which is "
+        "off the plan, and on it by its coordinates. Remedy: --at 0.75 -0.25"
+    )
+    code, _, err = run(capsys, *load, "--at", "0.75", "-0.25")
+    assert (code, err) == (0, [])
+
+
+def test_a_plan_in_millimetres_is_suspected(capsys, tmp_path):
+    path = tmp_path / "footing.msh"
+    rectangle(4, 2000.0, 1000.0).save(path)
+    load = ["solve", path, "--young", "30e3", "--poisson", "0.3", "--force", "100"]
+    code, _, err = run(capsys, *load, "--units", "kN,m")
+    assert code == 0
+    assert "footing.msh is 4000 m wide. Remedy: check that its coordinates are in" in err[0]
+    for known in (["--units", "kN,mm"], []):
+        assert run(capsys, *load, *known)[::2] == (0, [])
 
 
 def test_arguments_that_have_options_are_in_messages():

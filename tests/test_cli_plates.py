@@ -14,6 +14,7 @@ from test_cli_cases import SITE, UNITS, cases_in
 from skfem_dual import DualMesh, HalfSpace, Plan, Plate, Punches, RigidPunch, column_load
 from skfem_dual.io import write_solution
 from skfem_dual.report import report_html, write_report
+from skfem_dual.report.details import Details
 
 SOIL = HalfSpace(30e3, 0.3)
 PLATE = ["--plate", "0.4,30e6,0.2"]
@@ -198,3 +199,59 @@ def test_a_single_structure_as_data(group, tmp_path):
     assert found["structures"][0]["cases"][0]["moments"]["mx"][1] > 0
     with pytest.raises(TypeError, match=r"expected a Plate for plates\[''\]"):
         write_report(tmp_path / "out.json", raft, plates={"": 0.4})
+
+
+def test_a_thickness_in_another_unit_is_suspected(capsys, raft):
+    load = ["--force", "300", "--cells", "20"]
+    code, _, err = run(capsys, *raft, "--plate", "400,30e6,0.2", *load)
+    assert code == 0
+    assert "thickness of the plate is 6.67e+03 % of the extent of the plan" in err[0]
+    assert "Remedy: check the unit of the thickness in --plate" in err[0]
+    assert run(capsys, *raft, *PLATE, *load)[::2] == (0, [])
+
+
+def test_remedies_of_plates_are_options(capsys, raft, tmp_path):
+    cases_in(tmp_path, COLUMNS.replace("wind, 800", "wind, -5800"))
+    code, _, err = run(capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "20")
+    assert code == 2
+    assert err[0].endswith("Remedy: move them or --bilateral for ground that pulls")
+
+
+def test_a_million_cells_under_a_plate_are_refused_before_their_mesh(capsys, raft, monkeypatch):
+    monkeypatch.setattr(Plan, "mesh", None)
+    monkeypatch.setattr("skfem_dual.contact.plates.available_memory", lambda: 2.0**33)
+    code, _, err = run(capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "1000000")
+    assert code == 2
+    assert "a plate on 1000000 cells takes about 1.953e+05 MiB. Remedy: at most 41943" in err[0]
+
+
+def test_columns_are_listed(capsys, raft, tmp_path):
+    """On the page with their units, as data as they went in, in the coordinates of the plan."""
+    cases_in(tmp_path, COLUMNS)
+    files = ["--json", "out.json", "--report", "out.html"]
+    code, _, err = run(
+        capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "60", "--quiet", *files
+    )
+    assert (code, err) == (0, [])
+    (structure,) = json.loads((tmp_path / "out.json").read_text())["structures"]
+    x, y = SITE
+    named = ("case", "force", "x", "y", "bx", "by", "mx", "my", "q")
+    assert [tuple(column[name] for name in named) for column in structure["columns"]] == [
+        ("weight", 0, 0, 0, 0, 0, 0, 0, 10),
+        ("wind", 600, x + 1, y + 1, 0.4, 0.4, 0, 30, 10),
+        ("wind", 800, x + 5, y + 3, 0.4, 0.6, -20, 0, 0),
+    ]
+    page = (tmp_path / "out.html").read_text()
+    (listed,) = re.findall(r"<caption>Loads on the structure</caption>(.*?)</table>", page, re.S)
+    heads = re.findall(r'<th scope="col">(.*?)</th>', listed)
+    over = ["acting at [m]", "over [m]", "Mx [kN·m]", "My [kN·m]", "all over [kPa]"]
+    assert heads == ["Case", "Force [kN]", *over]
+    rows = re.findall(r'<th scope="row">(.*?)</th>(.*?)</tr>', listed)
+    found = [(name, [float(v) for v in re.findall(r'value="([^"]*)"', row)]) for name, row in rows]
+    assert found == [
+        ("weight", [0, 0, 0, 10]),
+        ("wind", [600, x + 1, y + 1, 0.4, 0.4, 0, 30, 10]),
+        ("wind", [800, x + 5, y + 3, 0.4, 0.6, -20, 0, 0]),
+    ]
+    with pytest.raises(TypeError, match=r"CaseRow for a row of columns\['a'\].*read_cases"):
+        Details(columns={"a": [(1.0, 2.0)]})

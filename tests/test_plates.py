@@ -16,6 +16,7 @@ from skfem_dual import (
     column_load,
     flexible_settlement,
 )
+from skfem_dual.contact import plates
 from skfem_dual.grids.generate import rectangle
 
 SOIL = HalfSpace(young=30e3, poisson=0.3)
@@ -139,3 +140,11 @@ def test_wrong_columns(loaded, wrong, message):
 def test_wrong_plates(made_of, message):
     with pytest.raises((ValueError, TypeError), match=message):
         Plate(*made_of)
+
+
+def test_too_many_cells_are_refused_before_the_work(monkeypatch):
+    """Each takes 200 KiB."""
+    basis = cells(n=100)
+    monkeypatch.setattr(plates, "available_memory", lambda: 50 * 200.0 * 2**10)
+    with pytest.raises(MemoryError, match=rf"9\.766 MiB.*plate on {basis.N} cells.*most 50 cells"):
+        RAFT.on(SOIL, basis)

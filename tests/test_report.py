@@ -34,7 +34,13 @@ from skfem_dual.grids import generate
 from skfem_dual.grids.generate import polygon
 from skfem_dual.io import read_mesh
 from skfem_dual.report import depth, figures, report_html, write_report
-from skfem_dual.report.numbers import Standing, characteristic_points, distance_inside, reach
+from skfem_dual.report.numbers import (
+    Standing,
+    characteristic_points,
+    distance_inside,
+    outline_corners,
+    reach,
+)
 from skfem_dual.report.page import NONE, Html, coordinate, escaped, number, one_to
 
 SOIL = HalfSpace(30e6, 0.25)
@@ -661,3 +667,16 @@ def test_wrong_arguments():
         report_html(solution, details=1)
     with pytest.raises(TypeError, match=r"accuracy\[''\]"):
         report_html(solution, accuracy={"": 1e-3})
+
+
+@pytest.mark.parametrize("n", [60, 100, 150, 240])
+@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+def test_corners_of_a_hole_whatever_the_cells_there(n, grid):
+    """The middle of a cell at a re-entrant corner may lie beyond one of its own ribs."""
+    square = np.array([[0.0, 4, 4, 0], [0, 0, 4, 4]])
+    mesh = polygon(square, holes=[1.5 + square / 4], n=n)
+    partition = getattr(DualMesh.from_mesh(mesh), grid)().partition
+    corners = outline_corners(partition)
+    assert corners[:, :4] == pytest.approx(square)
+    hole = [[1.5, 1.5, 2.5, 2.5], [1.5, 2.5, 2.5, 1.5]]  # the plan to the left of its sides
+    assert corners[:, 4:] == pytest.approx(np.array(hole))

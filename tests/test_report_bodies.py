@@ -3,14 +3,19 @@
 import dataclasses
 import re
 from html import unescape
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from elastic_shapes import SOIL, block, plate
 
 from skfem_dual import DualMesh, HalfSpace, Punches, RigidPunch, bearing_pressure
-from skfem_dual.grids.generate import rectangle
+from skfem_dual.grids.generate import polygon, rectangle
 from skfem_dual.report import report_html
+from skfem_dual.report.figures import off_the_plan
+from skfem_dual.report.numbers import Standing
+from skfem_dual.report.page import THIN, number, table
+from skfem_dual.report.results import point_names
 from skfem_dual.report.structure import imposed_on
 
 
@@ -127,3 +132,43 @@ def test_wrong_bodies_are_refused(cases, group):
     ):
         with pytest.raises(TypeError, match=message):
             report_html(wrong)
+
+
+def test_corners_are_not_called_as_points_wanted():
+    """P1, P2 and so on are those of ``points``."""
+    names = point_names(SimpleNamespace(points=np.zeros((2, 60))))
+    assert names[:3] + names[24:26] == ["A", "B", "C", "Z", "A1"]
+    assert len(set(names)) == 60
+    assert not [name for name in names if name.startswith("P")]
+
+
+def test_numbers_of_a_column_have_equally_many_decimals():
+    """The largest has its digits, and each the whole of it for programs."""
+    rows = [(name, number(v, 4)) for name, v in (("a", 10.5), ("b", 0.2106), ("c", -1e-9))]
+    text = str(table(rows, ("", "w"), numeric=True))
+    cells = dict(re.findall(r'<data value="([^"]*)">([^<]*)</data>', text))
+    assert cells == {"10.5": "10.50", "0.2106": "0.21", "-1e-09": "0.00"}
+    whole = [("a", number(1234.0)), ("b", number(-900.0)), ("c", "none"), ("d", number(np.nan))]
+    text = str(table(whole, ("", "w"), numeric=True))
+    assert re.findall(r">([^<>\n]+)</(?:data|td)>", text) == [f"1{THIN}234", "−900", "none", "–"]
+    none = table([("a", number(1.25)), ("b", number(0.0))], ("", "w"), numeric=True)
+    assert re.findall(r"([^>]*)</data>", none) == ["1.25", "0"]
+    # too far apart
+    apart = [("a", number(10.5)), ("b", number(1.2345e-05))]
+    assert "10.5<" in table(apart, ("", "w"), numeric=True)
+    assert "× 10<sup>−5</sup>" in table(apart, ("", "w"), numeric=True)
+
+
+def test_names_of_corners_stand_off_the_plan():
+    """Outside of outer corners, in holes and in what a re-entrant corner leaves."""
+    corners = np.array([[0.0, 4, 4, 0], [0, 0, 4, 4]])
+    mesh = polygon(corners, holes=[1.5 + corners / 4], n=150)
+    punch = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(mesh).basis(), origin=(2.0, 2.0))
+    standing = Standing(punch.solve(1.0))
+    towards = off_the_plan(standing)
+    assert np.hypot(*towards) == pytest.approx(1.0)
+    middle = standing.points - 2.0
+    outer = np.abs(middle).max(axis=0) > 1
+    assert np.count_nonzero(outer) == np.count_nonzero(~outer) == 4
+    expected = np.where(outer, 1, -1) * middle / np.hypot(*middle)
+    assert towards == pytest.approx(expected, abs=1e-6)

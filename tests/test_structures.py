@@ -6,11 +6,11 @@ import re
 import meshio
 import numpy as np
 import pytest
-from elastic_shapes import block, plate
+from elastic_shapes import SOIL, block, plate
 from skfem import CellBasis, ElementTetP2, ElementTriP2, ElementVector, MeshHex, MeshTet, MeshTri
 from skfem.io.meshio import HEX_MAPPING
 
-from skfem_dual import DualMesh, bearing_pressure, vertical_profile
+from skfem_dual import DualMesh, ElasticPunch, bearing_pressure, vertical_profile
 from skfem_dual.elements.point_values import vertex_values
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import annulus
@@ -31,6 +31,25 @@ def raft():
 @pytest.fixture(scope="module")
 def cube():
     return block(tilt=0.5, height=3.0)
+
+
+def test_a_free_solid_neither_slides_nor_turns():
+    """Nothing resists that: its displacement is as symmetric as its load."""
+    held = block(young=100.0, kind=MeshHex)
+    punch = held.punch
+    free = ElasticPunch(SOIL, punch.basis, punch.structure, punch.stiffness, boundary="base")
+    solution = free.solve(held.f)
+    assert solution.pressure == pytest.approx(held.pressure, rel=1e-8)
+    mesh = punch.structure.mesh
+    u = vertex_values(punch.structure, solution.displacement)
+    size = np.abs(u).max()
+    assert np.abs(u[:2]).max() > 1e-3 * size
+    mirrored = np.lexsort(np.round(mesh.p * [[-1], [1], [1]], 9))
+    same = np.lexsort(np.round(mesh.p, 9))
+    assert u[:, same] == pytest.approx(u[:, mirrored] * [[-1], [1], [1]], abs=1e-9 * size)
+    x, y = mesh.p[:2]
+    for part in (u[0], u[1], x * u[1] - y * u[0]):
+        assert abs(part.sum()) < 1e-9 * len(x) * size
 
 
 def areas(p, t):

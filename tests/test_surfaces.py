@@ -157,3 +157,22 @@ def test_bad_arrays(tmp_path):
         MeasuredProfile.read(tmp_path / "none.npy", (1, 1))
     with pytest.raises(TypeError, match="two numbers for spacing"):
         MeasuredProfile.read(file, "1.0")
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_and_remarks(tmp_path, separator):
+    file = tmp_path / "grid.csv"
+    np.savetxt(file, HEIGHTS, delimiter=separator, fmt="%.15f")
+    file.write_text("# measured, by hand\n" + file.read_text().replace(".", ","))
+    check(MeasuredProfile.read(file, SPACING, ORIGIN))
+    file.write_text(file.read_text() + separator.join(["0.5", "1,5", "2", "3"]))
+    with pytest.raises(ValueError, match=r"grid\.csv: .*Remedy: one decimal mark in all of it"):
+        MeasuredProfile.read(file, SPACING, ORIGIN)
+
+
+def test_a_surface_is_told_in_a_line(tmp_path):
+    profile = MeasuredProfile(([0.0, 0.5], [1.0, 2.0, 4.0]), [[0, 1, 2], [1, 2, 3.5]])
+    shown = "MeasuredProfile(2 x 3 heights, 0 to 3.5, at x 0 to 0.5, y 1 to 4)"
+    assert repr(profile) == shown
+    scattered = MeasuredProfile([[0.0, 1.0, 0.0], [0.0, 0.0, 2.0]], [0.0, 0.25, -1.0])
+    assert repr(scattered) == "MeasuredProfile(3 heights, -1 to 0.25, at x 0 to 1, y 0 to 2)"

@@ -37,6 +37,7 @@ def test_where_forces_act_and_what_moments_do(tmp_path):
         ("name,force,force\na,1,1\n", "line 1: expected each heading once"),
         ("name,force,x\na,1,1\n", "line 1: expected both x and y"),
         ("name,force,x,y,ex,ey\na,1,1,1,1,1\n", "line 1: expected either x, y or ex, ey"),
+        ("name,force,mx,my\na,1,,0\n", "line 2: expected a number for mx, got none. Remedy: 0"),
         ("name,force\n\n# no\na,1\nb,heavy\n", "line 5: expected a number for force, got 'heavy'"),
         ('name,force\na,"1,5"\n', "line 2: .*Remedy: a decimal point"),
         ("name;force\na;1,500\n", "line 2: .*may be decimal or part thousands.*1500 or 1,5000"),

@@ -37,6 +37,7 @@ from skfem_dual import (
 from skfem_dual.contact.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid
+from skfem_dual.grids.generate import rectangle
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
 from skfem_dual.visuals import pyvista as with_pyvista
@@ -50,6 +51,7 @@ from skfem_dual.visuals.levels import (
     round_ticks,
     short_numbers,
 )
+from skfem_dual.visuals.scene import BELOW, LEFT, PLAN, plan_ticks
 
 BACKENDS = [with_matplotlib, with_pyvista]
 DISC = MeshTri.init_circle(4)
@@ -571,6 +573,27 @@ def test_pictures_are_written(field, tmp_path):
     for name in ("a.png", "b.png", "b.svg"):
         assert 10_000 < (tmp_path / name).stat().st_size < 600_000
     assert "<image" not in (tmp_path / "b.svg").read_text()
+
+
+def test_ticks_of_both_axes_have_one_step():
+    """Also where extents differ by rounding, or one is shorter than a step."""
+    disc = plan_ticks(np.array([-0.4999, -0.4981]), np.array([0.5003, 0.4981]))
+    assert np.diff(disc[0]) == pytest.approx(np.diff(disc[1])[0])
+    strip = plan_ticks(np.array([0.0, 0.1]), np.array([12.0, 0.9]))
+    assert strip[0] == pytest.approx(np.arange(0, 13, 2))
+    assert strip[1].tolist() == [0.5]
+    assert not np.signbit(strip[0][0])
+    site = plan_ticks(np.array([451200.0, 5411900.0]), np.array([451212.0, 5411908.0]))
+    assert site[1] == pytest.approx(5411900.0 + np.arange(0, 9, 2), abs=1e-6)
+
+
+def test_the_outline_has_no_gaps():
+    """In every column of pixels between its ends the lower side of a plan is dark."""
+    wide = DualMesh.from_mesh(rectangle(12.0, 4.0, n=300))
+    solution = RigidPunch(HalfSpace(1.0, 0.3), wide.basis()).solve(1.0, at=(1.0, 0.3))
+    image = with_pyvista.isobars(solution, labels=False).screenshot(return_img=True)
+    side = image[-BELOW - 4 : -BELOW + 4, LEFT + 5 : LEFT + PLAN - 5]
+    assert (side.max(axis=2).min(axis=0) < 128).all()
 
 
 def test_screenshots_are_not_blank_and_fill_the_window(dual):

@@ -28,8 +28,12 @@ from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
 from ..messages import place
 from ..terminal import is_watched
+from ..units import LENGTHS, Units
 from .messages import in_options
 from .outlines import is_outline, plan_of, solve_outline
+
+#: metres from which on the width of a plan is in another unit
+WIDE = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +104,11 @@ def read_bases(
         times["import"] = times.get("import", 0.0) + read - begin
         origin = centre if options.origin is None else tuple(options.origin)
         chosen = "centroid of the plan" if options.origin is None else "from --origin"
-        beyond = Hull(edge - np.reshape(origin, (2, 1))).beyond(np.zeros(2))
+        if options.drawn_in is None:
+            _tell_of_size(Units(options.units), path, edge)
+        hull = Hull(edge - np.reshape(origin, (2, 1)))
+        _require_from_origin(options, hull, origin)
+        beyond = hull.beyond(np.zeros(2))
         if options.origin is not None and beyond > 0:
             warnings.warn(
                 f"the origin {place(origin)} is {beyond:.3g} off the plan, "
@@ -119,6 +127,38 @@ def read_bases(
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
         bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
     return bases
+
+
+def _tell_of_size(units: Units, path: str, edge: np.ndarray) -> None:
+    """Tell of a plan that is wider than any, as of one in millimetres taken for metres."""
+    if not units.named:
+        return
+    wide, symbol = float(np.ptp(edge, axis=1).max()), units.length.symbol
+    if wide * LENGTHS[symbol][0] > WIDE:
+        warnings.warn(
+            f"{path} is {wide:.4g} {symbol} wide. Remedy: check that its coordinates are in the "
+            "unit of --units; --drawn-in changes those of outlines",
+            stacklevel=1,
+        )
+
+
+def _require_from_origin(options: argparse.Namespace, hull: Hull, origin: Pair) -> None:
+    """Refuse a load that is on the plan by its coordinates and far off it from the origin.
+
+    Raises
+    ------
+    ValueError
+        If it is; says where it is from the origin.
+    """
+    if options.at is None or options.bilateral:
+        return
+    at, moved = np.array(options.at), np.array(options.at) - origin
+    if hull.beyond(at) > 0 and hull.beyond(moved) <= 0:
+        raise ValueError(
+            f"expected --at from the origin, {place(origin)}, got {place(options.at)}, which is "
+            f"off the plan, and on it by its coordinates. Remedy: --at {moved[0]:.9g} "
+            f"{moved[1]:.9g}"
+        )
 
 
 def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[str, Any]]:

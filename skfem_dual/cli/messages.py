@@ -24,6 +24,9 @@ OPTIONS = (
     (r"method=\"cg\"", "a coarser mesh"),
     (r"time_limit=?", "--time-limit"),
     (r"memory=, or ", ""),
+    (r", hold the structure, D=,", ""),
+    # numbers may be from a table
+    (r"\bgot (force|settlement|tilt)=(?!=)", r"got \1 "),
     (r"edge=\"constant\"", "--edge constant"),
     (r"\b(force|at|moments|settlement|tilt|origin|collocation|accuracy|layer)=(?!=)", r"--\1 "),
 )

@@ -8,6 +8,7 @@ from skfem import LinearForm
 
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
+from ..contact.plates import require_memory
 from ..io import CaseRow, read_cases
 from ..terminal import is_watched
 from .footings import Base, by_case, names_of, only, punches_of, single_load
@@ -58,15 +59,23 @@ def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
 
 
 def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
-    """Of about as many cells as are wanted."""
+    """Of about as many cells as are wanted.
+
+    Raises
+    ------
+    ValueError, MemoryError
+        If they are too few for a mesh, or too many for the memory at hand.
+    """
     n = CELLS if options.cells is None else checked_integer("--cells", options.cells, at_least=5)
+    require_memory(n)
     return DualMesh.from_mesh(plan.mesh(n=n))
 
 
 def solve_plates(
     options: argparse.Namespace, ground: Any, bases: Sequence[Base], plates: dict[str, Plate]
-) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]]]:
-    """The footings, and their solutions in all cases by names, that of a single one empty.
+) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]], dict[str, list[CaseRow]]]:
+    """The footings; their solutions in all cases by names, that of a single one empty; and what
+    stands on plates, likewise.
 
     Raises
     ------
@@ -84,7 +93,8 @@ def solve_plates(
         "progress": options.progress or is_watched(),
     }
     found: dict[str, dict[str, Any]] = {base.name: {} for base in bases}
-    for case, rows in _cases(options, bases).items():
+    cases = _cases(options, bases)
+    for case, rows in cases.items():
         loads = [
             _load(punch, base, rows[base.name]) for punch, base in zip(punches, bases, strict=True)
         ]
@@ -97,7 +107,11 @@ def solve_plates(
             raise ValueError(f"case {case}: {error}") from error
         for base, solution in zip(bases, solutions, strict=True):
             found[base.name][case] = solution
-    return punches, found if len(bases) > 1 else {"": found[bases[0].name]}
+    columns = {name: [row for of in cases.values() for row in of[name]] for name in plates}
+    if len(bases) > 1:
+        return punches, found, columns
+    (name,) = found
+    return punches, {"": found[name]}, {"": columns[name]}
 
 
 def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -> ElasticPunch:

@@ -21,6 +21,7 @@ from ..report.checks import DEFORMED
 from ..report.data import report_data
 from ..report.details import Details
 from ..report.footing import Footing
+from ..report.structures import Structure
 from ..terminal import tell
 from ..units import Units
 from .footings import (
@@ -38,6 +39,9 @@ from .pictures import draw
 from .plates import grid_of_outline, plates_of, solve_plates
 from .tables import case_table, solution_table
 
+#: from this part of the extent of its plan on the thickness of a plate is in another unit
+THICK = 0.5
+
 
 def solve(options: argparse.Namespace) -> tuple[int, str]:
     """``solve MESH``: pressures under footings, as a table and files."""
@@ -52,11 +56,10 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     solution: Any
     punches: Sequence[RigidPunch | ElasticPunch]
     if plates:
-        punches, solution = solve_plates(options, ground, bases, plates)
+        punches, solution, columns = solve_plates(options, ground, bases, plates)
         times["all"] = perf_counter() - begin
-        details = replace(
-            details, plates=plates if len(bases) > 1 else {"": plates[bases[0].name]}
-        )
+        made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
+        details = replace(details, plates=made, columns=columns)
     else:
         punches = punches_of(options, ground, bases)
         begin = perf_counter()
@@ -78,7 +81,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         for standing in standings:
             _ = standing.bounds  # known from here on
         times["bounds"] = perf_counter() - begin
-    _tell_of_units(details.units, bodies)
+    _tell_of_units(details, bodies)
     _write_data(options, bodies, times, condition)
     if governing := _governing(bodies):
         if options.vtu and isinstance(governing[0], ElasticSolution) and len(governing) == 1:
@@ -107,13 +110,22 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     return code, case_table(bodies, bases, times)
 
 
-def _tell_of_units(units: Units, bodies: Sequence[Body]) -> None:
-    """Tell of settlements as of a thousand times too soft a ground, of numbers with units."""
+def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
+    """Tell of plates as thick as wide, and, of numbers with units, of settlements as of a thousand
+    times too soft a ground."""
+    for body in bodies:
+        if not isinstance(body, Structure) or body.plate is None:
+            continue
+        if (thick := body.plate.thickness / body.standing.size) > THICK:
+            tell(
+                f"warning: the thickness of the plate is {100 * thick:.3g} % of the extent of the "
+                "plan, which is no plate. Remedy: check the unit of the thickness in --plate"
+            )
     most = max((body.deformation for body in bodies), default=0.0)
-    if units.named and most > DEFORMED:
+    if details.units.named and most > DEFORMED:
         tell(
             f"warning: a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
-            "small deformations. Remedy: check the units of load and moduli"
+            "small deformations. Remedy: check the units of lengths, loads and moduli"
         )
 
 

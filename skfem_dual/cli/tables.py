@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..contact.solution import PunchSolution
+from ..messages import decimals_of
 from ..report.bodies import Body, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
@@ -180,7 +181,8 @@ def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:
 
 def _base_rows(base: Base) -> dict[str, str]:
     """What a footing is, and how its mesh was chosen."""
-    origin = f"({base.origin[0]:.9g}, {base.origin[1]:.9g}), {base.origin_is}"
+    x, y = np.where(np.abs(base.origin) < NOISE * np.ptp(base.mesh.p), 0.0, base.origin)
+    origin = f"({x:.9g}, {y:.9g}), {base.origin_is}"
     mesh = f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"
     chosen = {} if base.accuracy is None else {"Accuracy": str(base.accuracy)}
     return {"Mesh": mesh, "Origin": origin} | chosen
@@ -191,7 +193,14 @@ def _lines(rows: Mapping[str, str]) -> str:
 
 
 def _numbers(values: np.ndarray) -> list[str]:
-    return [f"{v:.5g}" if np.isfinite(v) else "-" for v in values]
+    decimals = decimals_of(values, 5)
+    if decimals is None:
+        return [f"{v:.5g}" if np.isfinite(v) else "-" for v in values]
+    near = [f"{round(v, decimals) + 0.0:.{decimals}f}" for v in values]  # no -0
+    return [
+        "0" if v == 0 else text if np.isfinite(v) else "-"
+        for v, text in zip(values, near, strict=True)
+    ]
 
 
 def _read(value: float, unit: Unit, named: bool = True) -> str:

@@ -20,7 +20,7 @@ from ..elements.depth import components, strata_of
 from ..elements.stresses import Stresses
 from ..elements.strips import CellLoads
 from ..grids.polygons import readonly
-from ..messages import apart, shown
+from ..messages import apart, place, shown
 from .pressures import CellPressures
 
 #: cells of the largest sections
@@ -132,6 +132,19 @@ class Profile:
     displacement: ndarray
     strain: ndarray
     interfaces: ndarray
+
+    def __repr__(self) -> str:
+        of = {"sigma_z": self.stresses.sigma_z, "strain": self.strain}
+        of["settlement"] = self.displacement[2]
+        rows = [f"{name}: {each.min():.6g} to {each.max():.6g}" for name, each in of.items()]
+        low, high = self.depth.min(), self.depth.max()
+        return "\n  ".join(
+            [
+                f"<skfem_dual Profile object>\n  Below: {place(self.x)}",
+                f"Depths: {len(self.depth)}, {low:.6g} to {high:.6g}",
+                *rows,
+            ]
+        )
 
 
 def vertical_profile(solution: CellPressures, at: Pair, depths: ArrayLike) -> Profile:

@@ -382,6 +382,11 @@ class ElasticPunch(Body):
         """Displacements under the loads alone, up to the motions."""
         return self.compliance.displacements(self._effective(f, held)) + held
 
+    def steadied(self, displacement: ndarray) -> ndarray:
+        """Without the part along motions that nothing resists, such as sliding on the ground."""
+        idle, _ = np.linalg.qr(self._motions[1])
+        return displacement - idle @ (idle.T @ displacement)
+
     def __repr__(self) -> str:
         element = type(self.structure.elem).__name__
         return (

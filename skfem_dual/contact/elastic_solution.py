@@ -77,7 +77,7 @@ class ElasticSolution(CellPressures):
         cells = punch.footprint if flat is None else punch.footprint.flattened(flat)
         pressed = punch.loads_of(cells) @ contact.pressure
         bent = punch.lifted(f, held) - punch.compliance.displacements(pressed)
-        displacement = bent + punch.motions @ position
+        displacement = punch.steadied(bent + punch.motions @ position)
         forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]

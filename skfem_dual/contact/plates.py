@@ -12,18 +12,39 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 from skfem import BilinearForm, CellBasis, ElementTriMorley, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
-from skfem.mapping import Mapping, MappingAffine
+from skfem.mapping import Mapping
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair, checked_size
 from ..elements.point_values import value_matrix
 from ..grids.cellwise import CellwiseBasis
-from ..grids.mappings import own_mapping
+from ..grids.mappings import mapping_about_middle, own_mapping
 from ..ground.substrates import Substrate
+from ..operators.resources import available_memory
 from .elastic import ElasticPunch
 from .elastic_solution import ElasticSolution
 
 #: points along each side of a loaded rectangle, of Gauss's rule
 POINTS = 8
+#: bytes that a cell under a plate takes until the answer, most of them for the plate's factors:
+#: 157 to 202 KiB of 1000 to 12 000 cells of a rectangle
+UNDER_PLATE = 200.0 * 2**10
+
+
+def require_memory(cells: int) -> None:
+    """Whether a plate on so many cells fits into the memory at hand.
+
+    Raises
+    ------
+    MemoryError
+        If it does not.
+    """
+    needed, memory = UNDER_PLATE * cells, available_memory()
+    if needed > memory:
+        raise MemoryError(
+            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; a plate on {cells} "
+            f"cells takes about {needed / 2**20:.4g} MiB. Remedy: at most "
+            f"{int(memory / UNDER_PLATE)} cells, or a machine with more memory"
+        )
 
 
 class LocalMorley(ElementTriMorley):
@@ -36,8 +57,7 @@ class LocalMorley(ElementTriMorley):
         """Functions in points of the reference element."""
         mesh, moved = mapping.mesh, self.moved
         if moved is None or moved[0] is not mesh:
-            middle = (mesh.p.min(axis=1) + mesh.p.max(axis=1)) / 2
-            moved = self.moved = mesh, MappingAffine(mesh.translated(-middle))
+            moved = self.moved = mesh, mapping_about_middle(mesh)
         return super().gbasis(moved[1], X, i, tind)
 
 
@@ -97,8 +117,14 @@ class Plate:
         -------
         ElasticPunch
             `ElasticPunch.structure` is the plate's basis, anywhere in the plane.
+
+        Raises
+        ------
+        MemoryError
+            Before the work, if the memory at hand will not do.
         """
         checked_instance("basis", basis, CellBasis)
+        require_memory(basis.N)
         mesh = basis.dual.refinement if isinstance(basis, CellwiseBasis) else basis.mesh
         checked_instance("the mesh of a plate", mesh, MeshTri)
         structure = CellBasis(mesh, LocalMorley(), mapping=own_mapping(mesh))

@@ -24,6 +24,8 @@ from .region import ContactRegion
 
 #: up to so many pairs of points and cells displacements are summed exactly
 FEW = 10**8
+#: distances over the extent of the plan that are printed as zero
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -322,6 +324,8 @@ class CellPressures:
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, those that all bodies have."""
         p, e = self.pressure, self.centre_of_pressure
+        size = np.ptp(self.footprint.partition.polygons.p, axis=1).max()
+        e = np.where(np.abs(e) <= ROUNDING * size, 0.0, e)
         return {
             "Grid": self.footprint.description,
             "Substrate": str(self.footprint.substrate),

@@ -296,6 +296,13 @@ class MeasuredProfile:
     def __getstate__(self) -> dict:
         return {"x": self.x, "height": self.height}
 
+    def __repr__(self) -> str:
+        extent = (f"{part.min():.6g} to {part.max():.6g}" for part in self.x)
+        return (
+            f"MeasuredProfile({' x '.join(map(str, self.height.shape))} heights, "
+            f"{self.height.min():.6g} to {self.height.max():.6g}, at x {', y '.join(extent)})"
+        )
+
 
 def _axes(x: object) -> tuple[ndarray, ndarray]:
     """The coordinates of a grid along x and along y."""

@@ -12,6 +12,7 @@ from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
 from ..arguments import checked_integer
+from ..grids.mappings import mapping_about_middle, middle_of
 from ..grids.polygons import some
 from ..kernels.once import computed_once
 
@@ -108,11 +109,10 @@ class ShapeFunctions:
         square of the distance from the origin: they are made anew about the middle of the mesh.
         """
         element, mesh = self.basis.elem, self.basis.mesh
-        middle = mesh.p.mean(axis=1)
-        near = (np.abs(middle) <= np.ptp(mesh.p, axis=1)).all()
+        near = (np.abs(middle_of(mesh)) <= np.ptp(mesh.p, axis=1)).all()
         if near or not any(isinstance(part, ElementGlobal) for part in _parts(element)):
             return element, self.mapping
-        return _without_functions(element), mesh.translated(-middle).mapping()
+        return _without_functions(element), mapping_about_middle(mesh)
 
     @computed_once
     def _lattice(self) -> tuple[ndarray, ndarray]:

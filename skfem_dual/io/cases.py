@@ -207,6 +207,10 @@ def _case(factors: dict[str, float], cells: list[str], where: str) -> CaseRow:
         raise ValueError(f"{where}: expected a name, got none")
 
     def number(name: str) -> float:
+        if not found[name]:
+            raise ValueError(
+                f"{where}: expected a number for {name}, got none. Remedy: 0 where there is none"
+            )
         return factors[name] * cell_number(found[name], name, where, LEAST, MOST)
 
     def pair(a: str, b: str) -> Pair | None:

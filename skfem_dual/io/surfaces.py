@@ -11,7 +11,7 @@ from .guarded import require_file, shortened
 from .writing import PathLike
 
 #: separators between the numbers of a text that are tried: the first that is in its first line
-SEPARATORS = ";", ",", "\t"
+SEPARATORS = ";", "\t", ","
 
 Points = ndarray | tuple[ndarray, ndarray]
 
@@ -75,10 +75,13 @@ def _array(file: Any) -> ndarray:
 
 
 def _text(file: Any) -> ndarray:
-    """Numbers of a text, in columns; a first line of words is skipped."""
+    """Numbers of a text, in columns; a first line of words is skipped, and what begins with #."""
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
+        lines = [line for line in lines if not line.lstrip().startswith("#")]
         separator = next((s for s in SEPARATORS if lines and s in lines[0]), None)
+        if separator in (";", "\t") and not any("." in line for line in lines):
+            lines = [line.replace(",", ".") for line in lines]
         words = [w for w in lines[0].split(separator) if w.strip()] if lines else []
         skipped = int(bool(words) and not any(_is_number(word) for word in words))
         if not any(line.strip() for line in lines[skipped:]):
@@ -86,7 +89,8 @@ def _text(file: Any) -> ndarray:
         return np.loadtxt(lines[skipped:], delimiter=separator, ndmin=2)
     except ValueError as error:
         raise ValueError(
-            f"expected numbers in columns in {file}: {shortened(str(error), 160)}"
+            f"expected numbers in columns in {file}: {shortened(str(error), 160)}. Remedy: one "
+            "decimal mark in all of it, a comma only between semicolons or tabs"
         ) from error
 
 

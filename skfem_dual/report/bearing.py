@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..messages import listed
 from ..units import Units
 from .details import Details
 from .footing import Between, Footing
@@ -56,7 +57,7 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
     limit = [] if allowable is None else [
         paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
     ]  # fmt: skip
-    radii = " and ".join(f"{radius:.3g}" for radius in circles)
+    radii = listed([f"{radius:.3g}" for radius in circles])
     what = (
         "The mean pressure is the force over the area in contact. The largest pressure is the "
         f"largest mean on a circle with a radius of {radii} {details.units.length.symbol}, a "

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.elastic_solution import ElasticSolution
+from ..messages import listed
 from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
 from .checks import ROUNDING, error_section, solver_section
@@ -38,6 +39,7 @@ from .structure import imposed_on, moments_section
 from .structures import (
     Structure,
     cautions,
+    columns_table,
     deflections_section,
     depth_of_structure,
     pictures_section,
@@ -163,6 +165,7 @@ def _input(bodies: Sequence[Body], mesh_name: str) -> Html:
     for footing in bodies:
         if isinstance(footing, Structure):
             parts.append(structure_table(footing, footing.name or mesh_name))
+            parts.append(columns_table(footing))
             continue
         standing = footing.standing
         if standing is None:
@@ -181,7 +184,9 @@ def _input(bodies: Sequence[Body], mesh_name: str) -> Html:
         ]
         parts.append(table(rows, (f"Footing {footing.name}".rstrip(), "", "Unit")))
     loads = [_loads(body) for body in bodies if isinstance(body, Footing)]
-    parts += [*loads, signs_of_moments()] if loads else []
+    columns = [c for b in bodies if isinstance(b, Structure) for c in b.columns]
+    turned = any(any(column.moments) for column in columns)
+    parts += [*loads, signs_of_moments()] if loads or turned else []
     parts.append(ground_table(bodies[0].plan.substrate, units))
     said = "Forces, pressures and settlements are positive into the ground."
     parts.append(paragraph(said_of(units), said))
@@ -305,7 +310,7 @@ def _pictures(footing: Footing) -> Html:
         if solution is None:
             continue
         shown = Standing(solution, footing.details.units)
-        why = f"Case {cases.names[k]}, which governs {' and '.join(what)}: {in_words(shown)}. "
+        why = f"Case {cases.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
         parts.append(isobars_figure(solution, shown, why))
     return section(
         f"Pressure of the governing cases{', ' if footing.name else ''}{footing.name}", *parts

@@ -11,6 +11,7 @@ from ..contact.pressures import CellPressures
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
+from ..io import CaseRow
 from ..io.polygons import mean_moments
 from .bodies import Body, between
 from .depth import below, governing
@@ -178,6 +179,7 @@ def _structure(body: Structure) -> dict[str, Any]:
             **_plan(body),
             "kind": "plate" if punch.boundary is None else "solid",
             "plate": None if plate is None else asdict(plate),
+            "columns": [_column(body, row) for row in body.columns],
             "element": type(elements.elem).__name__,
             "elements": elements.mesh.nelements,
             "dofs": elements.N,
@@ -190,10 +192,16 @@ def _structure(body: Structure) -> dict[str, Any]:
     )
 
 
+def _column(body: Structure, row: CaseRow) -> dict[str, Any]:
+    """What stands on it in a case."""
+    (x, y), (bx, by), (mx, my) = row.point(body.plan.origin), row.sides, row.moments
+    place = {"x": x, "y": y, "bx": bx, "by": by}
+    return {"case": row.name, "force": row.force, **place, "mx": mx, "my": my, "q": row.spread}
+
+
 def _structure_case(body: Structure, k: int) -> dict[str, Any]:
     """What was found; loads as resultants from the origin, pressures in every cell."""
-    solution, (mean, largest) = body.solutions[k], body.utilisation[:, k]
-    point, moments = body.standings[k].force_point, None
+    solution, moments = body.solutions[k], None
     if body.plate is not None:
         ends = [(m.min(), m.max()) for m in body.plate.moments(solution)]
         moments = dict(zip(("mx", "my", "mxy"), ends, strict=True))
@@ -203,14 +211,29 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         "message": solution.message,
         "load": dict(zip(("force", "mx", "my"), imposed_on(solution)[[0, 2, 1]], strict=True)),
         "force": solution.force,
-        "point": point,
-        "first_moments": solution.resultant[1:],
+        "point": body.standings[k].force_point,
         "reactions": solution.reactions.sum(),
         "deflection": {"least": body.deflections[k, 0], "largest": body.deflections[k, 1]},
         "mean_settlement": body.mean_settlement[k],
-        "settlements": body.settlements[k],
         "largest_gap": solution.gap.max(),
         "moments": moments,
+        **_pressed(body, k, solution),
+        "in_cells": {
+            "pressure": solution.pressure,
+            "first_moments": mean_moments(solution)[:, :2],
+            "deflection": solution.punch.trace @ solution.displacement,
+            "gap": solution.gap,
+        },
+        "equilibrium_residual": solution.equilibrium_residual,
+    }
+
+
+def _pressed(body: Body, k: int, solution: CellPressures) -> dict[str, Any]:
+    """What is told of every body in a case with a solution."""
+    mean, largest = body.utilisation[:, k]
+    return {
+        "settlements": body.settlements[k],
+        "first_moments": solution.resultant[1:],
         "contact_area": solution.contact_area,
         "contact_share": body.contact_share[k],
         "pressure": {
@@ -220,14 +243,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
             "max_of_cells": solution.pressure.max(),
         },
         "utilisation": {"mean": mean, "largest": largest},
-        "in_cells": {
-            "pressure": solution.pressure,
-            "first_moments": mean_moments(solution)[:, :2],
-            "deflection": solution.punch.trace @ solution.displacement,
-            "gap": solution.gap,
-        },
         "iterations": solution.iterations,
-        "equilibrium_residual": solution.equilibrium_residual,
         "complementarity_residual": solution.complementarity_residual,
         "displacement_residual": solution.displacement_residual,
         "seconds": solution.timings,
@@ -257,31 +273,18 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
     }
     if solution is None:
         return case
-    mean, largest = footing.utilisation[:, k]
     ux, uy, twist = cases.sliding[:, k]
     if load.shear is not None:
         case |= {"displacement": [ux, uy], "twist": twist}
+    pressed = _pressed(footing, k, solution)
     return case | {
         "settlement": cases.settlement[k],
         "tilt": cases.tilt[:, k],
         "largest_settlement": cases.largest_settlement[k],
-        "settlements": footing.settlements[k],
-        "first_moments": solution.resultant[1:],
-        "contact_area": solution.contact_area,
-        "contact_share": cases.contact_share[k],
-        "pressure": {
-            "mean": footing.mean_pressure[k],
-            "largest": cases.largest_pressure[k],
-            "min_of_cells": solution.pressure.min(),
-            "max_of_cells": solution.pressure.max(),
-        },
-        "utilisation": {"mean": mean, "largest": largest, "kern": footing.kern_use[k]},
+        **pressed,
+        "utilisation": pressed["utilisation"] | {"kern": footing.kern_use[k]},
         "edge_distance": footing.edge_distance[k],
-        "iterations": solution.iterations,
-        "complementarity_residual": solution.complementarity_residual,
-        "displacement_residual": solution.displacement_residual,
         "resultant_residual": solution.resultant_residual,
-        "seconds": solution.timings,
     }
 
 

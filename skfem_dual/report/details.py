@@ -17,6 +17,7 @@ from ..arguments import (
     checked_text,
 )
 from ..contact.plates import Plate
+from ..io import CaseRow
 from ..plans.search import Accuracy
 from ..units import PLAIN, Units
 
@@ -49,6 +50,9 @@ class Details:
     plates : mapping of str to Plate
         What structures are made of, by their names, ``""`` of a single one: told on the page, with
         the bending moments.
+    columns : mapping of str to sequence of CaseRow
+        What stands on structures, as `read_cases` has it with ``parts=True``, by their names,
+        ``""`` of a single one: listed on the page.
     """
 
     title: str | None = None
@@ -63,6 +67,7 @@ class Details:
     remarks: Sequence[str] = ()
     accuracy: Mapping[str, Accuracy] = field(default_factory=dict)
     plates: Mapping[str, Plate] = field(default_factory=dict)
+    columns: Mapping[str, Sequence[CaseRow]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("title", "project", "author", "mesh_name"):
@@ -77,6 +82,10 @@ class Details:
             checked_instance(of, getattr(self, of), Mapping)
             for name, record in getattr(self, of).items():
                 checked_instance(f"{of}[{name!r}]", record, kind)
+        checked_instance("columns", self.columns, Mapping)
+        for name, rows in self.columns.items():
+            for row in checked_sequence(f"columns[{name!r}]", rows):
+                checked_instance(f"a row of columns[{name!r}]", row, CaseRow, "read_cases")
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
         found: dict[str, Any] = {

@@ -23,6 +23,7 @@ from ..units import Units
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field
 from ..visuals.isolines import smooth_line
+from ..visuals.levels import equal_steps
 from ..visuals.matplotlib import draw, isobars, plot_kern, plot_profile
 from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
@@ -40,6 +41,10 @@ LINES = 20_000
 RESOLUTION = 110
 #: so far beyond the plan, in parts of its size, the point of the force is still drawn
 BEYOND = 0.25
+#: directions in which a plan is looked for, and how far away, in parts of its size
+AROUND, NEAR = 32, 1e-3
+#: lines of equal deflection, about
+LEVELS = 9
 
 
 def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
@@ -90,7 +95,10 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
     """
     mesh, region = nodal_mesh(solution.punch.basis), solution.contact_region
     basis = CellBasis(mesh, ElementTriP1() if len(mesh.t) == 3 else ElementQuad1())
-    deflection, unit = solution.deflection(mesh.p), plan.units.displacement
+    unit = plan.units.displacement
+    read = unit.factor * solution.deflection(mesh.p)
+    # to both ends: where a plate bends most it is looked at most
+    levels = equal_steps(read.min(), read.max(), LEVELS) if np.ptp(read) > 0 else None
     title = f"deflection [{unit.symbol}]" if plan.units.named else "deflection"
 
     def drawn(ax: Axes) -> None:
@@ -99,7 +107,7 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
         if region.edge:
             ax.plot([], [], color=CONTACT, linewidth=2.2, label="edge of contact")
         _mark_force(ax, plan)  # labels keep off it and the edge
-        isobars(basis, unit.factor * deflection, title=title, ax=ax)
+        isobars(basis, read, levels, title=title, ax=ax)
         _name_axes(ax, plan)
 
     return _embedded(drawn, mesh.p, bar=1.1, vector=mesh.nelements <= LINES)
@@ -120,14 +128,23 @@ def plan_picture(standing: Standing, names: list[str]) -> Picture:
         _mark_force(ax, standing)
         ax.plot(*punch.centre, "s", color=OUTLINE, markersize=3.5, label="centroid of the plan")
         ax.plot(*standing.points, "o", color=OUTLINE, markersize=3.5)
-        outward = standing.points - standing.hull.mean(axis=1, keepdims=True)
-        for name, x, along in zip(names, standing.points.T, (outward / np.hypot(*outward)).T):
+        for name, x, along in zip(names, standing.points.T, off_the_plan(standing).T):
             place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9}
             ax.annotate(name, x, 9 * along, textcoords="offset points", **place)
         ax.margins(0.09)
         _name_axes(ax, standing)
 
     return _embedded(drawn, standing.hull)
+
+
+def off_the_plan(standing: Standing) -> ndarray:
+    """Directions from the named points of a plan to where it is not, shape (2, k)."""
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND
+    along = np.stack([np.cos(angle), np.sin(angle)])
+    x = standing.points[:, :, None] + NEAR * standing.size * along[:, None]
+    off = standing.solution.punch.footprint.fan.locate(x.reshape(2, -1)) < 0
+    out = along @ off.reshape(-1, AROUND).T
+    return out / np.maximum(np.hypot(*out), 1e-9)
 
 
 def _name_axes(ax: Axes, plan: Plan) -> None:

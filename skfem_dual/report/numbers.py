@@ -43,12 +43,8 @@ def outline_corners(partition: Partition) -> ndarray:
     turns alike wherever facets meet, as coarse circles do.
     """
     ribs = edge_ribs(partition)
-    cells = partition.f2c[0, ribs]
-    facets = partition.facets[:, ribs]
-    a, b = partition.polygons.p[:, facets].swapaxes(0, 1)
-    turned = cross(b - a, partition.centroids[:, cells] - a) < 0  # the plan to the left
-    facets = np.where(turned, facets[::-1], facets)
-    contour, order = contours(facets, cells)
+    facets = partition.facets[:, ribs]  # their cells to the left
+    contour, order = contours(facets, partition.f2c[0, ribs])
     found = []
     for k in range(contour.max() + 1):
         p = partition.polygons.p[:, facets[0, order[contour == k]]]

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy import ndarray
 
+from ..messages import decimals_of
 from ..units import Unit
 
 
@@ -30,6 +31,22 @@ class Html(str):
     """Text that is markup already; all other text is escaped where it enters a page."""
 
     __slots__ = ()
+
+
+class Number(Html):
+    """A number as markup, which knows what it is: others in its column have as many decimals."""
+
+    __slots__ = ("digits", "value")
+    value: float
+    digits: int
+
+    def with_decimals(self, decimals: int) -> Html:
+        """The same written with so many; nothing is 0."""
+        if self.value == 0:
+            return self
+        text = f"{round(self.value, decimals) + 0.0:,.{decimals}f}"  # no -0
+        text = text.replace(",", THIN).replace("-", "−")
+        return Html(f'<data value="{self.value!r}">{text}</data>')
 
 
 DASH, NONE = Html("–"), Html("")
@@ -65,7 +82,21 @@ def number(value: float, digits: int = 5) -> Html:
     else:
         text = f"{_trimmed(mantissa)} × 10<sup>{int(exponent)}</sup>"
     text = text.replace("-", "−")
-    return Html(f'<data value="{value!r}">{text}</data>')
+    found = Number(f'<data value="{value!r}">{text}</data>')
+    found.value, found.digits = value, digits
+    return found
+
+
+def aligned(cells: Sequence[Any]) -> Sequence[Any]:
+    """Cells of a column, its numbers with equally many decimals where that can be."""
+    numbers = [cell for cell in cells if isinstance(cell, Number)]
+    largest = max(numbers, key=lambda cell: abs(cell.value), default=None)
+    if largest is None:
+        return cells
+    decimals = decimals_of([cell.value for cell in numbers], largest.digits)
+    if decimals is None:
+        return cells
+    return [c.with_decimals(decimals) if isinstance(c, Number) else c for c in cells]
 
 
 def amount(value: float, unit: Unit, digits: int = 5) -> Html:
@@ -119,7 +150,10 @@ def table(
     caption: str = "",
     numeric: bool = False,
 ) -> Html:
-    """Rows whose first cells name them; ``numeric`` ones have their numbers to the right."""
+    """Rows whose first cells name them; numbers of ``numeric`` ones are aligned to the right."""
+    rows = [list(row) for row in rows]
+    if numeric and rows:
+        rows = [list(row) for row in zip(*map(aligned, zip(*rows, strict=True)), strict=True)]
     lines = [Html(f"<caption>{escaped(caption)}</caption>")] if caption else []
     if head:
         cells = joined(Html(f'<th scope="col">{escaped(cell)}</th>') for cell in head)
@@ -262,6 +296,7 @@ figcaption { text-align: left; margin-top: .4rem; }
   h2 { margin-top: 1.4rem; }
   h2 { break-after: avoid; }
   tr, .numeric { break-inside: avoid; }
+  caption { break-after: avoid; }
   thead { display: table-header-group; }
   .scroll { overflow: visible; background: none; }
   .short, .caution { background: none; border: 1px solid #888; }

@@ -91,10 +91,10 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
 
 
 def point_names(plan: Plan) -> list[str]:
-    """A, B, C and so on, after Z a second A1, for the characteristic points."""
-    letters = ascii_uppercase
+    """A, B, C and so on, after Z a second A1, for the characteristic points; P1 is one wanted."""
+    letters = ascii_uppercase.replace("P", "")
     return [
-        letters[i % 26] + (str(i // 26) if i >= 26 else "") for i in range(plan.points.shape[1])
+        letters[i % 25] + (str(i // 25) if i >= 25 else "") for i in range(plan.points.shape[1])
     ]
 
 

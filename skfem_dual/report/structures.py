@@ -1,6 +1,6 @@
 """Structures under their load cases, alone or beside footings, as sections of a report."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,11 +13,25 @@ from ..contact.cases_solution import Extreme
 from ..contact.elastic_solution import ElasticSolution
 from ..contact.footprint import Footprint
 from ..contact.plates import Plate
+from ..io import CaseRow
+from ..messages import listed
 from .depth import depth_section
 from .details import Details
 from .input import mesh_figure
 from .numbers import Plan
-from .page import NONE, Html, amount, coordinate, joined, percent, place, section, table
+from .page import (
+    DASH,
+    NONE,
+    Html,
+    amount,
+    coordinate,
+    joined,
+    number,
+    percent,
+    place,
+    section,
+    table,
+)
 from .results import axes_of, in_words, isobars_figure, point_names
 from .structure import a_little_inside, cautions_of, deflection_figure, input_rows
 
@@ -48,6 +62,11 @@ class Structure:
     def plate(self) -> Plate | None:
         """What it is made of, if that was said."""
         return self.details.plates.get(self.name)
+
+    @property
+    def columns(self) -> Sequence[CaseRow]:
+        """What stands on it, if that was said."""
+        return self.details.columns.get(self.name, ())
 
     @property
     def plan(self) -> Footprint:
@@ -201,6 +220,37 @@ def structure_table(body: Structure, mesh_name: str) -> Html:
     return table(rows, (f"Structure {body.name}".rstrip(), "", "Unit"))
 
 
+def columns_table(body: Structure) -> Html:
+    """What stands on it in each case, if that was said."""
+    rows, units, size = body.columns, body.details.units, body.standing.size
+    length, moment, unit = units.length.symbol, units.moment.symbol, units.pressure
+    shown: dict[str, list[Any]] = {
+        "Case": [row.name for row in rows],
+        f"Force [{units.force.symbol}]": [amount(row.force, units.force) for row in rows],
+        f"acting at [{length}]": [
+            place(np.array(row.point(body.plan.origin)), size)
+            if row.force or any(row.moments)
+            else DASH
+            for row in rows
+        ],
+    }
+    if any(any(row.sides) for row in rows):
+        shown[f"over [{length}]"] = [
+            joined([number(side) for side in row.sides], " × ") if any(row.sides) else DASH
+            for row in rows
+        ]
+    for i, axis in enumerate("xy"):
+        if any(row.moments[i] for row in rows):
+            moments = [amount(row.moments[i], units.moment) for row in rows]
+            shown[f"M{axis} [{moment}]"] = moments
+    if any(row.spread for row in rows):
+        shown[f"all over [{unit.symbol}]"] = [amount(row.spread, unit) for row in rows]
+    if not rows:
+        return NONE
+    caption = f"Loads on {body.name or 'the structure'}"
+    return table(zip(*shown.values(), strict=True), list(shown), caption, numeric=True)
+
+
 def deflections_section(body: Structure) -> Html:
     """Forces, deflections and contact in each case, points over all cases."""
     units, size = body.details.units, body.standing.size
@@ -259,7 +309,7 @@ def pictures_section(body: Structure, called: Mapping[str, str]) -> Html:
         numbers.setdefault(extreme.number, []).append(called[extreme.quantity].lower())
     for k, what in (numbers or {0: []}).items():
         plan = body.standings[k]
-        governs = f", which governs {' and '.join(what)}" if what else ""
+        governs = f", which governs {listed(what)}" if what else ""
         why = f"Case {body.names[k]}{governs}: {in_words(plan)}. "
         parts.append(deflection_figure(plan.solution, plan, why))
         parts.append(isobars_figure(plan.solution, plan, why))

@@ -88,7 +88,7 @@ def choose_levels(
     if levels is None or isinstance(levels, (int, np.integer)):
         n = 8 if levels is None else checked_integer("levels", levels, at_least=1, at_most=MOST)
         if not singular:
-            return _equidistant(*color_range(field)[:2], n)
+            return equal_steps(*color_range(field)[:2], n)
         between = (np.arange(1, n + 1) + np.array([[-0.4], [0.4]])) / (n + 1)
         ranges = quantiles(field, between).T
         chosen = np.unique([roundest(a, b) for a, b in ranges if a < b])
@@ -105,7 +105,7 @@ def choose_levels(
     return chosen
 
 
-def _equidistant(low: float, high: float, n: int) -> ndarray:
+def equal_steps(low: float, high: float, n: int) -> ndarray:
     """Multiples of 1, 2, 2.5 or 5 times a power of ten between two numbers, about n of them."""
     unit = 10.0 ** np.floor(np.log10((high - low) / n))
     found = []

@@ -283,7 +283,7 @@ def isobars(
             np.array([box.mean(axis=1) for box in boxes.values()]).T,
             [texts[i] for i in boxes],
             background_color="white",
-            background_opacity=0.6,
+            background_opacity=0.85,
         )
     title = title_with_factor(subject.title, exponent)
     return with_bar(plotter, colored, title, field.p, origin)
@@ -298,7 +298,7 @@ def _separation(
     plotter.add_mesh(surface(field, -1), color=SEPARATED, lighting=False)
     lines = map(smooth_line, contact.edge)
     ends = [np.stack([line[:, :-1], line[:, 1:]], axis=2) for line in lines]
-    add_lines(plotter, np.concatenate(ends, axis=1) - origin[:, :, None], CONTACT, 5, 3)
+    add_lines(plotter, np.concatenate(ends, axis=1) - origin[:, :, None], CONTACT, 6, 3)
 
 
 def _moved(field: Field, by: ndarray) -> Field:

@@ -16,7 +16,7 @@ from .field import Field
 from .isolines import smooth_line
 from .levels import color_range, common_exponent, round_ticks, short_numbers, title_with_factor
 from .offscreen import one_at_a_time
-from .scene import add_bar, new_plotter
+from .scene import add_bar, drawn_line, new_plotter
 from .style import BODY, COLORMAP, CONTACT, GROUND, OUTLINE, checked_style
 from .subject import Subject
 
@@ -251,7 +251,7 @@ def _add(plotter: Any, surface: Surface, origin: ndarray, **options: Any) -> Any
 def _add_line(plotter: Any, x: ndarray) -> None:
     import pyvista
 
-    plotter.add_mesh(pyvista.lines_from_points(x.T), color=CONTACT, line_width=5, lighting=False)
+    plotter.add_mesh(pyvista.lines_from_points(x.T), **drawn_line(CONTACT, 6))
 
 
 def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
@@ -265,4 +265,3 @@ def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
     plotter.add_text(
         f"displacements × {relief.scale:g}", position=(20, 16), font_size=11, color=OUTLINE
     )
-    plotter.enable_anti_aliasing("msaa", multi_samples=8)

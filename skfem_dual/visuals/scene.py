@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 
 from .field import Field
-from .levels import round_ticks, short_numbers
+from .levels import round_ticks, roundest, short_numbers
 from .offscreen import one_at_a_time, require_pyvista
 from .style import OUTLINE
 
@@ -19,13 +19,19 @@ if TYPE_CHECKING:
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
 #: size of texts in pixels
 LETTER = 16
+#: ticks along the longer side of a plan
+MOST = 7
+#: finer pixels along one that is seen, over which lines are as wide as they are said to be
+WIDER = 2.0
 
 
 def new_plotter(off_screen: bool) -> Any:  # pyvista's decorators hide its types from mypy
     """A plotter with a white background, or an error that names the remedy."""
-    plotter: Any = require_pyvista().Plotter(off_screen=off_screen, line_smoothing=True)
+    plotter: Any = require_pyvista().Plotter(off_screen=off_screen)
     plotter.screenshot = one_at_a_time(plotter.screenshot)
     plotter.set_background("white")
+    # several samples of lines alone leave gaps where their segments meet
+    plotter.enable_anti_aliasing("ssaa")
     return plotter
 
 
@@ -49,7 +55,12 @@ def add_lines(plotter: Any, ends: ndarray, color: str, width: float, layer: int)
     if ends.size == 0:  # a single cell has no ribs
         return
     lines = pyvista.line_segments_from_points(raised(ends.reshape(2, -1), layer))
-    plotter.add_mesh(lines, color=color, line_width=width, lighting=False)
+    plotter.add_mesh(lines, **drawn_line(color, width))
+
+
+def drawn_line(color: str, width: float) -> dict[str, Any]:
+    """How a line so wide is drawn."""
+    return {"color": color, "line_width": WIDER * width, "lighting": False}
 
 
 def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) -> None:
@@ -57,7 +68,7 @@ def add_points(plotter: Any, p: ndarray, color: str, size: float, layer: int) ->
     plotter.add_points(
         raised(p, layer),
         color=color,
-        point_size=size,
+        point_size=WIDER * size,
         render_points_as_spheres=True,
         lighting=False,
     )
@@ -78,6 +89,18 @@ def add_texts(plotter: Any, p: ndarray, texts: list[str], **options: Any) -> Non
     )
 
 
+def plan_ticks(low: ndarray, high: ndarray) -> list[ndarray]:
+    """Round numbers along x and along y of a plan, in equal steps on both."""
+    longer = int(np.argmax(high - low))
+    steps = np.diff(round_ticks(low[longer], high[longer], MOST))
+    step = steps[0] if len(steps) else (high - low)[longer]
+    found = []
+    for a, b in zip(low, high, strict=True):
+        ticks = np.arange(np.ceil(a / step - 1e-9), np.floor(b / step + 1e-9) + 1)
+        found.append(step * ticks + 0.0 if len(ticks) else np.array([roundest(a, b)]))  # no -0
+    return found
+
+
 def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     """Look at the plan ``p`` from above, with axes and a margin of ``right`` pixels."""
     low, high = p.min(axis=1), p.max(axis=1)
@@ -90,10 +113,9 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     plotter.camera_position = [(x, y, PLAN * unit), (x, y, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
     plotter.camera.parallel_scale = height * unit / 2
+    marked = plan_ticks(low + origin[:, 0], high + origin[:, 0])
     for axis, horizontal, vertical in ((0, "center", "top"), (1, "right", "center")):
-        most = 2 + int((high - low)[axis] / unit / 160)
-        shift = origin[axis, 0]
-        ticks = round_ticks(low[axis] + shift, high[axis] + shift, most)
+        shift, ticks = origin[axis, 0], marked[axis]
         ends = np.tile(low[:, None, None], (1, len(ticks), 2))
         ends[axis] = ticks[:, None] - shift
         ends[1 - axis] -= unit * np.array([8, 18])  # from the plan outwards
@@ -107,7 +129,6 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
             justification_vertical=vertical,
         )
     plotter.reset_camera_clipping_range()
-    plotter.enable_anti_aliasing("msaa", multi_samples=8)
     return plotter
 
 
