@@ -84,6 +84,26 @@ def test_every_export_carries_force_and_moments(couple):
     assert_carries(couple[0], *postprocess(*couple))
 
 
+def test_moments_from_a_far_origin():
+    """At site coordinates, moments from their origin: about the plan all is as exact."""
+    site = np.array([4.5e5, 5.4e6])
+    dual = DualMesh.from_mesh(rectangle(8).translated(site))
+    shape, at = Paraboloid(1.0, tuple(site)), tuple(site + np.array([0.05, 0.02]))
+    couple = [
+        RigidPunch(SOIL, basis, gap=shape).solve(0.2, at=at)
+        for basis in (dual.basis(), dual.primal_basis())
+    ]
+    for s, other in (couple, couple[::-1]):
+        for field in (
+            s.pressure_field(refine=1),
+            s.pressure_field(refine=1, other=other),
+            s.nodal_pressure(),
+            postprocess(*couple),
+        ):
+            found = field_resultant(*field, site)
+            np.testing.assert_allclose(found, [0.2, 0.01, 0.004], atol=1e-8)
+
+
 @pytest.mark.parametrize("grid", ["dual", "primal"])
 def test_field_of_the_central_circle(grid):
     """p = P / (2 pi sqrt(1 - r^2)), by distance from the edge; cells are 0.08 wide."""

@@ -41,10 +41,12 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    Paraboloid,
     RigidPunch,
     load_matrix,
 )
 from skfem_dual.elements.load_matrix import graded
+from skfem_dual.grids import generate
 
 SOIL = HalfSpace(1.0, 0.25)
 
@@ -313,3 +315,14 @@ def test_far_from_the_origin(ring):
     f = s.load_vector(CellBasis(far.refined(), ElementTriP1()))
     x = far.refined().p - np.array([[4.5e5], [5.4e6]])
     np.testing.assert_allclose([f.sum(), *(x @ f)], [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_slivers_of_rounding_far_from_the_origin_are_no_load_left_out():
+    """The line of contact cuts slivers off triangles: once 8e-6 of the force was lost."""
+    site = np.array([4.5e5, 5.4e6])
+    far = generate.rectangle(2.0, 1.3, n=120).translated(site)
+    cells, shape = CellBasis(far, ElementTriP0()), Paraboloid(1.0, tuple(site))
+    s = RigidPunch(SOIL, cells, gap=shape, origin=tuple(site)).solve(0.3, at=(0.05, 0.05))
+    f = s.load_vector(CellBasis(far, ElementTriP1()))
+    found = np.array([f.sum(), *((far.p - site[:, None]) @ f)])
+    np.testing.assert_allclose(found, s.resultant, rtol=1e-9, atol=1e-9)

@@ -85,6 +85,17 @@ def test_full_contact_of_a_surface_wavy_in_two_directions():
     assert len(punch.solve(0.95 * full).contact) < 576
 
 
+@pytest.mark.parametrize("ratio", [0.3, 1.2])
+def test_the_active_set_finds_the_same(ratio):
+    """In full contact too, where a uniform pressure is not told by settlements."""
+    punch, full = wavy(12)
+    one, other = (punch.solve(ratio * full, method=method) for method in ("auto", "active-set"))
+    assert one.success
+    assert other.success
+    np.testing.assert_allclose(other.pressure, one.pressure, rtol=0, atol=1e-9 * full)
+    assert other.settlement == pytest.approx(one.settlement, abs=1e-11)
+
+
 def test_light_and_nearly_full_contact_of_a_surface_wavy_in_two_directions():
     """The asymptotes of Johnson, Greenwood and Higginson."""
     punch, full = wavy(256)

@@ -355,7 +355,8 @@ class ContactSystem:
         if not conjugate and (method == "cg" or not (self._dense or self._formed)):
             return None
         if method == "active-set" or not conjugate:
-            return active_set(replace(problem, matrix=self._array), beginning(start, n))
+            problem = replace(problem, matrix=self._array)
+            return active_set(problem, beginning(start, n), singular=self._singular)
         if not (method == "auto" and self._formed):
             return self._gradients(problem, start, gap_rtol)
         found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)

@@ -10,6 +10,7 @@ the cells in contact, and projected conjugate gradients in the manner of Polonsk
 which only multiply by D.
 """
 
+from dataclasses import replace
 from typing import Literal, NamedTuple, Self, get_args
 
 import numpy as np
@@ -50,7 +51,9 @@ class How(NamedTuple):
         return cls(checked_flag("unilateral", unilateral), method, gap_rtol)
 
 
-def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Contact:
+def active_set(
+    problem: ContactProblem, contact: ndarray, most: int = 100, singular: bool = False
+) -> Contact:
     """Primal-dual active set for a dense matrix.
 
     Parameters
@@ -61,7 +64,11 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
         Cells to begin with.
     most : int
         Iterations after which to give up.
+    singular : bool
+        Whether a uniform pressure settles nothing, as on periodic ground.
     """
+    if singular:
+        return _lifted(problem, contact, most)
     D, planes = np.asarray(problem.matrix), problem.planes
     contact = contact.copy()
     pressure, gap, motion = np.zeros(len(D)), problem.gap, np.zeros(len(planes))
@@ -100,6 +107,15 @@ def active_set(problem: ContactProblem, contact: ndarray, most: int = 100) -> Co
             wrong[: np.nonzero(wrong)[0][-1]] = False
         contact ^= wrong
     return Contact(pressure, motion, gap, touching, False, message, tuple(history))
+
+
+def _lifted(problem: ContactProblem, contact: ndarray, most: int) -> Contact:
+    """By a matrix with which the forces given settle all cells as if the punch moved farther."""
+    matrix = np.asarray(problem.matrix)
+    rise = np.abs(matrix).sum(axis=1).max() / np.abs(problem.resultants).sum()
+    matrix = matrix + rise * problem.planes.T @ problem.resultants
+    found = active_set(replace(problem, matrix=matrix, inverse=None), contact, most)
+    return replace(found, motion=found.motion - rise * problem.given)
 
 
 def _between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]:

@@ -57,7 +57,10 @@ def balanced(
     ConvergenceError
         If what does not vanish of it, and may change, cannot carry them.
     """
-    centre = np.asarray(origin, dtype=float)
+    # about the middle: far from the origin moments hide what is left of the force
+    centre = basis.mesh.p.mean(axis=1)
+    resultant = np.array(resultant, dtype=float)
+    resultant[1:] -= resultant[0] * (centre - np.asarray(origin, dtype=float))
     integrals = _integrals(basis, centre)
     missing = resultant - integrals @ values
     if not missing.any():

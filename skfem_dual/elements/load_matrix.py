@@ -26,8 +26,9 @@ from .graded_rule import area_of, graded
 from .overlaps import overlaps
 from .shape_functions import ShapeFunctions
 
-#: part of the area of a cell that may be missing by rounding
-MISSING = 1e-9
+#: part of the area of a cell that may be missing by rounding, and how much of its radius times
+#: its greatest coordinate
+MISSING, ROUNDING = 1e-9, 8 * float(np.finfo(float).eps)
 #: values of test functions computed at a time
 CHUNK = 2**18
 
@@ -93,10 +94,11 @@ def load_matrix(
     pieces = overlaps(fan.p[:, fan.t], target.cells)
     cell = fan.cell[pieces.first]
     covered = np.bincount(cell, pieces.share * fan.areas[pieces.first], len(partition))
-    _require_covered(partition, covered, partial)
+    slivers = MISSING * partition.areas + ROUNDING * _reach(partition)
+    _require_covered(partition, covered, slivers, partial)
     places = pieces.first, pieces.vertices
     points = points_in_pieces(weights, fan, places, order + moments)
-    whole = covered > (1 - MISSING) * partition.areas
+    whole = covered > partition.areas - slivers
     points = _balanced(partition, weights, points, whole)
     factors = np.ones((1, len(points.cell)))
     if moments:
@@ -115,15 +117,22 @@ def load_matrix(
     return out
 
 
-def _require_covered(partition: Partition, covered: ndarray, partial: bool) -> None:
+def _reach(partition: Partition) -> ndarray:
+    """Radius of each cell times its greatest coordinate."""
+    return partition.polygons.radii * np.abs(partition.centroids).max(axis=0)
+
+
+def _require_covered(
+    partition: Partition, covered: ndarray, slivers: ndarray, partial: bool
+) -> None:
     areas = partition.areas
-    twice = np.nonzero(covered > (1 + 1e-6) * areas)[0]
+    twice = np.nonzero(covered > (1 + 1e-6) * areas + slivers)[0]
     if len(twice):
         raise ValueError(
             f"expected a basis that covers each cell once, got cells {some(twice)} covered more "
             "than once. Remedy: a mesh, or facets, that do not overlap"
         )
-    bare = np.nonzero(covered < (1 - MISSING) * areas)[0]
+    bare = np.nonzero(covered < areas - slivers)[0]
     outside = (areas - covered)[bare].sum()
     if outside > MISSING * areas.sum() and not partial:
         share = 100 * outside / areas.sum()

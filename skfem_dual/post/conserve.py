@@ -25,14 +25,14 @@ class Balance:
     resultants : (2, 3) array of float
         Force and first moments of the pressures on dual cells and on triangles. The field on the
         general triangulation takes their mean.
-    origin : pair of float
-        The point the moments refer to.
+    centre : (2,) array of float
+        The point the moments refer to, the centroid of the plan.
     """
 
     couple: RegularCouple
     loads: tuple[ndarray, ndarray]
     resultants: ndarray
-    origin: tuple[float, float]
+    centre: ndarray
 
     @computed_once
     def wanted(self) -> ndarray:
@@ -46,7 +46,7 @@ class Balance:
 
     def _planes(self, x: ndarray) -> ndarray:
         """1, x and y of one unit at points."""
-        return np.vstack([np.ones(x.shape[1]), (x - np.array(self.origin)[:, None]) / self._size])
+        return np.vstack([np.ones(x.shape[1]), (x - self.centre[:, None]) / self._size])
 
     @computed_once
     def _integrals(self) -> list[ndarray]:

@@ -175,8 +175,8 @@ def postprocess(
     grids = _kept(couple, solutions, grids)
     if conserve:
         loads = _loads(couple, cells[0]), _loads(couple, cells[1])
-        resultants = np.array([s.footprint.resultant(s.pressure) for s in solutions])
-        balance = Balance(couple, loads, resultants, on_cells.punch.origin)
+        resultants = np.array([s.footprint.resultants @ s.pressure for s in solutions])
+        balance = Balance(couple, loads, resultants, cells[0].centre)
         first, second, field = (balance.completed(i, values) for i, values in enumerate(grids))
         grids = first, second, field
     return PostprocessedPressure(
@@ -236,17 +236,15 @@ def _signed(values: ndarray, solutions: tuple[PunchSolution, PunchSolution]) -> 
 
 
 def _loads(couple: RegularCouple, cells: Footprint) -> ndarray:
-    """Force and first moments of unit pressures on the cells of one grid.
+    """Force and first moments about the centroid by unit pressures on the cells of one grid.
 
     Pressures with slopes inside the cells do not act where the law of the edge alone does.
     """
     if cells.slopes is None:
         n = len(couple.dual)
         part = slice(n) if cells.on_dual_cells else slice(n, None)
-        arm = couple.acting[:, part] - np.array(cells.origin)[:, None]
-        return np.vstack([np.ones(len(cells)), arm]) * couple.areas[part]
-    shift = np.concatenate([[0.0], cells.centre - cells.origin])
-    return cells.resultants + shift[:, None] * cells.partition.areas
+        return cells.planes(couple.acting[:, part]) * couple.areas[part]
+    return cells.resultants
 
 
 def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
