@@ -206,6 +206,10 @@ def test_families_act_by_their_parities(tolerance):
     families = [tree.families(k) if k == level else np.full((1, 8), -1) for k in range(level + 1)]
     (translation,) = m2l_translations(tree, families, lambda half: factors)
     begin, end = tree.levels[level : level + 2]
+
+    def at_once(work, m):
+        work(slice(0, m))
+
     rng = np.random.default_rng(0)
     multipole = rng.standard_normal((2, len(tree), chebyshev.terms))
     for terms in (15, 6):
@@ -218,10 +222,10 @@ def test_families_act_by_their_parities(tolerance):
                 expected[:, box] += given[:, other] @ matrices[k, :terms, :terms]
         scale = np.abs(expected).max()
         cut = translation if terms == 15 else translation.cut(chebyshev.parities[:terms])
-        cut.add(given.copy(), out, lambda work, m, each=0: work(slice(0, m)))
+        cut.add(cut.turned(given.copy(), at_once), out, at_once)
         assert out == pytest.approx(expected, abs=(1e-12 + 30 * tolerance) * scale)
         single = out.astype(np.float32) * 0
-        cut.add(given.astype(np.float32), single, lambda work, m, each=0: work(slice(0, m)))
+        cut.add(cut.turned(given.astype(np.float32), at_once), single, at_once)
         assert single == pytest.approx(out, abs=2e-6 * scale)
 
 

@@ -9,20 +9,14 @@ from numpy import ndarray
 from ...elements.near import NearField
 from ...kernels.threads import Threads
 from .chebyshev import Chebyshev, Compressed, Kernel
-from .families import SIGNS, CompressedTranslation, FamilyTranslation
+from .families import FamilyTranslation
 from .linear_maps import SparseBlocks, Translation
 from .lists import Lists
 from .loops import Layout
-from .quadtree import BESIDE, OFFSETS, Quadtree
+from .quadtree import Quadtree
 
 #: from half-width to the matrices of M2L
 Factors = Callable[[float], Compressed]
-#: which of `OFFSETS` leads to each box of a family at each of `BESIDE` from each box, in the last
-#: place, of another; the number beyond the last where both are adjacent
-_QUARTERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
-_WAYS = (2 * BESIDE[:, None] + _QUARTERS)[:, :, None] - _QUARTERS
-_SAME = (_WAYS[..., None, :] == OFFSETS).all(axis=-1)
-_NUMBERS = np.where(_SAME.any(axis=-1), _SAME.argmax(axis=-1), len(OFFSETS))
 
 
 def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
@@ -37,29 +31,13 @@ def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Transla
 
 def m2l_translations(
     tree: Quadtree, families: list[ndarray], factors: Factors
-) -> tuple[CompressedTranslation, ...]:
+) -> tuple[FamilyTranslation, ...]:
     """Between the boxes of each level, by its `Quadtree.families`."""
-    translations = []
-    for level, beside in enumerate(families):
-        if not (beside >= 0).any():
-            continue
-        left, core, right, of_left, of_right = factors(tree.size / 2 ** (level + 1))
-        begin, end = tree.levels[level : level + 2]
-        boxes = np.where(
-            tree.quarter[begin:end, None] == np.arange(4), np.arange(end - begin)[:, None], -1
-        )
-        blocks = np.append(core, np.zeros_like(core[:1]), axis=0)[_NUMBERS].swapaxes(2, 3)
-        # terms with the signs of their parities in each box
-        gives, takes = SIGNS[of_left].T, SIGNS[of_right].T
-        blocks = gives[:, :, None, None] * blocks * takes
-        translations.append(
-            CompressedTranslation(
-                Translation(0, np.where(boxes < 0, -1, boxes + begin), gives[:, None] * left),
-                FamilyTranslation.of(beside, blocks),
-                Translation(int(begin), boxes, takes[:, :, None] * right),
-            )
-        )
-    return tuple(translations)
+    return tuple(
+        FamilyTranslation.of(int(first), beside, factors(tree.size / 2 ** (level + 1)))
+        for level, (first, beside) in enumerate(zip(tree.levels, families))
+        if (beside >= 0).any()
+    )
 
 
 def l2l_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:

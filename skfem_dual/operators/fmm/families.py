@@ -8,17 +8,19 @@ what both hold, or for the difference: a quarter of the products that single fam
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
 
-from ...kernels.compiled import vectorised
+from ...kernels.compiled import inputs, vectorised
 from ...kernels.once import computed_once
-from .linear_maps import Run, Translation
-from .quadtree import BESIDE
+from .chebyshev import Compressed
+from .linear_maps import Run
+from .quadtree import BESIDE, OFFSETS
 
 #: families whose expansions are multiplied together, over the number of vectors
-TOGETHER = 64
+TOGETHER = 32
 #: which of `BESIDE` the matrices are of: to the right, above, and both
 _RIGHT, _ABOVE, _CORNER = (BESIDE.tolist().index(way) for way in ([1, 0], [0, 1], [1, 1]))
 #: of each parity its sign in each box of a family, ``SIGNS[parity, box]``
@@ -27,59 +29,112 @@ SIGNS = np.kron([[1, 1], [1, -1]], [[1, 1], [1, -1]])
 #: on which they act
 _WHICH = np.array([_RIGHT, _ABOVE, _CORNER, _CORNER, _CORNER, _RIGHT, _ABOVE, _CORNER])
 _DIFFER = np.array([1, 2, 1, 2, 3, 0, 0, 0])
+#: which of `OFFSETS` leads to each box of a family at each of `BESIDE` from each box, in the last
+#: place, of another; the number beyond the last where both are adjacent
+_QUARTERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
+_WAYS = (2 * BESIDE[:, None] + _QUARTERS)[:, :, None] - _QUARTERS
+_SAME = (_WAYS[..., None, :] == OFFSETS).all(axis=-1)
+_NUMBERS = np.where(_SAME.any(axis=-1), _SAME.argmax(axis=-1), len(OFFSETS))
+
+
+class Outer(NamedTuple):
+    """From expansions of boxes to what is kept of them, or back.
+
+    Attributes
+    ----------
+    matrix : (terms, r) or (r, terms) array of float
+    signs : (4, r) array of float
+        Of what is kept, in each box of a family those of its parity.
+    """
+
+    matrix: ndarray
+    signs: ndarray
+
+    @classmethod
+    def of(cls, matrix: ndarray, parities: ndarray, dtype: type = float) -> Self:
+        """Of what has these parities."""
+        return cls(*inputs(matrix.astype(dtype), SIGNS[parities].T.astype(dtype)))
 
 
 @dataclass(frozen=True, eq=False)
 class FamilyTranslation:
-    """From compressed expansions of families to those of families beside them.
+    """The M2L of one level, with matrices ``left @ core @ right`` as by `compressed`.
 
     Attributes
     ----------
+    first : int
+        The first box of the level.
     sources : (nfamilies, len(BESIDE)) array of int
         The families at each of `BESIDE`; their number, that of none, where there is none.
     matrices : (4, 8, r, s) array of float
         From the sums of families, in the order of `_put_sums`, to each parity.
+    outer : Compressed
+        What they stand between; without the core, they are of families.
     """
 
+    first: int
     sources: ndarray
     matrices: ndarray
+    outer: Compressed
 
     @classmethod
-    def of(cls, beside: ndarray, matrices: ndarray) -> "FamilyTranslation":
-        """Of families ``beside`` each, -1 for none, see `Quadtree.families`.
-
-        The ``matrices``, (len(BESIDE), 4, r, 4, s), lead from box to box; their terms have the
-        signs of their parities in each box.
-        """
-        turned = np.einsum("Pa,karbs,Qb->kPrQs", SIGNS, matrices, SIGNS) / 16
+    def of(cls, first: int, beside: ndarray, factors: Compressed) -> Self:
+        """Of families ``beside`` each, -1 for none, see `Quadtree.families`."""
+        core, gives, takes = factors.core, SIGNS[factors.of_left].T, SIGNS[factors.of_right].T
+        blocks = np.append(core, np.zeros_like(core[:1]), axis=0)[_NUMBERS].swapaxes(2, 3)
+        # terms with the signs of their parities in each box
+        blocks = gives[:, :, None, None] * blocks * takes
+        turned = np.einsum("Pa,karbs,Qb->kPrQs", SIGNS, blocks, SIGNS) / 16
         parities = np.arange(4)[:, None]
         # the parity of what acts, then of what comes out
         found = turned[_WHICH, parities ^ _DIFFER, :, parities]
         sources = np.where(beside >= 0, beside, len(beside)).astype(np.int32)
-        return cls(sources, np.ascontiguousarray(found))
+        return cls(first, sources, found, factors._replace(core=core[:0]))
+
+    @property
+    def boxes(self) -> slice:
+        """Those of the level."""
+        return slice(self.first, self.first + 4 * len(self.sources))
 
     @computed_once
-    def _single(self) -> ndarray:
-        """The matrices in single precision."""
-        return self.matrices.astype(np.float32)
+    def _double(self) -> tuple[Outer, ndarray, Outer]:
+        return self._as(float)
 
-    def add(self, given: ndarray, out: ndarray, run: Run) -> None:
-        """Add what becomes of expansions (s, nfamilies + 1, 4, terms) to others, (s, nfamilies, 4,
-        terms).
+    @computed_once
+    def _single(self) -> tuple[Outer, ndarray, Outer]:
+        return self._as(np.float32)
 
-        What is given is turned to parities; its last family is none and holds zeros.
-        """
-        matrices = self._single if given.dtype == np.float32 else self.matrices
-        families = len(self.sources)
-        run(lambda k: turn(k.start, k.stop, given), families)
-        flat = matrices.reshape(4, -1, matrices.shape[3])
-        args = self.sources, flat, given, out
-        run(lambda k: translate_families(k.start, k.stop, *args), families)
+    def _as(self, dtype: type) -> tuple[Outer, ndarray, Outer]:
+        """What comes before, the matrices and what comes after, as kernels take them."""
+        left, _, right, *parities = self.outer
+        (matrices,) = inputs(self.matrices.reshape(4, -1, right.shape[0]).astype(dtype))
+        of_left, of_right = parities
+        return Outer.of(left, of_left, dtype), matrices, Outer.of(right, of_right, dtype)
 
-    def expanded(self, left: ndarray, right: ndarray) -> "FamilyTranslation":
-        """With ``left`` times every matrix times ``right``, which mix no parities."""
+    def turned(self, multipole: ndarray, run: Run) -> ndarray:
+        """What is kept of multipole expansions (s, nboxes, terms), of each family by parities,
+        (nfamilies + 1, 4, s, r); the last family is none and holds zeros."""
+        before, *_ = self._single if multipole.dtype == np.float32 else self._double
+        families, kept = len(self.sources), before.signs.shape[1]
+        out = np.empty((families + 1, 4, len(multipole), kept), multipole.dtype)
+        out[-1] = 0.0
+        args = self.first, *before, *inputs(multipole), out
+        run(lambda k: turn(k.start, k.stop, *args), families)
+        return out
+
+    def add(self, turned: ndarray, local: ndarray, run: Run) -> None:
+        """Add what becomes of these to local expansions (s, nboxes, terms)."""
+        _, matrices, after = self._single if turned.dtype == np.float32 else self._double
+        args = self.first, self.sources, matrices, *after, *inputs(turned), local
+        run(lambda k: translate_families(k.start, k.stop, *args), len(self.sources))
+
+    def cut(self, parities: ndarray) -> "FamilyTranslation":
+        """Of the first terms only, with these parities: so few that they are not compressed."""
+        terms, own = len(parities), np.eye(len(parities))
+        left, right = self.outer.left[:terms], self.outer.right[:, :terms]
         matrices = np.einsum("tr,pkrs,su->pktu", left, self.matrices, right)
-        return replace(self, matrices=matrices)
+        outer = Compressed(own, self.outer.core, own, parities, parities)
+        return replace(self, matrices=matrices, outer=outer)
 
     @property
     def nbytes(self) -> int:
@@ -87,66 +142,88 @@ class FamilyTranslation:
         return self.sources.nbytes
 
 
-@dataclass(frozen=True, eq=False)
-class CompressedTranslation:
-    """The M2L of one level, with matrices ``left @ core @ right`` as by `compressed`.
+@vectorised
+def turn(begin, end, first, matrix, signs, multipole, out):
+    """Put expansions of the boxes of families times a matrix, by parities."""
+    sets, kept = multipole.shape[0], matrix.shape[1]
+    product = np.empty((4 * TOGETHER, kept), matrix.dtype)
+    for start in range(begin, end, TOGETHER):
+        count = min(TOGETHER, end - start)
+        box = first + 4 * start
+        for s in range(sets):
+            np.dot(multipole[s][box : box + 4 * count], matrix, product[: 4 * count])
+            for f in range(count):
+                for j in range(kept):
+                    a, b = product[4 * f, j], signs[1, j] * product[4 * f + 1, j]
+                    c, d = signs[2, j] * product[4 * f + 2, j], signs[3, j] * product[4 * f + 3, j]
+                    out[start + f, 0, s, j] = (a + b) + (c + d)
+                    out[start + f, 1, s, j] = (a - b) + (c - d)
+                    out[start + f, 2, s, j] = (a + b) - (c + d)
+                    out[start + f, 3, s, j] = (a - b) - (c - d)
 
-    Attributes
-    ----------
-    left, right : Translation
-        Within each box of the level, of which terms have the signs of their parities.
-    core : FamilyTranslation
-        Between families of four of them.
+
+@vectorised
+def translate_families(begin, end, first, sources, matrices, matrix, signs, turned, out):
+    """Add what families beside make to the expansions of boxes, from parities."""
+    sets, terms = turned.shape[2:]
+    height, full = matrix.shape
+    together = max(TOGETHER // sets, 1)
+    number = np.empty(together, np.int64)
+    sums = np.empty((4, together * sets, 8, terms), turned.dtype)
+    rows = sums.reshape(4, together * sets, 8 * terms)
+    product = np.empty((4, together * sets, height), turned.dtype)
+    made = np.empty((together * sets * 4, height), turned.dtype)
+    added = np.empty((together * sets * 4, full), turned.dtype)
+    pairs = np.empty((1, 4, 1, terms), turned.dtype)
+    for start in range(begin, end, together):
+        count = 0
+        for family in range(start, min(start + together, end)):
+            if sources[family].min() < sources.shape[0]:
+                number[count] = family
+                for s in range(sets):
+                    _put_sums(sources[family], turned, s, count * sets + s, pairs, sums)
+                count += 1
+        if count == 0:
+            continue
+        vectors = count * sets
+        for p in range(4):
+            np.dot(rows[p, :vectors], matrices[p], product[p, :vectors])
+        for i in range(vectors):
+            for j in range(height):
+                a, b, c, d = product[0, i, j], product[1, i, j], product[2, i, j], product[3, i, j]
+                made[4 * i, j] = (a + b) + (c + d)
+                made[4 * i + 1, j] = signs[1, j] * ((a - b) + (c - d))
+                made[4 * i + 2, j] = signs[2, j] * ((a + b) - (c + d))
+                made[4 * i + 3, j] = signs[3, j] * ((a - b) - (c - d))
+        np.dot(made[: 4 * vectors], matrix, added[: 4 * vectors])
+        for i in range(vectors):
+            box, s = first + 4 * number[i // sets], i % sets
+            for k in range(4):
+                for j in range(full):
+                    out[s, box + k, j] += added[4 * i + k, j]
+
+
+@vectorised
+def _put_sums(beside, given, s, row, pairs, sums):
+    """Put sums and differences of what families at mirrored places hold, those of each parity
+    where they act.
+
+    Differences to the right and left, of above and below, and of the four corners in x, in y, in
+    both; then the sums of each. They are the greatest: in single precision they come last.
     """
-
-    left: Translation
-    core: FamilyTranslation
-    right: Translation
-
-    def add(self, multipole: ndarray, local: ndarray, run: Run) -> None:
-        """Add what becomes of multipole expansions to local ones."""
-        sets, (boxes, _) = len(multipole), self.left.sources.shape
-        gives, takes = self.left.matrices.shape[2], self.right.matrices.shape[1]
-        taken = np.zeros((sets, boxes + 4, gives), multipole.dtype)  # and a family that is none
-        self.left.add(multipole, taken, run)
-        given = np.zeros((sets, boxes, takes), multipole.dtype)
-        self.core.add(taken.reshape(sets, -1, 4, gives), given.reshape(sets, -1, 4, takes), run)
-        del taken  # gives back its memory first
-        self.right.add(given, local, run)
-
-    def cut(self, parities: ndarray) -> "CompressedTranslation":
-        """Of the first terms only, with these parities: so few that they are not compressed."""
-        terms = len(parities)
-        left, right = self.left.matrices[0, :terms], self.right.matrices[0, :, :terms]
-        signs = SIGNS[parities].T[:, None] * np.eye(terms)
-        return CompressedTranslation(
-            replace(self.left, matrices=signs),
-            self.core.expanded(left, right),
-            replace(self.right, matrices=signs),
-        )
-
-    @property
-    def nbytes(self) -> int:
-        """Memory that depends on the number of boxes."""
-        return self.left.nbytes + self.core.nbytes + self.right.nbytes
-
-
-@vectorised
-def turn(begin, end, given):
-    """Turn terms of the boxes of families to parities, in place."""
-    room = np.empty((1, 1, 4, given.shape[3]), given.dtype)
-    for s in range(given.shape[0]):
-        for f in range(begin, end):
-            _turn(given, s, f, room)
-
-
-@vectorised
-def _turn(given, s, f, room):
-    """Turn one family; ``room`` of shape (1, 1, 4, terms) is for temporary use."""
-    _butterfly(given, (s, f, 0), (s, f, 1), room, (0, 0, 0), (0, 0, 1))
-    _butterfly(given, (s, f, 2), (s, f, 3), room, (0, 0, 2), (0, 0, 3))
-    _butterfly(room, (0, 0, 0), (0, 0, 2), given, (s, f, 0), (s, f, 2))
-    _butterfly(room, (0, 0, 1), (0, 0, 3), given, (s, f, 1), (s, f, 3))
+    for p in range(4):  # in the order of BESIDE
+        one, two = (beside[6], p, s), (beside[1], p, s)
+        _butterfly(given, one, two, sums, (p, row, 5), (p ^ 1, row, 0))
+        one, two = (beside[4], p, s), (beside[3], p, s)
+        _butterfly(given, one, two, sums, (p, row, 6), (p ^ 2, row, 1))
+        one, two = (beside[7], p, s), (beside[2], p, s)
+        _butterfly(given, one, two, pairs, (0, 0, 0), (0, 1, 0))
+        one, two = (beside[5], p, s), (beside[0], p, s)
+        _butterfly(given, one, two, pairs, (0, 2, 0), (0, 3, 0))
+        one, two = (0, 0, 0), (0, 2, 0)
+        _butterfly(pairs, one, two, sums, (p, row, 7), (p ^ 2, row, 3))
+        one, two = (0, 1, 0), (0, 3, 0)
+        _butterfly(pairs, one, two, sums, (p ^ 1, row, 2), (p ^ 3, row, 4))
 
 
 @vectorised
@@ -160,61 +237,3 @@ def _butterfly(given, one, two, out, plus, minus):
         first, second = given[a, b, c, j], given[d, e, f, j]
         out[g, h, i, j] = first + second
         out[k, m, n, j] = first - second
-
-
-@vectorised
-def translate_families(begin, end, sources, matrices, given, out):
-    """Add what families beside make, from parities to terms of boxes."""
-    sets, terms, height = given.shape[0], given.shape[3], matrices.shape[2]
-    together = max(TOGETHER // sets, 1)
-    number = np.empty(together, np.int64)
-    sums = np.empty((4, together * sets, 8, terms), given.dtype)
-    rows = sums.reshape(4, together * sets, 8 * terms)
-    product = np.empty((together * sets, height), given.dtype)
-    made = np.empty((1, together * sets, 4, height), given.dtype)
-    pairs = np.empty((1, 1, 4, terms), given.dtype)
-    room = np.empty((1, 1, 4, height), given.dtype)
-    for start in range(begin, end, together):
-        count = 0
-        for family in range(start, min(start + together, end)):
-            if sources[family].min() < sources.shape[0]:
-                number[count] = family
-                for s in range(sets):
-                    _put_sums(sources[family], given, s, count * sets + s, pairs, sums)
-                count += 1
-        if count == 0:
-            continue
-        for p in range(4):
-            np.dot(rows[p, : count * sets], matrices[p], product[: count * sets])
-            for i in range(count * sets):
-                for j in range(height):
-                    made[0, i, p, j] = product[i, j]
-        for i in range(count * sets):
-            _turn(made, 0, i, room)
-            family, s = number[i // sets], i % sets
-            for p in range(4):
-                for j in range(height):
-                    out[s, family, p, j] += made[0, i, p, j]
-
-
-@vectorised
-def _put_sums(beside, given, s, row, pairs, sums):
-    """Put sums and differences of what families at mirrored places hold, those of each parity
-    where they act.
-
-    Differences to the right and left, of above and below, and of the four corners in x, in y, in
-    both; then the sums of each. They are the greatest: in single precision they come last.
-    """
-    for p in range(4):  # in the order of BESIDE
-        one, two = (s, beside[6], p), (s, beside[1], p)
-        _butterfly(given, one, two, sums, (p, row, 5), (p ^ 1, row, 0))
-        one, two = (s, beside[4], p), (s, beside[3], p)
-        _butterfly(given, one, two, sums, (p, row, 6), (p ^ 2, row, 1))
-        one, two = (s, beside[7], p), (s, beside[2], p)
-        _butterfly(given, one, two, pairs, (0, 0, 0), (0, 0, 1))
-        one, two = (s, beside[5], p), (s, beside[0], p)
-        _butterfly(given, one, two, pairs, (0, 0, 2), (0, 0, 3))
-        one, two = (0, 0, 0), (0, 0, 2)
-        _butterfly(pairs, one, two, sums, (p, row, 7), (p ^ 2, row, 3))
-        one, two = (0, 0, 1), (0, 0, 3)
-        _butterfly(pairs, one, two, sums, (p ^ 1, row, 2), (p ^ 3, row, 4))

@@ -29,7 +29,7 @@ from .assembly import (
 from .chebyshev import Chebyshev, Kernel, compressed
 from .dipoles import DipoleSummation
 from .expansions import CellExpansions, Moments, degree_of
-from .families import CompressedTranslation
+from .families import FamilyTranslation
 from .linear_maps import Run, SparseBlocks, Translation
 from .lists import near_lists
 from .loops import l2p, look_up
@@ -66,14 +66,14 @@ class FarField:
     ----------
     p2m : CellExpansions
         From cells to multipole expansions of their boxes.
-    m2l : tuple of CompressedTranslation
+    m2l : tuple of FamilyTranslation
         From multipole to local expansions of each level.
     m2p : SparseBlocks
         From multipole expansions to single points.
     """
 
     p2m: CellExpansions
-    m2l: tuple[CompressedTranslation, ...]
+    m2l: tuple[FamilyTranslation, ...]
     m2p: SparseBlocks
 
     @property
@@ -271,20 +271,22 @@ class FastSummation:
     ) -> None:
         """Add what acts through expansions."""
         tree, sets = self.tree, len(q)
-        # the local expansions of a vector are where the multipole ones of that before were
-        room: ndarray = np.zeros((sets + 1, len(tree), self.chebyshev.terms), dtype)
-        multipoles = [room[1:], *(np.zeros_like(room[1:]) for _ in self.far_fields[1:])]
+        local: ndarray = np.zeros((sets, len(tree), self.chebyshev.terms), dtype)
+        multipoles = [local, *(np.zeros_like(local) for _ in self.far_fields[1:])]
         for far, multipole in zip(self.far_fields, multipoles, strict=True):
             far.p2m.add(q, dipoles, multipole, run)
             for translation in self.m2m:
                 translation.add(multipole, multipole, run)
             far.m2p.add_product(multipole.reshape(sets, -1), out, run)
-        for k in range(sets):
-            room[k] = 0.0
-            for far, multipole in zip(self.far_fields, multipoles, strict=True):
-                for level in far.m2l:
-                    level.add(multipole[k : k + 1], room[k : k + 1], run)
-        local = room[:-1]
+        # local expansions are where the multipole ones were, level by level
+        done = 0
+        for level in zip(*(far.m2l for far in self.far_fields), strict=True):
+            turned = [step.turned(*given, run) for step, *given in zip(level, multipoles)]
+            begin, done = done, level[0].boxes.stop
+            local[:, begin:done] = 0.0
+            for step in level:
+                step.add(turned.pop(0), local, run)
+        local[:, done:] = 0.0
         self.p2l.add_product(q, local.reshape(sets, -1), run)
         if dipoles is not None:
             self.dipoles.add_to(local, dipoles, run)
