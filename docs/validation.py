@@ -29,10 +29,10 @@ from skfem_dual import (
     load_matrix,
 )
 from skfem_dual.contact import exact
-from skfem_dual.contact.below import stress_below
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import annulus, disc, polar, polygon, rectangle
 from skfem_dual.io import read_mesh
+from skfem_dual.solutions.below import stress_below
 
 DISC = Path(__file__).parents[1] / "tests" / "data" / "disc.msh"
 UNIT = HalfSpace(1.0, 0.0)  # E* = 1

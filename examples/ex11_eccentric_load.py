@@ -16,7 +16,7 @@ import numpy as np
 from gallery import chart, run, sheet, without_axes
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, PunchSolution, RigidPunch
-from skfem_dual.contact.refine import refine_to_contact
+from skfem_dual.bodies.refine import refine_to_contact
 from skfem_dual.grids.generate import disc, rectangle
 
 SOIL = HalfSpace(young=1.0, poisson=0.25)

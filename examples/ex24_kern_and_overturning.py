@@ -12,7 +12,7 @@ import numpy as np
 from gallery import chart, legend_below, run, sheet
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
-from skfem_dual.contact.paths import MomentRotation, moment_rotation
+from skfem_dual.bodies.paths import MomentRotation, moment_rotation
 from skfem_dual.grids.generate import annulus, disc, polygon, rectangle
 
 CLAY = HalfSpace(young=30e6, poisson=0.3)  # Pa

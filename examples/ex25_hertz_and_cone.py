@@ -13,8 +13,8 @@ from gallery import chart, legend_below, run
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch, check_mesh
+from skfem_dual.bodies.refine import refine_to_contact
 from skfem_dual.contact import exact
-from skfem_dual.contact.refine import refine_to_contact
 from skfem_dual.contact.shapes import Cone, Paraboloid
 from skfem_dual.grids.generate import rectangle
 

@@ -15,10 +15,10 @@ from gallery import chart, run, sheet, without_axes
 from skfem import CellBasis, ElementTriP1, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, PunchSolution, RigidPunch
-from skfem_dual.contact.group import RigidPunches
-from skfem_dual.contact.group_solution import PunchesSolution
+from skfem_dual.bodies.group import RigidPunches
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.grids.generate import rectangle
+from skfem_dual.solutions.group_solution import PunchesSolution
 from skfem_dual.visuals.style import BODY, CONTACT, OUTLINE
 
 SOIL = HalfSpace(young=1.0, poisson=0.0)  # E* = 1, with a = P = 1

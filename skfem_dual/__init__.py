@@ -1,32 +1,17 @@
 """Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
 
 from . import startup as startup  # first, it looks after the other imports
-from .contact.bearing import bearing_pressure
-from .contact.below import (
-    Profile,
-    displacement_below,
-    settlement_by_layers,
-    stress_below,
-    vertical_profile,
-    vertical_section,
-)
-from .contact.bounds import Bounds
-from .contact.cases_solution import CasesSolution, Extreme
-from .contact.elastic import ElasticPunch
-from .contact.elastic_solution import ElasticSolution
-from .contact.group import RigidPunches
-from .contact.group_solution import PunchesSolution
+from .bodies.elastic import ElasticPunch
+from .bodies.group import RigidPunches
+from .bodies.paths import LoadPath, MomentRotation, load_path, moment_rotation
+from .bodies.plates import Plate, column_load
+from .bodies.punch import RigidPunch
+from .bodies.punches import Punches
+from .bodies.refine import refine_to_contact
 from .contact.load import Load
 from .contact.motions import ShearSolution
-from .contact.paths import LoadPath, MomentRotation, load_path, moment_rotation
-from .contact.plates import Plate, column_load
-from .contact.pressures import EdgeCoefficient
-from .contact.punch import RigidPunch
-from .contact.punches import Punches
-from .contact.refine import refine_to_contact
 from .contact.region import ContactRegion
 from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
-from .contact.solution import PunchSolution
 from .elements.flexible import flexible_settlement
 from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses
@@ -63,6 +48,21 @@ from .post.fields import pressure_field
 from .post.functional import Weights
 from .post.postprocess import PostprocessedPressure, postprocess
 from .post.smooth import SmoothedCouple, smooth_couple
+from .solutions.bearing import bearing_pressure
+from .solutions.below import (
+    Profile,
+    displacement_below,
+    settlement_by_layers,
+    stress_below,
+    vertical_profile,
+    vertical_section,
+)
+from .solutions.bounds import Bounds
+from .solutions.cases_solution import CasesSolution, Extreme
+from .solutions.elastic_solution import ElasticSolution
+from .solutions.group_solution import PunchesSolution
+from .solutions.pressures import EdgeCoefficient
+from .solutions.punch_solution import PunchSolution
 from .sweeps.run import Outcome, SweepResult, sweep
 
 __version__ = "0.1.0"

@@ -16,7 +16,7 @@ from skfem.helpers import dd, ddot, eye, trace
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import DualMesh, HalfSpace
-from skfem_dual.contact.elastic import ElasticPunch
+from skfem_dual.bodies.elastic import ElasticPunch
 from skfem_dual.grids.generate import disc
 from skfem_dual.grids.trace import trace as plan_of
 

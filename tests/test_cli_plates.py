@@ -219,7 +219,7 @@ def test_remedies_of_plates_are_options(capsys, raft, tmp_path):
 
 def test_a_million_cells_under_a_plate_are_refused_before_their_mesh(capsys, raft, monkeypatch):
     monkeypatch.setattr(Plan, "mesh", None)
-    monkeypatch.setattr("skfem_dual.contact.plates.available_memory", lambda: 2.0**33)
+    monkeypatch.setattr("skfem_dual.bodies.plates.available_memory", lambda: 2.0**33)
     code, _, err = run(capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "1000000")
     assert code == 2
     assert "a plate on 1000000 cells takes about 1.953e+05 MiB. Remedy: at most 41943" in err[0]

@@ -6,9 +6,9 @@ from plans import disc, rectangle
 
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact.footprint import Footprint
-from skfem_dual.contact.pressures import CellPressures
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.solutions.pressures import CellPressures
 
 SOIL = HalfSpace(1.0, 0.25)
 

@@ -16,7 +16,7 @@ from skfem_dual import (
     column_load,
     flexible_settlement,
 )
-from skfem_dual.contact import plates
+from skfem_dual.bodies import plates
 from skfem_dual.grids.generate import rectangle
 
 SOIL = HalfSpace(young=30e3, poisson=0.3)

@@ -19,13 +19,13 @@ from skfem_dual import (
     RigidPunch,
     RigidPunches,
 )
-from skfem_dual.contact.below import displacement_below, stress_below, vertical_section
 from skfem_dual.elements.depth import components
 from skfem_dual.elements.influence import surface_displacement
 from skfem_dual.elements.stresses import displacements, stresses
 from skfem_dual.elements.strips import CellLoads
 from skfem_dual.grids.generate import disc as polygon_of_disc
 from skfem_dual.grids.partition import Partition
+from skfem_dual.solutions.below import displacement_below, stress_below, vertical_section
 
 SOIL = HalfSpace(2.0, 0.3)
 DUAL = DualMesh.from_mesh(MeshTri.init_lshaped().refined(1))

@@ -96,7 +96,7 @@ def test_progress_bars(large, capsys):
 
 def test_many_points(monkeypatch):
     """Displacements at many points are summed fast, to the tolerance."""
-    from skfem_dual.contact import pressures
+    from skfem_dual.solutions import pressures
 
     found = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(4)).basis()).solve(1.0)
     x = np.random.default_rng(0).uniform(-2, 2, (2, 500))

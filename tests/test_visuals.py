@@ -34,7 +34,7 @@ from skfem_dual import (
     check_mesh,
     general_triangulation,
 )
-from skfem_dual.contact.paths import moment_rotation
+from skfem_dual.bodies.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid
 from skfem_dual.grids.generate import rectangle

@@ -8,7 +8,7 @@ from skfem import LinearForm
 
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
-from ..contact.plates import require_memory
+from ..bodies.plates import require_memory
 from ..io import CaseRow, read_cases
 from ..terminal import is_watched
 from .footings import Base, by_case, names_of, only, punches_of, single_load

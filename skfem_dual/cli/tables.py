@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..contact.solution import PunchSolution
 from ..messages import decimals_of
 from ..report.bodies import Body, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
 from ..report.structures import Structure
+from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
 from .footings import Base
 from .messages import in_options

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import Pair, checked_flag, checked_instance, checked_sequence
-from ..contact.cases_solution import CasesSolution
+from ..solutions.cases_solution import CasesSolution
 from ..units import PLAIN, Units
 from .guarded import shortened
 from .tables import cell_number, read_table, unit_factor

@@ -7,13 +7,13 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_instance
-from ..contact.elastic_solution import ElasticSolution
-from ..contact.pressures import CellPressures
-from ..contact.solution import PunchSolution
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons
 from ..ground.periodic import PeriodicGround
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.pressures import CellPressures
+from ..solutions.punch_solution import PunchSolution
 from .guarded import read_through_meshio
 from .writing import PathLike, require_vtu, write_whole
 

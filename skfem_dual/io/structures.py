@@ -7,10 +7,10 @@ from numpy import ndarray
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 from ..arguments import checked_instance, checked_number
-from ..contact.elastic_solution import ElasticSolution
-from ..contact.plates import Plate
+from ..bodies.plates import Plate
 from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
+from ..solutions.elastic_solution import ElasticSolution
 from .polygons import blocks_of, mean_moments
 from .writing import PathLike, require_vtu, write_whole
 

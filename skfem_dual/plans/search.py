@@ -8,14 +8,14 @@ import numpy as np
 from skfem import MeshTri
 
 from ..arguments import Pair, checked_number
+from ..bodies.punch import RigidPunch
 from ..contact.load import Hull, Load, require_compression
-from ..contact.punch import RigidPunch
-from ..contact.solution import PunchSolution
 from ..contact.system import DENSE
 from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
 from ..operators.resources import whole
+from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
 
 #: length of the facets on the edge over that of the largest

@@ -4,10 +4,10 @@ from dataclasses import dataclass, fields
 
 from ..arguments import Pair, checked_flag, checked_instance, checked_number, checked_pair
 from ..contact.load import Load
-from ..contact.solution import PunchSolution
 from ..errors import ResolutionWarning, warn
 from ..ground.substrates import Substrate, checked_substrate
 from ..operators.resources import available_memory
+from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
 from .search import Accuracy, Attempt, Problem, search
 

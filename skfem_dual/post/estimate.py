@@ -6,9 +6,9 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_array, checked_number
-from ..contact.solution import PunchSolution
 from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
+from ..solutions.punch_solution import PunchSolution
 from .postprocess import check_couple
 
 #: how many times the relative distance of both settlements that of bracketing tilts may be: they

@@ -16,7 +16,6 @@ from scipy.sparse import csr_matrix
 from skfem import CellBasis, ElementTriP1, ElementTriP2, MeshTri
 
 from ..arguments import checked_instance, checked_integer
-from ..contact.pressures import CellPressures
 from ..elements.balance import balanced
 from ..elements.edge_weights import mean_weight
 from ..elements.graded_rule import graded
@@ -27,6 +26,7 @@ from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.planar import cross
 from ..grids.refinement import Refinement
+from ..solutions.pressures import CellPressures
 from .postprocess import postprocess
 from .regular import torsion
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy import ndarray
 
 from ..contact.footprint import Footprint
-from ..contact.solution import PunchSolution
 from ..grids.nearest import nearest
+from ..solutions.punch_solution import PunchSolution
 from .functional import Weights
 from .laws import Law
 from .regular import RegularCouple

@@ -10,13 +10,13 @@ from skfem import CellBasis, ElementTriP1
 
 from ..arguments import checked_choice, checked_flag
 from ..contact.footprint import Footprint
-from ..contact.solution import PunchSolution
 from ..elements.balance import balanced, field_resultant
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
 from ..messages import shown
+from ..solutions.punch_solution import PunchSolution
 from .conserve import Balance
 from .functional import CoupleFunctional, Weights
 from .laws import mixed

@@ -9,12 +9,12 @@ from typing import Any
 
 from .. import __version__
 from ..arguments import checked_instance
-from ..contact.cases_solution import CasesSolution
-from ..contact.elastic_solution import ElasticSolution
-from ..contact.group_solution import PunchesSolution
-from ..contact.solution import PunchSolution
 from ..io import write_whole
 from ..io.writing import PathLike
+from ..solutions.cases_solution import CasesSolution
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.group_solution import PunchesSolution
+from ..solutions.punch_solution import PunchSolution
 from .bearing import points_section
 from .bodies import Body, bodies_of
 from .cases import bearing_of_bodies, cases_sections

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..arguments import checked_instance
-from ..contact.cases_solution import CasesSolution
-from ..contact.elastic_solution import ElasticSolution
-from ..contact.group import RigidPunches
-from ..contact.group_solution import PunchesSolution
-from ..contact.solution import PunchSolution
+from ..bodies.group import RigidPunches
+from ..solutions.cases_solution import CasesSolution
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.group_solution import PunchesSolution
+from ..solutions.punch_solution import PunchSolution
 from .details import Details
 from .footing import Between, Footing, require_points_on
 from .structures import Structure

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.elastic_solution import ElasticSolution
 from ..messages import listed
+from ..solutions.elastic_solution import ElasticSolution
 from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
 from .checks import ROUNDING, error_section, solver_section

@@ -8,9 +8,9 @@ import numpy as np
 import scipy
 import skfem
 
-from ..contact.pressures import CellPressures
-from ..contact.solution import PunchSolution
 from ..plans.search import Accuracy
+from ..solutions.pressures import CellPressures
+from ..solutions.punch_solution import PunchSolution
 from ..units import Units
 from .numbers import Plan, Standing
 from .page import (

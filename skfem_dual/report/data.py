@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..contact.pressures import CellPressures
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
 from ..io import CaseRow
 from ..io.polygons import mean_moments
+from ..solutions.pressures import CellPressures
 from .bodies import Body, between
 from .depth import below, governing
 from .details import Details

@@ -6,10 +6,10 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import Pair
-from ..contact.below import Profile, settlement_by_layers, vertical_profile
-from ..contact.pressures import CellPressures
 from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
+from ..solutions.below import Profile, settlement_by_layers, vertical_profile
+from ..solutions.pressures import CellPressures
 from .details import Details
 from .figures import profile_picture
 from .footing import Footing

@@ -16,7 +16,7 @@ from ..arguments import (
     checked_size,
     checked_text,
 )
-from ..contact.plates import Plate
+from ..bodies.plates import Plate
 from ..io import CaseRow
 from ..plans.search import Accuracy
 from ..units import PLAIN, Units

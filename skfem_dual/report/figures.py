@@ -14,11 +14,11 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementQuad1, ElementTriP1
 
-from ..contact.below import Profile
-from ..contact.elastic_solution import ElasticSolution
-from ..contact.pressures import CellPressures
 from ..elements.stresses import Stresses
 from ..grids.cellwise import nodal_mesh
+from ..solutions.below import Profile
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.pressures import CellPressures
 from ..units import Units
 from ..visuals.axes import draw_segments, prepared, pyplot
 from ..visuals.field import Field

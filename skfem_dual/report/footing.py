@@ -9,14 +9,14 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import Pair
-from ..contact.cases_solution import CasesSolution, Extreme
 from ..contact.footprint import Footprint
-from ..contact.solution import PunchSolution
 from ..grids.outline import distance_to_segments, edge_ribs
 from ..grids.partition import Partition
 from ..messages import place
 from ..plans.search import Accuracy
 from ..plans.solve import PlanSolution
+from ..solutions.cases_solution import CasesSolution, Extreme
+from ..solutions.punch_solution import PunchSolution
 from .details import Details
 from .numbers import Standing, distance_inside, reach
 from .results import point_names

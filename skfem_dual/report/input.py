@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.pressures import CellPressures
-from ..contact.solution import PunchSolution
 from ..grids.cellwise import nodal_mesh
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import HalfSpace, Substrate
+from ..solutions.pressures import CellPressures
+from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
 from .figures import mesh_picture
 from .numbers import Plan, Standing

@@ -8,14 +8,14 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull, QhullError
 
-from ..contact.bounds import Bounds, why_none
-from ..contact.solution import PunchSolution
 from ..errors import ConvergenceError, MeshError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import contours, cross
+from ..solutions.bounds import Bounds, why_none
+from ..solutions.punch_solution import PunchSolution
 from ..units import PLAIN, Units
 
 #: from this turn on a vertex of the outline is a corner, unless so many of them are that they are

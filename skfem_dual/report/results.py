@@ -5,9 +5,9 @@ from string import ascii_uppercase
 import numpy as np
 from numpy import ndarray
 
-from ..contact.bearing import bearing_pressure
-from ..contact.pressures import CellPressures
-from ..contact.solution import PunchSolution
+from ..solutions.bearing import bearing_pressure
+from ..solutions.pressures import CellPressures
+from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
 from .figures import isobar_picture, plan_picture
 from .numbers import Plan, Standing

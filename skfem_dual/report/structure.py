@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..contact.bearing import Circles, bearing_pressure
-from ..contact.elastic_solution import ElasticSolution
-from ..contact.plates import Plate
+from ..bodies.plates import Plate
 from ..grids.cellwise import nodal_mesh
+from ..solutions.bearing import Circles, bearing_pressure
+from ..solutions.elastic_solution import ElasticSolution
 from ..units import Units
 from .bearing import Borne, bearing_section
 from .checks import DEFORMED, ROUNDING, UNBALANCED, notices, solver_section

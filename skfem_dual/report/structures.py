@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..contact.bearing import Circles, bearing_pressure
-from ..contact.cases_solution import Extreme
-from ..contact.elastic_solution import ElasticSolution
+from ..bodies.plates import Plate
 from ..contact.footprint import Footprint
-from ..contact.plates import Plate
 from ..io import CaseRow
 from ..messages import listed
+from ..solutions.bearing import Circles, bearing_pressure
+from ..solutions.cases_solution import Extreme
+from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
 from .details import Details
 from .input import mesh_figure

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.elastic import ElasticPunch
-from ..contact.group import RigidPunches
-from ..contact.punch import RigidPunch
-from ..contact.punches import Punches
+from ..bodies.elastic import ElasticPunch
+from ..bodies.group import RigidPunches
+from ..bodies.punch import RigidPunch
+from ..bodies.punches import Punches
 
 try:  # dask and loky bring it, and send classes of a script with it
     from cloudpickle import Pickler

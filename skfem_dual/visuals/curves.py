@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arguments import checked_instance, checked_text
-from ..contact.paths import MomentRotation
-from ..contact.pressures import EdgeCoefficient
-from ..contact.punch import RigidPunch
+from ..bodies.paths import MomentRotation
+from ..bodies.punch import RigidPunch
+from ..solutions.pressures import EdgeCoefficient
 from .axes import diagram, draw_segments, legend_below, letter, prepared
 from .field import Field
 from .offscreen import one_at_a_time

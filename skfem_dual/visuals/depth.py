@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_instance
-from ..contact.below import Profile
+from ..solutions.below import Profile
 from .axes import checked_axes, letter, pyplot
 from .curves import LINES
 from .offscreen import one_at_a_time

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable
 from html import escape
 from typing import TYPE_CHECKING
 
-from ..contact.pressures import CellPressures
 from ..grids.dual_mesh import DualMesh
 from ..grids.report import Report
+from ..solutions.pressures import CellPressures
 from .axes import pyplot
 from .matplotlib import draw, isobars
 from .style import OUTLINE, PRIMAL

@@ -9,9 +9,9 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_choice, checked_instance, checked_number
-from ..contact.elastic_solution import ElasticSolution
 from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
+from ..solutions.elastic_solution import ElasticSolution
 from .field import Field
 from .isolines import smooth_line
 from .levels import color_range, common_exponent, round_ticks, short_numbers, title_with_factor

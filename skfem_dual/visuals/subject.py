@@ -10,10 +10,10 @@ import numpy as np
 from skfem import CellBasis
 
 from ..arguments import checked_instance, checked_size
-from ..contact.group_solution import PunchesSolution
-from ..contact.pressures import CellPressures
 from ..contact.region import ContactRegion
 from ..grids.cellwise import nodal_mesh
+from ..solutions.group_solution import PunchesSolution
+from ..solutions.pressures import CellPressures
 from .field import Field, continuous
 
 if TYPE_CHECKING:

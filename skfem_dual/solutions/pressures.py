@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
+from ..contact.footprint import Footprint
+from ..contact.pressed import Pressed
+from ..contact.region import ContactRegion
 from ..elements.balance import balanced
 from ..elements.curvature import Curvature
 from ..elements.influence import flat_points
@@ -18,9 +21,6 @@ from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..operators.entries import EXACT
-from .footprint import Footprint
-from .pressed import Pressed
-from .region import ContactRegion
 
 #: up to so many pairs of points and cells displacements are summed exactly
 FEW = 10**8

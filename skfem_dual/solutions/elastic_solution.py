@@ -8,14 +8,14 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem.assembly.basis import AbstractBasis
 
+from ..contact.pressed import Pressed
+from ..contact.problem import Contact, warn_of
 from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .pressed import Pressed
 from .pressures import CellPressures
-from .problem import Contact, warn_of
-from .solution import TINY
+from .punch_solution import TINY
 
 #: forces on free DOFs that are not balanced, over the largest load
 EQUILIBRIUM = 1e-6

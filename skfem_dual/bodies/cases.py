@@ -10,18 +10,18 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_flag, checked_instance, checked_sequence
+from ..contact.load import Constraints, Load
+from ..contact.many import ManyLoads
+from ..contact.one_sign import solved_each
+from ..contact.problem import Contact, rough_under
+from ..contact.system import progress_bars
+from ..contact.unilateral import How, Method
+from ..contact.verify import Verification
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
 from ..kernels.limits import threads_for_matrix
-from .cases_solution import CasesSolution
-from .load import Constraints, Load
-from .many import ManyLoads
-from .one_sign import solved_each
-from .problem import Contact, rough_under
+from ..solutions.cases_solution import CasesSolution
+from ..solutions.punch_solution import PunchSolution
 from .rigid import RigidBodies
-from .solution import PunchSolution
-from .system import progress_bars
-from .unilateral import How, Method
-from .verify import Verification
 
 Cases = Sequence[Any] | Mapping[str, Any]
 

@@ -9,6 +9,8 @@ from numpy import ndarray
 from skfem import MeshQuad1
 
 from ..arguments import Pair
+from ..contact.by_work import Member
+from ..contact.load import Load
 from ..errors import ConvergenceError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
@@ -16,8 +18,6 @@ from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..messages import shown
 from ..operators.symmetry import Symmetry
-from .by_work import Member
-from .load import Load
 
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
 #: of flat punches with edge-weighted cells from those by work on triangles, and from those by

@@ -7,16 +7,16 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_flag
+from ..contact.footprint import Footprint
+from ..contact.motions import Motions, moving
+from ..contact.shapes import Gap, gap_values
+from ..contact.system import ContactSystem
+from ..contact.work import Work
 from ..elements.edge_weights import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .footprint import Footprint
-from .motions import Motions, moving
-from .shapes import Gap, gap_values
-from .system import ContactSystem
-from .work import Work
 
 
 class Body(ABC):

@@ -10,19 +10,25 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_instance, checked_sequence
+from ..contact.footprint import Footprint
+from ..contact.load import Constraints, Load, load_of, require_vertical
+from ..contact.loaded_cells import ExactRows, LoadedCells
+from ..contact.problem import Contact, warn_of
+from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.unilateral import How, Method
+from ..contact.union import joint_operator, rows_of, union
+from ..contact.work import Part, Work
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
+from ..solutions.cases_solution import CasesSolution
+from ..solutions.group_solution import PunchesSolution, answers_of
+from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
-from .cases_solution import CasesSolution
-from .footprint import Footprint
 from .frame import FramedSystem, checked_stiffness
-from .group_solution import PunchesSolution, answers_of
-from .load import Constraints, Load, load_of, require_vertical
-from .loaded_cells import ExactRows, LoadedCells
 from .neighbours import (
     checked_joined,
     checked_names,
@@ -32,14 +38,8 @@ from .neighbours import (
     require_balance,
     require_one_ground,
 )
-from .problem import Contact, warn_of
 from .punch import RigidPunch
 from .rigid import RigidBodies
-from .solution import PunchSolution
-from .system import ContactSystem, progress_bars, timed
-from .unilateral import How, Method
-from .union import joint_operator, rows_of, union
-from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,18 +8,18 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..arguments import checked_flag
+from ..contact.by_work import Alone, Member
+from ..contact.load import Load
+from ..contact.motions import ShearSolution, sliding
+from ..contact.pressed import Pressed
+from ..contact.problem import Contact
+from ..contact.region import ContactRegion
+from ..contact.system import DENSE
 from ..elements.influence import flat_points
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .bounds import Bounds, why_none
-from .by_work import Alone, Member
-from .load import Load
-from .motions import ShearSolution, sliding
-from .pressed import Pressed
 from .pressures import CellPressures
-from .problem import Contact
-from .region import ContactRegion
-from .system import DENSE
 
 TINY = float(np.finfo(float).tiny)
 

@@ -11,8 +11,8 @@ from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.preprocess import repair
 from ..messages import shown
+from ..solutions.punch_solution import PunchSolution
 from .punch import RigidPunch
-from .solution import PunchSolution
 
 #: each refinement makes cells half as large: more cannot be told apart
 MOST = 50

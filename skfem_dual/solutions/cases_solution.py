@@ -9,14 +9,14 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull
 
+from ..contact.along_lines import has_law, on_each
+from ..contact.by_work import Alone
+from ..contact.footprint import Footprint
+from ..contact.load import Load
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once, remember
-from .along_lines import has_law, on_each
 from .bearing import Circles
-from .by_work import Alone
-from .footprint import Footprint
-from .load import Load
-from .solution import PunchSolution
+from .punch_solution import PunchSolution
 
 #: columns of `CasesSolution.table`
 COLUMNS = (

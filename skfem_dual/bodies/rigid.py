@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+from ..contact.footprint import Footprint
+from ..contact.line_law import with_line_law
+from ..contact.load import Constraints, Load
+from ..contact.loaded_cells import ExactRows, LoadedCells, slices_of
+from ..contact.one_sign import solved
+from ..contact.problem import Contact
+from ..contact.system import ContactSystem
+from ..contact.unilateral import How
+from ..contact.verify import Verification, verified
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
-from .footprint import Footprint
-from .line_law import with_line_law
-from .load import Constraints, Load
-from .loaded_cells import ExactRows, LoadedCells, slices_of
-from .one_sign import solved
-from .problem import Contact
-from .solution import PunchSolution
-from .system import ContactSystem
-from .unilateral import How
-from .verify import Verification, verified
+from ..solutions.punch_solution import PunchSolution
 
 #: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
 #: the law of its line moves bodies on some hundred cells

@@ -14,10 +14,10 @@ from scipy.sparse import csr_array
 from scipy.special import roots_legendre
 
 from ..arguments import checked_instance
+from ..contact.footprint import Footprint
 from ..grids.outline import distance_to_segments, edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from .footprint import Footprint
 from .pressures import CellPressures
 
 #: radius of the circles, over that of the largest circle that fits into the plan

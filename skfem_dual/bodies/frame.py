@@ -14,14 +14,14 @@ from numpy import ndarray
 from scipy.sparse import csc_matrix, csr_matrix, issparse
 
 from ..arguments import checked_array
+from ..contact.load import Constraints
+from ..contact.problem import Contact
+from ..contact.system import ContactSystem
+from ..contact.unilateral import How
+from ..contact.verify import verified
 from ..kernels.once import computed_once
 from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
-from .load import Constraints
-from .problem import Contact
-from .system import ContactSystem
-from .unilateral import How
-from .verify import verified
 
 
 @dataclass(frozen=True, eq=False)

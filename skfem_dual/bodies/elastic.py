@@ -30,6 +30,15 @@ from ..arguments import (
     checked_instance,
     checked_sequence,
 )
+from ..contact.edges import EdgeBoundaries
+from ..contact.footprint import Edge, Footprint
+from ..contact.load import Constraints
+from ..contact.one_sign import solved
+from ..contact.problem import Contact, Share
+from ..contact.shapes import Gap
+from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.unilateral import How, Method
+from ..contact.verify import verified
 from ..elements.point_values import value_matrix
 from ..elements.shape_functions import picklable
 from ..grids.polygons import readonly
@@ -38,19 +47,10 @@ from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.pressures import CellPressures
 from .body import Body
-from .edges import EdgeBoundaries
-from .elastic_solution import ElasticSolution
-from .footprint import Edge, Footprint
-from .load import Constraints
-from .one_sign import solved
-from .pressures import CellPressures
-from .problem import Contact, Share
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
-from .shapes import Gap
-from .system import ContactSystem, progress_bars, timed
-from .unilateral import How, Method
-from .verify import verified
 
 #: deflections of the ground's surface below so many times the largest are none
 AT_REST = 1e-8

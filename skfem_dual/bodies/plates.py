@@ -20,8 +20,8 @@ from ..grids.cellwise import CellwiseBasis
 from ..grids.mappings import mapping_about_middle, own_mapping
 from ..ground.substrates import Substrate
 from ..operators.resources import available_memory
+from ..solutions.elastic_solution import ElasticSolution
 from .elastic import ElasticPunch
-from .elastic_solution import ElasticSolution
 
 #: points along each side of a loaded rectangle, of Gauss's rule
 POINTS = 8

@@ -10,6 +10,15 @@ from numpy import ndarray
 from skfem import CellBasis
 
 from ..arguments import Pair, checked_flag
+from ..contact.edges import EdgeBoundaries
+from ..contact.footprint import Collocation, Edge, Footprint
+from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
+from ..contact.motions import holding
+from ..contact.problem import Contact, warn_of
+from ..contact.shapes import Gap
+from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.unilateral import How, Method
+from ..contact.work import Part, Work
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
@@ -18,22 +27,13 @@ from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
+from ..solutions.cases_solution import CasesSolution
+from ..solutions.pressures import CellPressures
+from ..solutions.punch_solution import PunchSolution
 from .body import Movable
 from .cases import Cases, named, solve_cases
-from .cases_solution import CasesSolution
-from .edges import EdgeBoundaries
-from .footprint import Collocation, Edge, Footprint
 from .kern import kern
-from .load import Constraints, Load, between_waves, load_of, require_compression
-from .motions import holding
-from .pressures import CellPressures
-from .problem import Contact, warn_of
 from .rigid import RigidBodies
-from .shapes import Gap
-from .solution import PunchSolution
-from .system import ContactSystem, progress_bars, timed
-from .unilateral import How, Method
-from .work import Part, Work
 
 
 @dataclass(frozen=True, eq=False, repr=False)

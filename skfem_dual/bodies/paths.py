@@ -16,13 +16,13 @@ from ..arguments import (
     checked_pair,
     checked_sequence,
 )
+from ..contact.load import Load, load_of
 from ..grids.polygons import readonly
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.punch_solution import PunchSolution
 from .cases import solve_cases
 from .elastic import ElasticPunch
-from .elastic_solution import ElasticSolution
-from .load import Load, load_of
 from .punch import RigidPunch
-from .solution import PunchSolution
 
 #: steps of the longest curve
 MOST = 10**6

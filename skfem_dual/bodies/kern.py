@@ -9,12 +9,12 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import ConvexHull
 
+from ..contact.planes import PlaneFit
+from ..contact.system import ContactSystem
 from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from .planes import PlaneFit
-from .system import ContactSystem
 
 
 def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: ndarray) -> ndarray:

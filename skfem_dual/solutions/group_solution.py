@@ -7,14 +7,14 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..contact.by_work import Member
+from ..contact.load import Constraints, Load
+from ..contact.pressed import Pressed
+from ..contact.problem import Contact
 from ..elements.balance import can_balance
 from ..kernels.once import computed_once
-from .by_work import Member
 from .elastic_solution import ElasticSolution
-from .load import Constraints, Load
-from .pressed import Pressed
-from .problem import Contact
-from .solution import PunchSolution
+from .punch_solution import PunchSolution
 
 #: cells in contact that lie so wide, over how long they lie, are in a line
 LINE = 1e-6

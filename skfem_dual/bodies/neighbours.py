@@ -9,6 +9,8 @@ from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
 from ..arguments import checked_choice, checked_integer, checked_sequence, checked_text
+from ..contact.footprint import hulls
+from ..contact.load import Load, require_compression
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
@@ -17,8 +19,6 @@ from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
 from ..ground.substrates import Substrate, checked_substrate
-from .footprint import hulls
-from .load import Load, require_compression
 from .punch import RigidPunch
 
 

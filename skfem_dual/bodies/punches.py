@@ -18,29 +18,29 @@ from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csr_matrix
 
 from ..arguments import checked_flag, checked_sequence
+from ..contact.footprint import Footprint
+from ..contact.load import Constraints, Load, load_of, require_compression, require_vertical
+from ..contact.loaded_cells import Ground, LoadedCells, slices_of
+from ..contact.one_sign import solved
+from ..contact.pressed import Pressed
+from ..contact.problem import Contact, Share, warn_of
+from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.unilateral import How, Method
+from ..contact.union import joint_operator, union
+from ..contact.verify import verified
 from ..kernels.once import computed_once
 from ..messages import shown
 from ..operators.compliance import Structures
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.yielding import YieldingOperator
+from ..solutions.elastic_solution import ElasticSolution
+from ..solutions.group_solution import PunchesSolution
+from ..solutions.punch_solution import PunchSolution
 from .elastic import ElasticPunch
-from .elastic_solution import ElasticSolution
-from .footprint import Footprint
 from .group import RigidPunches
-from .group_solution import PunchesSolution
-from .load import Constraints, Load, load_of, require_compression, require_vertical
-from .loaded_cells import Ground, LoadedCells, slices_of
 from .neighbours import checked_names, require_apart, require_one_ground
-from .one_sign import solved
-from .pressed import Pressed
-from .problem import Contact, Share, warn_of
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
-from .solution import PunchSolution
-from .system import ContactSystem, progress_bars, timed
-from .unilateral import How, Method
-from .union import joint_operator, union
-from .verify import verified
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,0 +1,1 @@
+"""What a solver answers: positions, pressures, bounds, envelopes, the ground below."""
