@@ -170,6 +170,13 @@ def test_decimal_commas_and_remarks(tmp_path, separator):
         MeasuredProfile.read(file, SPACING, ORIGIN)
 
 
+def test_commas_that_may_part_thousands_are_refused(tmp_path):
+    file = tmp_path / "grid.csv"
+    file.write_text("1,234;2,345\n3,456;4,567\n")
+    with pytest.raises(ValueError, match=r"line 1: expected a number, got '1,234'"):
+        MeasuredProfile.read(file, SPACING, ORIGIN)
+
+
 def test_a_surface_is_told_in_a_line(tmp_path):
     profile = MeasuredProfile(([0.0, 0.5], [1.0, 2.0, 4.0]), [[0, 1, 2], [1, 2, 3.5]])
     shown = "MeasuredProfile(2 x 3 heights, 0 to 3.5, at x 0 to 0.5, y 1 to 4)"

@@ -8,6 +8,7 @@ from numpy import ndarray
 
 from ..arguments import Pair, checked_pair
 from .guarded import require_file, shortened
+from .tables import cells_of, make_numbers
 from .writing import PathLike
 
 #: separators between the numbers of a text that are tried: the first that is in its first line
@@ -77,16 +78,22 @@ def _array(file: Any) -> ndarray:
 def _text(file: Any) -> ndarray:
     """Numbers of a text, in columns; a first line of words is skipped, and what begins with #."""
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-        lines = [line for line in lines if not line.lstrip().startswith("#")]
-        separator = next((s for s in SEPARATORS if lines and s in lines[0]), None)
-        if separator in (";", "\t") and not any("." in line for line in lines):
-            lines = [line.replace(",", ".") for line in lines]
-        words = [w for w in lines[0].split(separator) if w.strip()] if lines else []
-        skipped = int(bool(words) and not any(_is_number(word) for word in words))
-        if not any(line.strip() for line in lines[skipped:]):
+        numbered = enumerate(file.read_text(encoding="utf-8-sig").splitlines(), 1)
+        lines = {k: line for k, line in numbered if line.strip() and line.lstrip()[0] != "#"}
+        first = next(iter(lines.values()), "")
+        separator = next((mark for mark in SEPARATORS if mark in first), None)
+        words = [word.strip().replace(",", ".") for word in first.split(separator)]
+        if not any(_is_number(word) for word in words):
+            lines = dict(list(lines.items())[1:])
+        if not lines:
             raise ValueError("there are none")
-        return np.loadtxt(lines[skipped:], delimiter=separator, ndmin=2)
+        if separator in (";", "\t") and any("," in line for line in lines.values()):
+            rows = [(f"line {k}", cells_of(line, separator)) for k, line in lines.items()]
+            make_numbers(rows, range(max(len(cells) for _, cells in rows)), separator)
+            return np.loadtxt(
+                [separator.join(cells) for _, cells in rows], delimiter=separator, ndmin=2
+            )
+        return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2)
     except ValueError as error:
         raise ValueError(
             f"expected numbers in columns in {file}: {shortened(str(error), 160)}. Remedy: one "
