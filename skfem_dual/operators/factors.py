@@ -14,6 +14,8 @@ from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 
 TINY, EPS = float(np.finfo(float).tiny), float(np.finfo(float).eps)
+#: rounding errors of double precision over those of single
+PER_SINGLE = EPS / float(np.finfo(np.float32).eps)
 
 
 #: real matrices of so many rows are factorised in single precision: in half the time
@@ -92,15 +94,16 @@ class Factors:
 
     def _refined(self, matrix: ndarray, rhs: ndarray) -> ndarray | None:
         """Solutions to rounding errors; None where steps do not fall fast."""
-        found, last = self @ rhs, 1.0
+        found, last, floor = self @ rhs, 1.0, 0.0
         for _ in range(STEPS):
             step = self @ (rhs - _settled(matrix, found))
             found += step
             size = float((np.abs(step).max(axis=0) / np.abs(found).max(axis=0).clip(TINY)).max())
+            floor = floor or size * len(rhs) * PER_SINGLE  # condition and growth are in this one
             if size * size <= EPS * last:  # the next one would not be seen
                 return found
-            if not size < 0.1 * last:
-                return None
+            if not size < 0.1 * last:  # rounding errors of residuals, or of the factors
+                return found if last <= floor else None
             last = size
         return None
 
