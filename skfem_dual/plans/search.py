@@ -26,8 +26,12 @@ FIRST = 0.6
 LEAST_ORDER, ORDER = 1.5, 2.0
 #: share of the distance between the positions by work and by collocation that errors have at least
 SHARE = 0.25
+#: the same of the first two answers, which may be near each other by chance
+FIRST_ORDER, FIRST_SHARE = 1.0, 0.5
 #: steps from one length to the next
 SMALLEST_STEP, LARGEST_STEP = 0.5, 0.71
+#: step that a mesh has been refined by at least
+LEAST_STEP = 0.95
 #: share of the accuracy asked for that the next mesh aims at
 AIM = 0.7
 #: bytes of an entry of a dense matrix and of its factors
@@ -185,23 +189,27 @@ class Problem:
             )
 
     def finer(self, last: Attempt, step: float) -> tuple[Attempt, float]:
-        """On a mesh with facets ``step`` times as long, and that step.
+        """On a mesh with facets ``step`` times as long, and the step that was taken.
 
         Where less than half of the plan touches the ground, whatever the load, the last mesh is
-        halved there, and the rest stays as it is.
+        halved there, and the rest stays as it is. Outlines that take short facets anyway have
+        little more cells on coarse meshes: theirs is the step that cells tell.
         """
         begin = perf_counter()
         cells = last.solutions[0].footprint.partition
         touching = np.unique(np.concatenate([s.contact for s in last.solutions]))
         if 2 * cells.areas[touching].sum() > self.plan.area:
-            mesh = self.mesh(step * last.size)
+            size = step * last.size
+            mesh = self.mesh(size)
+            step = max(step, min((last.cells / mesh.p.shape[1]) ** (1 / GROWTH), LEAST_STEP))
         else:
             mesh, step = last.mesh, 0.5
+            size = step * last.size
             for _ in range(2):  # the triangles that touch and those around
                 near = np.isin(mesh.t, touching).any(axis=0)
                 touching = np.unique(mesh.t[:, near])
             mesh = self.plan.refine(mesh, np.nonzero(near)[0])
-        return self.on(mesh, step * last.size, begin), step
+        return self.on(mesh, size, begin), step
 
     def mesh(self, size: float) -> MeshTri:
         """Of this length of facets, or little less where there is none."""
@@ -259,10 +267,12 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
         finer, step = problem.finer(last, step)
+        first = len(trials) == 1
+        order, share = (FIRST_ORDER, FIRST_SHARE) if first else (LEAST_ORDER, SHARE)
         left = change * step**ORDER
         pairs = zip(finer.solutions, last.solutions, strict=True)
-        change = max(difference(a, b) for a, b in pairs) / (step**-LEAST_ORDER - 1)
-        error = max(change, left, SHARE * max(map(inner_difference, finer.solutions)))
+        change = max(difference(a, b) for a, b in pairs) / (step**-order - 1)
+        error = max(change, left, share * max(map(inner_difference, finer.solutions)))
         error = error if finer.found else np.inf
         trials.append(Trial(finer.cells, error, finer.seconds))
         last = finer
