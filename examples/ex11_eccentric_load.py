@@ -144,6 +144,7 @@ def draw_deviation(result: Result):
         edge, label = Edge.of(s), f"{len(s.pressure)} cells"
         ax.plot(edge.y, edge.deviation, color=CONTACT, lw=2, alpha=share, label=label)
     ax.axhline(0, color=OUTLINE, lw=1, ls="--")
+    ax.set_xticks([-0.8, -0.4, 0.0, 0.4, 0.8])
     ax.set_xlabel("y / a")
     ax.set_ylabel("edge less parabola, in a")
     ax.legend(loc="lower center")

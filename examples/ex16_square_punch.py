@@ -102,9 +102,9 @@ def draw_halves(left, right):
         half = Rectangle((x, -1), 1, 2, transform=ax.transData)
         for artist in set(ax.get_children()) - old:
             artist.set_clip_path(half)
+            if not x and getattr(artist, "colorbar", None):
+                artist.colorbar.remove()  # one scalar bar does for both
         ax.text(x + 0.5, 1.06, title, ha="center")
-        if not x:
-            ax.figure.axes[-1].remove()  # one scalar bar does for both
     ax.axvline(0, color="white", lw=2)
     ax.set_axis_off()
     return ax
