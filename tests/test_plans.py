@@ -277,6 +277,10 @@ def test_wrong_types():
         Plan.from_polygon("0,0 1,0 0,1")
     with pytest.raises(TypeError, match="expected a sequence for holes"):
         Plan.from_polygon(L_SHAPE, 3)
+    with pytest.raises(TypeError, match=r"got \(0, 0\). Remedy: Plan.from_polygon"):
+        Plan([(0, 0), (1, 0), (0, 1)])
+    with pytest.raises(ValueError, match="at least one part"):
+        Plan(())
     with pytest.raises(TypeError):
         PLANS["L"] + 1
 

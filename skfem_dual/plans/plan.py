@@ -17,6 +17,7 @@ from ..arguments import (
     checked_place,
     checked_sequence,
     checked_size,
+    shown,
 )
 from ..errors import MeshError
 from ..grids.polygons import readonly
@@ -62,6 +63,10 @@ class Plan:
     parts: tuple[Part, ...]
 
     def __post_init__(self) -> None:
+        parts = tuple(map(_part, checked_sequence("parts", self.parts)))
+        if not parts:
+            raise ValueError("expected at least one part, got none")
+        object.__setattr__(self, "parts", parts)
         names = _names(self.parts)
         require_simple(self.rings, [name for part in names for name in part])
         require_parts(list(self.parts), names)
@@ -338,6 +343,17 @@ class Plan:
             f"  Centroid: ({x:.10g}, {y:.10g})\n"
             f"  Extent: {left:.10g} to {right:.10g}, {bottom:.10g} to {top:.10g}"
         )
+
+
+def _part(value: Any) -> Part:
+    """A part as it should be."""
+    match value:
+        case [Ring() as outline, [*holes]] if all(isinstance(hole, Ring) for hole in holes):
+            return outline, tuple(holes)
+    raise TypeError(
+        "expected a Ring and a tuple of Rings, its holes, for each of the parts of a Plan, got "
+        f"{shown(value)}. Remedy: Plan.from_polygon(corners)"
+    )
 
 
 def _names(parts: Sequence[Part]) -> list[list[str]]:
