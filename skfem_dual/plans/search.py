@@ -30,7 +30,7 @@ SHARE = 0.25
 FIRST_ORDER, FIRST_SHARE = 1.0, 0.5
 #: steps from one length to the next
 SMALLEST_STEP, LARGEST_STEP = 0.5, 0.71
-#: step that a mesh has been refined by at least
+#: the longest that one counts for, where there are hardly more cells
 LEAST_STEP = 0.95
 #: share of the accuracy asked for that the next mesh aims at
 AIM = 0.7
