@@ -38,7 +38,7 @@ def test_random_plans(seed):
 
 
 def test_two_answers_near_each_other_by_chance():
-    """On 93 and 157 cells, which are both 7e-4 off."""
+    """Those on 93 and 157 cells: the second is 7e-4 off."""
     rng = np.random.default_rng(140)
     plan = random_plan(rng, rng.choice(KINDS))
     ground = GradedHalfSpace.init_linear(0.265187, 0.0493405, 0.265187 * 0.0534036)

@@ -30,8 +30,8 @@ SHARE = 0.25
 FIRST_ORDER, FIRST_SHARE = 1.0, 0.5
 #: steps from one length to the next
 SMALLEST_STEP, LARGEST_STEP = 0.5, 0.71
-#: the longest that one counts for, where there are hardly more cells
-LEAST_STEP = 0.95
+#: the longest that a step counts for where there are hardly more cells
+LONGEST_STEP = 0.95
 #: share of the accuracy asked for that the next mesh aims at
 AIM = 0.7
 #: bytes of an entry of a dense matrix and of its factors
@@ -201,7 +201,7 @@ class Problem:
         if 2 * cells.areas[touching].sum() > self.plan.area:
             size = step * last.size
             mesh = self.mesh(size)
-            step = max(step, min((last.cells / mesh.p.shape[1]) ** (1 / GROWTH), LEAST_STEP))
+            step = max(step, min((last.cells / mesh.p.shape[1]) ** (1 / GROWTH), LONGEST_STEP))
         else:
             mesh, step = last.mesh, 0.5
             size = step * last.size
