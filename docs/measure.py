@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
+from time import monotonic, sleep
 
 from skfem_dual.io import write_whole
 
@@ -39,6 +40,8 @@ BENCHMARKS: dict[str, list[str]] = {
     "regular": ["regular.py"],
     "campaign": ["campaign.py"],
 }
+#: processes that may run on the average of a minute where one begins, and seconds to wait for that
+QUIET, PATIENCE = 0.4, 300.0
 PACKAGES = ("skfem-dual", "numpy", "scipy", "numba", "scikit-fem")
 
 
@@ -69,6 +72,13 @@ def memory() -> str:
     return f"{os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES') / 2**30:.0f} GiB"
 
 
+def wait_until_quiet() -> None:
+    """Wait for what has run before to leave the average; not for work that does not end."""
+    end = monotonic() + PATIENCE
+    while hasattr(os, "getloadavg") and os.getloadavg()[0] > QUIET and monotonic() < end:
+        sleep(1.0)
+
+
 def measure(name: str, options: Sequence[str] = ()) -> None:
     """Run a benchmark, with options beside its usual ones, and write its output.
 
@@ -79,6 +89,7 @@ def measure(name: str, options: Sequence[str] = ()) -> None:
     RuntimeError
         If it fails; the file is then left as it was.
     """
+    wait_until_quiet()
     script, *arguments = [*BENCHMARKS[name], *options]
     text = header([script, *(Path(a).name if os.sep in a else a for a in arguments)])
     path = ROOT / "benchmarks" / script
