@@ -16,6 +16,7 @@ from elastic_bodies import (
 )
 from plans import disc
 from scipy.optimize import brentq
+from scipy.sparse import diags
 from scipy.special import eval_jacobi, gammaln
 from skfem import (
     Basis,
@@ -287,3 +288,76 @@ def test_two_elastic_bodies_are_those_of_hertz():
 def test_two_elastic_bodies_approach_hertz():
     """As the solid grows over its contact the cells there grow fewer: both have to go on."""
     assert (np.abs(ball_on_ground(14)) < (0.005, 0.005, 0.06)).all()
+
+
+def slender():
+    """A beam of a row of hexahedra."""
+    mesh = MeshHex.init_tensor(np.linspace(0, 10, 21), np.linspace(0, 1, 3), np.array([0, 0.5]))
+    mesh = mesh.with_boundaries({"base": lambda x: x[2] == 0})
+    basis = Basis(mesh, ElementVector(ElementHex1()))
+    K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis)
+    return CellBasis(trace(mesh, "base"), ElementQuad0()), basis, K, {"boundary": "base"}
+
+
+SPRUNG = {
+    "block": lambda: block_on("dual"),
+    "beam": slender,
+    "plate": lambda: plate_on("dual", kirchhoff),
+}
+
+
+def at_corners(basis):
+    """DOFs in the plane that keep a solid from sliding, and vertical ones, of three corners."""
+    mesh = basis.mesh
+    low, high = mesh.p[:2].min(axis=1), mesh.p[:2].max(axis=1)
+    corners = np.zeros((mesh.dim(), 3))
+    corners[:2] = np.array([low, [high[0], low[1]], [low[0], high[1]]]).T
+    a, b, c = (np.linalg.norm(mesh.p - x[:, None], axis=0).argmin() for x in corners.T)
+    if mesh.dim() == 2:
+        return np.empty(0, dtype=int), basis.nodal_dofs[0, [a, b, c]]
+    level = np.append(basis.nodal_dofs[:2, a], basis.nodal_dofs[1, b])
+    return level, basis.nodal_dofs[2, [a, b, c]]
+
+
+def on_springs(name, ratio, young=1.0, vertical=True):
+    """A structure held by D against sliding, and on springs instead; where these are vertical."""
+    cells, basis, K, options = SPRUNG[name]()
+    level, upright = at_corners(basis)
+    held = ElasticPunch(SOIL, cells, basis, young * K, D=level, **options)
+    springs = np.zeros(basis.N)
+    springs[np.append(level, upright) if vertical else level] = ratio * young
+    sprung = ElasticPunch(SOIL, cells, basis, young * K + diags(springs), **options)
+    x = np.array([basis.mesh.p[:2].mean(axis=1), basis.mesh.p[:2].max(axis=1)]).T
+    f = 1e-2 * point_load(held, x[:, 0]) + 1e-3 * point_load(held, 0.7 * x[:, 0] + 0.3 * x[:, 1])
+    return held, sprung, upright, f, x
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("ratio", [1e-8, 1e-5, 1e-2])
+@pytest.mark.parametrize("name", ["block", "beam"])
+def test_springs_against_sliding_change_nothing(name, ratio, unilateral):
+    """Vertical loads and smooth ground do no work on them, however soft they are.
+
+    Rounding of these loads is all that they feel.
+    """
+    held, sprung, _, f, x = on_springs(name, ratio, vertical=False)
+    expected = held.solve(f, unilateral=unilateral)
+    found = sprung.solve(f, unilateral=unilateral)
+    assert found.success, found.message
+    assert found.deflection(x) == pytest.approx(expected.deflection(x), rel=1e-9 + 1e-16 / ratio)
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e-5, 1e-2])
+@pytest.mark.parametrize("name", SPRUNG)
+def test_springs_below_are_forces_on_a_structure_without(name, ratio):
+    """By the deflections of their ends under unit forces there, and under the load."""
+    free, sprung, upright, f, x = on_springs(name, ratio)
+    units = np.zeros((len(f), 3))
+    units[upright, range(3)] = 1.0
+    by_load, *by_forces = free.solve_many(np.column_stack([f, units]), unilateral=False)
+    ends = np.array([s.displacement[upright] for s in by_forces]).T
+    forces = np.linalg.solve(np.eye(3) / ratio + ends, by_load.displacement[upright])
+    moved = np.array([s.deflection(x) for s in by_forces]).T @ forces
+    found = sprung.solve(f, unilateral=False)
+    assert found.success, found.message
+    assert found.deflection(x) == pytest.approx(by_load.deflection(x) - moved, rel=3e-7)

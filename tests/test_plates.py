@@ -89,11 +89,11 @@ def test_stiff_and_limp_plates():
     collocated = rigid.punch_displacement(x, collocated=True)
     assert solution.deflection(x) == pytest.approx(collocated, rel=1e-5)
     limp = Plate(1e-3, 30e3, 0.2).on(SOIL, basis, edge="constant")
-    solution = limp.solve(12.0 * weight(limp.structure))
     at = np.array([[0.0, 1.0], [0.0, -0.5]])
-    assert solution.deflection(at) == pytest.approx(
-        flexible_settlement(SOIL, basis, 12.0, at), rel=5e-3
-    )
+    settled = flexible_settlement(SOIL, basis, 12.0, at)
+    for unilateral in (True, False):
+        solution = limp.solve(12.0 * weight(limp.structure), unilateral=unilateral)
+        assert solution.deflection(at) == pytest.approx(settled, rel=5e-3)
 
 
 def test_bending_moments(loaded):

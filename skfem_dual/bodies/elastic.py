@@ -45,7 +45,7 @@ from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
-from ..operators.compliance import Compliance
+from ..operators.compliance import Borne, Compliance
 from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures
@@ -189,6 +189,11 @@ class ElasticPunch(Body):
             return compliance_of(self.structure, self.stiffness, self.D)
 
     @computed_once
+    def yields(self) -> Borne:
+        """The same while pressures like its motions bear what is not balanced."""
+        return Borne(self.compliance, self.motions, self.loads @ (self.trace @ self.motions))
+
+    @computed_once
     def loads(self) -> csr_matrix:
         """L, work of unit mean pressure on each cell against deflections, shape (N, n)."""
         return self.loads_of(self.footprint)
@@ -237,7 +242,7 @@ class ElasticPunch(Body):
         with timed(self.timings, "assembly"):
             exact, x = cells.rtol is None and cells.few, self.collocation_points
             ground = cells.influence(x) if exact else cells.operator(cells.tolerance)
-        return YieldingOperator(ground, self.compliance, self.trace, self.loads)
+        return YieldingOperator(ground, self.yields, self.trace, self.loads)
 
     @computed_once
     def matrix(self) -> ndarray:
@@ -380,7 +385,7 @@ class ElasticPunch(Body):
 
     def lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
-        return self.compliance.displacements(self._effective(f, held)) + held
+        return self.yields.displacements(self._effective(f, held)) + held
 
     def steadied(self, displacement: ndarray) -> ndarray:
         """Without the part along motions that nothing resists, such as sliding on the ground."""

@@ -144,7 +144,7 @@ class Punches:
             if isinstance(punch, ElasticPunch):
                 traces.append(punch.trace)
                 loads.append(punch.loads_of(punch.footprint.flattened(flat[own])))
-                parts.append(punch.compliance)
+                parts.append(punch.yields)
             else:
                 traces.append(csr_matrix((n, 0)))
                 loads.append(csr_matrix((0, n)))

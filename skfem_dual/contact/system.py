@@ -33,7 +33,15 @@ from .cell_forces import CellForces
 from .load import Constraints
 from .positions import apart, by_force, noise
 from .problem import Contact, ContactProblem
-from .unilateral import MOST, How, active_set, beginning, conjugate_gradients, solve_scaled
+from .unilateral import (
+    MOST,
+    How,
+    active_set,
+    beginning,
+    between,
+    conjugate_gradients,
+    solve_scaled,
+)
 
 #: violation of the conditions on the gap to which iterations with a matrix go by default, and
 #: how many there are before an active set ends what they began
@@ -239,6 +247,29 @@ class ContactSystem:
         gap = self.matrix @ pressure + self.gap - position @ self.planes
         full = np.ones(len(gap), dtype=bool)
         return Contact(pressure, motion, gap, full, not self.failure, self.failure), position
+
+    @property
+    def refinable(self) -> bool:
+        """Whether products are closer than the array formed of them, as under structures."""
+        return isinstance(self.matrix, YieldingOperator) and self._formed
+
+    def refined(
+        self, constraints: Constraints, contact: Contact, position: ndarray
+    ) -> tuple[Contact, ndarray]:
+        """Contact on the same cells, corrected by the gaps and forces that products leave."""
+
+        def remaining(pressure: ndarray, position: ndarray) -> ndarray:
+            return self.matrix @ pressure + self.gap - position @ self.planes
+
+        problem, inside = self._problem(constraints), np.nonzero(contact.touching)[0]
+        gap = remaining(contact.pressure, position)
+        given = problem.given - problem.resultants @ contact.pressure
+        step, turn = between(replace(problem, matrix=self._array, gap=gap, given=given), inside)
+        pressure = contact.pressure.copy()
+        pressure[inside] += step
+        position = position + self.scaled(constraints)[0] @ turn
+        gap = remaining(pressure, position)
+        return replace(contact, pressure=pressure, motion=contact.motion + turn, gap=gap), position
 
     def can_balance(self, constraints: Constraints) -> bool:
         """Whether pressures without tension balance the forces given."""

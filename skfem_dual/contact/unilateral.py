@@ -84,12 +84,12 @@ def active_set(
         try:
             found = _iterated(problem, inside, pressure[inside]) if iterate else None
             iterate = found is not None
-            between, motion = found or _between(problem, inside)
+            pressed, motion = found or between(problem, inside)
         except ConvergenceError:
             message = "contact shrank to cells on which the punch can tilt without resistance"
             break
         pressure = np.zeros(len(D))
-        pressure[inside] = between
+        pressure[inside] = pressed
         settlement = D @ pressure
         gap = settlement + problem.gap - motion @ planes
         touching = contact.copy()
@@ -118,7 +118,7 @@ def _lifted(problem: ContactProblem, contact: ndarray, most: int) -> Contact:
     return replace(found, motion=found.motion - rise * problem.given)
 
 
-def _between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]:
+def between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]:
     """Pressures on some cells, by their numbers, that settle as the punch moves, and its motions;
     by one factorisation for the gap and the motions."""
     matrix = submatrix(np.asarray(problem.matrix), inside, inside)

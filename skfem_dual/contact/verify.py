@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy import ndarray
 
+from ..operators.yielding import YieldingOperator
 from .load import Constraints
 from .loaded_cells import ExactRows
 from .problem import Contact
@@ -24,6 +25,8 @@ GAP = 1e-7
 ROWS = 1e-5
 #: gaps and rows may be off by so many times the tolerances asked for
 SLACK = 30.0
+#: steps of refinement after which to give up
+STEPS = 3
 #: overlaps without contact, over the largest of what they are the difference of
 ROUNDING = 64 * float(np.finfo(float).eps)
 
@@ -66,10 +69,15 @@ class Verification:
         gap = settled + system.gap - moved
         touching = pressure > 0 if self.how.unilateral else np.ones(len(gap), dtype=bool)
         violation = float(np.where(touching, np.abs(gap), -gap).max().clip(0))
-        largest = np.abs(settled).max()
+        whole = system.matrix
+        structure = whole if isinstance(whole, YieldingOperator) else None
+        ground = settled if structure is None else structure.ground @ pressure
+        largest = np.abs(ground).max()
         allowed = largest * max(GAP, SLACK * self.rtol, SLACK * self.how.gap_rtol)
         if not largest > 0:
             allowed = ROUNDING * max(np.abs(moved).max(), np.abs(system.gap).max())
+        if violation > allowed and structure is not None:
+            allowed += SLACK * structure.rounding(pressure)
         faults = [*self._load_faults(pressure), *self._row_faults(pressure, settled)]
         if not violation <= allowed:
             faults.append(f"ground and body are apart in contact, or overlap, by {violation:.1e}")
@@ -129,6 +137,16 @@ def verified(
     exact: ExactRows | None = None,
     rtol: float = 0.0,
 ) -> tuple[Contact, ndarray]:
-    """Contact and position by the equations, and whether they obey them."""
+    """Contact and position by the equations, and whether they obey them.
+
+    Under a structure they are refined until they do, if they can be.
+    """
     contact, position = system.solve(constraints, how, start)
-    return Verification(system, constraints, how, exact, rtol)(contact, position), position
+    verify = Verification(system, constraints, how, exact, rtol)
+    checked = verify(contact, position)
+    for _ in range(STEPS if contact.success and system.refinable else 0):
+        if checked.success:
+            break
+        contact, position = system.refined(constraints, contact, position)
+        checked = verify(contact, position)
+    return checked, position

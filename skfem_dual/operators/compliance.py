@@ -127,14 +127,44 @@ class Compliance:
 
 
 @dataclass(frozen=True, eq=False)
+class Borne:
+    """A structure that some loads bear as the ground does, not single DOFs of it.
+
+    Forces on single DOFs of a solid that weak springs keep from sliding push it far aside, and
+    rounding is what is left of its deflections. With ``P = 1 - B (Z' B)^-1 Z'`` its compliance is
+    ``P' C P``.
+
+    Attributes
+    ----------
+    structure : Compliance
+        C, of N DOFs.
+    motions : (N, m) array of float
+        Z, without resistance.
+    bearing : (N, m) array of float
+        B, loads that can balance those that do work on the motions.
+    """
+
+    structure: Compliance
+    motions: ndarray
+    bearing: ndarray
+
+    def displacements(self, loads: ndarray) -> ndarray:
+        """Displacements under loads of shape (N,) or (N, k), on which the bearing does no work."""
+        Z, B = self.motions, self.bearing
+        work = Z.T @ B
+        moved = self.structure.displacements(loads - B @ np.linalg.solve(work, Z.T @ loads))
+        return moved - Z @ np.linalg.solve(work.T, B.T @ moved)
+
+
+@dataclass(frozen=True, eq=False)
 class Structures:
     """Structures that are not connected, their DOFs one after the other."""
 
-    parts: tuple[Compliance, ...]
+    parts: tuple[Borne, ...]
 
     def displacements(self, loads: ndarray) -> ndarray:
-        """As of `Compliance`, of all of them."""
-        ends = np.cumsum([part.stiffness.shape[0] for part in self.parts])[:-1]
+        """As of `Borne`, of all of them."""
+        ends = np.cumsum([len(part.motions) for part in self.parts])[:-1]
         own = np.split(loads, ends) if self.parts else []
         moved = [part.displacements(f) for part, f in zip(self.parts, own, strict=True)]
         return np.concatenate(moved) if moved else np.zeros(loads.shape)

@@ -8,7 +8,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from ..kernels.once import computed_once
-from .compliance import Compliance, Structures
+from .compliance import Borne, Compliance, Structures
 from .factors import Factors
 from .flattened import FlattenedOperator
 from .influence_operator import InfluenceOperator
@@ -18,6 +18,7 @@ from .preconditioner import approximate_inverse
 TOGETHER = 64
 #: iterations need not be more accurate than this
 ROUNDING = 1e-12
+EPS = float(np.finfo(float).eps)
 #: why they may not end, and what to do
 TOO_SOFT = (
     "likely cause: a structure far softer than the ground, whose inverse alone guides them. "
@@ -37,7 +38,7 @@ class YieldingOperator:
     ----------
     ground : (n, n) array of float, InfluenceOperator or FlattenedOperator
         A, settlement of each collocation point under unit pressure on each cell.
-    structure : Compliance or Structures
+    structure : Compliance, Borne or Structures
         C, displacements under loads, N DOFs.
     trace : (n, N) csr_matrix
         T, deflection of each collocation point, positive into the ground.
@@ -46,7 +47,7 @@ class YieldingOperator:
     """
 
     ground: ndarray | InfluenceOperator | FlattenedOperator
-    structure: Compliance | Structures
+    structure: Compliance | Borne | Structures
     trace: csr_matrix
     loads: csr_matrix
 
@@ -65,6 +66,12 @@ class YieldingOperator:
         """Product with pressures of shape (n,) or (n, k)."""
         lifted = self.structure.displacements(self.loads @ pressure)
         return self.ground @ pressure + self.trace @ lifted
+
+    def rounding(self, pressure: ndarray) -> float:
+        """How far the structure moves by rounding of the loads on it, one sample."""
+        loads = EPS * (abs(self.loads) @ np.abs(pressure))
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], len(loads))
+        return float(np.abs(self.trace @ self.structure.displacements(signs * loads)).max())
 
     def to_dense(self) -> ndarray:
         """The matrix."""

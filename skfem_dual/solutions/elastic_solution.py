@@ -76,8 +76,9 @@ class ElasticSolution(CellPressures):
         flat = contact.flat
         cells = punch.footprint if flat is None else punch.footprint.flattened(flat)
         pressed = punch.loads_of(cells) @ contact.pressure
-        bent = punch.lifted(f, held) - punch.compliance.displacements(pressed)
-        displacement = punch.steadied(bent + punch.motions @ position)
+        bent = punch.lifted(f - pressed, held)
+        moved = punch.motions @ position
+        displacement = punch.steadied(bent + moved)
         forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]
@@ -154,7 +155,7 @@ class ElasticSolution(CellPressures):
             return super().contact_modulus
         x = np.ascontiguousarray(punch.collocation_points[:, own])
         ground = cells.influence(x)[np.arange(len(own)), own]
-        lifted = punch.compliance.displacements(punch.loads_of(cells)[:, own].toarray())
+        lifted = punch.yields.displacements(punch.loads_of(cells)[:, own].toarray())
         yields = np.sum(punch.trace[own].toarray() * lifted.T, axis=1)
         return super().contact_modulus / float(np.median(1 + yields.clip(0) / ground))
 
