@@ -361,3 +361,11 @@ def test_springs_below_are_forces_on_a_structure_without(name, ratio):
     found = sprung.solve(f, unilateral=False)
     assert found.success, found.message
     assert found.deflection(x) == pytest.approx(by_load.deflection(x) - moved, rel=3e-7)
+
+
+@pytest.mark.parametrize("name", ["block", "plate"])
+def test_springs_that_are_taken_for_none_are_no_success(name):
+    """Too soft to be told from rounding beside the structure, but not beside the ground."""
+    _, sprung, _, f, _ = on_springs(name, 1e-8, young=1e6)
+    with pytest.warns(ConvergenceWarning, match="forces of the structure are off by"):
+        assert not sprung.solve(f, unilateral=False).success

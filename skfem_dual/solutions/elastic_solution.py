@@ -21,6 +21,8 @@ from .punch_solution import TINY
 EQUILIBRIUM = 1e-6
 #: the same, over the forces of which they are the sums
 ROUNDING = 1e-10
+#: work of a stiffness on its own motions that is rounding, over that of its entries
+NOISE = 64 * float(np.finfo(float).eps)
 #: cells at the line of contact that tell what ground and structure yield together
 AT_LINE = 8
 
@@ -47,7 +49,8 @@ class ElasticSolution(CellPressures):
         Integrals of ``p``, ``p x`` and ``p y``, from ``punch.origin``.
     equilibrium_residual : float
         Largest force on a free DOF that is not balanced, over the largest load, forces in units
-        of the root of the DOF's stiffness.
+        of the root of the DOF's stiffness; or work of the stiffness on motions taken to meet no
+        resistance, over that of the pressures, if it is more.
 
     Notes
     -----
@@ -86,6 +89,11 @@ class ElasticSolution(CellPressures):
         largest = max(np.abs(unit * f).max(), np.abs(unit * pressed).max(), TINY)
         residual = float(np.abs(unit * forces).max() / largest)
         rounding = ROUNDING * float((unit * (abs(K) @ np.abs(bent))).max() / largest)
+        # motions that springs too soft for the factors resist do work, more than by rounding
+        ways = np.abs(punch.motions).T
+        work = np.abs(punch.motions.T @ (K @ moved)) - NOISE * (ways @ (abs(K) @ np.abs(moved)))
+        lost = work / np.maximum(ways @ (np.abs(f) + np.abs(pressed)), TINY)
+        residual = max(residual, float(lost.max(initial=0.0)))
         if contact.success and not residual <= EQUILIBRIUM + rounding:
             message = (
                 f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
