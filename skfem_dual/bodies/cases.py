@@ -14,11 +14,11 @@ from ..contact.load import Constraints, Load
 from ..contact.many import ManyLoads
 from ..contact.one_sign import solved_each
 from ..contact.problem import Contact, rough_under
-from ..contact.system import progress_bars
 from ..contact.unilateral import How, Method
 from ..contact.verify import Verification
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
 from ..kernels.limits import threads_for_matrix
+from ..kernels.progress import progress_bars
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.punch_solution import PunchSolution
 from .rigid import RigidBodies

@@ -36,7 +36,7 @@ from ..contact.load import Constraints
 from ..contact.one_sign import solved
 from ..contact.problem import Contact, Share
 from ..contact.shapes import Gap
-from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.verify import verified
 from ..elements.point_values import value_matrix
@@ -45,7 +45,8 @@ from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
-from ..operators.compliance import Borne, Compliance
+from ..kernels.progress import progress_bars, timed
+from ..operators.compliance import BalancedCompliance, Compliance
 from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures
@@ -189,9 +190,10 @@ class ElasticPunch(Body):
             return compliance_of(self.structure, self.stiffness, self.D)
 
     @computed_once
-    def yields(self) -> Borne:
+    def balanced_compliance(self) -> BalancedCompliance:
         """The same while pressures like its motions bear what is not balanced."""
-        return Borne(self.compliance, self.motions, self.loads @ (self.trace @ self.motions))
+        bearing = self.loads @ (self.trace @ self.motions)
+        return BalancedCompliance(self.compliance, self.motions, bearing)
 
     @computed_once
     def loads(self) -> csr_matrix:
@@ -242,7 +244,7 @@ class ElasticPunch(Body):
         with timed(self.timings, "assembly"):
             exact, x = cells.rtol is None and cells.few, self.collocation_points
             ground = cells.influence(x) if exact else cells.operator(cells.tolerance)
-        return YieldingOperator(ground, self.yields, self.trace, self.loads)
+        return YieldingOperator(ground, self.balanced_compliance, self.trace, self.loads)
 
     @computed_once
     def matrix(self) -> ndarray:
@@ -385,7 +387,7 @@ class ElasticPunch(Body):
 
     def lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
-        return self.yields.displacements(self._effective(f, held)) + held
+        return self.balanced_compliance.displacements(self._effective(f, held)) + held
 
     def steadied(self, displacement: ndarray) -> ndarray:
         """Without the part along motions that nothing resists, such as sliding on the ground."""

@@ -14,13 +14,14 @@ from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of, require_vertical
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.problem import Contact, warn_of
-from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, rows_of, union
 from ..contact.work import Part, Work
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from ..kernels.progress import progress_bars, timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix

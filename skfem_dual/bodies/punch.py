@@ -16,13 +16,14 @@ from ..contact.load import Constraints, Load, between_waves, load_of, require_co
 from ..contact.motions import holding
 from ..contact.problem import Contact, warn_of
 from ..contact.shapes import Gap
-from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.work import Part, Work
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from ..kernels.progress import progress_bars, timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix

@@ -24,11 +24,12 @@ from ..contact.loaded_cells import Ground, LoadedCells, slices_of
 from ..contact.one_sign import solved
 from ..contact.pressed import Pressed
 from ..contact.problem import Contact, Share, warn_of
-from ..contact.system import ContactSystem, progress_bars, timed
+from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, union
 from ..contact.verify import verified
 from ..kernels.once import computed_once
+from ..kernels.progress import progress_bars, timed
 from ..messages import shown
 from ..operators.compliance import Structures
 from ..operators.influence_operator import InfluenceOperator
@@ -144,7 +145,7 @@ class Punches:
             if isinstance(punch, ElasticPunch):
                 traces.append(punch.trace)
                 loads.append(punch.loads_of(punch.footprint.flattened(flat[own])))
-                parts.append(punch.yields)
+                parts.append(punch.balanced_compliance)
             else:
                 traces.append(csr_matrix((n, 0)))
                 loads.append(csr_matrix((0, n)))

@@ -5,11 +5,8 @@ Pressures p of the cells and a position s obey ``D p + gap = planes' s`` in cont
 Schur complement, the stiffness ``resultants D^-1 planes'``.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
-from contextvars import ContextVar
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 from typing import Any, cast
 
 import numpy as np
@@ -19,6 +16,7 @@ from ..errors import ConvergenceError
 from ..grids.partition import Partition
 from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
+from ..kernels.progress import bars_shown, timed
 from ..operators.dense_solver import ITERATED, DenseSolver
 from ..operators.factors import Factors
 from ..operators.flattened import FlattenedOperator
@@ -33,15 +31,7 @@ from .cell_forces import CellForces
 from .load import Constraints
 from .positions import apart, by_force, noise
 from .problem import Contact, ContactProblem
-from .unilateral import (
-    MOST,
-    How,
-    active_set,
-    beginning,
-    between,
-    conjugate_gradients,
-    solve_scaled,
-)
+from .unilateral import MOST, How, active_set, beginning, conjugate_gradients, solve_scaled
 
 #: violation of the conditions on the gap to which iterations with a matrix go by default, and
 #: how many there are before an active set ends what they began
@@ -49,8 +39,6 @@ EXACTLY, FEW = 1e-13, 100
 UNANSWERED = "no force was found under which the settlement is the one imposed"
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
-
-_bars: ContextVar[bool] = ContextVar("progress bars", default=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +81,7 @@ class ContactSystem:
         with timed(self.timings, "factorisation"):
             if isinstance(self.matrix, SymmetricMatrix):
                 return self.matrix.factors
-            matrix = np.asarray(self._array)
+            matrix = np.asarray(self.array)
             if self.partition is None or len(matrix) < ITERATED:
                 return Factors.from_matrix(matrix)
             return DenseSolver.from_matrix(matrix, self.partition)
@@ -135,13 +123,13 @@ class ContactSystem:
         return self._regular is not None and self._regular.singular
 
     @property
-    def _formed(self) -> bool:
+    def formed(self) -> bool:
         """Whether the matrix is there, or is formed where iterations do not end soon."""
         under = self.matrix.ground if isinstance(self.matrix, YieldingOperator) else self.matrix
         return isinstance(under, (np.ndarray, SymmetricMatrix))
 
     @computed_once
-    def _array(self) -> Any:
+    def array(self) -> Any:
         """The matrix as something that can be factorised, if it can be."""
         operator: Any = self.matrix if self._regular is None else self._regular
         return operator if self._given else operator.to_dense()
@@ -195,12 +183,12 @@ class ContactSystem:
             return self.factors.solve(rhs), ""
         operator, preconditioner = cast(InfluenceOperator, self.matrix), self.preconditioner
         how: dict[str, Any] = {"preconditioner": preconditioner}
-        if self._formed:  # no more products than the matrix takes
+        if self.formed:  # no more products than the matrix takes
             how["most"] = min(max(len(rhs) // max(rhs.shape[1], 1), 1), ITERATIONS)
         rtol = max(operator.rtol, 1e-12)  # no more accurate than the operator
         with timed(self.timings, "iterations"):
-            answer = solve_many(operator, rhs, rtol, _bars.get(), **how)
-        if not answer.success and self._formed:
+            answer = solve_many(operator, rhs, rtol, bars_shown(), **how)
+        if not answer.success and self.formed:
             return self.factors.solve(rhs), ""
         return answer.solution, "" if answer.success else answer.message
 
@@ -227,7 +215,7 @@ class ContactSystem:
                 "expected a dense matrix for the condition number, got an operator. Remedy: a "
                 f"coarser mesh; up to {DENSE} cells the matrix is dense"
             )
-        return self.factors.condition_number(self._array)
+        return self.factors.condition_number(self.array)
 
     def bilateral(self, constraints: Constraints) -> tuple[Contact, ndarray]:
         """Contact and position where all cells are in contact and the ground may pull.
@@ -248,32 +236,9 @@ class ContactSystem:
         full = np.ones(len(gap), dtype=bool)
         return Contact(pressure, motion, gap, full, not self.failure, self.failure), position
 
-    @property
-    def refinable(self) -> bool:
-        """Whether products are closer than the array formed of them, as under structures."""
-        return isinstance(self.matrix, YieldingOperator) and self._formed
-
-    def refined(
-        self, constraints: Constraints, contact: Contact, position: ndarray
-    ) -> tuple[Contact, ndarray]:
-        """Contact on the same cells, corrected by the gaps and forces that products leave."""
-
-        def remaining(pressure: ndarray, position: ndarray) -> ndarray:
-            return self.matrix @ pressure + self.gap - position @ self.planes
-
-        problem, inside = self._problem(constraints), np.nonzero(contact.touching)[0]
-        gap = remaining(contact.pressure, position)
-        given = problem.given - problem.resultants @ contact.pressure
-        step, turn = between(replace(problem, matrix=self._array, gap=gap, given=given), inside)
-        pressure = contact.pressure.copy()
-        pressure[inside] += step
-        position = position + self.scaled(constraints)[0] @ turn
-        gap = remaining(pressure, position)
-        return replace(contact, pressure=pressure, motion=contact.motion + turn, gap=gap), position
-
     def can_balance(self, constraints: Constraints) -> bool:
         """Whether pressures without tension balance the forces given."""
-        forces = CellForces.from_problem(self._problem(constraints))
+        forces = CellForces.from_problem(self.problem(constraints))
         return forces.balanced(np.zeros(len(self.areas))) is not None
 
     def solve(
@@ -313,7 +278,7 @@ class ContactSystem:
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
-        problem = self._problem(constraints)
+        problem = self.problem(constraints)
         contact = self._contact(problem, how, constraints.conjugate, start)
         if contact is None or not contact.success or noise(constraints, problem, contact):
             other = apart(problem, True) or self._elsewhere(constraints, problem, how)
@@ -323,7 +288,8 @@ class ContactSystem:
             contact = other or contact or Contact.nowhere(problem, message=UNANSWERED)
         return contact, constraints.fixed + self.scaled(constraints)[0] @ contact.motion
 
-    def _problem(self, constraints: Constraints) -> ContactProblem:
+    def problem(self, constraints: Constraints) -> ContactProblem:
+        """What is left for a method: free motions that move the bodies by about one."""
         motions, balance, unit = self.scaled(constraints)
         return ContactProblem(
             matrix=self.matrix if self._regular is None else self._regular,
@@ -367,7 +333,7 @@ class ContactSystem:
             return None
         contact, position = found
         if exact:
-            polished = active_set(replace(problem, matrix=self._array), contact.pressure > 0)
+            polished = active_set(replace(problem, matrix=self.array), contact.pressure > 0)
             if polished.success:
                 return polished
         motions = self.scaled(constraints)[0]
@@ -383,18 +349,18 @@ class ContactSystem:
         None if there is no method for what is imposed.
         """
         n, (_, method, gap_rtol) = len(self.areas), how
-        if not conjugate and (method == "cg" or not (self._dense or self._formed)):
+        if not conjugate and (method == "cg" or not (self._dense or self.formed)):
             return None
         if method == "active-set" or not conjugate:
-            problem = replace(problem, matrix=self._array)
+            problem = replace(problem, matrix=self.array)
             return active_set(problem, beginning(start, n), singular=self._singular)
-        if not (method == "auto" and self._formed):
+        if not (method == "auto" and self.formed):
             return self._gradients(problem, start, gap_rtol)
         found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
         if found.success:
             return found
         contact = beginning(found.pressure if found.touching.any() else start, n)
-        polished = active_set(replace(problem, matrix=self._array), contact)
+        polished = active_set(replace(problem, matrix=self.array), contact)
         return replace(polished, history=found.history + polished.history)
 
     def _gradients(
@@ -402,7 +368,7 @@ class ContactSystem:
     ) -> Contact:
         # threads of BLAS go on waiting for work, in the way of those of the products
         with nullcontext() if self._dense else limited_threads(1, "blas"):
-            found = conjugate_gradients(problem, start, gap_rtol, most, _bars.get())
+            found = conjugate_gradients(problem, start, gap_rtol, most, bars_shown())
         if not found.success and isinstance(self.matrix, YieldingOperator):
             found = replace(found, message=f"{found.message}; {TOO_SOFT}")
         return found
@@ -412,21 +378,3 @@ class ContactSystem:
         unit = np.abs(constraints.motions.T @ self.planes).max(axis=1, initial=0.0)
         unit[unit == 0] = 1.0
         return constraints.motions / unit, constraints.balance / unit[:, None], unit
-
-
-@contextmanager
-def progress_bars(shown: bool) -> Iterator[None]:
-    """Whether iterations inside the block show progress bars, also those that serve every load."""
-    token = _bars.set(shown)
-    try:
-        yield
-    finally:
-        _bars.reset(token)
-
-
-@contextmanager
-def timed(timings: dict[str, float], what: str) -> Iterator[None]:
-    """Note the seconds a block takes."""
-    begin = perf_counter()
-    yield
-    timings[what] = perf_counter() - begin

@@ -15,7 +15,7 @@ from .load import Constraints
 from .loaded_cells import ExactRows
 from .problem import Contact
 from .system import ContactSystem
-from .unilateral import How
+from .unilateral import How, between
 
 #: error of a load, over the largest one imposed on the body, or else over that of its pressures
 BALANCE = 1e-8
@@ -144,9 +144,31 @@ def verified(
     contact, position = system.solve(constraints, how, start)
     verify = Verification(system, constraints, how, exact, rtol)
     checked = verify(contact, position)
-    for _ in range(STEPS if contact.success and system.refinable else 0):
+    # products of a structure are closer than the array formed of them
+    refinable = contact.success and isinstance(system.matrix, YieldingOperator) and system.formed
+    for _ in range(STEPS if refinable else 0):
         if checked.success:
             break
-        contact, position = system.refined(constraints, contact, position)
+        contact, position = _refined(system, constraints, contact, position)
         checked = verify(contact, position)
     return checked, position
+
+
+def _refined(
+    system: ContactSystem, constraints: Constraints, contact: Contact, position: ndarray
+) -> tuple[Contact, ndarray]:
+    """Contact on the same cells, corrected by the gaps and forces that products leave."""
+    D, planes = system.matrix, system.planes
+    problem, inside = system.problem(constraints), np.nonzero(contact.touching)[0]
+    left = replace(
+        problem,
+        matrix=system.array,
+        gap=D @ contact.pressure + system.gap - position @ planes,
+        given=problem.given - problem.resultants @ contact.pressure,
+    )
+    step, turn = between(left, inside)
+    pressure = contact.pressure.copy()
+    pressure[inside] += step
+    position = position + system.scaled(constraints)[0] @ turn
+    gap = D @ pressure + system.gap - position @ planes
+    return replace(contact, pressure=pressure, motion=contact.motion + turn, gap=gap), position

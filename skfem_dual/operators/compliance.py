@@ -127,8 +127,8 @@ class Compliance:
 
 
 @dataclass(frozen=True, eq=False)
-class Borne:
-    """A structure that some loads bear as the ground does, not single DOFs of it.
+class BalancedCompliance:
+    """Displacements of a structure whose loads the ground balances, not single DOFs of it.
 
     Forces on single DOFs of a solid that weak springs keep from sliding push it far aside, and
     rounding is what is left of its deflections. With ``P = 1 - B (Z' B)^-1 Z'`` its compliance is
@@ -160,10 +160,10 @@ class Borne:
 class Structures:
     """Structures that are not connected, their DOFs one after the other."""
 
-    parts: tuple[Borne, ...]
+    parts: tuple[BalancedCompliance, ...]
 
     def displacements(self, loads: ndarray) -> ndarray:
-        """As of `Borne`, of all of them."""
+        """As of `BalancedCompliance`, of all of them."""
         ends = np.cumsum([len(part.motions) for part in self.parts])[:-1]
         own = np.split(loads, ends) if self.parts else []
         moved = [part.displacements(f) for part, f in zip(self.parts, own, strict=True)]

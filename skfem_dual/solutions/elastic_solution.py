@@ -163,7 +163,7 @@ class ElasticSolution(CellPressures):
             return super().contact_modulus
         x = np.ascontiguousarray(punch.collocation_points[:, own])
         ground = cells.influence(x)[np.arange(len(own)), own]
-        lifted = punch.yields.displacements(punch.loads_of(cells)[:, own].toarray())
+        lifted = punch.balanced_compliance.displacements(punch.loads_of(cells)[:, own].toarray())
         yields = np.sum(punch.trace[own].toarray() * lifted.T, axis=1)
         return super().contact_modulus / float(np.median(1 + yields.clip(0) / ground))
 
