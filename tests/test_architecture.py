@@ -20,6 +20,7 @@ LAYERS = [
         "kernels.threads",
         "kernels.limits",
         "kernels.once",
+        "kernels.progress",
     ],
     [
         "grids.polygons",
