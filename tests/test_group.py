@@ -346,6 +346,24 @@ def test_frame_and_ground_together_balance_the_loads(unilateral):
             assert s.complementarity_residual < 1e-9 or not unilateral
 
 
+def test_frame_stays_where_lines_of_contact_have_their_law():
+    """Two spheres, a spring k between their settlements: each bears its load less that of it."""
+    k = 0.3
+    spheres = [
+        punch(disc(3).translated((x, 0.0)), origin=(x, 0.0), gap=Paraboloid(2.0, (x, 0.0)))
+        for x in (-1.25, 1.25)
+    ]
+    found = RigidPunches(spheres, stiffness=column(0, 1, k, 2)).solve(
+        [{"force": 0.3}, {"force": 0.2}]
+    )
+    left, right = found.solutions
+    assert found.success
+    assert left.line is not None
+    taken = k * (left.settlement - right.settlement)
+    assert taken > 0.01
+    assert found.force == pytest.approx([0.3 - taken, 0.2 + taken], abs=1e-10)
+
+
 def test_stiff_frame_joins():
     """A frame too stiff to bend is the joined body."""
     # of the plane through all: from positions to what is left of them

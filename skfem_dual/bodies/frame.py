@@ -15,10 +15,11 @@ from scipy.sparse import csc_matrix, csr_matrix, issparse
 
 from ..arguments import checked_array
 from ..contact.load import Constraints
+from ..contact.loaded_cells import ExactRows
 from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
-from ..contact.verify import verified
+from ..contact.verify import Verification
 from ..kernels.once import computed_once
 from ..operators.compliance import Compliance
 from ..operators.yielding import YieldingOperator
@@ -80,32 +81,56 @@ class FramedSystem:
         )
         return system, Constraints.forces(motions.T @ self._forces)
 
-    def solve(self, how: How, start: ndarray | None, rtol: float) -> tuple[Contact, ndarray]:
-        """Contact and position, from pressures to begin with; ``rtol`` is that of products.
+    def require_balance(self, unilateral: bool) -> None:
+        """Refuse loads that bodies and frame cannot balance.
 
         Raises
         ------
         ValueError
-            If the loads cannot be balanced without tension, or a settlement is imposed where
-            its reaction does not act.
+            If a settlement is imposed where its reaction does not act; where the ground does not
+            pull, if loads do, or their resultant lies outside of the plans.
         """
         if not self.constraints.conjugate:
             raise ValueError(
                 "expected settlements imposed where their reactions act, at the origins, of "
                 "bodies under a frame. Remedy: leave out at= and moments= beside settlement="
             )
-        system, constraints = self._together
-        if how.unilateral and not system.can_balance(constraints):
+        if not unilateral:
+            return
+        motions, bodies = self._compliance[1].T, self.bodies
+        planes, resultants = motions @ self._planes, motions @ self._resultants
+        system = ContactSystem(bodies.matrix, planes, resultants, bodies.gap, bodies.areas)
+        if not system.can_balance(Constraints.forces(motions @ self._forces)):
             raise ValueError(
                 "expected loads that bodies under a frame balance without tension; the resultant "
                 "of these pulls, or lies outside of the plans. Remedy: move them, or "
                 "unilateral=False for ground that pulls"
             )
-        contact, whole = verified(system, constraints, how, start, rtol=rtol)
-        yields, motions = self._compliance
-        moved = yields.displacements(self._forces - self._resultants @ contact.pressure)
-        free = moved + motions @ whole
+
+    def found(self, how: How, start: ndarray | None) -> tuple[Contact, ndarray]:
+        """Contact and position, from pressures to begin with."""
+        system, constraints = self._together
+        contact, whole = system.solve(constraints, how, start)
+        free = self._yielded(contact) + self._compliance[1] @ whole
         return contact, self.constraints.fixed + self.constraints.motions @ free
+
+    def verified(
+        self, how: How, exact: ExactRows | None, rtol: float, contact: Contact, position: ndarray
+    ) -> Contact:
+        """The contact, without success where the equations do not hold.
+
+        ``exact`` rows are those of the ground alone, and not looked at; ``rtol`` is that of
+        products.
+        """
+        system, constraints = self._together
+        free = np.linalg.lstsq(self.constraints.motions, position - self.constraints.fixed)[0]
+        whole = np.linalg.lstsq(self._compliance[1], free - self._yielded(contact))[0]
+        return Verification(system, constraints, how, rtol=rtol)(contact, whole)
+
+    def _yielded(self, contact: Contact) -> ndarray:
+        """Free motions under loads and pressures, but for motions of the whole."""
+        forces = self._forces - self._resultants @ contact.pressure
+        return self._compliance[0].displacements(forces)
 
 
 def compliance(stiffness: ndarray) -> tuple[Compliance, ndarray]:

@@ -40,7 +40,7 @@ from .neighbours import (
     require_one_ground,
 )
 from .punch import RigidPunch
-from .rigid import RigidBodies
+from .rigid import Equations, RigidBodies
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -285,19 +285,11 @@ class RigidPunches(RigidBodies):
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
-    def answer(
-        self,
-        constraints: Constraints,
-        how: How,
-        system: ContactSystem,
-        exact: ExactRows | None,
-        start: ndarray | None,
-    ) -> tuple[Contact, ndarray]:
-        """Of bodies under a frame with it."""
+    def equations(self, system: ContactSystem, constraints: Constraints) -> Equations:
+        """Those of bodies under a frame with it."""
         if self.stiffness is None:
-            return super().answer(constraints, how, system, exact, start)
-        framed = FramedSystem(system, self.stiffness, constraints)
-        return framed.solve(how, start, self._rtol)
+            return super().equations(system, constraints)
+        return FramedSystem(system, self.stiffness, constraints)
 
     def solve_many(self, cases: Cases, **options: Any) -> tuple[CasesSolution, ...]:
         """Many load cases, each with one load for each body; answers for each punch.
@@ -338,7 +330,10 @@ class RigidPunches(RigidBodies):
                 except ValueError as error:
                     raise ValueError(f"{called}: {error}") from None
             parts.append(load.constraints(origin))
-        return Constraints.together(parts)
+        together = Constraints.together(parts)
+        if self.stiffness is not None:
+            FramedSystem(self.system, self.stiffness, together).require_balance(unilateral)
+        return together
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:

@@ -2,8 +2,8 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from numpy import ndarray
@@ -16,7 +16,7 @@ from ..contact.one_sign import solved
 from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
-from ..contact.verify import Verification, verified
+from ..contact.verify import Verification
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
@@ -139,12 +139,13 @@ class RigidBodies(ABC):
             return found
 
         def solve(system: ContactSystem, start: ndarray) -> tuple[Contact, ndarray]:
-            return system.solve(constraints, on_line, start)
+            return self.equations(system, constraints).found(on_line, start)
 
         def verify(
             system: ContactSystem, exact: ExactRows, contact: Contact, position: ndarray
         ) -> Contact:
-            return Verification(system, constraints, on_line, exact, self._rtol)(contact, position)
+            equations = self.equations(system, constraints)
+            return equations.verified(on_line, exact, self._rtol, contact, position)
 
         return with_line_law(self, solve, verify, found)
 
@@ -154,16 +155,46 @@ class RigidBodies(ABC):
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
         system = self.flattened_system(flat) if flat.any() else self.system
         rows = self.cells.flattened_rows(self.exact_rows, flat)
-        return self.answer(constraints, how, system, rows, start)
+        equations = self.equations(system, constraints)
+        contact, position = equations.found(how, start)
+        return equations.verified(how, rows, self._rtol, contact, position), position
 
-    def answer(
+    def equations(self, system: ContactSystem, constraints: Constraints) -> "Equations":
+        """What a ``system`` of the bodies' cells has to obey under loads."""
+        return GroundEquations(system, constraints)
+
+
+class Equations(Protocol):
+    """A system of equations under one set of loads."""
+
+    def found(self, how: How, start: ndarray | None, /) -> tuple[Contact, ndarray]:
+        """Contact and positions of the bodies, from pressures to begin with."""
+
+    def verified(
         self,
-        constraints: Constraints,
         how: How,
-        system: ContactSystem,
         exact: ExactRows | None,
-        start: ndarray | None,
-    ) -> tuple[Contact, ndarray]:
-        """Contact and positions by the equations of a ``system``, verified by ``exact`` rows of
-        its matrix."""
-        return verified(system, constraints, how, start, exact, self._rtol)
+        rtol: float,
+        contact: Contact,
+        position: ndarray,
+        /,
+    ) -> Contact:
+        """The contact, without success where equations, or ``exact`` rows, do not hold."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundEquations:
+    """Of bodies that nothing but the ground holds."""
+
+    system: ContactSystem
+    constraints: Constraints
+
+    def found(self, how: How, start: ndarray | None) -> tuple[Contact, ndarray]:
+        """As of `Equations`."""
+        return self.system.solve(self.constraints, how, start)
+
+    def verified(
+        self, how: How, exact: ExactRows | None, rtol: float, contact: Contact, position: ndarray
+    ) -> Contact:
+        """As of `Equations`."""
+        return Verification(self.system, self.constraints, how, exact, rtol)(contact, position)
