@@ -15,6 +15,7 @@ from plans import disc, perturbed, rectangle
 from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual.contact import loaded_cells
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
 from skfem_dual.errors import ConvergenceError
@@ -300,6 +301,21 @@ def test_the_whole_way_is_refused_where_its_memory_is_missing(monkeypatch):
     monkeypatch.setattr(resources, "available_memory", lambda: 0.5 * needed)
     with pytest.raises(MemoryError, match=rf"{n} cells take.*at most {n // 2} cells"):
         punch.solve(1.0)
+
+
+def test_exact_entries_of_many_cells(monkeypatch):
+    """The matrix itself solves the equations of more cells than are dense by default, or tells
+    its 8 bytes an entry."""
+    basis = BASES["dual cells"]
+    few = RigidPunch(GROUNDS["homogeneous"], basis)
+    settlement = few.solve(1.0).settlement
+    monkeypatch.setattr(loaded_cells, "DENSE", 100)
+    many = RigidPunch(GROUNDS["homogeneous"], basis, rtol=0)
+    assert many.operator.method == "dense"
+    assert many.solve(1.0).settlement == pytest.approx(settlement, rel=1e-10)
+    monkeypatch.setattr(resources, "available_memory", lambda: 7.0 * basis.N**2)
+    with pytest.raises(MemoryError, match="dense summation with rtol=0"):
+        _ = RigidPunch(GROUNDS["homogeneous"], basis, rtol=0).operator
 
 
 @pytest.mark.parametrize("n", [6, pytest.param(8, marks=pytest.mark.slow)])

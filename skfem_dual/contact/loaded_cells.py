@@ -19,7 +19,7 @@ from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..operators.entries import ALIKE, LARGE, SAMPLES, Entries, some_rows
+from ..operators.entries import ALIKE, EXACT, LARGE, SAMPLES, Entries, some_rows
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import require_memory
@@ -167,7 +167,7 @@ class LoadedCells:
         MemoryError
             If the memory at hand will not do until the answer.
         """
-        if not self.few and not self.regular:
+        if not self.few and not self.regular and rtol >= EXACT:  # a matrix is refused below
             require_memory(len(self), rtol, self.substrate.remainder is not None)
         operator = self.fast_operator(self.collocation_points, rtol)
         return operator.to_dense() if self.few and operator.method == "dense" else operator
