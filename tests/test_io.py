@@ -94,6 +94,13 @@ def test_other_cells_are_named_and_left_out(tmp_path):
     assert np.array_equal(found.p, MESH.p)
 
 
+def test_text_of_stl_does_not_overflow(tmp_path):
+    """Where a binary file has the number of its triangles, it has letters."""
+    path = tmp_path / "plan.stl"
+    meshio.write(path, meshio.Mesh(with_z(MESH.p, 0.0), {"triangle": MESH.t.T}))
+    assert read_mesh(path).t.shape == MESH.t.shape
+
+
 def test_a_format_whose_package_is_missing(tmp_path, monkeypatch):
     path = tmp_path / "plan.xdmf"
     meshio.write(path, meshio.Mesh(with_z(MESH.p, 0.0), {"triangle": MESH.t.T}))

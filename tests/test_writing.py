@@ -2,8 +2,10 @@ import os
 import stat
 
 import pytest
+from skfem import MeshTri
 
-from skfem_dual.io import require_outputs, write_whole
+from skfem_dual import DualMesh
+from skfem_dual.io import require_outputs, write_dual, write_whole
 
 
 def write(part):
@@ -52,10 +54,18 @@ def test_errors_name_the_file_and_not_its_part(tmp_path):
     path = tmp_path / "none" / "result.txt"
     with pytest.raises(FileNotFoundError) as error:
         write_whole(path, write)
-    assert error.value.filename == str(path)
+    assert str(error.value) == f"[Errno 2] No such file or directory: '{path}'"
     long = tmp_path / ("long name " * 20 + ".txt")  # the name of its part is not longer
     write_whole(long, write)
     assert long.read_text() == "new"
+
+
+@pytest.mark.parametrize("path", [None, 3, b"x.vtu", "a\0.vtu"])
+def test_what_is_no_path(path):
+    dual = DualMesh.from_mesh(MeshTri.init_circle(1))
+    for write_to in (lambda: write_dual(path, dual), lambda: write_whole(path, write)):
+        with pytest.raises((TypeError, ValueError), match=r"expected (a str|the path)"):
+            write_to()
 
 
 def test_outputs_are_not_inputs_nor_each_other(tmp_path):

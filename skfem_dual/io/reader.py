@@ -15,10 +15,13 @@ from typing import Any
 def read(path: str, file_format: str | None) -> tuple[str, Any]:
     """What became of reading: ("mesh", its parts), ("missing", a package) or ("error", why)."""
     import meshio
+    import numpy as np
 
     told = io.StringIO()  # meshio prints its reasons and exits
+    quiet = contextlib.redirect_stdout(told), contextlib.redirect_stderr(told)
     try:
-        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
+        # sizes of a binary STL that is not one overflow
+        with quiet[0], quiet[1], np.errstate(over="ignore"):
             found = meshio.read(path, file_format)
     except ImportError as error:
         return "missing", error.name or str(error)

@@ -8,14 +8,23 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ..arguments import checked_instance
+from ..messages import shown
 
 PathLike = str | os.PathLike[str]
 
 
 def require_vtu(path: PathLike) -> None:
-    """Refuse names of files that do not end in .vtu, with a ValueError."""
-    if Path(path).suffix != ".vtu":
-        raise ValueError(f"expected a file name ending in .vtu, got {path}")
+    """Refuse names of files that do not end in .vtu, with a ValueError, and what is no path."""
+    if Path(checked_path(path)).suffix != ".vtu":
+        raise ValueError(f"expected a file name ending in .vtu, got {shown(path)}")
+
+
+def checked_path(path: PathLike) -> PathLike:
+    """The path of a file to write to; a TypeError or ValueError if it is none."""
+    checked_instance("path", path, (str, os.PathLike))
+    if "\0" in str(path):
+        raise ValueError(f"expected the path of a file to write to, got {shown(path)}")
+    return path
 
 
 def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
@@ -29,7 +38,7 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     OSError
         If ``path`` is a folder, a pipe or a device, or its folder cannot be written to.
     """
-    target = Path(os.path.realpath(checked_instance("path", path, (str, os.PathLike))))
+    target = Path(os.path.realpath(checked_path(path)))
     mode = _mode_of(target)
     part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}"
     try:
@@ -40,7 +49,7 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
         os.replace(part, target)
     except OSError as error:
         if error.filename == str(part):  # a name the caller has never seen
-            error.filename, error.filename2 = str(path), None
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
     finally:
         part.unlink(missing_ok=True)
