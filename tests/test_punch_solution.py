@@ -17,6 +17,7 @@ from skfem_dual import (
     moment_rotation,
 )
 from skfem_dual.contact import exact
+from skfem_dual.grids import generate
 from skfem_dual.io import read_mesh
 from skfem_dual.kernels.once import computed_once
 
@@ -58,6 +59,18 @@ def test_settlement_and_tilt_at_600_cells(mesh, stiffness, grid):
     assert (e[1:] < 2e-3).all()
     # reciprocity holds up to the error of the discretisation
     assert np.abs(K - K.T).max() < 2e-3 * K[0, 0]
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_stiffness_is_that_of_the_positions_under_loads(grid):
+    """By the work of the pressures, both; for nu = 0 and E = a = 1 it is 2 and 4/3."""
+    dual = DualMesh.from_mesh(generate.disc(n=600))
+    punch = RigidPunch(UNIT, dual.basis() if grid == "dual" else dual.primal_basis())
+    K = punch.stiffness()
+    assert K.diagonal() == pytest.approx([2.0, 4 / 3, 4 / 3], rel=7e-5)
+    assert punch.stiffness(full=True)[:3, :3] == pytest.approx(K, abs=2e-6)
+    loaded = punch.solve(1.0, (0.1, -0.2))
+    assert K @ [loaded.settlement, *loaded.tilt] == pytest.approx([1.0, 0.1, -0.2], rel=1e-12)
 
 
 @pytest.mark.parametrize("grid", GRIDS)

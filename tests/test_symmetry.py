@@ -243,7 +243,7 @@ def test_stiffness_of_the_punch():
     punch = RigidPunch(SOIL, dual(quarters()))
     _, matrix = symmetric(punch)
     found = punch.resultants @ matrix.factors.solve(punch.planes(punch.collocation_points).T)
-    assert found == pytest.approx(punch.stiffness(), abs=1e-11)
+    assert found == pytest.approx(punch.system.stiffness, abs=1e-11)
 
 
 def test_contact_that_is_found():

@@ -116,11 +116,12 @@ class Movable(Body):
         -------
         (3, 3) or (6, 6) array of float
             Maps ``(W0, Lx, Ly)`` of (3) to the integrals of ``p``, ``p x`` and ``p y`` with the
-            coordinates from ``origin``. Symmetric up to the error of the discretisation.
+            coordinates from ``origin``; under a flat punch with a singular edge by the work of
+            the pressures, which is closer, as positions under loads are.
             If ``full``, ``(W0, Lx, Ly, Ux, Uy, twist)`` to these and ``(Hx, Hy, T)``: horizontal
             displacements of the origin along x and y, and the rotation about the vertical, from x
-            towards y; the force on the base and its moment likewise. Under a flat punch with a
-            singular edge by the work of the tractions, which is closer; symmetric.
+            towards y; the force on the base and its moment likewise. Symmetric, the first three
+            rows and columns up to the error of the discretisation if not ``full``.
 
         Raises
         ------
@@ -143,7 +144,7 @@ class Movable(Body):
             raise ValueError("expected full=True with rough=True: a smooth base moves vertically")
         shift = np.eye(3)
         shift[0, 1:] = self.centre - self.origin
-        return shift.T @ self.system.stiffness @ shift
+        return shift.T @ self._vertical_stiffness @ shift
 
     def _full_stiffness(self, rough: bool) -> ndarray:
         shift = moving(self.centre - self.origin)
@@ -152,10 +153,15 @@ class Movable(Body):
             return shift.T @ Motions(self.footprint, True, whole).stiffness @ shift
         stiffness = np.zeros((6, 6))
         stiffness[3:, 3:] = self.relaxed_motions.stiffness
-        by_work = self.gap is None and self.weights is not None
-        vertical = self.work.stiffness if by_work else self.system.stiffness
+        vertical = self._vertical_stiffness
         stiffness[:3, :3] = (vertical + vertical.T) / 2
         return shift.T @ stiffness @ shift
+
+    @property
+    def _vertical_stiffness(self) -> ndarray:
+        """Of the plan's centroid."""
+        by_work = self.gap is None and self.weights is not None
+        return self.work.stiffness if by_work else self.system.stiffness
 
     @computed_once
     def relaxed_motions(self) -> Motions:
