@@ -1,13 +1,15 @@
 """What stands on a footprint, whatever it is, and what it takes to move a rigid base."""
 
 from abc import ABC, abstractmethod
-from typing import Any
+from dataclasses import replace
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_flag
-from ..contact.footprint import Footprint
+from ..contact.edges import presses_over
+from ..contact.footprint import Edge, Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
@@ -23,6 +25,7 @@ class Body(ABC):
     """What stands on a footprint shows its cells."""
 
     gap: Gap | None
+    edge: Edge | None
 
     @property
     @abstractmethod
@@ -54,6 +57,17 @@ class Body(ABC):
         """Gap between the unloaded body and the ground in the collocation points."""
         x = self.collocation_points
         return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
+
+    @computed_once
+    def sharp(self) -> Self:
+        """The same with the edge of a flat punch."""
+        return replace(cast(Any, self), edge="singular")
+
+    def over_edge(self, pressure: ndarray) -> Self | None:
+        """The same with the edge of a flat punch, where a shaped one whose edge was not chosen
+        presses over that of its plan; None where it does not."""
+        over = self.edge is None and presses_over(self.partition, pressure)
+        return self.sharp if over else None
 
     @property
     def acting(self) -> ndarray:

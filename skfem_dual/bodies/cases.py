@@ -107,14 +107,24 @@ def solve_cases(
         except ValueError as error:  # the other cases do not depend on it
             messages[k] = str(error)
     answers: list[tuple[PunchSolution, ...] | None] = [None] * len(names)
-    rough = []
+    rough: list[str] = []
+    over: dict[RigidBodies, list[int]] = {}
     begin = perf_counter()
     for k, (contact, position) in _verified(problem, imposed, how, progress).items():
+        if contact.success and (sharp := problem.over_edges(contact.pressure)) is not None:
+            over.setdefault(sharp, []).append(k)
+            continue
         timings = problem.timings | {"all cases": perf_counter() - begin}
         answers[k] = problem.answers(loads[k], contact, position, timings)
         messages[k] = contact.message or contact.description
         if contact.success and (few := rough_under(contact, problem.slices)):
             rough.append(f"{few[0]}; first in case {names[k]!r}")
+    for sharp, some in over.items():
+        own = tuple(names[k] for k in some), [loads[k] for k in some]
+        found = solve_cases(sharp, *own, **how._asdict(), progress=progress)
+        for k, answer, message in zip(some, found.answers, found.messages, strict=True):
+            answers[k], messages[k] = answer, message
+        rough += found.rough
     return CaseAnswers(names, tuple(answers), tuple(messages), tuple(rough))
 
 

@@ -88,9 +88,9 @@ class ElasticPunch(Body):
         DOFs that are held, as in scikit-fem's `condense`; their values are given to `solve`.
     edge : {"singular", "constant"}, optional
         How the pressure varies inside the cells at the edge of the plan, see `RigidPunch`.
-        ``"singular"``, the default unless there is a ``gap``, is closer for plates of every
-        stiffness: the pressure under a soft one grows at the edge, too, in a strip as wide as
-        the stiffness carries; where cells are wider than that strip, ``"constant"`` is closer.
+        By default as there. ``"singular"`` is closer for plates of every stiffness: the pressure
+        under a soft one grows at the edge, too, in a strip as wide as the stiffness carries;
+        where cells are wider than that strip, ``"constant"`` is closer.
     edge_boundaries, origin, rtol
         As of `RigidPunch`.
     gap : callable, array or (CellBasis, vector), optional
@@ -140,8 +140,8 @@ class ElasticPunch(Body):
 
     def __post_init__(self) -> None:
         checked_substrate(self.substrate)
-        if self.edge is None:
-            object.__setattr__(self, "edge", "singular" if self.gap is None else "constant")
+        if self.edge is None and self.gap is None:
+            object.__setattr__(self, "edge", "singular")
         remedy = "name the facets of a solid by boundary="
         checked_instance("structure", self.structure, CellBasis, remedy)
         solid = self.structure.mesh.dim() == 3
@@ -169,7 +169,7 @@ class ElasticPunch(Body):
         return Footprint.from_basis(
             self.substrate,
             self.basis,
-            "singular" if self.edge is None else self.edge,
+            self.edge or "constant",
             self.edge_boundaries,
             "centroid",
             self.origin,
@@ -316,6 +316,8 @@ class ElasticPunch(Body):
 
         with progress_bars(checked_flag("progress", progress)):
             contact, position = solved(self.footprint, find, how.unilateral, pressures)
+        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
+            return sharp.solve(f, x=x, **how._asdict(), progress=progress)
         timings = {"solution": perf_counter() - begin}
         return ElasticSolution.from_contact(self, f, held, contact, position, timings)
 

@@ -34,6 +34,7 @@ from .neighbours import (
     checked_joined,
     checked_names,
     free_of,
+    over_edges,
     punches_on,
     require_apart,
     require_balance,
@@ -276,11 +277,17 @@ class RigidPunches(RigidBodies):
         """
         given = self._given("loads", loads)
         how = How.checked(unilateral, method, gap_rtol)
+        return self._solved(given, how, self._pressures_of(start), progress)
+
+    def _solved(
+        self, given: tuple[Load, ...], how: How, start: ndarray | None, progress: bool
+    ) -> PunchesSolution:
         everything = self.constraints(given, how.unilateral)
-        pressures = self._pressures_of(start)
         begin = perf_counter()
         with progress_bars(progress):
-            contact, position = self.contact(everything, how, pressures)
+            contact, position = self.contact(everything, how, start)
+        if contact.success and (sharp := self.over_edges(contact.pressure)) is not None:
+            return sharp._solved(given, how, contact.pressure, progress)
         timings = self.timings | {"solution": perf_counter() - begin}
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
@@ -341,6 +348,15 @@ class RigidPunches(RigidBodies):
         checked_instance("start", start, PunchesSolution)
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
+
+    def over_edges(self, pressure: ndarray) -> "RigidPunches | None":
+        """The same with edges of flat punches where shaped ones press over that of their plan."""
+        return over_edges(self, self.slices, pressure, self._sharp)
+
+    @computed_once
+    def _sharp(self) -> dict[tuple[bool, ...], "RigidPunches"]:
+        """Such groups, by which of their punches press over."""
+        return {}
 
     def answers(
         self,

@@ -81,6 +81,35 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
 
 
+def over_edges(
+    group: Any, cells: Sequence[slice], pressure: ndarray, known: dict[tuple[bool, ...], Any]
+) -> Any:
+    """Bodies with the edges of flat punches where shaped ones press over that of their plan.
+
+    Parameters
+    ----------
+    group : RigidPunches or Punches
+        The bodies.
+    cells : sequence of slice
+        Their cells.
+    pressure : (n,) array of float
+        Mean pressures of all cells.
+    known : dict
+        Such groups, by which of their bodies press over; takes a new one.
+
+    Returns
+    -------
+    RigidPunches or Punches, or None
+        None if none of them presses over it.
+    """
+    over = [p.over_edge(pressure[own]) for p, own in zip(group.punches, cells, strict=True)]
+    which = tuple(punch is not None for punch in over)
+    if any(which) and which not in known:
+        punches = [sharp or punch for sharp, punch in zip(over, group.punches, strict=True)]
+        known[which] = replace(group, punches=punches)
+    return known.get(which)
+
+
 def require_one_ground(punches: Sequence[Any], names: Sequence[str]) -> None:
     """Refuse bodies on different substrates."""
     for name, punch in zip(names, punches, strict=True):

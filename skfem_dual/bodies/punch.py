@@ -53,12 +53,12 @@ class RigidPunch(Movable, RigidBodies):
         Piecewise constants on the plan of the punch: ``dual.basis()``, ``dual.primal_basis()``,
         ``CellBasis(mesh, ElementTriP0())`` or ``CellBasis(mesh, ElementQuad0())``.
     edge : {"singular", "constant"}, optional
-        How the pressure varies inside a cell. ``"singular"``, the default of flat punches: like
-        the inverse square root of the distance to the edge of the plan, as under the edge of a
-        flat punch, and in its corners by the exponents of their angles. ``"constant"``, the
-        default of shaped ones, whose contact ends inside: not at all but along the line where
-        contact ends. It is the paper's scheme, whose settlements of flat punches are tens of
-        times less accurate.
+        How the pressure varies inside a cell. ``"singular"``: like the inverse square root of the
+        distance to the edge of the plan, as under the edge of a flat punch, and in its corners
+        by the exponents of their angles. ``"constant"``: not at all but along the line where
+        contact ends; it is the paper's scheme, whose settlements of flat punches are tens of
+        times less accurate. By default flat punches are singular, and shaped ones where their
+        pressures grow to the edge of the plan: they are solved again then.
     edge_boundaries : str, sequence of str or array of int, optional
         The boundaries of the mesh that are such an edge, by their names or as facets; all of
         them by default. Where a punch is rounded off, for example, the pressure does not grow.
@@ -108,9 +108,10 @@ class RigidPunch(Movable, RigidBodies):
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        if self.edge is None:
-            flat = self.gap is None and not self._periodic
-            object.__setattr__(self, "edge", "singular" if flat else "constant")
+        if self.edge is None and self.gap is None and not self._periodic:
+            object.__setattr__(self, "edge", "singular")
+        elif self.edge is None and (self._periodic or self.collocation == "node"):
+            object.__setattr__(self, "edge", "constant")
         symmetry = self.symmetry
         auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
         if not (auto or isinstance(symmetry, Symmetry)):
@@ -138,7 +139,7 @@ class RigidPunch(Movable, RigidBodies):
         return Footprint.from_basis(
             self.substrate,
             self.basis,
-            "singular" if self.edge is None else self.edge,
+            self.edge or "constant",
             self.edge_boundaries,
             self.collocation,
             self.origin,
@@ -300,11 +301,18 @@ class RigidPunch(Movable, RigidBodies):
         given = Load(force, at, moments, settlement, tilt, horizontal, torsion)
         load = self.acted_on(given, how.unilateral)
         progress = checked_flag("progress", progress)
-        constraints = self.constraints((load,), how.unilateral)
         pressures = None if start is None else self.pressures_of(start)
+        return self._solved(load, how, pressures, progress)
+
+    def _solved(
+        self, load: Load, how: How, start: ndarray | None, progress: bool
+    ) -> PunchSolution:
+        constraints = self.constraints((load,), how.unilateral)
         begin = perf_counter()
         with progress_bars(progress):
-            contact, position = self.contact(constraints, how, pressures)
+            contact, position = self.contact(constraints, how, start)
+        if contact.success and (sharp := self.over_edges(contact.pressure)) is not None:
+            return sharp._solved(load, how, contact.pressure, progress)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
@@ -369,6 +377,10 @@ class RigidPunch(Movable, RigidBodies):
     ) -> tuple[PunchSolution, ...]:
         """The answer under one load, from contact and position of the plan's centroid."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
+
+    def over_edges(self, pressure: ndarray) -> "RigidPunch | None":
+        """As `Body.over_edge`."""
+        return self.over_edge(pressure)
 
     @property
     def cells(self) -> Footprint:

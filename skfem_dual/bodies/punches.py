@@ -39,7 +39,7 @@ from ..solutions.group_solution import PunchesSolution
 from ..solutions.punch_solution import PunchSolution
 from .elastic import ElasticPunch
 from .group import RigidPunches
-from .neighbours import checked_names, require_apart, require_one_ground
+from .neighbours import checked_names, over_edges, require_apart, require_one_ground
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
 
@@ -213,6 +213,9 @@ class Punches:
 
         with progress_bars(checked_flag("progress", progress)):
             contact, position = solved(self.cells, find, how.unilateral)
+        sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
+        if contact.success and sharp is not None:
+            return sharp.solve(loads, **how._asdict(), progress=progress)
         timings = self.timings | {"solution": perf_counter() - begin}
         parts = self._solutions(given, shares, contact, position, timings)
         return PunchesSolution(self, parts)
@@ -221,6 +224,11 @@ class Punches:
     def _slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         return slices_of(self.footprints)
+
+    @computed_once
+    def _sharp(self) -> dict[tuple[bool, ...], "Punches"]:
+        """The same with edges of flat punches, by which of them press over theirs."""
+        return {}
 
     def _shares(self, given: list[Any], flat: ndarray) -> list[Share]:
         each = zip(self.punches, given, self._slices, strict=True)

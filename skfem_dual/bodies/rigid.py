@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy import ndarray
@@ -100,6 +100,10 @@ class RigidBodies(ABC):
     @abstractmethod
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads impose; a ValueError where no pressures can balance them."""
+
+    @abstractmethod
+    def over_edges(self, pressure: ndarray) -> Self | None:
+        """The same with edges of flat punches, see `Body.over_edge`; None if under none."""
 
     @abstractmethod
     def answers(
