@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..arguments import checked_flag
 from ..contact.edges import presses_over
-from ..contact.footprint import Edge, Footprint
+from ..contact.footprint import Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
@@ -25,7 +25,8 @@ class Body(ABC):
     """What stands on a footprint shows its cells."""
 
     gap: Gap | None
-    edge: Edge | None
+    #: whether the edge is left to what the contact tells
+    edge_left: bool
 
     @property
     @abstractmethod
@@ -66,7 +67,8 @@ class Body(ABC):
     def over_edge(self, pressure: ndarray) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen
         presses over that of its plan; None where it does not."""
-        over = self.edge is None and presses_over(self.partition, pressure)
+        left = self.edge_left and not self.footprint.regular
+        over = left and presses_over(self.partition, pressure)
         return self.sharp if over else None
 
     @property

@@ -57,8 +57,9 @@ class RigidPunch(Movable, RigidBodies):
         distance to the edge of the plan, as under the edge of a flat punch, and in its corners
         by the exponents of their angles. ``"constant"``: not at all but along the line where
         contact ends; it is the paper's scheme, whose settlements of flat punches are tens of
-        times less accurate. By default flat punches are singular, and shaped ones where their
-        pressures grow to the edge of the plan: they are solved again then.
+        times less accurate. By default flat punches are singular; and so are shaped ones where
+        their pressures grow to the edge of the plan, for which they are solved again, but on
+        uniform grids from 256 cells on, whose fast transforms take constant pressures.
     edge_boundaries : str, sequence of str or array of int, optional
         The boundaries of the mesh that are such an edge, by their names or as facets; all of
         them by default. Where a punch is rounded off, for example, the pressure does not grow.
@@ -106,12 +107,14 @@ class RigidPunch(Movable, RigidBodies):
     rtol: float | None = None
     symmetry: Literal["auto"] | Symmetry | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
+    edge_left: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        if self.edge is None and self.gap is None and not self._periodic:
-            object.__setattr__(self, "edge", "singular")
-        elif self.edge is None and (self._periodic or self.collocation == "node"):
-            object.__setattr__(self, "edge", "constant")
+        if self.edge is None:
+            flat = self.gap is None and not self._periodic
+            object.__setattr__(self, "edge", "singular" if flat else "constant")
+            at_nodes = self.collocation == "node"
+            object.__setattr__(self, "edge_left", not (flat or self._periodic or at_nodes))
         symmetry = self.symmetry
         auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
         if not (auto or isinstance(symmetry, Symmetry)):
@@ -139,7 +142,7 @@ class RigidPunch(Movable, RigidBodies):
         return Footprint.from_basis(
             self.substrate,
             self.basis,
-            self.edge or "constant",
+            "singular" if self.edge is None else self.edge,
             self.edge_boundaries,
             self.collocation,
             self.origin,

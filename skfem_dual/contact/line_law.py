@@ -17,10 +17,12 @@ from numpy import ndarray
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceError
+from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from ..operators.symmetric_matrix import SymmetricMatrix
+from .edges import INNER, inner_share
 from .footprint import Footprint
 from .loaded_cells import ExactRows
 from .one_sign import solved
@@ -31,9 +33,6 @@ from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
-#: part of them that has contact all around: where less has, as on rough shapes, pressures along
-#: the lines between are up to twice as far off with the law
-INNER = 0.4
 #: solutions more where cells beyond the line press, as on rough shapes
 STRAYS = 3
 #: up to so many cells it is cheap to solve between those in contact again
@@ -118,7 +117,7 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
         fit = cells.weights is None and cells.collocation == "centroid"
         inside = pressure[own] > 0
         edge = None
-        if fit and problem.system.gap[own].any() and _is_wide(cells.partition.f2c, inside):
+        if fit and problem.system.gap[own].any() and _is_wide(cells.partition, inside):
             modulus = cells.substrate.surface.contact_modulus
             edge = cells.triangles.fitted(pressure[own], gap[own], modulus).segments(1)
         if edge is None or edge.starts[-1] == 0:
@@ -129,11 +128,9 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
     return tuple(lines)
 
 
-def _is_wide(f2c: ndarray, inside: ndarray) -> bool:
+def _is_wide(partition: Partition, inside: ndarray) -> bool:
     """Whether contact has cells enough, and not in thin rows and clusters, for such a law."""
-    inner, sides = inside.copy(), f2c[:, f2c[1] >= 0]
-    inner[sides[:, inside[sides[0]] != inside[sides[1]]]] = False
-    return bool(inside.sum() >= FEWEST and inner.sum() >= INNER * inside.sum())
+    return bool(inside.sum() >= FEWEST and inner_share(partition, inside) >= INNER)
 
 
 @dataclass(frozen=True, eq=False)

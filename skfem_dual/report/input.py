@@ -101,7 +101,7 @@ def _range(low: float, high: float, size: float) -> Html:
 
 def edge_rule(punch: Any) -> str:
     """How the pressure varies inside the cells of a body."""
-    if punch.footprint.edge == "constant":
+    if punch.edge == "constant":
         return "constant"
     names = punch.edge_boundaries
     where = "the plan"

@@ -204,7 +204,7 @@ def _on_other_grids(solution: Any) -> Iterator[Any]:
     punch = solution.punch
     on_dual = solution.footprint.on_dual_cells
     wanted = [("primal" if on_dual else "dual", "centroid")]
-    if solution.footprint.edge == "constant":  # the first settles too little, the last too much
+    if punch.edge == "constant":  # the first settles too little, the last too much
         wanted = [("dual", "node"), ("dual", "centroid"), ("primal", "centroid")]
     for grid, collocation in wanted:
         if (grid, collocation) == ("dual" if on_dual else "primal", punch.collocation):

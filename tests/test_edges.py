@@ -1,0 +1,135 @@
+"""Shaped bodies that press over the edge of their plan."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from elastic_bodies import point_load, raft
+from plans import disc, rectangle
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad
+
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    Paraboloid,
+    Punches,
+    RigidPunch,
+    RigidPunches,
+    load_path,
+)
+from skfem_dual.contact.edges import presses_over
+from skfem_dual.grids import generate
+
+SOIL = HalfSpace(1.0, 0.0)
+
+
+def cells(n=256, grid="dual"):
+    mesh = generate.disc(n=n)
+    return DualMesh.from_mesh(mesh).basis() if grid == "dual" else CellBasis(mesh, ElementTriP0())
+
+
+def force(settlement):
+    """Of a paraboloid of radius one over a disc of radius one, by Sneddon."""
+    inside = 4 / 3 * settlement**1.5
+    return inside if settlement <= 1 else 2 * (settlement - 1 / 3)
+
+
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize("settlement", [1.2, 2.0, 10.0])
+def test_a_paraboloid_over_its_edge(settlement, grid):
+    """The settlement by Sneddon, and the pressure in the middle."""
+    punch = RigidPunch(SOIL, cells(grid=grid), gap=Paraboloid(1.0))
+    found = punch.solve(force(settlement))
+    assert found.settlement == pytest.approx(settlement, rel=5e-4)
+    middle = (settlement - 1 + 2) / np.pi  # both parts of the pressure
+    assert found.pressure_at([[0.0], [0.0]])[0] == pytest.approx(middle, rel=5e-3)
+    assert found.punch.edge == "singular"
+    assert punch.edge == "constant"
+
+
+@pytest.mark.parametrize("settlement", [0.5, 0.8, 0.95, 1.0])
+def test_a_paraboloid_on_its_plan(settlement):
+    found = RigidPunch(SOIL, cells(), gap=Paraboloid(1.0)).solve(force(settlement))
+    assert found.settlement == pytest.approx(settlement, rel=1e-3)
+    assert found.punch.edge == "constant"
+
+
+def test_settlements_do_not_jump():
+    """As a paraboloid comes over its edge."""
+    punch = RigidPunch(SOIL, cells(), gap=Paraboloid(1.0))
+    exact = np.linspace(0.9, 1.4, 26)
+    path = load_path(punch, [{"force": force(s)} for s in exact])
+    assert {s.punch.edge for s in path.solutions} == {"constant", "singular"}
+    errors = path.settlement / exact - 1
+    assert max(abs(b - a) for a, b in pairwise(errors)) < 1.2e-3
+
+
+@pytest.mark.parametrize("height", [0.0, 1e-9, -1e-9])
+def test_nearly_flat(height):
+    """A shape of next to no height is a flat punch."""
+    basis, load = cells(), (1.0, (0.2, 0.1))
+    flat = RigidPunch(SOIL, basis).solve(*load)
+    found = RigidPunch(SOIL, basis, gap=lambda x: height * np.hypot(*x)).solve(*load)
+    assert found.collocated_settlement == pytest.approx(flat.collocated_settlement, rel=1e-7)
+    assert found.pressure == pytest.approx(flat.pressure, rel=1e-6)
+
+
+def test_all_doors_agree():
+    """One load, many, a path, and groups in which others have their contact inside."""
+    punch, forces = RigidPunch(SOIL, cells(), gap=Paraboloid(1.0)), [force(0.5), force(3.0)]
+    each = [punch.solve(f).settlement for f in forces]
+    cases = [{"force": f} for f in forces]
+    assert [s.settlement for s in punch.solve_many(cases)] == pytest.approx(each, rel=1e-12)
+    assert load_path(punch, cases).settlement == pytest.approx(each, rel=1e-12)
+    assert punch.solve(settlement=each[1]).force == pytest.approx(forces[1], rel=1e-3)
+    far = DualMesh.from_mesh(generate.disc(n=256).translated((1e6, 0.0))).basis()
+    other = RigidPunch(SOIL, far, gap=Paraboloid(1.0, (1e6, 0.0)), origin=(1e6, 0.0))
+    pair = RigidPunches([punch, other])
+    found = pair.solve(cases)
+    assert [s.settlement for s in found.solutions] == pytest.approx(each, rel=4e-6)
+    assert [s.punch.edge for s in found.solutions] == ["constant", "singular"]
+    (first, second) = pair.solve_many([cases, cases[::-1]])
+    assert [s.settlement for s in first] == pytest.approx(each, rel=4e-6)
+    assert [s.settlement for s in second] == pytest.approx(each[::-1], rel=4e-6)
+
+
+def test_structures_over_their_edge():
+    """A plate that hardly bends, alone and beside a rigid punch, is the rigid punch."""
+    gap = Paraboloid(3.0)
+    plate = raft(1e9, gap=gap)
+    rigid = RigidPunch(SOIL, plate.basis, gap=gap).solve(2.0)
+    f = point_load(plate, (0.0, 0.0), 2.0)
+    assert rigid.punch.edge == "singular"
+    beside = RigidPunch(SOIL, DualMesh.from_mesh(disc(2).translated((1e6, 0.0))).basis())
+    both = Punches([plate, beside]).solve([f, {"force": 1.0, "at": (1e6, 0.0)}])
+    for found in (plate.solve(f), both.solutions[0]):
+        assert found.punch.edge == "singular"
+        assert found.pressure == pytest.approx(rigid.pressure, rel=2e-5)
+
+
+def test_what_was_chosen_is_kept():
+    basis = cells()
+    for edge in ("constant", "singular"):
+        punch = RigidPunch(SOIL, basis, edge=edge, gap=Paraboloid(1.0))
+        assert {punch.solve(force(s)).punch for s in (0.5, 3.0)} == {punch}
+    nodes = RigidPunch(SOIL, basis, collocation="node", gap=Paraboloid(1.0))
+    assert nodes.solve(force(3.0)).punch is nodes
+
+
+def test_uniform_grids_keep_their_transforms():
+    lines = np.linspace(-1, 1, 17)
+    basis = CellBasis(MeshQuad.init_tensor(lines, lines), ElementQuad0())
+    punch = RigidPunch(SOIL, basis, gap=Paraboloid(1.0))
+    assert punch.solve(10.0).punch is punch
+
+
+def test_presses_over():
+    """Pressures that grow to the edge, fall to it, grow by too little load, or are thin."""
+    partition = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(12)).basis()).partition
+    x, y = np.abs(partition.centroids)
+    out = np.maximum(x, y)
+    assert presses_over(partition, out**4)
+    assert not presses_over(partition, 1.1 - out)
+    assert not presses_over(partition, np.where(out > 0.9, 1.0, np.where(out < 0.8, 50.0, 0.9)))
+    thin = np.random.default_rng(0).random(len(partition)) < 0.2
+    assert not presses_over(partition, out**4 * thin)
