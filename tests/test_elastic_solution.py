@@ -16,16 +16,19 @@ from elastic_bodies import (
     uniform,
 )
 from plans import disc, rectangle
+from scipy.linalg import block_diag
 from skfem import (
     Basis,
     BilinearForm,
     CellBasis,
+    ElementQuad0,
     ElementTriMorley,
     ElementTriP1,
     ElementVector,
     LinearForm,
     MeshTri,
 )
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -36,6 +39,7 @@ from skfem_dual import (
     LayeredHalfSpace,
     Paraboloid,
     RigidPunch,
+    trace,
 )
 from skfem_dual.visuals.matplotlib import isobars
 
@@ -294,6 +298,24 @@ def test_units_do_not_matter():
     t = punch.solve(point_load(punch, (550.0, 100.0)))
     assert t.deflection([100.0, 0.0]) * 7e7 == pytest.approx(s.deflection([0.1, 0.0]), rel=1e-9)
     assert t.contact_area / 1e6 == pytest.approx(s.contact_area, rel=1e-3)
+
+
+def test_contact_of_a_turned_block():
+    """Free and soft, on its edge."""
+
+    def area(angle):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        _, basis, _, options = block_on("quadrilaterals", n=6)
+        mesh = replace(basis.mesh, doflocs=block_diag(turn, 1.0) @ basis.mesh.p)
+        solid = Basis(mesh, basis.elem)
+        K = linear_elasticity(*lame_parameters(0.1, 0.3)).assemble(solid)
+        cells = CellBasis(trace(mesh, "base"), ElementQuad0())
+        body = ElasticPunch(SOIL, cells, solid, K, **options)
+        return body.solve(point_load(body, turn @ [0.5, 0.2])).contact_area
+
+    areas = [area(angle) for angle in (0.0, 0.3, np.pi / 2)]
+    assert areas[0] < 3.5
+    assert np.ptp(areas) < 1e-6 * areas[0]
 
 
 def test_refused(punch, block):
