@@ -93,6 +93,13 @@ def test_all_doors_agree():
     assert [s.settlement for s in second] == pytest.approx(each[::-1], rel=4e-6)
 
 
+def test_stiffness():
+    """While the whole base touches it is that of a flat punch."""
+    expected = np.diag([2.0, 4 / 3, 4 / 3])
+    found = RigidPunch(SOIL, cells(), gap=Paraboloid(1.0)).stiffness()
+    assert found == pytest.approx(expected, abs=3e-3)
+
+
 def test_structures_over_their_edge():
     """A plate that hardly bends, alone and beside a rigid punch, is the rigid punch."""
     gap = Paraboloid(3.0)

@@ -67,9 +67,13 @@ class Body(ABC):
     def over_edge(self, pressure: ndarray) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen
         presses over that of its plan; None where it does not."""
-        left = self.edge_left and not self.footprint.regular
-        over = left and presses_over(self.partition, pressure)
+        over = self.pressed_down is not self and presses_over(self.partition, pressure)
         return self.sharp if over else None
+
+    @property
+    def pressed_down(self) -> Self:
+        """The same while the whole base touches, and pressures grow to its edge."""
+        return self.sharp if self.edge_left and not self.footprint.regular else self
 
     @property
     def acting(self) -> ndarray:
@@ -117,7 +121,8 @@ class Movable(Body):
         """Positions by the work of the pressures."""
 
     def stiffness(self, *, full: bool = False, rough: bool = False) -> ndarray:
-        """Force and moments by unit settlement and unit tilts, or by all six motions.
+        """Force and moments by unit settlement and unit tilts, or by all six motions, while the
+        whole base touches.
 
         Parameters
         ----------
@@ -154,6 +159,8 @@ class Movable(Body):
         >>> [round(float(k), 2) for k in K.diagonal()]  # exact for the circle: 2, 4/3, 4/3
         [2.0, 1.33, 1.33]
         """
+        if self.pressed_down is not self:
+            return self.pressed_down.stiffness(full=full, rough=rough)
         if checked_flag("full", full):
             return self._full_stiffness(checked_flag("rough", rough))
         if checked_flag("rough", rough):
