@@ -25,8 +25,8 @@ class Body(ABC):
     """What stands on a footprint shows its cells."""
 
     gap: Gap | None
-    #: whether the edge is left to what the contact tells
-    edge_left: bool
+    #: whether it was left to the contact what edge there is
+    edge_by_contact: bool
 
     @property
     @abstractmethod
@@ -73,7 +73,7 @@ class Body(ABC):
     @property
     def pressed_down(self) -> Self:
         """The same while the whole base touches, and pressures grow to its edge."""
-        return self.sharp if self.edge_left and not self.footprint.regular else self
+        return self.sharp if self.edge_by_contact and not self.footprint.regular else self
 
     @property
     def acting(self) -> ndarray:
@@ -182,7 +182,7 @@ class Movable(Body):
 
     @property
     def _vertical_stiffness(self) -> ndarray:
-        """Of the plan's centroid."""
+        """By motions of the plan's centroid."""
         by_work = self.gap is None and self.weights is not None
         return self.work.stiffness if by_work else self.system.stiffness
 

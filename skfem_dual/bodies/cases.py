@@ -111,7 +111,7 @@ def solve_cases(
     over: dict[RigidBodies, list[int]] = {}
     begin = perf_counter()
     for k, (contact, position) in _verified(problem, imposed, how, progress).items():
-        if contact.success and (sharp := problem.over_edges(contact.pressure)) is not None:
+        if contact.success and (sharp := problem.over_edge(contact.pressure)) is not None:
             over.setdefault(sharp, []).append(k)
             continue
         timings = problem.timings | {"all cases": perf_counter() - begin}

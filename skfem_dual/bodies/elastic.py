@@ -137,13 +137,13 @@ class ElasticPunch(Body):
     gap: Gap | None = None
     rtol: float | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
-    edge_left: bool = field(default=False, init=False)
+    edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         checked_substrate(self.substrate)
         if self.edge is None:
             object.__setattr__(self, "edge", "singular" if self.gap is None else "constant")
-            object.__setattr__(self, "edge_left", self.gap is not None)
+            object.__setattr__(self, "edge_by_contact", self.gap is not None)
         remedy = "name the facets of a solid by boundary="
         checked_instance("structure", self.structure, CellBasis, remedy)
         solid = self.structure.mesh.dim() == 3

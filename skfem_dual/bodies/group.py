@@ -286,7 +286,7 @@ class RigidPunches(RigidBodies):
         begin = perf_counter()
         with progress_bars(progress):
             contact, position = self.contact(everything, how, start)
-        if contact.success and (sharp := self.over_edges(contact.pressure)) is not None:
+        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(given, how, contact.pressure, progress)
         timings = self.timings | {"solution": perf_counter() - begin}
         warn_of(contact, self.slices)
@@ -349,7 +349,7 @@ class RigidPunches(RigidBodies):
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
-    def over_edges(self, pressure: ndarray) -> "RigidPunches | None":
+    def over_edge(self, pressure: ndarray) -> "RigidPunches | None":
         """The same with edges of flat punches where shaped ones press over that of their plan."""
         return over_edges(self, self.slices, pressure, self._sharp)
 

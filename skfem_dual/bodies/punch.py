@@ -107,14 +107,14 @@ class RigidPunch(Movable, RigidBodies):
     rtol: float | None = None
     symmetry: Literal["auto"] | Symmetry | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False)
-    edge_left: bool = field(default=False, init=False)
+    edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         if self.edge is None:
             flat = self.gap is None and not self._periodic
             object.__setattr__(self, "edge", "singular" if flat else "constant")
             at_nodes = self.collocation == "node"
-            object.__setattr__(self, "edge_left", not (flat or self._periodic or at_nodes))
+            object.__setattr__(self, "edge_by_contact", not (flat or self._periodic or at_nodes))
         symmetry = self.symmetry
         auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
         if not (auto or isinstance(symmetry, Symmetry)):
@@ -314,7 +314,7 @@ class RigidPunch(Movable, RigidBodies):
         begin = perf_counter()
         with progress_bars(progress):
             contact, position = self.contact(constraints, how, start)
-        if contact.success and (sharp := self.over_edges(contact.pressure)) is not None:
+        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(load, how, contact.pressure, progress)
         warn_of(contact)
         timings = self.timings | {"solution": perf_counter() - begin}
@@ -380,10 +380,6 @@ class RigidPunch(Movable, RigidBodies):
     ) -> tuple[PunchSolution, ...]:
         """The answer under one load, from contact and position of the plan's centroid."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
-
-    def over_edges(self, pressure: ndarray) -> "RigidPunch | None":
-        """As `Body.over_edge`."""
-        return self.over_edge(pressure)
 
     @property
     def cells(self) -> Footprint:

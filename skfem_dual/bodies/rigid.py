@@ -102,8 +102,9 @@ class RigidBodies(ABC):
         """What the loads impose; a ValueError where no pressures can balance them."""
 
     @abstractmethod
-    def over_edges(self, pressure: ndarray) -> Self | None:
-        """The same with edges of flat punches, see `Body.over_edge`; None if under none."""
+    def over_edge(self, pressure: ndarray) -> Self | None:
+        """The same with edges of flat punches where shaped ones, whose edges were not chosen,
+        press over that of their plan; None if none does."""
 
     @abstractmethod
     def answers(
