@@ -195,11 +195,11 @@ LAYERS = [
     [
         "bodies.body",
         "bodies.kern",
+        "bodies.frame",
         "bodies.rigid",
         "bodies.cases",
         "bodies.punch",
         "bodies.neighbours",
-        "bodies.frame",
         "bodies.group",
         "bodies.refine",
         "bodies.resisted",

@@ -96,6 +96,38 @@ def test_what_is_imposed_is_kept():
     assert of.solve(settlement=0.5).settlement == pytest.approx(0.5, rel=1e-14)
 
 
+@pytest.mark.parametrize(("at", "rtol"), [((0.1, 0.05), 1e-12), ((0.5, 0.1), 2e-5)])
+def test_positions_found_under_a_load_impose_it(at, rtol):
+    """To rounding in full contact; the line of contact depends on the position a little."""
+    of = punch(fine_disc(n=150), origin=(0.1, 0.0))
+    load = of.solve(2.0, at=at)
+    cases = (
+        {"settlement": load.settlement, "tilt": tuple(load.tilt)},
+        {"settlement": load.settlement, "at": at},
+        {"force": 2.0, "tilt": tuple(load.tilt)},
+    )
+    for found in (*(of.solve(**case) for case in cases), *of.solve_many(cases)):
+        assert found.success
+        assert found.resultant == pytest.approx(load.resultant, rel=rtol)
+        assert found.positions[0] == pytest.approx(load.positions[0], rel=rtol)
+        assert found.pressure == pytest.approx(load.pressure, rel=rtol, abs=10 * rtol)
+
+
+def test_forces_in_positions_are_as_close_as_positions_under_loads():
+    """A circle, whose stiffness is 2."""
+    of = punch(fine_disc(n=600))
+    assert of.solve(settlement=1.0, tilt=(0.0, 0.0)).force == pytest.approx(2.0, rel=3e-5)
+    assert of.solve(settlement=1.0).force == pytest.approx(2.0, rel=3e-5)
+
+
+def test_where_the_origin_hardly_settles_the_reaction_is_that_of_the_position():
+    """The punch turns about its origin nearly: collocated positions end far beside."""
+    of = punch(fine_disc(n=150))
+    load = of.solve(1.0, at=(0.7, 0.3))
+    assert abs(load.settlement) < 2e-3 * load.tilt[0]
+    assert of.solve(settlement=load.settlement, at=(0.7, 0.3)).force == pytest.approx(1, rel=1e-9)
+
+
 def test_equilibrium_is_untouched():
     found = punch(fine_disc(n=150)).solve(1.0, at=(0.1, 0.0))
     x = found.punch.collocation_points

@@ -153,7 +153,8 @@ def _verified(
             find = partial(_flattened, problem, many, verify, how)
             answers = solved_each(problem.cells, answers, find)
         every = zip(imposed, given, answers, strict=True)
-        return {k: problem.with_line_law(c, how, own) for k, c, own in every}
+        lined = ((k, c, problem.with_line_law(c, how, own)) for k, c, own in every)
+        return {k: problem.kept(c, how, own) for k, c, own in lined}
 
 
 def _flattened(

@@ -33,21 +33,19 @@ class FramedSystem:
     ----------
     bodies : ContactSystem
         Of the bodies without the frame.
-    stiffness : (m, m) array of float
-        Of the frame against the positions of the system.
     constraints : Constraints
-        What is imposed. Positions imposed are held, forces act on bodies and frame together.
+        What is imposed, and the frame. Positions imposed are held, forces act on bodies and frame
+        together.
     """
 
     bodies: ContactSystem
-    stiffness: ndarray
     constraints: Constraints
 
     @computed_once
     def _compliance(self) -> tuple[Compliance, ndarray]:
         """What the frame yields by forces on the free motions, and the motions of the whole."""
         motions = self.constraints.motions
-        return compliance(motions.T @ self.stiffness @ motions)
+        return compliance(motions.T @ self.constraints.frame @ motions)
 
     @computed_once
     def _planes(self) -> ndarray:
@@ -61,7 +59,7 @@ class FramedSystem:
     def _forces(self) -> ndarray:
         """Forces on the free motions, those by imposed positions too."""
         c = self.constraints
-        return c.given - c.motions.T @ (self.stiffness @ c.fixed)
+        return c.given - c.motions.T @ (c.frame @ c.fixed)
 
     @computed_once
     def _together(self) -> tuple[ContactSystem, Constraints]:

@@ -1,7 +1,7 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
 from typing import Any, Literal
 
@@ -41,7 +41,7 @@ from .neighbours import (
     require_one_ground,
 )
 from .punch import RigidPunch
-from .rigid import Equations, RigidBodies
+from .rigid import RigidBodies, resist
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -292,12 +292,6 @@ class RigidPunches(RigidBodies):
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
-    def equations(self, system: ContactSystem, constraints: Constraints) -> Equations:
-        """Those of bodies under a frame with it."""
-        if self.stiffness is None:
-            return super().equations(system, constraints)
-        return FramedSystem(system, self.stiffness, constraints)
-
     def solve_many(self, cases: Cases, **options: Any) -> tuple[CasesSolution, ...]:
         """Many load cases, each with one load for each body; answers for each punch.
 
@@ -325,22 +319,45 @@ class RigidPunches(RigidBodies):
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads of all bodies impose; a ValueError where no pressures balance them."""
-        parts = []
         for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
-            origin = self.punches[body[0]].origin - self.centres[number]
             called = "body " + "+".join(self.names[i] for i in body)
             require_vertical(called, load)
             if unilateral and self.stiffness is None:
                 members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
+                own = self.centres[number], load, self._origins[number], alone
                 try:
-                    require_balance(members, self.centres[number], load, origin, alone)
+                    require_balance(members, *own)
                 except ValueError as error:
                     raise ValueError(f"{called}: {error}") from None
-            parts.append(load.constraints(origin))
-        together = Constraints.together(parts)
+        together = self.imposed(loads)
         if self.stiffness is not None:
-            FramedSystem(self.system, self.stiffness, together).require_balance(unilateral)
+            FramedSystem(self.system, together).require_balance(unilateral)
         return together
+
+    def imposed(self, loads: tuple[Load, ...]) -> Constraints:
+        """What the loads of all bodies impose, and the frame."""
+        own = zip(loads, self._origins, strict=True)
+        together = Constraints.together([load.constraints(origin) for load, origin in own])
+        return replace(together, frame=self.stiffness)
+
+    @property
+    def _origins(self) -> list[ndarray]:
+        """Those of the bodies, from the points to which their positions refer."""
+        own = zip(self.bodies, self.centres, strict=True)
+        return [self.punches[body[0]].origin - centre for body, centre in own]
+
+    def works(self, contact: Contact) -> bool:
+        """Not of shaped punches, nor beside a body in the air or on cells in a line, which carry
+        no moments."""
+        if any(punch.gap is not None for punch in self.punches):
+            return False
+        own = zip(self.punches, self.slices, strict=True)
+        under = [(p.collocation_points, contact.touching[cells]) for p, cells in own]
+        for body in self.bodies:
+            x, touching = (np.hstack([under[i][k] for i in body]) for k in (0, 1))
+            if not resist(x, touching):
+                return False
+        return True
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:

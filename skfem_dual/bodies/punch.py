@@ -34,7 +34,7 @@ from ..solutions.punch_solution import PunchSolution
 from .body import Movable
 from .cases import Cases, named, solve_cases
 from .kern import kern
-from .rigid import RigidBodies
+from .rigid import RigidBodies, resist
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -370,6 +370,11 @@ class RigidPunch(Movable, RigidBodies):
         if unilateral:
             require_compression(load, origin, self.footprint.hulls, self.gap is None)
         return load.constraints(origin)
+
+    def works(self, contact: Contact) -> bool:
+        """Of flat punches with edge-weighted cells, not all in a line."""
+        flat = self.gap is None and self.weights is not None
+        return flat and resist(self.collocation_points, contact.touching)
 
     def answers(
         self,

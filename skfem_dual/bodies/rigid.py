@@ -17,14 +17,22 @@ from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
+from ..contact.work import Work
+from ..elements.balance import can_balance
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
 from ..solutions.punch_solution import PunchSolution
+from .frame import FramedSystem
 
 #: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
 #: the law of its line moves bodies on some hundred cells
 COARSE = 1e-3
+#: cells that lie so wide, over how long they lie, are in a line
+LINE = 1e-6
+#: forces that keep positions change by a hundredth or less each time they are found; by so little
+#: they no longer do, and so often they are found at most
+ROUNDING, PASSES = 1e-12, 8
 
 
 class RigidBodies(ABC):
@@ -101,6 +109,15 @@ class RigidBodies(ABC):
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads impose; a ValueError where no pressures can balance them."""
 
+    @property
+    @abstractmethod
+    def work(self) -> Work:
+        """Positions by the work of the pressures."""
+
+    @abstractmethod
+    def works(self, contact: Contact) -> bool:
+        """Whether positions follow from the work of the pressures."""
+
     @abstractmethod
     def over_edge(self, pressure: ndarray) -> Self | None:
         """The same with edges of flat punches where shaped ones, whose edges were not chosen,
@@ -124,7 +141,34 @@ class RigidBodies(ABC):
         self, constraints: Constraints, how: How, start: ndarray | None = None
     ) -> tuple[Contact, ndarray]:
         """Contact and positions, verified; ``start`` as of `solved`."""
+        return self.kept(constraints, how, self._collocated(constraints, how, start))
 
+    def kept(
+        self, constraints: Constraints, how: How, found: tuple[Contact, ndarray]
+    ) -> tuple[Contact, ndarray]:
+        """The same under the forces on the ground that by work keep the positions imposed, and
+        balance the frame, where positions follow from it: whoever imposes the position under a
+        load has the pressures of that load."""
+        if constraints.of_forces:
+            return found
+        acting = np.zeros(len(constraints.fixed))
+        for _ in range(PASSES):
+            contact, _ = found
+            forces = self.work.forces(constraints, contact) if self.works(contact) else None
+            if forces is None or not contact.success:
+                break
+            if np.abs(forces - acting).max() <= ROUNDING * np.abs(forces).max():
+                break
+            start = None if contact.touching.all() else contact.pressure
+            loaded = self._collocated(Constraints.forces(forces), how, start)
+            if not loaded[0].success:
+                break
+            found, acting = loaded, forces
+        return found
+
+    def _collocated(
+        self, constraints: Constraints, how: How, start: ndarray | None
+    ) -> tuple[Contact, ndarray]:
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             return self.flattened(constraints, flat, start, how)
 
@@ -166,7 +210,13 @@ class RigidBodies(ABC):
 
     def equations(self, system: ContactSystem, constraints: Constraints) -> "Equations":
         """What a ``system`` of the bodies' cells has to obey under loads."""
-        return GroundEquations(system, constraints)
+        of = GroundEquations if constraints.frame is None else FramedSystem
+        return of(system, constraints)
+
+
+def resist(x: ndarray, touching: ndarray) -> bool:
+    """Whether cells in contact resist tilts: not if their collocation points lie in a line."""
+    return can_balance(x, touching, LINE)
 
 
 class Equations(Protocol):

@@ -57,12 +57,12 @@ class Alone:
 
     def position(self, compliance: ndarray) -> ndarray:
         """As `Work.position`."""
-        return self.punch.work.position(self.constraints, None, compliance)
+        return self.punch.work.position(self.constraints, compliance)
 
     @property
     def works(self) -> bool:
         """Whether its position follows from the work."""
-        return self.punch.gap is None and self.punch.weights is not None
+        return self.punch.works(self.contact)
 
     @property
     def positions(self) -> ndarray | None:

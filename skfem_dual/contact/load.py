@@ -168,12 +168,15 @@ class Constraints:
         ``s = fixed + motions @ y`` with k unknowns y.
     balance, given : (k, m) and (k,) array of float
         ``balance @ r = given``.
+    frame : (m, m) array of float or None
+        Stiffness of a frame that resists the position beside the ground; `r` has its forces, too.
     """
 
     motions: ndarray
     fixed: ndarray
     balance: ndarray
     given: ndarray
+    frame: ndarray | None = None
 
     @classmethod
     def forces(cls, given: ndarray) -> "Constraints":
@@ -190,6 +193,11 @@ class Constraints:
             block_diag(*(part.balance for part in parts)),
             np.concatenate([part.given for part in parts]),
         )
+
+    @property
+    def of_forces(self) -> bool:
+        """Whether forces are imposed on all components of the position, and nothing else."""
+        return len(self.given) == len(self.fixed) and self.frame is None
 
     @property
     def conjugate(self) -> bool:

@@ -127,7 +127,7 @@ class ManyLoads:
     @computed_once
     def _loaded(self) -> ndarray:
         """The cases in which forces and moments are imposed, and nothing else; mask."""
-        return np.array([len(c.given) == len(c.fixed) for c in self.constraints], dtype=bool)
+        return np.array([c.of_forces for c in self.constraints], dtype=bool)
 
     @computed_once
     def _given(self) -> ndarray:

@@ -151,7 +151,6 @@ class Work:
         self,
         constraints: Constraints,
         contact: Contact,
-        frame: ndarray | None = None,
         on_line: Callable[[], Compliances | None] | None = None,
     ) -> ndarray | None:
         """Positions under a load with contact on some cells.
@@ -162,8 +161,6 @@ class Work:
             What is imposed.
         contact : Contact
             What was found.
-        frame : (m, m) array of float, optional
-            Forces that a frame takes from the loads by the position.
         on_line : callable, optional
             Gives what `along_line` has, if that serves others too.
 
@@ -174,19 +171,37 @@ class Work:
             None on fewer than a dozen cells, or where only products with a matrix are known and
             contact is not full.
         """
+        position = partial(self.position, constraints)
+        compliances = self._by_forces(contact, position, on_line)
+        if compliances is None:
+            return None
+        return np.array([position(compliance) / self.unit for compliance in compliances])
+
+    def forces(self, constraints: Constraints, contact: Contact) -> ndarray | None:
+        """Forces on the ground in the closest of `positions`, by motions, shape (m,)."""
+        position = partial(self.position, constraints)
+        compliances = self._by_forces(contact, position, None)
+        if compliances is None:
+            return None
+        return self.unit * np.linalg.solve(compliances[0], position(compliances[0]))
+
+    def _by_forces(
+        self,
+        contact: Contact,
+        position: Position,
+        on_line: Callable[[], Compliances | None] | None,
+    ) -> Compliances | None:
+        """Motions of unit size by forces on them, as `positions` has them."""
         touching = contact.touching
         if touching.sum() < min(DOZEN, len(touching)):
             return None
-        position = partial(self.position, constraints, frame)
         if touching.all() and contact.flat is None:
-            compliances = self._in_full_contact
-        elif (lined := on_line() if on_line else self.along_line(contact, position)) is not None:
-            compliances = lined
-        elif (pressures := self._pressures(contact)) is not None:
-            compliances = self._compliances(pressures, touching, contact.flat)
-        else:
-            return None
-        return np.array([position(compliance) / self.unit for compliance in compliances])
+            return self._in_full_contact
+        lined = on_line() if on_line else self.along_line(contact, position)
+        if lined is not None:
+            return lined
+        pressures = self._pressures(contact)
+        return None if pressures is None else self._compliances(pressures, touching, contact.flat)
 
     def along_line(self, contact: Contact, position: Position) -> Compliances | None:
         """Motions of unit size by forces on them if pressures end along lines: see `on_each`."""
@@ -195,15 +210,13 @@ class Work:
         footprints = [part.footprint for part in self.parts]
         return on_each(self, [contact], [position], regions_of(footprints, self.own, [contact]))[0]
 
-    def position(
-        self, constraints: Constraints, frame: ndarray | None, compliance: ndarray
-    ) -> ndarray:
+    def position(self, constraints: Constraints, compliance: ndarray) -> ndarray:
         """Motions of unit size under the load, (m,), by what forces on them do."""
         unit, stiffness = self.unit, np.linalg.inv(compliance)
         motions, fixed = unit[:, None] * constraints.motions, unit * constraints.fixed
         balance = constraints.balance * unit
-        if frame is not None:
-            stiffness = stiffness + frame / np.outer(unit, unit)
+        if constraints.frame is not None:
+            stiffness = stiffness + constraints.frame / np.outer(unit, unit)
         given = constraints.given - balance @ stiffness @ fixed
         y = np.linalg.solve(balance @ stiffness @ motions, given)
         return fixed + motions @ y

@@ -8,16 +8,12 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..contact.by_work import Member
-from ..contact.load import Constraints, Load
+from ..contact.load import Load
 from ..contact.pressed import Pressed
 from ..contact.problem import Contact
-from ..elements.balance import can_balance
 from ..kernels.once import computed_once
 from .elastic_solution import ElasticSolution
 from .punch_solution import PunchSolution
-
-#: cells in contact that lie so wide, over how long they lie, are in a line
-LINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +64,7 @@ class PunchesSolution:
         first = [self[body[0]] for body in self.punches.bodies]
         if self.punches.stiffness is None:
             return np.zeros((len(first), 3))
-        positions = np.array([[s.collocated_settlement, *s.collocated_tilt] for s in first])
+        positions = np.array([s.positions[0] for s in first])
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
     def displacement(self, x: ArrayLike) -> ndarray:
@@ -116,21 +112,10 @@ class GroupAnswer:
 
     @computed_once
     def positions(self) -> ndarray | None:
-        """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies).
-
-        None beside a body in the air, or on cells in a line, which carry no moments."""
-        group, own = self.group, zip(self.group.punches, self.group.slices, strict=True)
-        under = [(p.collocation_points, self.contact.touching[cells]) for p, cells in own]
-        for body in group.bodies:
-            x, touching = (np.hstack([under[i][k] for i in body]) for k in (0, 1))
-            if not can_balance(x, touching, LINE):
-                return None
-        constraints = [
-            load.constraints(group.punches[body[0]].origin - centre)
-            for load, body, centre in zip(self.loads, group.bodies, group.centres, strict=True)
-        ]
-        everything = Constraints.together(constraints)
-        return group.work.positions(everything, self.contact, group.stiffness)
+        """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies)."""
+        if not self.group.works(self.contact):
+            return None
+        return self.group.work.positions(self.group.imposed(self.loads), self.contact)
 
 
 def answers_of(

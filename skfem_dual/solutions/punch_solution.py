@@ -146,7 +146,8 @@ class PunchSolution(CellPressures):
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
         do not take part, and where the punch lifts off pressures end along the line of contact,
         not with the cells as those of the solution, see `LineWork`. Of others, and beside
-        structures that bend, that of collocation. What is imposed is kept.
+        structures that bend, that of collocation. What is imposed is kept, and pressures are then
+        those under the load that moves the punch there.
         """
         return float(self.positions[0, 0])
 
@@ -162,10 +163,8 @@ class PunchSolution(CellPressures):
     def positions(self) -> ndarray:
         """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
-        # that of a body under a frame stands in its load, and is not imposed
-        imposed = not (self.others or self.load.settlement is None or self.load.tilt is None)
         found = None
-        if self.member is not None and self.success and not imposed:
+        if self.member is not None and self.success:
             found = self.member.positions
         if found is None:
             found = np.array([collocated, collocated])
