@@ -145,13 +145,12 @@ def pressure_moments(partition: Partition, weights: EdgeWeights | None, degree: 
 
 def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:
     """As `polygon_moments`, of the loads on the cells of ``pieces`` about points (2, n)."""
-    begin, end = pieces.first[0], pieces.last[-1]
+    begin, end = pieces.first.min(), pieces.last.max()
     offsets = pieces.offsets[begin : end + 1]
-    cell = np.repeat(np.arange(len(pieces.first)), pieces.last - pieces.first)
-    indices = np.arange(offsets[0], offsets[-1])
-    outline = pieces.vertices, indices, offsets - offsets[0]
-    moments = moments_about(*outline, centres[:, cell], degree) * pieces.density[begin:end]
-    return np.add.reduceat(moments, pieces.first - begin, axis=2)
+    vertices = pieces.vertices[:, offsets[0] : offsets[-1]]
+    outline = vertices, np.arange(vertices.shape[1]), offsets - offsets[0]
+    own = pieces.density[begin:end], pieces.first - begin, pieces.last - begin
+    return moments_about(*outline, *own, centres, degree)
 
 
 def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:

@@ -198,14 +198,15 @@ def _remainder(
     pieces = Pieces.from_partition(partition, weights)
     around = partition.centroids if weights is None else weights.centroids
     radius = partition.polygons.radii[cells]
-    moments = load_moments(pieces, around, DEGREE + 2)[..., cells]
+    around = around.take(cells, axis=1)
     first, last = inputs(pieces.first[cells], pieces.last[cells])
     own = pieces._replace(first=first, last=last)
+    moments = load_moments(own, around, DEGREE + 2)
     young = substrate.surface.young
     reach = _reach(substrate.singular_coefficient * young, table, moments, radius, rtol)
     (least,) = inputs(np.maximum(reach, radius + table.nearest) ** 2)
     return Remainder(
-        RadialSeries.from_moments(around[:, cells], moments, table.coarse, table.nearest**2),
+        RadialSeries.from_moments(around, moments, table.coarse, table.nearest**2),
         AlongRibs.from_table(table, own, FEWER if rtol >= 1e-6 else POINTS),
         least,
         1 / young,
