@@ -6,6 +6,7 @@ from plans import disc, rectangle, sin_graded
 from skfem import MeshTri
 
 from skfem_dual import (
+    ConvergenceWarning,
     DualMesh,
     GradedHalfSpace,
     HalfSpace,
@@ -361,6 +362,30 @@ def test_positions_found_under_loads_impose_these(at):
             assert t.positions[0] == pytest.approx(s.positions[0], abs=1e-6)
             if at[0] < 0.4:
                 assert t.resultant == pytest.approx(s.resultant, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["auto", "cg"])
+def test_reactions_beside_imposed_settlements_are_found_in_groups(method):
+    """Of two bodies of three: the forces are those under which the settlements were found."""
+    group = RigidPunches(
+        [punch(disc(2).translated((x, 0.0)), origin=(x, 0.0)) for x in (-2.5, 0.0, 2.5)]
+    )
+    at = [(0.3, 0.1), (0.1, -0.4), (-0.2, 0.3)]
+    found = group.solve([Load(force=f, at=a) for f, a in zip((1.0, 2.0, 1.5), at)])
+    pushed = [Load(settlement=s.settlement, at=a) for s, a in zip(found.solutions, at)]
+    again = group.solve([pushed[0], Load(force=2.0, at=at[1]), pushed[2]], method=method)
+    assert again.success
+    for s, t in zip(found.solutions, again.solutions, strict=True):
+        assert t.resultant == pytest.approx(s.resultant, abs=1e-6)
+        assert t.settlement == pytest.approx(s.settlement, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["auto", "cg"])
+def test_settlements_that_no_force_causes_are_told(method):
+    """The neighbour settles it farther, and does not pull."""
+    load = [Load(force=5.0), Load(settlement=0.1, at=(0.3, 0.2))]
+    with pytest.warns(ConvergenceWarning, match="no force was found"):
+        assert not pair(2.2).solve(load, method=method).success
 
 
 def test_frame_stays_where_lines_of_contact_have_their_law():

@@ -48,35 +48,43 @@ def by_force(
     Parameters
     ----------
     constraints : Constraints
-        Of one body: m - 1 free motions.
+        Of one body or more; the force on the first is found that is not where its reaction acts,
+        and ``solve`` is left with those on others.
     stiffness : (m, m) array of float
         Resultants by unit components of the position, all cells in contact.
     height : float
         About how far the body is pressed.
     solve : callable
-        Contact and position for constraints that give all resultants.
+        Contact and position for constraints that give all resultants of that body.
     rtol : float
         Accuracy of the component.
 
     Returns
     -------
     Contact, position
-        None if no force leads there, or there is more than one body.
+        None if no force leads there.
     """
-    along, across = null_space(constraints.balance), null_space(constraints.motions.T)
-    m = len(constraints.fixed)
-    if along.shape[1] != 1 or across.shape[1] != 1 or height == 0:
+    own = _elsewhere(constraints)
+    if own is None or height == 0:
         return None
-    along, across = along[:, 0], across[:, 0]
-    along = along * np.sign(along @ stiffness[:, 0])
-    first = lstsq(constraints.balance, constraints.given)[0]
+    rows, columns = own
+    motions, balance = constraints.motions[rows, columns], constraints.balance[columns, rows]
+    along, across = null_space(balance), null_space(motions.T)
+    if along.shape[1] != 1 or across.shape[1] != 1:
+        return None
+    stiffness = stiffness[rows, rows]
+    along = along[:, 0] * np.sign(along[:, 0] @ stiffness[:, 0])
+    across = across[:, 0]
+    first = lstsq(balance, constraints.given[columns])[0]
     answers: dict[float, tuple[Contact, ndarray, float]] = {}
 
     def missed(force: float) -> float:
         """How far the component is off; NaN if there is no answer."""
-        given = first + force * along
-        contact, position = solve(Constraints(np.eye(m), np.zeros(m), np.eye(m), given))
-        off = float(across @ (position - constraints.fixed))
+        if force in answers:  # from other pressures to begin with it might have another sign
+            contact, _, off = answers[force]
+            return off if contact.success else np.nan
+        contact, position = solve(_loaded(constraints, own, first + force * along))
+        off = float(across @ (position - constraints.fixed)[rows])
         answers[force] = contact, position, off
         return off if contact.success else np.nan
 
@@ -87,8 +95,36 @@ def by_force(
     contact, position, off = min(answers.values(), key=lambda answer: abs(answer[2]))
     if not contact.success or not np.isfinite(force):
         return None
-    position = position - off * across
+    position = position.copy()
+    position[rows] -= off * across
     return contact, position
+
+
+def _elsewhere(constraints: Constraints) -> tuple[slice, slice] | None:
+    """Components of the first body whose reaction does not act where its position is imposed, and
+    its conditions, which follow each other; None if there is none."""
+    motions, balance = constraints.motions, constraints.balance
+    for begin in range(0, len(motions), 3):
+        rows = slice(begin, begin + 3)
+        some = np.nonzero(motions[rows].any(axis=0) | balance[:, rows].any(axis=1))[0]
+        columns = slice(some.min(initial=len(balance)), some.max(initial=-1) + 1)
+        if not np.array_equal(motions[rows, columns], balance[columns, rows].T):
+            return rows, columns
+    return None
+
+
+def _loaded(constraints: Constraints, own: tuple[slice, slice], forces: ndarray) -> Constraints:
+    """The same with forces on the components of a body and no other conditions on it."""
+    rows, columns = own
+    unit = np.eye(len(constraints.fixed))
+    fixed = constraints.fixed.copy()
+    fixed[rows] = 0.0
+    return Constraints(
+        np.hstack([np.delete(constraints.motions, columns, axis=1), unit[:, rows]]),
+        fixed,
+        np.vstack([np.delete(constraints.balance, columns, axis=0), unit[rows]]),
+        np.append(np.delete(constraints.given, columns), forces),
+    )
 
 
 def _bracket(missed: Callable[[float], float], guess: float) -> tuple[float, float] | None:

@@ -285,6 +285,8 @@ class ContactSystem:
             other = other or apart(problem)
             if other is None and constraints.conjugate and method != "active-set":
                 other = self._from_all(problem, gap_rtol)
+            if not (constraints.conjugate or (contact and contact.success)):
+                contact = None
             contact = other or contact or Contact.nowhere(problem, message=UNANSWERED)
         return contact, constraints.fixed + self.scaled(constraints)[0] @ contact.motion
 
