@@ -28,15 +28,13 @@ from .loaded_cells import ExactRows
 from .one_sign import solved
 from .pressed import on_line
 from .problem import Contact
-from .system import ContactSystem
+from .system import DENSE, ContactSystem
 from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
 #: solutions more where cells beyond the line press, as on rough shapes
 STRAYS = 3
-#: up to so many cells it is cheap to solve between those in contact again
-MOST = 3000
 
 #: contact and positions by a system, from pressures; and whether they obey its equations and
 #: exact rows of its matrix
@@ -50,7 +48,7 @@ def with_line_law(
     """Contact and position of shaped rigid punches with the law of the line of contact.
 
     They are those found by cells where contact covers the plans or fewer than 60 cells, or is as
-    thin as on rough shapes, where the cells have another law or no matrix of up to 3000 of them,
+    thin as on rough shapes, where the cells have another law or no matrix of up to 4000 of them,
     and where no contact on such lines is found: ``lines`` of the contact tell. What is found and
     does not obey the equations has no success.
 
@@ -65,7 +63,7 @@ def with_line_law(
     """
     contact = found[0]
     known = isinstance(problem.operator, (np.ndarray, SymmetricMatrix))
-    small = known and len(problem.cells) <= MOST
+    small = known and len(problem.cells) <= DENSE
     if not (small and contact.success and problem.system.gap.any()):
         return found
     pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
