@@ -30,9 +30,9 @@ from .frame import FramedSystem
 COARSE = 1e-3
 #: cells that lie so wide, over how long they lie, are in a line
 LINE = 1e-6
-#: forces that keep positions change by a hundredth or less each time they are found; by so little
-#: they no longer do, and so often they are found at most
-ROUNDING, PASSES = 1e-12, 8
+#: forces that keep positions imposed are found so often at most, and not again once they change
+#: by so little: by a hundredth or less each time
+PASSES, CLOSE = 6, 1e-6
 
 
 class RigidBodies(ABC):
@@ -151,19 +151,18 @@ class RigidBodies(ABC):
         load has the pressures of that load."""
         if constraints.of_forces:
             return found
-        acting = np.zeros(len(constraints.fixed))
+        (last, _), acting = found, np.zeros(len(constraints.fixed))
         for _ in range(PASSES):
-            contact, _ = found
-            forces = self.work.forces(constraints, contact) if self.works(contact) else None
-            if forces is None or not contact.success:
+            held = None
+            if last.success and self.works(last):
+                held = self.work.holding(constraints, last)
+            if held is None or np.abs(held[0] - acting).max() <= CLOSE * np.abs(held[0]).max():
                 break
-            if np.abs(forces - acting).max() <= ROUNDING * np.abs(forces).max():
-                break
-            start = None if contact.touching.all() else contact.pressure
-            loaded = self._collocated(Constraints.forces(forces), how, start)
-            if not loaded[0].success:
-                break
-            found, acting = loaded, forces
+            acting, compliances = held
+            start = None if last.touching.all() else last.pressure
+            last, position = self._collocated(Constraints.forces(acting), how, start)
+            if last.success:
+                found = replace(last, compliances=compliances), position
         return found
 
     def _collocated(

@@ -44,8 +44,10 @@ def has_law(work: Any, contact: Contact) -> bool:
     """Whether pressures that end along lines are looked for.
 
     Not where contact covers three quarters of each plan or fewer than 16 cells, or ends in thin
-    cells, nor where no matrix of up to 3000 cells is known.
+    cells, nor where no matrix of up to 3000 cells is known, or positions were imposed.
     """
+    if contact.compliances is not None:
+        return False
     touching, known = contact.touching, isinstance(work.problem.operator, _MATRICES)
     weighted = all(part.footprint.weights is not None for part in work.parts)
     if not (known and weighted and len(touching) <= MOST and touching.sum() >= FEWEST):

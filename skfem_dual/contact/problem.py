@@ -101,6 +101,9 @@ class Contact:
         empty if they do so under all.
     unit_pressures : (n, m) array of float, optional
         By unit motions of bodies with that contact, if they are known.
+    compliances : pair of (m, m) array of float, optional
+        Those that told the forces under which it was found, where these keep positions imposed:
+        see `Work.holding`.
     """
 
     pressure: ndarray
@@ -114,6 +117,7 @@ class Contact:
     flat: ndarray | None = None
     lines: tuple[LineWeights | None, ...] = ()
     unit_pressures: ndarray | None = None
+    compliances: tuple[ndarray, ndarray] | None = None
 
     def __post_init__(self) -> None:
         for name in ("pressure", "motion", "gap", "touching"):
@@ -137,8 +141,9 @@ class Contact:
         """The same under one of several bodies, by its cells and its number."""
         pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
         flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
-        part = replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat)
-        return replace(part, unit_pressures=None, lines=self.lines[number : number + 1])
+        lines = self.lines[number : number + 1]
+        part = replace(self, pressure=pressure, gap=gap, touching=touching, flat=flat, lines=lines)
+        return replace(part, unit_pressures=None, compliances=None)
 
     @property
     def pulling(self) -> float:

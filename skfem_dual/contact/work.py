@@ -177,13 +177,16 @@ class Work:
             return None
         return np.array([position(compliance) / self.unit for compliance in compliances])
 
-    def forces(self, constraints: Constraints, contact: Contact) -> ndarray | None:
-        """Forces on the ground in the closest of `positions`, by motions, shape (m,)."""
+    def holding(
+        self, constraints: Constraints, contact: Contact
+    ) -> tuple[ndarray, Compliances] | None:
+        """Forces on the ground in the closest of `positions`, by motions, shape (m,), and what
+        motions of unit size do by forces on them; None as there."""
         position = partial(self.position, constraints)
         compliances = self._by_forces(contact, position, None)
         if compliances is None:
             return None
-        return self.unit * np.linalg.solve(compliances[0], position(compliances[0]))
+        return self.unit * np.linalg.solve(compliances[0], position(compliances[0])), compliances
 
     def _by_forces(
         self,
@@ -193,6 +196,8 @@ class Work:
     ) -> Compliances | None:
         """Motions of unit size by forces on them, as `positions` has them."""
         touching = contact.touching
+        if contact.compliances is not None:
+            return contact.compliances
         if touching.sum() < min(DOZEN, len(touching)):
             return None
         if touching.all() and contact.flat is None:
