@@ -388,6 +388,11 @@ def test_settlements_that_no_force_causes_are_told(method):
         assert not pair(2.2).solve(load, method=method).success
 
 
+def test_under_a_frame_no_body_is_alone():
+    with pytest.raises(ValueError, match="without a frame"):
+        framed(np.zeros((6, 6))).interaction_factors(FRAMED)
+
+
 def test_frame_stays_where_lines_of_contact_have_their_law():
     """Two spheres, a spring k between their settlements: each bears its load less that of it."""
     k = 0.3

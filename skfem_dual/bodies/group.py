@@ -11,7 +11,7 @@ from skfem import MeshTri
 
 from ..arguments import checked_instance, checked_sequence
 from ..contact.footprint import Footprint
-from ..contact.load import Constraints, Load, load_of, require_vertical
+from ..contact.load import Constraints, Load, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.problem import Contact, warn_of
 from ..contact.system import ContactSystem
@@ -319,16 +319,7 @@ class RigidPunches(RigidBodies):
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads of all bodies impose; a ValueError where no pressures balance them."""
-        for number, (load, body) in enumerate(zip(loads, self.bodies, strict=True)):
-            called = "body " + "+".join(self.names[i] for i in body)
-            require_vertical(called, load)
-            if unilateral and self.stiffness is None:
-                members, alone = [self.punches[i] for i in body], len(self.bodies) == 1
-                own = self.centres[number], load, self._origins[number], alone
-                try:
-                    require_balance(members, *own)
-                except ValueError as error:
-                    raise ValueError(f"{called}: {error}") from None
+        require_balance(self, loads, self._origins, unilateral and self.stiffness is None)
         together = self.imposed(loads)
         if self.stiffness is not None:
             FramedSystem(self.system, together).require_balance(unilateral)
@@ -349,15 +340,9 @@ class RigidPunches(RigidBodies):
     def works(self, contact: Contact) -> bool:
         """Not of shaped punches, nor beside a body in the air or on cells in a line, which carry
         no moments."""
-        if any(punch.gap is not None for punch in self.punches):
-            return False
-        own = zip(self.punches, self.slices, strict=True)
-        under = [(p.collocation_points, contact.touching[cells]) for p, cells in own]
-        for body in self.bodies:
-            x, touching = (np.hstack([under[i][k] for i in body]) for k in (0, 1))
-            if not resist(x, touching):
-                return False
-        return True
+        x, settled = self.cells.collocation_points, self.system.planes[::3]
+        flat = all(punch.gap is None for punch in self.punches)
+        return flat and all(resist(x, contact.touching & (own != 0)) for own in settled)
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
@@ -404,7 +389,17 @@ class RigidPunches(RigidBodies):
         -------
         (nbodies,) array of float
             At least 1 for forces without moments.
+
+        Raises
+        ------
+        ValueError
+            Under a frame, which takes a part of the loads to the other bodies.
         """
+        if self.stiffness is not None:
+            raise ValueError(
+                "expected punches without a frame, which leaves none of them alone. Remedy: "
+                "RigidPunches without stiffness="
+            )
         together = self.solve(loads, **options)
         factors = []
         for body, load in zip(self.bodies, loads, strict=True):

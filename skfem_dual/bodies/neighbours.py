@@ -10,7 +10,7 @@ from skfem import CellBasis, ElementTriP0, MeshTri
 
 from ..arguments import checked_choice, checked_integer, checked_sequence, checked_text
 from ..contact.footprint import hulls
-from ..contact.load import Load, require_compression
+from ..contact.load import Load, require_compression, require_vertical
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
@@ -182,15 +182,27 @@ def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, .
 
 
 def require_balance(
-    members: Sequence[RigidPunch], centre: ndarray, load: Load, origin: ndarray, alone: bool
+    group: Any, loads: Sequence[Load], origins: Sequence[ndarray], unilateral: bool
 ) -> None:
-    """Refuse a load of a body that no pressures can balance.
+    """Refuse loads of the bodies of a group that are not vertical or, on ground that does not
+    pull, that no pressures can balance.
 
-    ``members`` are its punches, ``centre`` the point from which its ``origin`` is seen,
-    ``alone`` whether there is no other body.
+    ``origins`` are those of the bodies, from the points to which their positions refer.
     """
-    if load.force == 0 and not alone:
-        raise ValueError("expected a positive force. Remedy: leave out bodies without a load")
-    flat = all(punch.gap is None for punch in members)
-    around = hulls([punch.footprint for punch in members], centre)
-    require_compression(load, origin, around, flat)
+    for body, load, centre, origin in zip(
+        group.bodies, loads, group.centres, origins, strict=True
+    ):
+        called = "body " + "+".join(group.names[i] for i in body)
+        require_vertical(called, load)
+        if not unilateral:
+            continue
+        if load.force == 0 and len(group.bodies) > 1:
+            raise ValueError(
+                f"{called}: expected a positive force. Remedy: leave out bodies without a load"
+            )
+        members = [group.punches[i] for i in body]
+        around = hulls([punch.footprint for punch in members], centre)
+        try:
+            require_compression(load, origin, around, all(p.gap is None for p in members))
+        except ValueError as error:
+            raise ValueError(f"{called}: {error}") from None
