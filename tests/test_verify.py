@@ -118,6 +118,19 @@ def test_settlements_of_the_wrong_sign_are_no_success():
     assert solution.settlement < 0
 
 
+def test_where_layers_hardly_settle_operators_need_not_be_closer_than_elsewhere():
+    """Lifted off a bonded layer: a corner far from the pressures settles by 1e-10 of the largest
+    settlement, which the operator's tolerance is about."""
+    ground = LayeredHalfSpace([Layer(0.15, 1.0, 0.25)], "bonded")
+    basis = DualMesh.from_mesh(generate.rectangle(2.0, 2.0, n=300)).basis()
+    exact, fast = (
+        RigidPunch(ground, basis, rtol=rtol).solve(1.0, (0.5, 0.3)) for rtol in (0, 1e-6)
+    )
+    assert fast.success
+    assert len(fast.contact) < len(fast.pressure)
+    assert fast.settlement == pytest.approx(exact.settlement, rel=1e-5)
+
+
 def test_tilts_beyond_the_accuracy_of_numbers():
     of = punch()
     for unilateral in (True, False):
