@@ -6,6 +6,7 @@ from plans import disc, sin_graded
 from skfem import MeshTri
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual.grids import generate
 from skfem_dual.operators import iterative
 from skfem_dual.operators.influence_operator import InfluenceOperator
 from skfem_dual.operators.iterative import solve_many
@@ -72,6 +73,17 @@ def test_iterations_hardly_depend_on_the_mesh():
         assert np.linalg.norm(operator @ found.solution - one) <= 1.2e-6 * np.linalg.norm(one)
         counts.append(found.iterations[0])
     assert max(counts) <= 6
+
+
+@pytest.mark.parametrize("hardness", [4.0, 10.0, 60.0])
+def test_stiff_crusts_take_few_iterations(hardness):
+    """Beyond the near field cells act through the ground below, not as the crust alone would."""
+    ground = LayeredHalfSpace([Layer(0.2, hardness, 0.25)], HalfSpace(1.0, 0.25))
+    basis = DualMesh.from_mesh(generate.disc(n=4200)).basis()
+    operator = InfluenceOperator(ground, basis, 1e-6, "fast")
+    found = solve_many(operator, planes(basis)[:, :1])
+    assert found.success
+    assert found.iterations[0] <= 10
 
 
 def test_preconditioner_is_an_approximate_inverse():

@@ -30,6 +30,12 @@ COARSEST = 1e-2
 MOST = 1000
 #: condition number of a stiffness from which on some motion meets no resistance
 FREE = 1e13
+#: why conjugate gradients end before contact is found
+FEW = "so few cells are in contact that the load alone tells their pressures"
+STUCK = (
+    "no pressures beside those found do less work on the gaps; likely cause: layers thinner than "
+    "the cells, or a tolerance of the operator that is too coarse"
+)
 #: cells in contact from which on iterations between them are sooner than a factorisation
 SOONER = 800
 
@@ -202,8 +208,13 @@ def conjugate_gradients(
                 return Contact(force / areas, motion, gap, contact, history=tuple(history))
             before = forces.descent(gap, contact, before)
             if before.decrease == 0:
-                message = "so few cells are in contact that the load alone tells their pressures"
-                break
+                few = contact.sum() <= len(motion)
+                if few or forces.problem.inverse is None:
+                    message = FEW if few else STUCK
+                    break
+                # the inverse leads nowhere: on without it, more slowly
+                forces, before = CellForces.from_problem(replace(problem, inverse=None)), None
+                continue
             product = forces.settlement(before.direction)
             size = (gap @ before.direction) / (before.direction @ product)
             trial = force - size * before.direction

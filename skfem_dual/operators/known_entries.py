@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy import ndarray
 
+from ..ground.hankel import SquareTable, square_value
 from ..kernels.compiled import inputs, vectorised
 from .fmm.near_entries import Rows, Runs, charge_at
 from .fmm.summation import FastSummation
@@ -28,6 +29,12 @@ class KnownEntries(NamedTuple):
         What unit pressures on cells leave at unit distance.
     unit : float
         That of a circle of unit radius.
+    areas : (n,) array of float
+        Those of the cells, times what follows.
+    omega : SquareTable
+        The part of the influence function that is not c / r, no panels without one.
+    smallest : float
+        Square of the smallest distance of this table.
     """
 
     point: ndarray
@@ -39,6 +46,9 @@ class KnownEntries(NamedTuple):
     centroids: ndarray
     charges: ndarray
     unit: float
+    areas: ndarray
+    omega: SquareTable
+    smallest: float
 
     @classmethod
     def from_summation(
@@ -51,26 +61,29 @@ class KnownEntries(NamedTuple):
         rows = fast.p2p.runs.rows
         order = np.argsort(rows[0])
         block = np.repeat(order, (rows[1] - rows[0])[order])  # all points are in one
-        partition = operator.partition
-        unit = np.pi * operator.substrate.singular_coefficient
-        charges = unit / np.pi * partition.areas
+        partition, ground = operator.partition, operator.substrate
+        unit, areas = np.pi * ground.singular_coefficient, partition.areas[cells]
+        omega, smallest = SquareTable(np.empty((0, 1)), 0), 0.0
+        if (table := ground.remainder) is not None:
+            omega, smallest = table.squares[0], table.nearest**2
         point, cell, block = inputs(rank[0, cells], rank[1, cells], block)
-        x, centroids, charges = inputs(
-            operator.x[:, cells], partition.centroids[:, cells], charges[cells]
-        )
-        return cls(point, cell, block, fast.p2p.runs, fast.p2p.rows, x, centroids, charges, unit)
+        x, centroids = inputs(operator.x[:, cells], partition.centroids[:, cells])
+        charges, areas = inputs(unit / np.pi * areas, areas / ground.surface.young)
+        kept = fast.p2p.runs, fast.p2p.rows, x, centroids, charges, unit, areas
+        return cls(point, cell, block, *kept, omega, smallest)
 
 
 @vectorised
 def look_up(starts, items, known, stamp, place, out):
     """Square blocks with the rows and columns of some items, from `KnownEntries`; entries that are
-    not known as if charges were in the centroids.
+    not known as if the pressures were in the centroids.
 
     ``stamp`` and ``place``, of n integers each, zero at first, are for temporary use: cells that
     act on a block of rows have one more than its number, and their place among them.
     """
     point, cell, block, kept = known.point, known.cell, known.block, known.rows
     x, centroids, charges = known.x, known.centroids, known.charges
+    areas, (omega, panel), smallest = known.areas, known.omega, known.smallest
     rows, begin, near_cells, offsets = known.runs
     first, unit = rows[0], known.unit
     at, last, width = 0, -1, 0
@@ -95,6 +108,9 @@ def look_up(starts, items, known, stamp, place, out):
                     out[at] = 0.0
                     if not near or kept.charge > 0.0:
                         out[at] = charge_at(dx, dy, charges[j] / unit, unit)
+                    if not near and omega.shape[0] > 0:
+                        r2 = max(dx * dx + dy * dy, smallest)
+                        out[at] += areas[j] * square_value(omega, panel, r2)
                     if near:
                         out[at] += kept.units[row] * kept.values[base + place[other]]
                 at += 1
