@@ -70,6 +70,7 @@ LAYERS = [
         "ground.hankel",
         "ground.shear",
         "ground.stratified",
+        "ground.seen",
         "ground.rigid_disc",
         "ground.graded",
         "ground.layered",

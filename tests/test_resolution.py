@@ -16,6 +16,7 @@ from skfem_dual import (
     MeshError,
     ResolutionWarning,
     RigidPunch,
+    RigidPunches,
 )
 from skfem_dual.elements.resolution import coarseness, too_coarse
 from skfem_dual.grids.generate import disc
@@ -108,6 +109,32 @@ def test_warned_of_soft_layers_far_thinner_than_cells(poisson, thickness):
     assert warned == (error > 0.02)
     constant = RigidPunch(ground, COARSE, edge="constant").solve(1.0)
     assert constant.settlement == pytest.approx(spring, rel=0.01)
+
+
+@pytest.mark.parametrize("hardness", [0.05, 0.5, 6.0, 100.0])
+def test_skins_without_effect_have_none(hardness):
+    """By their springs and their bending settlements change by 3e-4 at most; on both grids, by a
+    fast summation, where the punch lifts off, and beside another one."""
+    below = HalfSpace(1.0, 0.3)
+    ground = LayeredHalfSpace([Layer(1e-5, hardness, 0.3)], below)
+    dual = DualMesh.from_mesh(disc(n=150))
+    for basis, options in ((dual.basis(), {}), (dual.primal_basis(), {"rtol": 1e-6})):
+        for at in ((0.0, 0.0), (0.5, 0.1)):
+            found, bare = (
+                RigidPunch(soil, basis, **options).solve(1.0, at) for soil in (ground, below)
+            )
+            assert found.success
+            assert found.settlement == pytest.approx(bare.settlement, rel=5e-4)
+            assert found.tilt == pytest.approx(bare.tilt, abs=2e-3 * bare.settlement)
+    other = DualMesh.from_mesh(disc(n=60).translated((2.5, 0.0))).basis()
+    both, bare = (
+        RigidPunches([RigidPunch(soil, dual.basis()), RigidPunch(soil, other, origin=(2.5, 0.0))])
+        .solve([{"force": 1.0}, {"force": 1.0}])
+        .solutions
+        for soil in (ground, below)
+    )
+    for s, t in zip(both, bare, strict=True):
+        assert s.settlement == pytest.approx(t.settlement, rel=5e-4)
 
 
 def test_the_remedy_helps():

@@ -65,7 +65,7 @@ class RigidBodies(ABC):
     def sloping(self) -> tuple[SlopeCorrection, ...]:
         """What slopes inside the cells of each punch, smooth ones if they have none of their own,
         add to the settlements of all collocation points."""
-        ground, x = self.cells.substrate, self.cells.collocation_points
+        ground, x = self.cells.ground, self.cells.collocation_points
         slopes = [cells.slopes or cells.smooth for cells in self.footprints]
         return tuple(SlopeCorrection.from_slopes(own, ground, x) for own in slopes)
 

@@ -80,7 +80,7 @@ def on_each(
     own = {i: each.sectors() for i, each in drawn.items()}
     cells, begin = work.problem.cells, 0
     entries = cells.entries(np.hstack([some.x for some in own.values()]))
-    rows = influence_matrix(cells.substrate, cells.partition, entries.x, cells.weights)
+    rows = influence_matrix(cells.ground, cells.partition, entries.x, cells.weights)
     entries.correction.add_to(rows)
     whole = work.at_sectors.rows @ np.hstack([each.others for each in drawn.values()])
     wholes = np.split(whole, len(drawn), axis=1)
@@ -139,7 +139,7 @@ def regions_of(
 
 def regions_under(cells: Footprint, pressure: ndarray, gap: ndarray) -> list[ContactRegion]:
     """Where one punch touches the ground, in k cases; pressures and gaps (k, n)."""
-    return cells.triangles.fitted_each(pressure, gap, cells.substrate.surface.contact_modulus)
+    return cells.triangles.fitted_each(pressure, gap, cells.contact_modulus)
 
 
 def _without(cells: Footprint, touching: ndarray) -> bool:

@@ -10,6 +10,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.cellwise import nodal_mesh
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
+from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
 
 EdgeBoundaries = str | Sequence[str] | ndarray
@@ -34,7 +35,9 @@ def weights_of(
                 f"expected boundaries with facets on the edge of the plan, got {boundaries!r}. "
                 'Remedy: edge="constant" if there is no such edge'
             )
-    return EdgeWeights.from_basis(basis, partition, ribs, substrate)
+    # what a thin skin does to the law ends before the middle of a cell
+    seen = seen_by(substrate, partition.areas[partition.f2c[0, ribs]])
+    return EdgeWeights.from_basis(basis, partition, ribs, None if seen is not substrate else seen)
 
 
 def inner_share(partition: Partition, inside: ndarray) -> float:

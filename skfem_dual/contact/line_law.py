@@ -116,7 +116,7 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
         inside = pressure[own] > 0
         edge = None
         if fit and problem.system.gap[own].any() and _is_wide(cells.partition, inside):
-            modulus = cells.substrate.surface.contact_modulus
+            modulus = cells.contact_modulus
             edge = cells.triangles.fitted(pressure[own], gap[own], modulus).segments(1)
         if edge is None or edge.starts[-1] == 0:
             lines.append(None)

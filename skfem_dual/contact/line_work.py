@@ -120,7 +120,7 @@ class LineWork:
     def _by_crossed(self, x: ndarray, nlaws: int) -> Iterator[tuple[ndarray, ndarray]]:
         """What crossed cells under each punch settle points, see `CrossedCells`; their numbers."""
         for (cells, *_), own, found in self._parts:
-            yield found.influence(cells.substrate, x, nlaws), found.cells + own.start
+            yield found.influence(cells.ground, x, nlaws), found.cells + own.start
 
     @computed_once
     def laws(self) -> tuple[ndarray, ndarray]:

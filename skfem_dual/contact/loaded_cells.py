@@ -17,6 +17,7 @@ from ..elements.slope_correction import SlopeCorrection
 from ..elements.slopes import Slopes
 from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround
+from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..operators.entries import ALIKE, EXACT, LARGE, SAMPLES, Entries, some_rows
@@ -73,9 +74,24 @@ class LoadedCells:
         """Whether their matrix is a small one."""
         return len(self) <= DENSE
 
+    @computed_once
+    def ground(self) -> Substrate:
+        """The ground as cells see it in which pressures vary by a law of the edge."""
+        if self.weights is None:
+            return self.substrate
+        edge = self.partition.f2c[0, self.weights.ribs]
+        return seen_by(self.substrate, self.partition.areas[edge])
+
+    @property
+    def contact_modulus(self) -> float:
+        """E / (1 - nu^2) of it."""
+        if self.ground is self.substrate:
+            return self.substrate.surface.contact_modulus
+        return 1 / (np.pi * self.ground.singular_coefficient)
+
     def entries(self, x: ndarray) -> Entries:
         """What unit pressures on the cells make of points of shape (2, m)."""
-        return Entries(self.substrate, self.partition, as_points(x), self.weights, self.slopes)
+        return Entries(self.ground, self.partition, as_points(x), self.weights, self.slopes)
 
     def influence(self, x: ndarray) -> ndarray:
         """Settlement of points of shape (2, m) under unit pressure on each cell, (m, n)."""
@@ -93,7 +109,7 @@ class LoadedCells:
 
     def slope_correction(self, x: ndarray) -> SlopeCorrection | None:
         """What its slopes inside the cells add."""
-        slopes, known = self.slopes, (self.substrate, as_points(x))
+        slopes, known = self.slopes, (self.ground, as_points(x))
         return None if slopes is None else SlopeCorrection.from_slopes(slopes, *known)
 
     def flattened(self, flat: ndarray) -> Self:
@@ -157,7 +173,7 @@ class LoadedCells:
     def fast_operator(self, x: ndarray, rtol: float) -> InfluenceOperator:
         """From the cells to points of shape (2, m), to a tolerance."""
         law = self.weights if self.slopes is None else self.slopes
-        return InfluenceOperator.from_partition(self.substrate, self.partition, x, law, rtol)
+        return InfluenceOperator.from_partition(self.ground, self.partition, x, law, rtol)
 
     def operator(self, rtol: float) -> ndarray | InfluenceOperator:
         """From the cells to their collocation points; a matrix where that is small and sooner.

@@ -1,7 +1,7 @@
 """Influence functions from their symbols: Hankel transforms, kept in tables over r."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, Self
 
@@ -66,8 +66,7 @@ class RadialTable:
         width = np.log(2) / PANELS
         start = np.log(NEAREST * least)
         panels = int(np.ceil((np.log(FARTHEST * greatest) - start) / width))
-        nodes = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
-        r = np.exp(start + width * (np.arange(panels)[:, None] + (nodes + 1) / 2))
+        nodes, r = _nodes(start, width, panels)
         omega = np.concatenate([waves.transform(panel) for panel in r])
         omega = (tail.add_transform(omega, r.ravel()) / (2 * np.pi)).reshape(r.shape)
         powers = np.linalg.solve(np.vander(nodes, increasing=True), omega.T).T
@@ -76,6 +75,14 @@ class RadialTable:
         # the last coefficients tell what a higher degree would add
         error = float(np.max(np.abs(powers[:, -1]) / 2**DEGREE * r[:, 0]))
         return cls(float(start), float(width), powers, over_r, error)
+
+    def with_pole(self, charge: float) -> Self:
+        """The same with ``charge / r`` more."""
+        nodes, r = _nodes(self.start, self.width, len(self.omega))
+        more = np.linalg.solve(np.vander(nodes, increasing=True), (charge / r).T).T
+        over_r = self.primitive_over_r.copy()
+        over_r[:, 0] += charge
+        return replace(self, omega=self.omega + more, primitive_over_r=over_r)
 
     @property
     def nearest(self) -> float:
@@ -210,6 +217,12 @@ def coarse_place(first, u):
     mantissa = np.int64((bits & ((1 << COARSE_SHIFT) - 1)) | ONE).view(np.float64)
     octave = np.int64(bits & EXPONENT).view(np.float64)
     return panel, (mantissa - 1.0) * (2 << COARSE) - 1.0, (2 << COARSE) / octave
+
+
+def _nodes(start: float, width: float, panels: int) -> tuple[ndarray, ndarray]:
+    """Chebyshev nodes in [-1, 1], and the distances there in each panel."""
+    nodes = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+    return nodes, np.exp(start + width * (np.arange(panels)[:, None] + (nodes + 1) / 2))
 
 
 def _primitive(

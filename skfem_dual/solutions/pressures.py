@@ -103,7 +103,7 @@ class CellPressures:
     @property
     def contact_modulus(self) -> float:
         """E* of the ground's surface, by which gaps beside the contact open."""
-        return self.footprint.substrate.surface.contact_modulus
+        return self.footprint.contact_modulus
 
     @property
     def contact_area(self) -> float:

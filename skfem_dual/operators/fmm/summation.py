@@ -305,7 +305,11 @@ def _laws(
     tolerance: float,
 ) -> list[tuple[Moments, Kernel, Factors]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
-    degree, singular = degree_of(chebyshev.order), substrate.surface.influence
+    degree, c = degree_of(chebyshev.order), substrate.singular_coefficient
+
+    def singular(r: ndarray) -> ndarray:
+        return c / r
+
     known = compressed(chebyshev.m2l(singular, 1.0), chebyshev.parities, tolerance)
     # it scales with the boxes
     laws: list[tuple[Moments, Kernel, Factors]] = [
