@@ -10,12 +10,12 @@ from plans import disc, perturbed, polar, rectangle
 from scipy.integrate import dblquad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
-from skfem_dual import DualMesh, Layer, LayeredHalfSpace
+from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
 from skfem_dual.elements.edge_weights import EdgeWeights, _mean_share, mean_weight
 from skfem_dual.elements.moments import load_moments, pressure_moments
 from skfem_dual.elements.pieces import Pieces
+from skfem_dual.grids import generate
 from skfem_dual.grids.fan import Fan
-from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.outline import distance_to_segments, edge_ribs
 from skfem_dual.grids.partition import Partition
 from skfem_dual.ground.rigid_disc import edge_law
@@ -277,7 +277,7 @@ def test_relative_weight():
 def test_site_coordinates_and_units_do_not_change_the_law(shift, scale):
     """Points of the edge are off it by rounding; triangles are as far as four sides of theirs."""
     square, hole = [(0, 0), (3, 0), (3, 3), (0, 3)], [(1, 1), (2, 1), (2, 2), (1, 2)]
-    mesh = polygon(square, holes=[hole], n=110)
+    mesh = generate.polygon(square, holes=[hole], n=110)
     bases = (DualMesh.from_mesh(m).basis() for m in (mesh, mesh.scaled(scale).translated(shift)))
     here, there = (
         EdgeWeights.from_basis(basis, basis.partition, edge_ribs(basis.partition))
@@ -285,3 +285,20 @@ def test_site_coordinates_and_units_do_not_change_the_law(shift, scale):
     )
     assert there.fan.t.shape == here.fan.t.shape
     assert there.moment / scale**3 == pytest.approx(here.moment, abs=1e-7)
+
+
+@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+def test_site_coordinates_leave_pressures_their_digits(grid):
+    """Differences of site coordinates are exact: only the vertices of cells are rounded, by 1e-9
+    of the plan."""
+    site, mesh = np.array([[5e5], [5.4e6]]), generate.rectangle(2.0, 1.0, n=600).scaled(0.3)
+    there = MeshTri(mesh.p + site, mesh.t)
+    here = MeshTri(there.p - site, mesh.t)
+    found, expected = (
+        RigidPunch(HalfSpace(1.0, 0.3), getattr(DualMesh.from_mesh(m), grid)(), origin=origin)
+        for m, origin in ((there, site[:, 0]), (here, (0.0, 0.0)))
+    )
+    assert found.matrix == pytest.approx(expected.matrix, rel=1e-6)
+    found, expected = (punch.solve(1.0, (0.02, 0.03)) for punch in (found, expected))
+    assert found.settlement == pytest.approx(expected.settlement, rel=1e-9)
+    assert found.pressure == pytest.approx(expected.pressure, rel=1e-6)

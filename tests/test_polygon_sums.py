@@ -25,10 +25,11 @@ def sums_over(corners, x, terms):
     """What `add_sides` makes of a polygon at one point."""
     sides, count = np.empty((corners.shape[1], KNOWN)), 0
     room = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
-    for a, b in zip(corners.T, np.roll(corners, -1, axis=1).T, strict=True):
-        count = put_side(sides, count, *a, *b, *inputs(terms), *MIDDLE, SIZE, room)
+    from_middle = corners - MIDDLE[:, None]
+    for a, b in zip(from_middle.T, np.roll(from_middle, -1, axis=1).T, strict=True):
+        count = put_side(sides, count, *a, *b, *inputs(terms), SIZE, room)
     sums = np.empty((4, LANES))
-    px, py = (np.full(STEP, c) for c in x)
+    px, py = (np.full(STEP, c) for c in x - MIDDLE)
     add_sides(px, py, sides, count, np.empty((6, len(sides) * LANES)), sums)
     assert (sums[:, :STEP] == sums[:, :1]).all()
     return sums[:, 0]

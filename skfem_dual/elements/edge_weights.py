@@ -290,7 +290,7 @@ class EdgeWeights:
     @computed_once
     def strips(self) -> Strips:
         """What weighted cells are cut into near by."""
-        return Strips.of(self.triangles, self.cells)
+        return Strips.of(self.triangles, self.partition.centroids, self.cells)
 
     @computed_once
     def moments(self) -> ndarray:

@@ -139,8 +139,9 @@ def _add_moments(triangles, centres, cells, out):
             rise = root[high] ** 2 - root[low] ** 2
             share = (root[between] ** 2 - root[low] ** 2) / rise if rise > 0.0 else 0.0
             bx, by = p[0, between] - cx, p[1, between] - cy
-            ox = p[0, low] + share * (p[0, high] - p[0, low]) - cx
-            oy = p[1, low] + share * (p[1, high] - p[1, low]) - cy
+            # the centre first: it is far off where the coordinates are those of a site
+            ox = (p[0, low] - cx) + share * (p[0, high] - p[0, low])
+            oy = (p[1, low] - cy) + share * (p[1, high] - p[1, low])
             for apex in (low, high):
                 corners = p[0, apex] - cx, p[1, apex] - cy, bx, by, ox, oy
                 _put_points(corners, root[apex], root[between], triangles, j, points, count)

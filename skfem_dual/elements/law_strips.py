@@ -37,7 +37,7 @@ class Strips(NamedTuple):
     starts : (k + 1,) array of int
         Where the segments of each begin; a steep one with none is cut when it is needed.
     segments : (m, ROWS) array of float
-        See `put_segment`.
+        See `put_segment`; in coordinates from the centroid of the cell.
     """
 
     steep: ndarray
@@ -45,8 +45,8 @@ class Strips(NamedTuple):
     segments: ndarray
 
     @classmethod
-    def of(cls, triangles: Triangles, cells: ndarray) -> Self:
-        """Of weighted cells cut into `STRIPS`."""
+    def of(cls, triangles: Triangles, centroids: ndarray, cells: ndarray) -> Self:
+        """Of weighted cells cut into `STRIPS`; ``centroids`` are those of all cells."""
         steep, starts = np.empty(len(cells), bool), np.zeros(len(cells) + 1, np.int64)
         sizes = np.diff(triangles.starts)[cells]
         _steep(triangles, *inputs(cells), STEEP, steep)
@@ -54,7 +54,7 @@ class Strips(NamedTuple):
         if 0 < steep.sum() <= KEPT:
             room = strips_room(STRIPS, int(sizes.max()))
             segments = np.empty((len(room[0]) * 3 * int(sizes[steep].sum()), ROWS))
-            _cut(triangles, *inputs(cells, steep), room, starts, segments)
+            _cut(triangles, *inputs(centroids, cells, steep), room, starts, segments)
         return cls(*inputs(steep, starts, segments[: starts[-1]]))
 
     def emptied(self) -> Self:
@@ -77,12 +77,14 @@ def _steep(triangles, cells, most, steep):
 
 
 @vectorised
-def _cut(triangles, cells, steep, room, starts, segments):
+def _cut(triangles, centroids, cells, steep, room, starts, segments):
     """Put the strips of steep cells one after the other."""
     for k in range(cells.shape[0]):
         starts[k + 1] = starts[k]
         if steep[k]:
-            count = strip_segments(triangles, cells[k], STRIPS, room)
+            j = cells[k]
+            middle = centroids[0, j], centroids[1, j]
+            count = strip_segments(triangles, j, middle, STRIPS, room)
             for i in range(count):
                 for row in range(ROWS):
                     segments[starts[k] + i, row] = room[1][row, i]
@@ -97,12 +99,12 @@ def strips_room(most, pieces):
 
 
 @compiled
-def kept_segments(kept, k, triangles, j, most, room):
+def kept_segments(kept, k, triangles, j, middle, most, room):
     """`strip_segments` of cell ``j``, the weighted one with the number ``k``, by those that are
     kept if they are."""
     begin, end = kept.starts[k], kept.starts[k + 1]
     if begin == end:
-        return strip_segments(triangles, j, most, room)
+        return strip_segments(triangles, j, middle, most, room)
     for row in range(ROWS):
         for i in range(end - begin):
             room[1][row, i] = kept.segments[begin + i, row]
@@ -110,8 +112,9 @@ def kept_segments(kept, k, triangles, j, most, room):
 
 
 @compiled
-def strip_segments(triangles, j, most, room):
-    """Sides of the strips of a cell, with ``w / mean(w) - 1`` on their left.
+def strip_segments(triangles, j, middle, most, room):
+    """Sides of the strips of a cell, with ``w / mean(w) - 1`` on their left, from its middle: at
+    corners strips are so narrow that they would not fit together in coordinates of a site.
 
     Puts them into the ``room`` of `strips_room` and returns their number.
     """
@@ -121,7 +124,7 @@ def strip_segments(triangles, j, most, room):
         for vertex in triangles.t[:, piece]:
             top = max(top, triangles.root[vertex])
     for piece in range(triangles.starts[j], triangles.starts[j + 1]):
-        strips, gx, gy, sign = cut_triangle(piece, triangles, j, most / top, levels)
+        strips, gx, gy, sign = cut_triangle(piece, triangles, j, middle, most / top, levels)
         begin, end, slope = 0.0, 0.0, 0.0  # of the strip before
         for k in range(strips + 1):
             ax, ay, bx, by = levels[k, :4]
@@ -140,7 +143,7 @@ def strip_segments(triangles, j, most, room):
 
 
 @compiled
-def cut_triangle(piece, triangles, j, most, levels):
+def cut_triangle(piece, triangles, j, middle, most, levels):
     """Cut a triangle of cell ``j`` into strips between levels of phi, ``most`` by its root.
 
     A level is a segment from the side between the lowest and the highest vertex to one of the
@@ -152,17 +155,20 @@ def cut_triangle(piece, triangles, j, most, levels):
     """
     v0, v1, v2, sign = by_distance(piece, triangles)
     p, root = triangles.p, triangles.root
+    x0, y0 = p[0, v0] - middle[0], p[1, v0] - middle[1]
+    x1, y1 = p[0, v1] - middle[0], p[1, v1] - middle[1]
+    x2, y2 = p[0, v2] - middle[0], p[1, v2] - middle[1]
+    corners = x0, y0, x1, y1, x2, y2
     s0, s1, s2 = root[v0], root[v1], root[v2]
     # where the law is constant, as out of contact, one is enough
     share = most * (s2 - s0)
     strips = max(FEWEST, int(np.ceil(share - ROUNDING))) if share > ROUNDING else 1
     # levels equidistant in the root, with the middle vertex among them
     lower, count = s0, 0
-    levels[0, 0], levels[0, 1] = p[0, v0], p[1, v0]
-    levels[0, 2], levels[0, 3] = p[0, v0], p[1, v0]
+    levels[0, 0], levels[0, 1], levels[0, 2], levels[0, 3] = x0, y0, x0, y0
     width, passed = 0.0, s1 * s1 == s0 * s0
     if passed:
-        levels[0, 2], levels[0, 3], width = p[0, v1], p[1, v1], 1.0
+        levels[0, 2], levels[0, 3], width = x1, y1, 1.0
     level = 1
     while level <= strips:
         upper = s0 + (s2 - s0) * level / strips if level < strips else s2
@@ -172,32 +178,30 @@ def cut_triangle(piece, triangles, j, most, levels):
                 level += 1
         else:
             level += 1
-        ax, ay, bx, by, width1 = _level(upper, p, v0, v1, v2, s0, s1, s2)
+        ax, ay, bx, by, width1 = _level(upper, corners, s0, s1, s2)
         _put_load(levels[count], lower, upper, width, width1, triangles, j)
         count += 1
         levels[count, 0], levels[count, 1] = ax, ay
         levels[count, 2], levels[count, 3] = bx, by
         lower, width = upper, width1
-    ax, ay = p[0, v1] - p[0, v0], p[1, v1] - p[1, v0]
-    bx, by = p[0, v2] - p[0, v0], p[1, v2] - p[1, v0]
+    ax, ay, bx, by = x1 - x0, y1 - y0, x2 - x0, y2 - y0
     twice, one, two = ax * by - ay * bx, s1 * s1 - s0 * s0, s2 * s2 - s0 * s0
     twice = np.inf if twice == 0.0 else twice  # without area
     return count, (one * by - two * ay) / twice, (two * ax - one * bx) / twice, sign
 
 
 @compiled
-def _level(root, p, v0, v1, v2, s0, s1, s2):
+def _level(root, corners, s0, s1, s2):
     """Ends of the segment of a triangle on which phi is ``root^2``, and its relative length."""
+    x0, y0, x1, y1, x2, y2 = corners
     phi, phi0, phi1, phi2 = root * root, s0 * s0, s1 * s1, s2 * s2
     a = (phi - phi0) / (phi2 - phi0) if phi2 > phi0 else 1.0
-    ax, ay = p[0, v0] + a * (p[0, v2] - p[0, v0]), p[1, v0] + a * (p[1, v2] - p[1, v0])
+    ax, ay = x0 + a * (x2 - x0), y0 + a * (y2 - y0)
     if phi <= phi1:
         b = (phi - phi0) / (phi1 - phi0) if phi1 > phi0 else 1.0
-        bx, by = p[0, v0] + b * (p[0, v1] - p[0, v0]), p[1, v0] + b * (p[1, v1] - p[1, v0])
-        return ax, ay, bx, by, b
+        return ax, ay, x0 + b * (x1 - x0), y0 + b * (y1 - y0), b
     b = (phi - phi1) / (phi2 - phi1)
-    bx, by = p[0, v1] + b * (p[0, v2] - p[0, v1]), p[1, v1] + b * (p[1, v2] - p[1, v1])
-    return ax, ay, bx, by, 1.0 - b
+    return ax, ay, x1 + b * (x2 - x1), y1 + b * (y2 - y1), 1.0 - b
 
 
 @compiled

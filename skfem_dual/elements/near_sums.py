@@ -115,7 +115,7 @@ class Law(NamedTuple):
                 np.empty((0, TERMS + LOWER_TERMS)), np.full(n, -1, np.int32)
             )
             none = Triangles.none(n)
-            kept = Strips.of(none, np.empty(0, np.int32))
+            kept = Strips.of(none, np.empty((2, 0)), np.empty(0, np.int32))
             return cls(none, polynomials, number, kept, strips, 0, sides)
         polynomials, number = inputs(weights.polynomials, weights.number)
         pieces = int(np.diff(weights.triangles.starts).max())
@@ -125,7 +125,11 @@ class Law(NamedTuple):
 
 @vectorised
 def _near_sums(first, last, pairs, law, outlines, circles, values, sums):
-    """``circles`` are centroids, roots of areas, and squares of radii in which strips serve."""
+    """``circles`` are centroids, roots of areas, and squares of radii in which strips serve.
+
+    Sides, strips and points are taken from the centroid of their cell: digits are not lost far
+    from the origin.
+    """
     centroids, size, beside = circles
     polynomials, number, triangles = law.polynomials, law.number, law.triangles
     room, uniform = strips_room(law.strips, law.pieces), np.empty(0)
@@ -147,7 +151,9 @@ def _near_sums(first, last, pairs, law, outlines, circles, values, sums):
                 terms = uniform if near or number[j] < 0 else polynomials[number[j]]
                 count = _sides(j, outlines, terms, middle, size[k], work, sides)
                 if near:
-                    segments = kept_segments(law.kept, number[j], triangles, j, law.strips, room)
+                    segments = kept_segments(
+                        law.kept, number[j], triangles, j, middle, law.strips, room
+                    )
             while width > 0:
                 full = -(-width // STEP) * STEP
                 add_sides(points[0, :full], points[1, :full], sides, count, logs, added)
@@ -164,13 +170,13 @@ def _near_sums(first, last, pairs, law, outlines, circles, values, sums):
 
 @compiled
 def _some(at, end, x, middle, limit, near, own, points):
-    """Numbers and places of some of the points in a circle, or outside of it; returns where to go
-    on and how many. The last is repeated up to a multiple of `STEP`."""
+    """Numbers and places, from the middle, of some of the points in a circle, or outside of it;
+    returns where to go on and how many. The last is repeated up to a multiple of `STEP`."""
     width = 0
     while at < end and width < LANES:
         dx, dy = x[0, at] - middle[0], x[1, at] - middle[1]
         if (dx * dx + dy * dy <= limit) == near:
-            own[width], points[0, width], points[1, width] = at, x[0, at], x[1, at]
+            own[width], points[0, width], points[1, width] = at, dx, dy
             width += 1
         at += 1
     for i in range(width, -(-width // STEP) * STEP):
@@ -180,13 +186,13 @@ def _some(at, end, x, middle, limit, near, own, points):
 
 @compiled
 def _sides(j, outlines, terms, middle, size, room, sides):
-    """Put the sides of a cell; returns how many."""
+    """Put the sides of a cell, from its middle; returns how many."""
     p, indices, offsets = outlines
     cx, cy = middle
     count, last = np.int64(0), indices[offsets[j + 1] - 1]
-    ax, ay = p[0, last], p[1, last]
+    ax, ay = p[0, last] - cx, p[1, last] - cy
     for at in range(offsets[j], offsets[j + 1]):
-        bx, by = p[0, indices[at]], p[1, indices[at]]
-        count = put_side(sides, count, ax, ay, bx, by, terms, cx, cy, size, room)
+        bx, by = p[0, indices[at]] - cx, p[1, indices[at]] - cy
+        count = put_side(sides, count, ax, ay, bx, by, terms, size, room)
         ax, ay = bx, by
     return count

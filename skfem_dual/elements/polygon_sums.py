@@ -36,11 +36,11 @@ STARTS = tuple(d * (d + 1) // 2 for d in range(DEGREE + 1))
 
 
 @compiled
-def put_side(sides, count, ax, ay, bx, by, polynomials, cx, cy, size, room):
+def put_side(sides, count, ax, ay, bx, by, polynomials, size, room):
     """Put a side of a polygon behind ``count`` others, unless it is a point; returns how many.
 
-    ``polynomials`` are those of `law_polynomials`, about (cx, cy) over ``size``, or nothing; one
-    is added to the second. ``room``, three arrays of TERMS, is for temporary use.
+    ``polynomials`` are those of `law_polynomials`, of the coordinates over ``size``, or nothing;
+    one is added to the second. ``room``, three arrays of TERMS, is for temporary use.
     """
     ux, uy = bx - ax, by - ay
     length = np.sqrt(ux * ux + uy * uy)
@@ -53,7 +53,7 @@ def put_side(sides, count, ax, ay, bx, by, polynomials, cx, cy, size, room):
         sides[count, k] = 0.0
     sides[count, FIRST] = 1.0
     if polynomials.shape[0] > 0:
-        x, y, u, v = (ax - cx) / size, (ay - cy) / size, ux / size, uy / size
+        x, y, u, v = ax / size, ay / size, ux / size, uy / size
         _put_values(polynomials, x, y, u, v, room, sides, count)
         _put_lower(polynomials, x, y, u, v, sides, count)
     return count + 1
