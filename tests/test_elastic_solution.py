@@ -38,9 +38,11 @@ from skfem_dual import (
     Layer,
     LayeredHalfSpace,
     Paraboloid,
+    Plate,
     RigidPunch,
     trace,
 )
+from skfem_dual.grids import generate
 from skfem_dual.visuals.matplotlib import isobars
 
 mpl.use("Agg")
@@ -425,6 +427,22 @@ def test_plate_that_moves_in_its_plane():
     f[basis.nodal_dofs[2]] = f[basis.nodal_dofs[0]] = 1.0
     with pytest.raises(ValueError, match=r"largest displacement in DOF \d+ at \("):
         punch.solve(f)
+
+
+@pytest.mark.parametrize("load", [0.0, 10.0])
+def test_held_structures_lifted_off_are_in_equilibrium_to_rounding(load):
+    """Where nothing presses, forces are measured by those of the DOFs that are held."""
+    plate, soil = Plate(0.4, 3e7, 0.2), HalfSpace(3e4, 0.3)
+    cells = DualMesh.from_mesh(generate.rectangle(4.0, 3.0, n=60)).basis()
+    structure = plate.on(soil, cells).structure
+    ends = structure.get_dofs(lambda x: np.isclose(abs(x[0]), 2.0)).all("u")
+    x = np.zeros(structure.N)
+    x[ends] = -0.01
+    f = load * LinearForm(lambda v, w: v).assemble(structure)
+    solution = plate.on(soil, cells, D=ends).solve(f, x=x)
+    assert solution.success
+    assert not solution.pressure.any()
+    assert solution.equilibrium_residual < 1e-13
 
 
 def test_forces_that_do_not_balance_are_no_success(punch, monkeypatch):

@@ -48,9 +48,9 @@ class ElasticSolution(CellPressures):
     resultant : (3,) array of float
         Integrals of ``p``, ``p x`` and ``p y``, from ``punch.origin``.
     equilibrium_residual : float
-        Largest force on a free DOF that is not balanced, over the largest load, forces in units
-        of the root of the DOF's stiffness; or work of the stiffness on motions taken to meet no
-        resistance, over that of the pressures, if it is more.
+        Largest force on a free DOF that is not balanced, over the largest load, pressure or force
+        of the values of held DOFs, in units of the root of the DOF's stiffness; or work of the
+        stiffness on motions taken to meet no resistance, over that of these, if it is more.
 
     Notes
     -----
@@ -86,13 +86,15 @@ class ElasticSolution(CellPressures):
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]
         unit = punch.compliance.units
-        largest = max(np.abs(unit * f).max(), np.abs(unit * pressed).max(), TINY)
+        # a structure lifted off by DOFs that are held has no others
+        loads = f, pressed, K @ held
+        largest = max(*(np.abs(unit * load).max() for load in loads), TINY)
         residual = float(np.abs(unit * forces).max() / largest)
         rounding = ROUNDING * float((unit * (abs(K) @ np.abs(bent))).max() / largest)
         # motions that springs too soft for the factors resist do work, more than by rounding
         ways = np.abs(punch.motions).T
         work = np.abs(punch.motions.T @ (K @ moved)) - NOISE * (ways @ (abs(K) @ np.abs(moved)))
-        lost = work / np.maximum(ways @ (np.abs(f) + np.abs(pressed)), TINY)
+        lost = work / np.maximum(ways @ np.abs(loads).sum(axis=0), TINY)
         residual = max(residual, float(lost.max(initial=0.0)))
         if contact.success and not residual <= EQUILIBRIUM + rounding:
             message = (
