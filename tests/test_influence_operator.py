@@ -202,6 +202,38 @@ def test_products_are_linear_and_take_columns():
     assert dense.rmatvec(q[:, 0]) == pytest.approx(dense.to_dense().T @ q[:, 0])
 
 
+@pytest.mark.parametrize(
+    ("pressure", "kind", "message"),
+    [
+        (np.ones(7), ValueError, r"pressure of shape \(25,\) or \(25, k\).*, got \(7,\)"),
+        (np.ones((7, 2)), ValueError, r"got \(7, 2\)"),
+        (np.ones((25, 1, 1)), ValueError, r"got \(25, 1, 1\)"),
+        (2.0, ValueError, r"got \(\)"),
+        (None, TypeError, "pressure as an array of numbers, got None"),
+        (np.full(25, np.nan), ValueError, "finite pressure, got nan at index 0"),
+        (np.full(25, complex(0.0, np.inf)), ValueError, "finite pressure, got inf at index 0"),
+    ],
+)
+def test_pressures_that_are_none(pressure, kind, message):
+    operator = InfluenceOperator(GROUNDS["homogeneous"], DualMesh.from_mesh(rectangle(4)).basis())
+    with pytest.raises(kind, match=message):
+        operator @ pressure
+    if not np.isscalar(pressure):
+        with pytest.raises(kind, match=message):
+            operator.dot(pressure)
+
+
+def test_products_with_operators_and_numbers():
+    operator = InfluenceOperator(GROUNDS["homogeneous"], DualMesh.from_mesh(rectangle(4)).basis())
+    q = np.linspace(0.0, 1.0, 25)
+    assert (operator @ operator) @ q == pytest.approx(operator @ (operator @ q))
+    assert (2.0 * operator) @ q == pytest.approx(2.0 * (operator @ q))
+    assert operator.dot(2.0) @ q == pytest.approx(2.0 * (operator @ q))
+    assert operator @ list(q) == pytest.approx(operator.to_dense() @ q)
+    assert operator @ (1j * q) == pytest.approx(1j * (operator @ q))
+    assert (operator @ q[:, None]).shape == (25, 1)
+
+
 MESH = perturbed(rectangle(12), 0.03)
 
 

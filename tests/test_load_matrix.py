@@ -47,6 +47,8 @@ from skfem_dual import (
 )
 from skfem_dual.elements.load_matrix import graded
 from skfem_dual.grids import generate
+from skfem_dual.grids.fan import Fan
+from skfem_dual.grids.partition import Partition
 
 SOIL = HalfSpace(1.0, 0.25)
 
@@ -69,6 +71,26 @@ def solution(request, ring):
 def matrix_of(solution, basis, **options):
     punch = solution.punch
     return load_matrix(punch.partition, punch.weights, punch.fan, basis, **options)
+
+
+def test_arguments_that_are_something_else():
+    basis, other = (DualMesh.from_mesh(rectangle(n)).basis() for n in (3, 4))
+    cells, fan = Partition.from_basis(basis), Fan.from_basis(basis)
+    with pytest.raises(TypeError, match=r"Partition for partition, got CellwiseBasis.*from_basis"):
+        load_matrix(basis, basis, basis, basis)
+    with pytest.raises(TypeError, match="Fan for fan, got None"):
+        load_matrix(cells, None, None, basis)
+    with pytest.raises(TypeError, match="EdgeWeights for weights, got CellwiseBasis"):
+        load_matrix(cells, basis, fan, basis)
+    with pytest.raises(ValueError, match="expected fan of 16 cells, got 25"):
+        load_matrix(cells, None, Fan.from_basis(other), basis)
+    with pytest.raises(ValueError, match="expected weights of 16 cells, got 25"):
+        load_matrix(cells, RigidPunch(SOIL, other).weights, fan, basis)
+    with pytest.raises(ValueError, match="order from 0 to 19, got 20"):
+        load_matrix(cells, None, fan, basis, order=20)
+    with pytest.raises(TypeError, match="True or False for partial, got 'no'"):
+        load_matrix(cells, None, fan, basis, partial="no")
+    assert load_matrix(cells, None, fan, basis, order=19).sum() == pytest.approx(cells.areas.sum())
 
 
 def elsewhere(n):

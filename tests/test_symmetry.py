@@ -296,6 +296,26 @@ def test_refused(arguments, message):
         Symmetry.detect(partition, rotations=2.5)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "kind", "message"),
+    [
+        (([[10**400]], 1, None), TypeError, "permutations as an array of numbers, got an integer"),
+        (([[np.inf]], 1, None), ValueError, "finite permutations, got inf at index 0, 0"),
+        (([[0.5, 1]], 1, None), TypeError, "permutations as an array of integers, got"),
+        (([[0, 1], [1]], 1, None), TypeError, "permutations as an array .* of unequal parts"),
+        (([[0, 2]], 1, None), ValueError, "permutations from 0 to 1, got 2 at index 0, 1"),
+        (([[0, 1], [1, 0]], 1, None), ValueError, r"permutations of shape \(1, 2\), got \(2, 2\)"),
+        (([[0, 1], [1, 1]], 2, None), ValueError, "got none to cell 0 in row 1"),
+        (([[0, 1]], 1.5, None), TypeError, "integer for rotations, got 1.5"),
+        (([[0, 1], [1, 0]], 1, "x"), TypeError, "number for mirror, got 'x'"),
+    ],
+)
+def test_what_is_no_symmetry(arguments, kind, message):
+    with pytest.raises(kind, match=message):
+        Symmetry(*arguments)
+    assert len(Symmetry([[0, 1], [1, 0]], 1, 0.0)) == 2
+
+
 def test_right_hand_sides_of_another_length_are_refused():
     _, matrix = symmetric(RigidPunch(SOIL, dual(half())))
     with pytest.raises(ValueError, match=r"values of 66 cells, got shape \(65,\)"):

@@ -118,7 +118,7 @@ def test_symbols_from_few_values():
 
 def test_the_punch_is_the_same_on_both_roads(monkeypatch):
     """All that is imposed, and what only a matrix has, on few cells of a regular grid."""
-    monkeypatch.setattr(line_law, "MOST", 0)  # the law of the line of contact takes a matrix
+    monkeypatch.setattr(line_law, "DENSE", 0)  # the law of the line of contact takes a matrix
     ground, basis, gap = HalfSpace(1.0, 0.3), plan(), Paraboloid(2.0, (0.1, 0.0))
     regular = RigidPunch(ground, basis, gap=gap)
     direct = RigidPunch(ground, basis, gap=gap)

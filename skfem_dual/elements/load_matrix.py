@@ -18,6 +18,7 @@ from skfem.mapping import MappingAffine
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from ..arguments import checked_flag, checked_instance, checked_integer
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import some
@@ -29,6 +30,8 @@ from .shape_functions import ShapeFunctions
 #: part of the area of a cell that may be missing by rounding, and how much of its radius times
 #: its greatest coordinate
 MISSING, ROUNDING = 1e-9, 8 * float(np.finfo(float).eps)
+#: degree up to which scikit-fem has rules on triangles
+HIGHEST = 19
 #: values of test functions computed at a time
 CHUNK = 2**18
 
@@ -83,13 +86,18 @@ def load_matrix(
     Raises
     ------
     TypeError
-        If ``basis`` is something else, or no field tells which component.
+        If an argument is something else, or no field tells which component.
     ValueError
-        If its test functions have no such component, or the basis does not cover the cells,
-        covers them twice or is not in a horizontal plane.
+        If weights or fan are those of another number of cells, there is no rule of that order,
+        the test functions have no such component, or the basis does not cover the cells, covers
+        them twice or is not in a horizontal plane.
     """
+    _require_of_one(partition, weights, fan)
+    partial, moments = checked_flag("partial", partial), checked_flag("moments", moments)
     target = ShapeFunctions.of(basis, component)
-    if order is None:
+    if order is not None:
+        order = checked_integer("order", order, at_least=0, at_most=HIGHEST - moments)
+    else:
         order = basis.elem.maxdeg + (0 if isinstance(target.mapping, MappingAffine) else 2)
     pieces = overlaps(fan.p[:, fan.t], target.cells)
     cell = fan.cell[pieces.first]
@@ -115,6 +123,19 @@ def load_matrix(
             entries = (values * each).ravel(), (rows.ravel(), columns.ravel())
             out = out + coo_matrix(entries, shape=out.shape).tocsr()
     return out
+
+
+def _require_of_one(partition: Partition, weights: EdgeWeights | None, fan: Fan) -> None:
+    """Refuse what is no partition, and weights and fans of other cells than its."""
+    checked_instance("partition", partition, Partition, "Partition.from_basis(basis)")
+    checked_instance("fan", fan, Fan, "Fan.from_basis(basis)")
+    numbers = {"fan": int(fan.cell.max()) + 1}
+    if weights is not None:
+        checked_instance("weights", weights, EdgeWeights, "None for uniform pressures")
+        numbers["weights"] = len(weights.partition)
+    for name, number in numbers.items():
+        if number != len(partition):
+            raise ValueError(f"expected {name} of {len(partition)} cells, got {number}")
 
 
 def _reach(partition: Partition) -> ndarray:

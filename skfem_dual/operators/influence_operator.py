@@ -267,6 +267,34 @@ class InfluenceOperator(LinearOperator):
             near += self.correction.near.data.nbytes + self.correction.near.indices.nbytes
         return self._kept.nbytes + near
 
+    def __matmul__(self, pressure: Any) -> Any:
+        """Settlements under mean pressures of shape (n,) or (n, k); or the product with another
+        operator.
+
+        Solvers of scipy call `matvec` and `matmat`, which check shapes only.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If pressures are no finite numbers of all cells.
+        """
+        if isinstance(pressure, LinearOperator):
+            return super().dot(pressure)
+        if np.iscomplexobj(pressure):
+            pressure = np.asarray(pressure)
+            return self @ pressure.real + 1j * (self @ pressure.imag)
+        pressure, n = checked_array("pressure", pressure, None, order="K"), self.shape[1]
+        if pressure.ndim not in (1, 2) or len(pressure) != n:
+            raise ValueError(
+                f"expected pressure of shape ({n},) or ({n}, k), of all cells, got "
+                f"{pressure.shape}"
+            )
+        return self._matmat(pressure)
+
+    def dot(self, x: Any) -> Any:
+        """As ``operator @ x``; with a number the operator times it."""
+        return super().dot(x) if np.isscalar(x) else self @ x
+
     def _matmat(self, q: ndarray) -> ndarray:
         if np.iscomplexobj(q):
             return self._matmat(q.real) + 1j * self._matmat(q.imag)

@@ -17,7 +17,13 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
-from ..arguments import checked_array, checked_instance, checked_integer, checked_number
+from ..arguments import (
+    checked_array,
+    checked_indices,
+    checked_instance,
+    checked_integer,
+    checked_number,
+)
 from ..elements.edge_weights import EdgeWeights
 from ..errors import MeshError
 from ..grids.partition import Partition
@@ -51,6 +57,11 @@ class Symmetry:
     mirror : float or None
         Angle between x axis and a mirror line; the others follow at every ``pi / rotations``.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If a row of ``permutations`` is none, or there are not as many as motions.
+
     Examples
     --------
     >>> from skfem import MeshTri
@@ -68,7 +79,22 @@ class Symmetry:
     mirror: float | None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "permutations", readonly(self.permutations, np.int32))
+        rotations = checked_integer("rotations", self.rotations, at_least=1)
+        if self.mirror is not None:
+            object.__setattr__(self, "mirror", checked_number("mirror", self.mirror))
+        n = checked_array("permutations", self.permutations, ("order", "n"), least=1).shape[1]
+        order = rotations if self.mirror is None else 2 * rotations
+        images = checked_indices("permutations", self.permutations, n, (order, n))
+        reached = np.zeros(images.shape, dtype=bool)
+        np.put_along_axis(reached, images, True, axis=1)
+        if not reached.all():
+            row, cell = np.argwhere(~reached)[0]
+            raise ValueError(
+                "expected permutations that take each cell to another, got none to cell "
+                f"{cell} in row {row}"
+            )
+        object.__setattr__(self, "rotations", rotations)
+        object.__setattr__(self, "permutations", readonly(images, np.int32))
 
     @classmethod
     def detect(
