@@ -445,6 +445,11 @@ def test_solutions_plot_themselves(lifted):
             visuals.isobars(lifted, lifted.pressure)
         with pytest.raises(TypeError, match=r"one value for each of the .* DOFs, got none"):
             visuals.isobars(nodal(DISC))
+        for other in (None, lifted.punch, DualMesh.from_mesh(DISC)):
+            with pytest.raises(TypeError, match=r"a solution or a CellBasis .*punch\.solve\("):
+                visuals.isobars(other)
+        with pytest.raises(TypeError, match=r"got RigidPunch. Remedy: punch\.solve\("):
+            visuals.isobars([lifted.punch])
     nothing = lifted.punch.solve(0.0)
     with pytest.raises(ValueError, match="expected a load to draw isobars of"):
         nothing.plot()

@@ -12,6 +12,7 @@ from skfem import CellBasis
 from ..arguments import checked_instance, checked_size
 from ..contact.region import ContactRegion
 from ..grids.cellwise import nodal_mesh
+from ..messages import shown
 from ..solutions.group_solution import PunchesSolution
 from ..solutions.pressures import CellPressures
 from .field import Field, continuous
@@ -61,7 +62,13 @@ class Subject:
         contact: ContactRegion | None,
         scale: float | None = None,
     ) -> Subject:
-        """Of solutions without values, or of a basis with the values of its DOFs."""
+        """Of solutions without values, or of a basis with the values of its DOFs.
+
+        Raises
+        ------
+        TypeError
+            If it is something else, or there is more than that.
+        """
         if isinstance(pressure, PunchesSolution):
             pressure = pressure.solutions
         if isinstance(pressure, (CellPressures, tuple, list)):
@@ -73,11 +80,16 @@ class Subject:
             return cls._of_solutions(
                 [pressure] if isinstance(pressure, CellPressures) else pressure, title, scale
             )
+        if not isinstance(pressure, CellBasis):
+            raise TypeError(
+                f"expected a solution or a CellBasis to draw isobars of, got {shown(pressure)}. "
+                "Remedy: isobars(punch.solve(...)), or isobars(basis, values)"
+            )
         if scale is not None:
             raise TypeError("expected a scale with a solution only, got one with a basis")
-        if values is None and isinstance(pressure, CellBasis):
+        if values is None:
             raise TypeError(f"expected one value for each of the {pressure.N} DOFs, got none")
-        field = continuous(pressure, () if values is None else values)
+        field = continuous(pressure, values)
         pressed = field if contact is None else field.in_contact(contact)
         return cls(field, pressed, contact, title, False)
 
@@ -86,7 +98,7 @@ class Subject:
         cls, solutions: Sequence[CellPressures], title: str | None, scale: float | None
     ) -> Subject:
         for solution in solutions:
-            checked_instance("a solution to draw", solution, CellPressures)
+            checked_instance("a solution to draw", solution, CellPressures, "punch.solve(...)")
         mean, quantity = pressure_scale(*solutions)
         title = quantity if title is None and scale is None else title
         scale = mean if scale is None else checked_size("scale", scale)
