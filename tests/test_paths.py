@@ -67,6 +67,27 @@ def test_which_load_is_impossible():
         load_path(punch(disc(2)), [{"force": 1.0}, {"force": 1.0, "at": (2.0, 0.0)}])
 
 
+@pytest.mark.parametrize(
+    ("load", "options", "message"),
+    [
+        ({"g": 1.0}, {}, r"keys of load 1 among \['f', .*'x'\], got 'g'"),
+        ({"force": 1.0}, {}, "keys of load 1 among .*, got 'force'"),
+        ({"start": None}, {}, "keys of load 1 among .*, got 'start'"),
+        ({}, {"start": None}, "keys of the options among .*, got 'start'"),
+        ({"method": "cg"}, {"method": "cg"}, "method in load 1 or for all loads, got both"),
+        ({"f": "none"}, {}, "load 1: expected f as an array of numbers"),
+        (2.0, {}, "a Mapping for load 1, got 2.0"),
+    ],
+)
+def test_keys_of_loads_on_a_structure(load, options, message):
+    alone = plate(1.0, n=60)
+    second = {"f": alone.f} | load if isinstance(load, dict) else load
+    with pytest.raises(TypeError, match=message):
+        load_path(alone.punch, [{"f": alone.f}, second], **options)
+    with pytest.raises(TypeError, match="expected f in load 0, got"):
+        load_path(alone.punch, [{"method": "cg"}])
+
+
 @pytest.mark.filterwarnings("ignore:contact on")
 def test_moment_rotation():
     of = punch(disc(4))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..arguments import (
 )
 from ..contact.load import Load, load_of
 from ..grids.polygons import readonly
+from ..messages import shown
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.punch_solution import PunchSolution
 from .cases import solve_cases
@@ -122,8 +124,8 @@ def load_path(
 
     Raises
     ------
-    ValueError
-        If a load is impossible; says which.
+    TypeError, ValueError
+        If a load is none, has a key that is none or is given twice, or is impossible; says which.
 
     Examples
     --------
@@ -140,7 +142,7 @@ def load_path(
     if isinstance(punch, RigidPunch):
         return _together(punch, loads, options) if loads else LoadPath(())
     for number, load in enumerate(loads):
-        checked_instance(f"load {number}", load, Mapping)
+        _require_keys(f"load {number}", checked_instance(f"load {number}", load, Mapping), options)
     solutions: list[ElasticSolution] = []
     for number, load in enumerate(loads):
         # from full contact the next step is found at once; a failed one is no beginning
@@ -148,9 +150,21 @@ def load_path(
         start = last if last is not None and last.iterations and last.success else None
         try:
             solutions.append(punch.solve(**load, start=start, **options))
-        except ValueError as error:
-            raise ValueError(f"load {number}: {error}") from error
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"load {number}: {error}") from error
     return LoadPath(tuple(solutions))
+
+
+def _require_keys(name: str, load: Mapping, options: Mapping) -> None:
+    """Refuse what a structure's ``solve`` does not take, or would get twice."""
+    known = sorted(signature(ElasticPunch.solve).parameters.keys() - {"self", "start"})
+    for what, keys in ((name, load), ("the options", options)):
+        if unknown := [key for key in keys if key not in known]:
+            raise TypeError(f"expected keys of {what} among {known}, got {shown(unknown[0])}")
+    if twice := [key for key in load if key in options]:
+        raise TypeError(f"expected {twice[0]} in {name} or for all loads, got both")
+    if "f" not in load and "f" not in options:
+        raise TypeError(f"expected f in {name}, got {shown(sorted(load))}")
 
 
 def _together(
