@@ -4,6 +4,7 @@ import argparse
 import inspect
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import numpy as np
 
@@ -45,11 +46,16 @@ def run(main: Callable, visualize: Callable, **options) -> None:
             parser.add_argument(f"--{name}", type=type(default), default=default)
     options |= vars(parser.parse_args())
     folder = options.pop("save")
+    if folder:
+        try:  # before all the work
+            folder.mkdir(parents=True, exist_ok=True)
+            TemporaryFile(dir=folder).close()
+        except OSError as error:
+            parser.exit(2, f"{parser.prog}: cannot write to {folder}: {error.strerror}\n")
     result = main(**options)
     print(result)
     pictures = drawn(visualize, result)
     if folder:
-        folder.mkdir(parents=True, exist_ok=True)
         for name, picture in pictures.items():
             save(picture, folder / name)
             print(folder / f"{name}.png")

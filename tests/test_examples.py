@@ -744,3 +744,18 @@ def test_examples_run_as_scripts(monkeypatch, tmp_path, capsys):
     import matplotlib.pyplot as plt
 
     plt.close("all")
+
+
+def test_folders_that_cannot_be_written_are_told_before_all_work(monkeypatch, tmp_path, capsys):
+    monkeypatch.syspath_prepend(FOLDER)
+    from gallery import run
+
+    (tmp_path / "taken").touch()
+    monkeypatch.setattr(sys, "argv", ["ex03.py", "--save", str(tmp_path / "taken" / "pictures")])
+    with pytest.raises(SystemExit) as end:
+        run(lambda: pytest.fail("solved"), None)
+    assert end.value.code == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("ex03.py: cannot write to ")
+    assert printed.err.count("\n") == 1
