@@ -18,7 +18,15 @@ from skfem import (
     MeshTri,
 )
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, evaluate, rectangular_couple
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    RigidPunch,
+    evaluate,
+    rectangular_couple,
+)
 from skfem_dual.grids import generate
 from skfem_dual.post.functional import Weights
 from skfem_dual.post.mixture import continued
@@ -119,6 +127,38 @@ def test_couples_on_steep_ground_and_lifted_off(benchmark):
     for errors in found.values():
         # errors of both grids are more alike there; away from the edge one is good by chance
         assert (errors[2] < [1.6, 1.2] * errors[:2].min(axis=0)).all()
+
+
+@pytest.mark.parametrize("first", [NODE, {"edge": "constant"}])
+@pytest.mark.parametrize("plan", ["square", "U"])
+def test_couples_on_a_stiff_crust(benchmark, plan, first):
+    """There the law of the edge is that of a disc: what it makes of the outer rings is left."""
+    soil = LayeredHalfSpace([Layer(0.25, 4.0, 0.3)], HalfSpace(1.0, 0.3))
+    u = np.array([(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)])
+    mesh = generate.rectangle(2, 2, n=150) if plan == "square" else generate.polygon(u.T, n=150)
+    dual = DualMesh.from_mesh(mesh)
+    punches = [
+        RigidPunch(soil, dual.basis(), **first),
+        RigidPunch(soil, dual.primal_basis(), edge="constant"),
+    ]
+    fine = RigidPunch(soil, DualMesh.from_mesh(mesh.refined()).basis())
+    at = tuple(fine.centre)
+    solutions = [punch.solve(1.0, at) for punch in punches]
+    exact = benchmark.means(fine.solve(1.0, at), dual)
+    new = postprocess(*solutions)
+    assert "law of the edge is not known" in new.reason
+    known = [benchmark.means(solution, dual) for solution in solutions]
+    n, areas = len(dual), np.concatenate([dual.partition.areas, dual.primal_partition.areas])
+    for part, values in ((slice(n), new.on_cells), (slice(n, None), new.on_triangles)):
+        before, after = (
+            [np.sqrt(areas[part] @ (p - exact[part]) ** 2) for p in some]
+            for some in ([p[part] for p in known], [values])
+        )
+        assert after[0] < 1.05 * min(before)
+    # a thick layer leaves the law of the edge what it is
+    thick = LayeredHalfSpace([Layer(4.0, 3.0, 0.3)], HalfSpace(1.0, 0.3))
+    solutions = [replace(punch, substrate=thick).solve(1.0, at) for punch in punches]
+    assert "law of the edge is not known" not in postprocess(*solutions).reason
 
 
 def test_exact_means_of_the_benchmark(benchmark):

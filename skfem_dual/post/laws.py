@@ -102,6 +102,16 @@ def _cut(weights: EdgeWeights, dual: DualMesh) -> TorsionWeights:
     )
 
 
+def means(couple: RegularCouple, laws: Sequence[Law], shares: Sequence[float]) -> ndarray:
+    """Means over dual cells, then over triangles, of some pressures mixed in shares."""
+    total, n = np.zeros(len(couple.areas)), len(couple.dual)
+    for law, share in zip(laws, shares, strict=True):
+        node, element, _, load = law.pieces()
+        for cell in (node, n + element):
+            total += np.bincount(cell, share * load, len(total))
+    return total / couple.areas
+
+
 def mixed(
     couple: RegularCouple, laws: Sequence[Law], shares: Sequence[float]
 ) -> tuple[ndarray, ndarray, ndarray]:

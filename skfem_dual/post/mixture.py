@@ -8,9 +8,10 @@ from numpy import ndarray
 
 from ..contact.footprint import Footprint
 from ..grids.nearest import nearest
+from ..ground.substrates import HalfSpace, Substrate
 from ..solutions.punch_solution import PunchSolution
 from .functional import Weights
-from .laws import Law
+from .laws import Law, means
 from .regular import RegularCouple
 
 #: points of which a field is continued
@@ -24,6 +25,13 @@ CARRIED = 0.03
 #: what dual cells have too much inside, over what triangles have more: 1.4 on uniform meshes, less
 #: on graded ones; half of the former is safe on all
 BEYOND = 0.7
+#: a field continued by the law of the ground may be so far, over what it corrects, from one by the
+#: law of homogeneous ground: at most 0.18 on layers half as thick again as the plan is wide, where
+#: both are closer than what they correct; 0.4 and more on crusts and thin layers, where either may
+#: be many times as far off
+AGREE = 0.25
+#: whose law is that of the edge alone
+HOMOGENEOUS = HalfSpace(1.0, 0.0)
 #: strongest smoothing D : A
 MOST = 2.0
 #: fewest cells a field is continued from
@@ -76,6 +84,12 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
       ring, times the linear function with which they do;
     - of errors of one sign, of centroids on both grids, that of dual cells is the smaller one.
       It is reduced by a part of the difference, and what is left of the load is that of the ring.
+
+    On ground that is not homogeneous the law of the edge has a factor, which is that of a disc:
+    under other plans the pressure over it is not linear in the outer rings, most of all next to
+    corners, and what is continued there may be many times as far off as the solutions. Where the
+    factor moves the result by more than `AGREE` of what it corrects, neither is trusted: the
+    closer solution keeps its pressures, with the law inside its cells.
     """
     weighted = [s.footprint.weights is not None for s in solutions]
     raw = [Law(_edge_weighted(s), s.pressure) for s in solutions]
@@ -86,12 +100,31 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
         shares = [1 / len(laws)] * len(laws)
         return Mixture(cells, laws, shares, weighted[0] / len(laws), reason)
     opposed = solutions[0].punch.collocation == "node"
-    rings = [couple.outer(k) for k in (1, 2)]
-    if any(_known(law, outer).sum() < FEWEST for law, outer in zip(raw, rings[1], strict=True)):
+    closer = Mixture(cells, [raw[int(opposed)]], [1.0], float(not opposed), "")
+    if any(_known(law, outer).sum() < FEWEST for law, outer in zip(raw, couple.outer(2))):
         reason = "too few cells away from the edge, those of the closer solution are kept"
-        return Mixture(cells, [raw[int(opposed)]], [1.0], float(not opposed), reason)
+        return replace(closer, reason=reason)
+    found = _sharpened(couple, solutions, raw)
+    if raw[0].weights.law is not None:
+        plain = [Law(_edge_weighted(s, HOMOGENEOUS), s.pressure) for s in solutions]
+        other = _sharpened(couple, solutions, plain)
+        own, by_other, kept = (means(couple, m.laws, m.shares) for m in (found, other, closer))
+        apart, moved = (couple.areas @ (own - p) ** 2 for p in (by_other, kept))
+        if not apart <= AGREE**2 * moved:
+            reason = "the law of the edge is not known, cells of the closer solution are kept"
+            return replace(closer, reason=reason)
+    return found
+
+
+def _sharpened(
+    couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution], raw: Sequence[Law]
+) -> Mixture:
+    """Constant pressures continued to the edge by the law of the edge, and their errors reduced
+    by what is known of their signs."""
+    cells = raw[0].cells, raw[1].cells
+    rings = [couple.outer(k) for k in (1, 2)]
     wanted = [s.footprint.resultants @ s.pressure for s in solutions]
-    if opposed:
+    if solutions[0].punch.collocation == "node":
         laws = [_continued(*pair) for pair in zip(raw, rings[1], strict=True)]
         shares = [OPPOSED, 1 - OPPOSED]
         forces = [law.resultant[0] / w[0] for law, w in zip(laws, wanted, strict=True)]
@@ -107,12 +140,14 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
     return Mixture(cells, [law], [1.0], 1.0, "errors of one sign, that of dual cells reduced")
 
 
-def _edge_weighted(solution: PunchSolution) -> Footprint:
-    """The cells of a solution, as if their pressure followed the law of the edge."""
+def _edge_weighted(solution: PunchSolution, ground: Substrate | None = None) -> Footprint:
+    """The cells of a solution, as if their pressure followed the law of the edge, on its ground
+    or on another one."""
     if solution.footprint.weights is not None:
         return solution.footprint
     punch = solution.punch
-    return Footprint.from_basis(punch.substrate, punch.basis, origin=punch.origin)
+    ground = punch.substrate if ground is None else ground
+    return Footprint.from_basis(ground, punch.basis, origin=punch.origin)
 
 
 def _known(law: Law, outer: ndarray) -> ndarray:
