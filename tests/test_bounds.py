@@ -5,7 +5,17 @@ import pytest
 from plans import disc, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0
 
-from skfem_dual import Bounds, DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual import (
+    Bounds,
+    DualMesh,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    Paraboloid,
+    RigidPunch,
+    RigidPunches,
+)
+from skfem_dual.elements.resolution import margin
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.generate import disc as fine_disc
 from skfem_dual.grids.generate import rectangle as fine_rectangle
@@ -104,6 +114,30 @@ def test_meshes_graded_to_the_edge(n):
     ).bounds.settlement
     assert low < 0.433916 < high
     assert high - low < 5e-4 * high
+
+
+@pytest.mark.parametrize("n", [150, 220, 300])
+@pytest.mark.parametrize(
+    ("thickness", "poisson", "exact"),
+    # of the mean of meshes with 3900 cells, even ones and graded ones
+    [(0.12, 0.45, 5.4472e-3), (0.2, 0.5, 3.9190e-3)],
+)
+def test_thin_layers_that_hardly_change_their_volume(thickness, poisson, exact, n):
+    """Where solutions on both grids err alike."""
+    soil = LayeredHalfSpace([Layer(thickness, 2.5, poisson)], "bonded")
+    basis = DualMesh.from_mesh(fine_disc(n=n)).basis()
+    low, high = RigidPunch(soil, basis).solve(1.0, (0.17, -0.11)).bounds.settlement
+    assert low < exact < high
+    assert high - low < 0.015 * exact
+
+
+def test_crusts_are_not_taken_for_thin_layers():
+    basis = DualMesh.from_mesh(fine_disc(n=150)).basis()
+    crust = LayeredHalfSpace([Layer(0.25, 4.0, 0.3)], HalfSpace(1.0, 0.3))
+    found = RigidPunch(crust, basis).solve(1.0, (0.17, -0.11))
+    assert margin(crust, found.footprint.partition) == 0.0
+    low, high = found.bounds.settlement
+    assert high - low < 1e-3 * high
 
 
 def test_lifted_off():
