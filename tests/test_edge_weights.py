@@ -298,7 +298,7 @@ def test_site_coordinates_leave_pressures_their_digits(grid):
         RigidPunch(HalfSpace(1.0, 0.3), getattr(DualMesh.from_mesh(m), grid)(), origin=origin)
         for m, origin in ((there, site[:, 0]), (here, (0.0, 0.0)))
     )
-    assert found.matrix == pytest.approx(expected.matrix, rel=1e-6)
+    assert np.abs(found.matrix / expected.matrix - 1).max() < 1e-6
     found, expected = (punch.solve(1.0, (0.02, 0.03)) for punch in (found, expected))
     assert found.settlement == pytest.approx(expected.settlement, rel=1e-9)
     assert found.pressure == pytest.approx(expected.pressure, rel=1e-6)
