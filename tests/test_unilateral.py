@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -47,6 +49,18 @@ def problem(of, load):
         c.balance @ s.resultants,
         c.given,
     )
+
+
+def test_an_inverse_that_leads_nowhere_is_left():
+    """One of the wrong sign: no step along it does less work on the gaps."""
+    given = problem(punch(disc(3)), Load(1.0, (0.5, 0.0)))
+    found = conjugate_gradients(
+        replace(given, inverse=-aslinearoperator(np.eye(len(given.areas))))
+    )
+    expected = conjugate_gradients(given)
+    assert found.success
+    assert found.pressure == pytest.approx(expected.pressure, abs=1e-7)
+    assert len(found.history) > len(expected.history)
 
 
 @pytest.mark.parametrize("grid", ["dual", "primal"])

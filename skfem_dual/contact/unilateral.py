@@ -32,10 +32,6 @@ MOST = 1000
 FREE = 1e13
 #: why conjugate gradients end before contact is found
 FEW = "so few cells are in contact that the load alone tells their pressures"
-STUCK = (
-    "no pressures beside those found do less work on the gaps; likely cause: layers thinner than "
-    "the cells, or a tolerance of the operator that is too coarse"
-)
 #: cells in contact from which on iterations between them are sooner than a factorisation
 SOONER = 800
 
@@ -208,9 +204,8 @@ def conjugate_gradients(
                 return Contact(force / areas, motion, gap, contact, history=tuple(history))
             before = forces.descent(gap, contact, before)
             if before.decrease == 0:
-                few = contact.sum() <= len(motion)
-                if few or forces.problem.inverse is None:
-                    message = FEW if few else STUCK
+                if forces.problem.inverse is None or contact.sum() <= len(motion):
+                    message = FEW
                     break
                 # the inverse leads nowhere: on without it, more slowly
                 forces, before = CellForces.from_problem(replace(problem, inverse=None)), None

@@ -10,7 +10,7 @@ from ..grids.partition import Partition
 from ..kernels.compiled import inlined, inputs
 from .edge_weights import EdgeWeights
 from .pieces import Pieces
-from .polygon_moments import moments_about, polygon_moments
+from .polygon_moments import Loads, moments_about, polygon_moments
 
 #: moments up to this degree are kept
 DEGREE = 5
@@ -150,7 +150,7 @@ def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:
     vertices = pieces.vertices[:, offsets[0] : offsets[-1]]
     outline = vertices, np.arange(vertices.shape[1]), offsets - offsets[0]
     own = pieces.density[begin:end], pieces.first - begin, pieces.last - begin
-    return moments_about(*outline, *own, centres, degree)
+    return moments_about(Loads(*outline, *own), centres, degree)
 
 
 def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:

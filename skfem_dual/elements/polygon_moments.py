@@ -5,6 +5,7 @@ arbitrary moments of polygons, Technische Universitaet Muenchen, FGBV-96-05 (199
 """
 
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -39,29 +40,48 @@ def polygon_moments(polygons: Polygons, degree: int, cells: ndarray | None = Non
     else:
         centres = centres.take(cells, axis=1)
     outline = polygons.p, polygons.indices, polygons.offsets, np.ones(len(polygons))
-    out = moments_about(*outline, cells, cells + 1, centres, degree)
+    out = moments_about(Loads(*outline, cells, cells + 1), centres, degree)
     out[1:2, 0] = out[0, 1:2] = 0.0  # about the centroid they vanish
     return out
 
 
-def moments_about(
-    p: ndarray,
-    indices: ndarray,
-    offsets: ndarray,
-    density: ndarray,
-    first: ndarray,
-    last: ndarray,
-    centres: ndarray,
-    degree: int,
-) -> ndarray:
-    """Moments of loads, each that of the polygons ``first`` to ``last`` of some density, about one
-    point of each.
+class Loads(NamedTuple):
+    """Loads of some polygons each.
+
+    Attributes
+    ----------
+    p : (2, npoints) array of float
+    indices : (k,) array of int
+        Vertices of all polygons, counter-clockwise, one polygon after the other.
+    offsets : (npolygons + 1,) array of int
+        Where those of each polygon begin.
+    density : (npolygons,) array of float
+        Load per area.
+    first, last : (n,) array of int
+        The first polygon of each load, and the one behind its last.
+    """
+
+    p: ndarray
+    indices: ndarray
+    offsets: ndarray
+    density: ndarray
+    first: ndarray
+    last: ndarray
+
+
+def moments_about(loads: Loads, centres: ndarray, degree: int) -> ndarray:
+    """Moments of loads about one point of each.
 
     Over the triangle of the point and a side, a monomial's integral is one along the side.
     """
-    n, numbers = len(first), [np.asarray(a, np.int32) for a in (indices, offsets, first, last)]
+    p, indices, offsets, density, first, last = loads
+    indices, offsets, first, last = (
+        np.asarray(a, np.int32) for a in (indices, offsets, first, last)
+    )
+    known = Loads(*inputs(p, indices, offsets, density, first, last))
+    n = len(first)
     out = np.zeros((degree + 1, degree + 1, n))
-    args = *inputs(p, *numbers, density, centres), factorials(degree), *_gauss(degree // 2 + 1)
+    args = known, *inputs(centres), factorials(degree), _gauss(degree // 2 + 1)
     with Threads() as run:
         run(lambda k: _moments(k.start, k.stop, *args, out), n, EACH * (degree + 1) ** 2)
     return out
@@ -80,9 +100,9 @@ def _gauss(n: int) -> tuple[ndarray, ...]:
 
 
 @vectorised
-def _moments(
-    begin, end, p, indices, offsets, first, last, density, centres, factorials, gauss, weights, out
-):
+def _moments(begin, end, loads, centres, factorials, rule, out):
+    p, indices, offsets, density, first, last = loads
+    gauss, weights = rule
     n = factorials.shape[0]
     own = np.empty((n, n))
     for k in range(begin, end):

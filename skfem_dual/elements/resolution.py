@@ -17,6 +17,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..errors import MeshError
+from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.seen import seen_by
 from ..ground.stratified import Stratified
@@ -103,7 +104,8 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     error = coarseness(substrate, finer)
     if sloped:
         k = np.pi / (finer * usual / h)
-        c = seen_by(substrate, partition.areas).singular_coefficient
+        edge = partition.areas[partition.f2c[0, edge_ribs(partition)]]
+        c = seen_by(substrate, edge).singular_coefficient
         near = 2 * np.pi * c / (k * substrate.symbol(k))
         error += (near / CANCELLED) ** 2
     if error[0] <= ALLOWED:

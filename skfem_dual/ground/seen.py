@@ -55,6 +55,11 @@ class Seen(Stratified):
         return self.ground.lengths
 
     @property
+    def algebraic(self) -> bool:
+        """As of the ground."""
+        return self.ground.algebraic
+
+    @property
     def singular_coefficient(self) -> float:
         """c of the part c / r."""
         return self.distance * float(self.ground.influence(self.distance))

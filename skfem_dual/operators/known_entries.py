@@ -30,7 +30,7 @@ class KnownEntries(NamedTuple):
     unit : float
         That of a circle of unit radius.
     areas : (n,) array of float
-        Those of the cells, times what follows.
+        Those of the cells over the modulus of the surface, by which ``omega`` is kept.
     omega : SquareTable
         The part of the influence function that is not c / r, no panels without one.
     smallest : float

@@ -126,7 +126,7 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
     difference = on_cells.pressure[dual.refinement_cells] - on_triangles.pressure[triangle]
     area = np.abs(own_mapping(dual.refinement).detA) / 2
     size = np.sqrt(dual.primal_partition.areas)[triangle]
-    squares = punch.substrate.singular_coefficient * size * area * difference**2
+    squares = punch.footprint.ground.singular_coefficient * size * area * difference**2
     return CoupleEstimate(
         settlement=readonly(np.sort(settlement)),
         tilt=readonly(np.sort(tilt, axis=1)),
