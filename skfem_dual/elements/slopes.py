@@ -33,6 +33,8 @@ from .edge_weights import EdgeWeights
 ON_A_LINE = 1e-6
 #: nanoseconds that the slope of a cell takes, about
 CELL = 100
+#: cells whose slopes are kept at a time
+TOGETHER = 1024
 
 
 class Around(NamedTuple):
@@ -315,12 +317,17 @@ def _transposed(around, fields, first, out):
     """Add the transpose of rows of slopes from the ``first`` on times ``fields`` (s, 2, m)."""
     starts, columns, centroids, y, mean, weighted = around
     count = fields.shape[2]
-    gx, gy = _room(starts[first : first + count + 1])
-    for i in range(count):
-        begin, width = _plane(first + i, starts, columns, centroids, y, mean, weighted, gx, gy)
-        for k in range(width):
-            for s in range(fields.shape[0]):
-                out[s, columns[begin + k]] += gx[k] * fields[s, 0, i] + gy[k] * fields[s, 1, i]
+    for begin in range(0, count, TOGETHER):
+        ends = starts[first + begin : first + min(begin + TOGETHER, count) + 1]
+        gx, gy = np.empty(ends[-1] - ends[0]), np.empty(ends[-1] - ends[0])
+        for i in range(len(ends) - 1):
+            own_x, own_y = gx[ends[i] - ends[0] :], gy[ends[i] - ends[0] :]
+            _plane(first + begin + i, starts, columns, centroids, y, mean, weighted, own_x, own_y)
+        for s in range(fields.shape[0]):  # one row of `out` after the other: caches hold it
+            for i in range(len(ends) - 1):
+                along_x, along_y = fields[s, 0, begin + i], fields[s, 1, begin + i]
+                for k in range(ends[i], ends[i + 1]):
+                    out[s, columns[k]] += gx[k - ends[0]] * along_x + gy[k - ends[0]] * along_y
 
 
 @compiled
