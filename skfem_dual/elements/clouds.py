@@ -9,12 +9,14 @@ University of Toronto (1981).
 """
 
 from collections.abc import Sequence
+from functools import cache
 from math import factorial
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy import ndarray
 
+from ..grids.polygons import readonly
 from ..ground.hankel import square_value
 from ..kernels.compiled import inputs, vectorised
 
@@ -75,9 +77,9 @@ class Clouds(NamedTuple):
         starts = np.cumsum([0, *(x.shape[1] for x in points)])
         weights = np.full((len(radii), starts[-1]), np.nan)
         for cells, moments in groups:
-            for k, (degree, x) in enumerate(zip(least, points, strict=True)):
+            for k, degree in enumerate(least):
                 if degree < len(moments):
-                    own = _weights(moments, radii[cells], degree, x)
+                    own = _weights(moments, radii[cells], degree)
                     weights[cells, starts[k] : starts[k + 1]] = own
         squares = np.stack(list(least.values())) ** 2
         every = np.hstack([np.empty((2, 0)), *points])
@@ -99,14 +101,27 @@ def ring_points(degree: int) -> ndarray:
     return np.hstack(rings)
 
 
-def _weights(moments: ndarray, radii: ndarray, degree: int, x: ndarray) -> ndarray:
-    """Weights of points ``x`` in the unit circle that have the moments, (n, npoints)."""
-    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    scaled = np.stack(
-        [factorial(i) * factorial(j) * moments[i, j] / radii ** (i + j) for i, j in powers]
-    )
-    monomials = np.stack([x[0] ** i * x[1] ** j for i, j in powers])
-    return np.linalg.solve(monomials, scaled).T
+def _weights(moments: ndarray, radii: ndarray, degree: int) -> ndarray:
+    """Weights of the points in the unit circle that have the moments, (n, npoints)."""
+    powers = _powers(degree)
+    scale = np.empty((degree + 1, len(radii)))
+    scale[0], scale[1:] = 1.0, 1 / radii
+    np.multiply.accumulate(scale, out=scale)
+    scaled = np.stack([moments[i, j] * scale[i + j] for i, j in powers], axis=-1)
+    return scaled @ _by_moments(degree)
+
+
+def _powers(degree: int) -> list[tuple[int, int]]:
+    """Exponents of the monomials up to a degree."""
+    return [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+
+
+@cache
+def _by_moments(degree: int) -> ndarray:
+    """What each moment adds to the weights of the points, (npoints, npoints)."""
+    x, powers = ring_points(degree), _powers(degree)
+    monomials = [x[0] ** i * x[1] ** j / (factorial(i) * factorial(j)) for i, j in powers]
+    return readonly(np.linalg.inv(np.stack(monomials)).T)
 
 
 @vectorised

@@ -31,7 +31,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once, remember
 from .graded_rule import graded
-from .law_moments import Factors, Triangles, law_moments
+from .law_moments import Factors, Triangles, factor_at, law_moments
 from .law_polynomials import law_polynomials
 from .law_strips import Strips
 from .wedge_law import exponent, wedge_factor
@@ -248,16 +248,14 @@ class EdgeWeights:
         return mean_weight(*root), _mean_share(root, root[[1, 2, 0]], root[[2, 0, 1]])
 
     def _means_with_factor(self) -> tuple[ndarray, ndarray]:
-        square, cell = self.root[self.fan.t] ** 2, self.fan.cell
+        square, factors = self.root[self.fan.t] ** 2, Factors(*inputs(*self.factors))
         shares = np.zeros_like(square)
-        for begin in range(0, len(cell), CHUNK):
+        for begin in range(0, square.shape[1], CHUNK):
             some = slice(begin, begin + CHUNK)
-            whole = np.repeat(np.eye(3)[..., None], len(cell[some]), axis=2)
-            for at, load in graded(whole, square[:, some], ORDER):
-                root = np.sqrt(np.einsum("ikq,ik->kq", at, square[:, some]))
-                shares[:, some] += np.einsum(
-                    "ikq,kq->ik", at, load * self.factor(cell[some], root)
-                )
+            known = factors, *inputs(self.fan.cell[some], square[:, some])
+            whole = np.repeat(np.eye(3)[..., None], len(known[1]), axis=2)
+            for at, load in graded(whole, known[2], ORDER):
+                _add_shares(*known, at, load, shares[:, some])
         return shares.sum(axis=0), shares
 
     @computed_once
@@ -333,6 +331,19 @@ class EdgeWeights:
         with np.errstate(divide="ignore"):
             factor = self.factor(np.broadcast_to(cells, root.shape), root)
             return np.where(self.weighted[cells], factor / (root * self.mean[cells]), 1.0)
+
+
+@compiled
+def _add_shares(factors, cell, square, at, load, shares):
+    """Add the means over triangles of w times the barycentric coordinates, by a rule on them."""
+    for k in range(load.shape[0]):
+        for q in range(load.shape[1]):
+            a, b, c = at[0, k, q], at[1, k, q], at[2, k, q]
+            root = np.sqrt(a * square[0, k] + b * square[1, k] + c * square[2, k])
+            value = load[k, q] * factor_at(factors, cell[k], root)
+            shares[0, k] += a * value
+            shares[1, k] += b * value
+            shares[2, k] += c * value
 
 
 @compiled

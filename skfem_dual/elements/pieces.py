@@ -43,18 +43,19 @@ class Pieces(NamedTuple):
         weighted = np.zeros(n, dtype=bool) if weights is None else weights.weighted
         cell = np.nonzero(~weighted)[0]
         sizes, density = polygons.sizes[cell].astype(np.int64), np.ones(len(cell))
-        vertices = polygons.p[:, polygons.indices[np.repeat(~weighted, polygons.sizes)]]
+        corners = polygons.indices[np.repeat(~weighted, polygons.sizes)]
+        vertices = polygons.p.take(corners, axis=1)
         if weights is not None:
             fan = weights.fan
             own = np.nonzero(weighted[fan.cell])[0]
             mean, off = weights.of_triangles
-            triangles = fan.p[:, fan.t[:, own].T] + off[:, own, None]
+            triangles = fan.p.take(fan.t[:, own].T, axis=1) + off[:, own, None]
             cell = np.concatenate([cell, fan.cell[own]])
             sizes = np.concatenate([sizes, np.full(len(own), 3)])
             density = np.concatenate([density, mean[own] / weights.mean[fan.cell[own]]])
             vertices = np.hstack([vertices, triangles.reshape(2, -1)])
         order = np.argsort(cell, kind="stable")
-        vertices = vertices[:, np.argsort(np.repeat(cell, sizes), kind="stable")]
+        vertices = vertices.take(np.argsort(np.repeat(cell, sizes), kind="stable"), axis=1)
         offsets = np.concatenate([[0], np.cumsum(sizes[order])])
         first = np.searchsorted(cell[order], np.arange(n + 1))
         return cls(*inputs(vertices, offsets, density[order], first[:-1], first[1:]))
@@ -67,6 +68,6 @@ class Pieces(NamedTuple):
         sizes = np.diff(self.offsets)[piece]
         ends = np.cumsum(sizes)
         vertex = np.arange(ends[-1]) + np.repeat(self.offsets[piece] - ends + sizes, sizes)
-        offsets = np.append(0, ends)
-        parts = self.vertices[:, vertex], offsets, self.density[piece], last - count, last
-        return type(self)(*inputs(*parts))
+        vertices = self.vertices.take(vertex, axis=1)
+        own = np.append(0, ends), self.density[piece], last - count, last
+        return type(self)(*inputs(vertices, *own))
