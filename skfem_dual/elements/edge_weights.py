@@ -252,10 +252,10 @@ class EdgeWeights:
         shares = np.zeros_like(square)
         for begin in range(0, square.shape[1], CHUNK):
             some = slice(begin, begin + CHUNK)
-            known = factors, *inputs(self.fan.cell[some], square[:, some])
-            whole = np.repeat(np.eye(3)[..., None], len(known[1]), axis=2)
-            for at, load in graded(whole, known[2], ORDER):
-                _add_shares(*known, at, load, shares[:, some])
+            cell, own = inputs(self.fan.cell[some], square[:, some])
+            whole = np.repeat(np.eye(3)[..., None], len(cell), axis=2)
+            for at, load in graded(whole, own, ORDER):
+                _add_shares(factors, cell, own, at, load, shares[:, some])
         return shares.sum(axis=0), shares
 
     @computed_once
