@@ -88,6 +88,11 @@ def test_profile(on_crust):
     assert np.diff(profile.displacement[2]).max() < 0
 
 
+def test_a_profile_has_depths(on_crust):
+    with pytest.raises(ValueError, match="at least one depth, got none"):
+        vertical_profile(on_crust, (0.25, 0.0), [])
+
+
 def test_a_profile_is_told_in_a_few_lines(on_crust):
     profile = vertical_profile(on_crust, (0.25, 0.0), [0.5, 2.0])
     rows = repr(profile).splitlines()

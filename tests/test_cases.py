@@ -1,6 +1,7 @@
 """Load cases: the same answers as case by case, whatever they share."""
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from skfem_dual import (
     bearing_pressure,
 )
 from skfem_dual.io import write_cases
+from skfem_dual.report import write_report
 
 UNIT = HalfSpace(1.0, 0.0)
 RANDOM = np.random.default_rng(3)
@@ -194,6 +196,34 @@ def test_bearing_pressure_of_a_sphere():
     top = 1.5 * 0.5 / np.pi / a**2
     mean = top * 2 / 3 * (1 - (1 - (0.2 / a) ** 2) ** 1.5) / (0.2 / a) ** 2
     assert bearing_pressure(solution) == pytest.approx(mean, rel=5e-3)
+
+
+def test_bearing_pressure_of_contact_narrower_than_a_circle():
+    """A base that nearly tips stands on a strip, whose pressure no wider circle has."""
+    cases = punch(rectangle(6)).solve_many(
+        {"tipping": {"force": 1.0, "at": (0.93, 0.0)}, "tame": {"force": 1.0, "at": (0.5, 0.0)}}
+    )
+    tipping, tame = cases
+    assert bearing_pressure(tipping) == tipping.mean_pressure > 2 * bearing_pressure(tame)
+    assert bearing_pressure(tame) > tame.mean_pressure
+    assert cases.envelope()[0].name == "tipping"
+
+
+def test_bearing_pressure_of_shaped_punches_pressed_to_the_edge(tmp_path):
+    """Each case by its own law of the edge, as alone; reports say which."""
+    shaped = punch(disc(5), gap=Paraboloid(50.0))
+    cases = shaped.solve_many([{"force": 10.0}, {"force": 0.01}])
+    for pressure, force, edge in zip(
+        cases.largest_pressure, (10.0, 0.01), ("singular", "constant"), strict=True
+    ):
+        alone = shaped.solve(force)
+        assert pressure == pytest.approx(bearing_pressure(alone), rel=1e-9)
+        write_report(tmp_path / "alone.json", alone)
+        assert json.loads((tmp_path / "alone.json").read_text())["footings"][0]["edge"] == edge
+    write_report(tmp_path / "cases.json", cases)
+    (told,) = json.loads((tmp_path / "cases.json").read_text())["footings"]
+    assert told["edge"] == "singular"
+    assert told["cases"][0]["pressure"]["largest"] == pytest.approx(cases.largest_pressure[0])
 
 
 def test_table(tmp_path):

@@ -266,9 +266,12 @@ def test_bad_groups():
             RigidPunches(pair(3.0).punches, names=names)
     with pytest.raises(ValueError, match="got punches left, right that do"):
         RigidPunches([punch(disc(1))] * 2, names=["left", "right"])
-    with pytest.raises(ValueError, match="names of subdomains"):
+    with pytest.raises(ValueError, match=r"without\. Remedy: mesh\.with_subdomains"):
         RigidPunches.from_subdomains(UNIT, disc(1))
     mesh = disc(1).with_subdomains({"all": np.arange(4)})
+    for names, told in (["some"], r"\['some'\]"), ([], "none"):
+        with pytest.raises(ValueError, match=rf"subdomains of the mesh, \['all'\], got {told}"):
+            RigidPunches.from_subdomains(UNIT, mesh, names)
     with pytest.raises(ValueError, match='"dual" or "triangles"'):
         RigidPunches.from_subdomains(UNIT, mesh, grid="primal")
 

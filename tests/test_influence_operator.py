@@ -12,9 +12,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plans import disc, perturbed, rectangle
-from skfem import CellBasis, ElementTriP0, MeshTri
+from skfem import CellBasis, ElementTriP0, ElementTriP1, ElementVector, MeshTri
 
-from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    RigidPunch,
+    flexible_settlement,
+    transfer,
+)
 from skfem_dual.contact import loaded_cells
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
@@ -505,3 +514,16 @@ def test_benchmark(monkeypatch, capsys):
     assert "graded" in capsys.readouterr().out
     for name in ("fast_operator", "plans"):
         sys.modules.pop(name, None)
+
+
+def test_elements_of_other_bases_are_cells():
+    """What a solution exports can be the load of an operator."""
+    soil = GROUNDS["homogeneous"]
+    solution = RigidPunch(soil, DualMesh.from_mesh(disc(2)).basis()).solve(1.0)
+    basis, vector = solution.pressure_field(refine=0)
+    operator = InfluenceOperator(soil, basis, edge="constant", method="dense")
+    means = transfer(basis, vector, CellBasis(basis.mesh, ElementTriP0()))
+    expected = flexible_settlement(soil, basis, vector)
+    assert operator @ means == pytest.approx(expected, rel=1e-9)
+    with pytest.raises(TypeError, match=r"piecewise constants .* ElementVector"):
+        InfluenceOperator(soil, CellBasis(basis.mesh, ElementVector(ElementTriP1())))

@@ -5,7 +5,7 @@ import pytest
 from plans import sin_graded, to_area
 from skfem import MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
+from skfem_dual import DualMesh, HalfSpace, Load, RigidPunch, RigidPunches
 from skfem_dual.elements import crossed_loads
 from skfem_dual.elements.crossed import CrossedCells, _roots
 from skfem_dual.grids.generate import disc, rectangle
@@ -173,3 +173,19 @@ def test_thin_cells_do_without():
     few, many = (flat(mesh).solve(1.0, at=(6.0, 0.5)) for mesh in (coarse, coarse.refined()))
     assert few.settlement == pytest.approx(many.settlement, rel=3e-3)
     assert few.tilt == pytest.approx(many.tilt, rel=3e-3)
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+@pytest.mark.parametrize("force", [0.3, 0.1, 0.01])
+def test_a_neighbour_that_hardly_touches_has_no_line(force):
+    """On a few cells, all of which the line would cross, nothing would bear its load."""
+    soil = HalfSpace(20e3, 0.3)
+    big = flat(rectangle(12, 8, n=150), soil=soil)
+    dual = DualMesh.from_mesh(rectangle(4, 8, n=150).translated((10.0, 0.0)))
+    small = RigidPunch(soil, dual.basis(), origin=(10.0, 0.0))
+    found = RigidPunches([big, small]).solve([Load(1200.0, (3.0, 0.0)), Load(force)])
+    assert np.sum(found.solutions[1].gap == 0) < 16
+    assert found.success
+    alone, beside = big.solve(1200.0, at=(3.0, 0.0)), found.solutions[0]
+    assert beside.settlement == pytest.approx(alone.settlement, rel=1e-3)
+    assert beside.tilt == pytest.approx(alone.tilt, rel=1e-2, abs=1e-2 * alone.tilt[0])

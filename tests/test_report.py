@@ -667,6 +667,8 @@ def test_wrong_arguments():
         report_html(solution, details=1)
     with pytest.raises(TypeError, match=r"accuracy\[''\]"):
         report_html(solution, accuracy={"": 1e-3})
+    with pytest.raises(TypeError, match=r"'allowable', .*got \['allowed'\]"):
+        report_html(solution, allowed=200.0)
 
 
 @pytest.mark.parametrize("n", [60, 100, 150, 240])

@@ -54,5 +54,6 @@ def test_refused():
         trace(solid, "bottom")
     with pytest.raises(ValueError, match="one plane z = const"):
         trace(solid, "left")
-    with pytest.raises(ValueError, match="got none"):
-        trace(solid, np.array([], dtype=int))
+    for nothing in (np.array([], dtype=int), [], ()):
+        with pytest.raises(ValueError, match="got none"):
+            trace(solid, nothing)

@@ -39,10 +39,18 @@ def punches_on(
     check_type(mesh)
     checked_choice("grid", grid, ("dual", "triangles"))
     known = sorted(mesh.subdomains or {})
+    if not known:
+        raise ValueError(
+            "expected a mesh with subdomains, got one without. Remedy: "
+            "mesh.with_subdomains({name: elements})"
+        )
     names = known if names is None else checked_sequence("names", names)
     names = [checked_text("names", name) for name in names]
-    if missing := [name for name in names if name not in known] or not names:
-        raise ValueError(f"expected names of subdomains of the mesh, {known}, got {missing}")
+    missing = [name for name in names if name not in known]
+    if missing or not names:
+        raise ValueError(
+            f"expected names of subdomains of the mesh, {known}, got {missing or 'none'}"
+        )
     return names, [_punch_on(substrate, mesh.restrict(name), grid) for name in names]
 
 

@@ -72,7 +72,14 @@ class LineWork:
     def of(
         cls, work: Any, under: tuple[CrossedCells | None, ...], contact: Contact, nlaws: int
     ) -> "LineWork | None":
-        """By the cells crossed under each punch; None if there are none."""
+        """By the cells crossed under each punch; None if there are none.
+
+        A punch under which hardly a cell remains in contact keeps it as its cells have it.
+        """
+        under = tuple(
+            found if found is not None and _bear(cells.partition.centroids, found) else None
+            for (cells, *_), found in zip(work.parts, under, strict=True)
+        )
         if all(found is None for found in under):
             return None
         in_contact, crossed = contact.touching.copy(), np.zeros(len(contact.touching), dtype=bool)
@@ -269,6 +276,15 @@ class LineWork:
             x = [np.bincount(at, load * a) / total for a in found.centroids]
             out.append(Sectors(np.stack(x), cell + own.start, total))
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
+
+
+def _bear(centroids: ndarray, found: CrossedCells) -> bool:
+    """Whether cells in contact can bear any load: three of them that are not on one line."""
+    x = centroids[:, found.in_contact]
+    if x.shape[1] < 3:
+        return False
+    along, across = np.linalg.svd(x - x.mean(axis=1, keepdims=True), compute_uv=False)
+    return bool(across > 1e-6 * along)
 
 
 def find_changes(work: Any, lined: Sequence[LineWork]) -> None:

@@ -1,6 +1,7 @@
 """Flexible loads: settlements under given pressures, without a punch."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -58,8 +59,8 @@ def flexible_settlement(
     2.000
     """
     checked_substrate(substrate)
-    if isinstance(basis, CellBasis) and basis.elem.maxdeg > 0 and isinstance(pressure, ndarray):
-        basis, pressure = _elements(basis), (basis, pressure)
+    if isinstance(pressure, ndarray) and (cells := cells_of(basis)) is not basis:
+        basis, pressure = cells, (basis, pressure)
     partition = Partition.from_basis(basis)
     if isinstance(pressure, tuple) and len(pressure) == 2:
         pressure = transfer(*pressure, basis)
@@ -78,7 +79,10 @@ def flexible_settlement(
     )
 
 
-def _elements(basis: CellBasis) -> CellBasis:
-    """Constants on the elements of a mesh."""
+def cells_of(basis: Any) -> Any:
+    """Constants on the elements of a basis of scalars on a plane mesh; others as they are."""
+    plane = isinstance(basis, CellBasis) and basis.mesh.dim() == 2 and basis.elem.maxdeg > 0
+    if not plane or [np.ndim(field) for field in basis.basis[0]] != [2]:
+        return basis
     constant = ElementTriP0() if basis.mesh.t.shape[0] == 3 else ElementQuad0()
     return CellBasis(basis.mesh, constant, mapping=own_mapping(basis.mesh))

@@ -87,7 +87,9 @@ def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
         )
     if isinstance(boundary, type) or boundary is None:
         raise TypeError(f"expected a boundary by its name or facets, got {shown(boundary)}")
-    facets = mesh.normalize_facets(boundary)
+    facets = boundary
+    if not isinstance(boundary, (list, tuple)) or boundary:  # which scikit-fem would concatenate
+        facets = mesh.normalize_facets(boundary)
     facets = np.unique(checked_indices("boundary", facets, mesh.nfacets, each="place"))
     if len(facets) == 0:
         raise ValueError("expected facets that face the ground, got none")

@@ -22,6 +22,7 @@ from ..arguments import (
     checked_number,
 )
 from ..elements.edge_weights import EdgeWeights
+from ..elements.flexible import cells_of
 from ..elements.influence import as_points
 from ..elements.slopes import Slopes
 from ..grids.lattice import Lattice
@@ -54,7 +55,8 @@ class InfluenceOperator(LinearOperator):
     substrate : HalfSpace, GradedHalfSpace, LayeredHalfSpace or PeriodicGround
         The ground; the last under constant pressures on a regular grid that covers its period.
     basis : CellwiseBasis, CellBasis or Partition
-        Piecewise constants, see `RigidPunch`, or the loaded cells themselves.
+        Piecewise constants, see `RigidPunch`, or the loaded cells themselves; of any other basis
+        of scalars its elements are the cells, and `transfer` to constants gives their means.
     rtol : float
         Error allowed in a settlement, relative to the sum of the contributions of all cells
         taken positive, which is no less than a hundredth of that on homogeneous ground with the
@@ -133,6 +135,7 @@ class InfluenceOperator(LinearOperator):
                 f"expected a tolerance of at least {EXACT:g} of the fast summation, got {rtol:g}. "
                 'Remedy: method="dense"'
             )
+        basis = cells_of(basis)
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
         weights, slopes = _law(substrate, basis, partition, edge)
         x = readonly(_points(partition, collocation))

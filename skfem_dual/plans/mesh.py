@@ -26,7 +26,7 @@ def mesh_of(
 ) -> MeshTri:
     """Triangulation of some parts, each a component; see `Plan.mesh`."""
     if isinstance(graded, str):
-        raise ValueError(f"expected graded as a number from 0 to 1 for plans, got {graded!r}")
+        raise ValueError(f"expected graded as a number in (0, 1] for plans, got {graded!r}")
     areas = np.array([o.area - sum(hole.area for hole in holes) for o, holes in parts])
     counts: list[int | None] = [n] * len(parts)
     if n is not None and len(parts) > 1:

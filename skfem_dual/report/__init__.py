@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -89,9 +89,11 @@ def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
 
 
 def _details(details: Details | None = None, **said: Any) -> Details:
-    if details is None:
-        return Details(**said)
-    return replace(checked_instance("details", details, Details), **said)
+    known = [each.name for each in fields(Details) if each.init]
+    if unknown := [name for name in said if name not in known]:
+        raise TypeError(f"expected options of reports, {known}, got {unknown}")
+    given = Details() if details is None else checked_instance("details", details, Details)
+    return replace(given, **said)
 
 
 def _bodies(solution: Reported, details: Details) -> list[Body]:

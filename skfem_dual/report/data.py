@@ -138,12 +138,14 @@ def _footing(footing: Footing) -> dict[str, Any]:
 def _plan(body: Body) -> dict[str, Any]:
     """What is told of every body."""
     footprint = body.plan
+    # shaped punches are solved again where pressures reach the edge of the plan
+    edge = (footprint if body.standing is None else body.standing.solution.punch.footprint).edge
     p = footprint.partition.polygons.p
     return {
         "name": body.name,
         "grid": footprint.description,
         "cells": len(footprint.partition),
-        "edge": footprint.edge,
+        "edge": edge,
         "collocation": footprint.collocation,
         "origin": footprint.origin,
         "centroid": footprint.centre,

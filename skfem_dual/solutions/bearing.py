@@ -2,7 +2,8 @@
 
 Under the sharp edge of a rigid body the pressure of elastic ground grows beyond all bounds; the
 ground yields there and passes its load on to what is beside, and the largest pressure of a cell
-depends on its size. What is compared is the largest mean pressure on a circle, which does not.
+depends on its size. What is compared is the largest mean pressure on a circle, which does not; or
+that on all of the contact where it is narrower than the circle.
 """
 
 from dataclasses import dataclass
@@ -132,7 +133,8 @@ def bearing_pressure(solution: CellPressures) -> float:
     Under the sharp edge of a rigid body the pressure of elastic ground grows beyond all bounds,
     and the largest pressure of a cell depends on its size. The mean on a circle does not. Of all
     circles in the plan whose radius is a fifth of that of the largest one, that with the largest
-    mean is taken; it may touch the edge.
+    mean is taken; it may touch the edge. Where contact has become narrower than the circle the
+    mean on it tells nothing: it is never less than the force over the area in contact.
 
     Parameters
     ----------
@@ -152,4 +154,6 @@ def bearing_pressure(solution: CellPressures) -> float:
     1.03
     """
     checked_instance("solution", solution, CellPressures)
-    return Circles.of(solution.punch.footprint).largest(solution)
+    largest = Circles.of(solution.punch.footprint).largest(solution)
+    # in full contact some circle bears more than the mean, and no region need be found
+    return max(largest, solution.mean_pressure) if solution.gap.any() else largest

@@ -182,6 +182,8 @@ def vertical_profile(solution: CellPressures, at: Pair, depths: ArrayLike) -> Pr
     checked_instance("solution", solution, CellPressures)
     at = checked_pair("at", at)
     z = checked_array("depths", depths, ("m",), each="depth")
+    if len(z) == 0:
+        raise ValueError("expected at least one depth, got none")
     found = _fields(solution, np.vstack([np.tile(at, (len(z), 1)).T, z]))
     stress = Stresses(*found[:6])
     ground = solution.footprint.substrate

@@ -15,7 +15,7 @@ from ..contact.footprint import Footprint
 from ..contact.load import Load
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once, remember
-from .bearing import Circles
+from .bearing import Circles, bearing_pressure
 from .punch_solution import PunchSolution
 
 #: columns of `CasesSolution.table`
@@ -150,7 +150,7 @@ class CasesSolution:
         """Largest mean pressures on a circle, see `bearing_pressure`; shape (k,).
 
         Cells along a line of contact count by their means."""
-        return self._of(self.circles.largest, ())
+        return self._of(bearing_pressure, (), lifting=True)
 
     @computed_once
     def circles(self) -> Circles:
