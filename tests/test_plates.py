@@ -17,7 +17,7 @@ from skfem_dual import (
     flexible_settlement,
 )
 from skfem_dual.bodies import plates
-from skfem_dual.grids.generate import rectangle
+from skfem_dual.grids.generate import annulus, polygon, rectangle
 
 SOIL = HalfSpace(young=30e3, poisson=0.3)
 RAFT = Plate(thickness=0.4, young=30e6, poisson=0.2)
@@ -94,6 +94,35 @@ def test_stiff_and_limp_plates():
     for unilateral in (True, False):
         solution = limp.solve(12.0 * weight(limp.structure), unilateral=unilateral)
         assert solution.deflection(at) == pytest.approx(settled, rel=5e-3)
+
+
+def _frame(half, n):
+    """Cells of a square frame with sides 2."""
+    corners = np.array([[-1.0, 1, 1, -1], [-1, -1, 1, 1]])
+    inner = (1 - 2 * half) * corners
+    return DualMesh.from_mesh(polygon(corners, holes=[inner], n=n)).basis()
+
+
+@pytest.mark.parametrize(
+    "basis",
+    [_frame(0.1, 40), _frame(0.05, 80), DualMesh.from_mesh(annulus(0.8, n=16)).basis()],
+    ids=["frame", "thin frame", "ring"],
+)
+def test_cells_around_a_corner_whose_centroids_lie_outside(basis):
+    """Deflections there are means over the cells: a stiff plate is a rigid punch."""
+    stiff = Plate(10.0, 1e9, 0.2).on(HalfSpace(1.0, 0.3), basis)
+    x = stiff.collocation_points
+    assert (stiff.footprint.fan.locate(x) < 0).any()
+    linear = stiff.structure.project(lambda x: 3 + 2 * x[0] - x[1])
+    assert stiff.trace @ linear == pytest.approx(3 + 2 * x[0] - x[1], rel=1e-9)
+    load = LinearForm(lambda v, w: (1 + 0.2 * w.x[0]) * v).assemble(stiff.structure)
+    solution = stiff.solve(load)
+    assert solution.success
+    force, at = load @ stiff.structure.project(lambda x: 1 + 0 * x[0]), solution.centre_of_pressure
+    assert solution.force == pytest.approx(force, rel=1e-9)
+    rigid = RigidPunch(HalfSpace(1.0, 0.3), basis, origin=(0.0, 0.0)).solve(force, at=at)
+    found = rigid.punch_displacement(x, collocated=True)
+    assert stiff.trace @ solution.displacement == pytest.approx(found, rel=1e-6)
 
 
 def test_bending_moments(loaded):

@@ -261,6 +261,31 @@ def test_contact_that_is_found():
         assert found.pressure == pytest.approx(expected.pressure, abs=1e-8)
 
 
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize("length", [2.0, 3.0])
+def test_turned_rectangles_of_equal_triangles(grid, length):
+    """Distances and laws that are the same in many places decide nothing by their rounding."""
+    mesh = MeshTri.init_symmetric().refined(3)
+    mesh = MeshTri(mesh.p * np.array([[length], [1.0]]), mesh.t)
+    found, matrices = [], []
+    for angle in (0.0, 0.3, 1.219, 2.0):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        turned = DualMesh.from_mesh(MeshTri(turn @ mesh.p, mesh.t))
+        basis = turned.basis() if grid == "dual" else turned.primal_basis()
+        middle, at = turn @ [length / 2, 0.5], turn @ [0.375 * length, 0.1]
+        for symmetry in (None, "auto"):
+            punch = RigidPunch(SOIL, basis, origin=middle, symmetry=symmetry)
+            solution = punch.solve(1.0, at=at)
+            assert solution.success
+            assert (solution.gap > 0).any()
+            found.append((solution.settlement, *(turn.T @ solution.tilt)))
+            if symmetry is None:
+                matrices.append(punch.matrix)
+    least = 1e-7 * matrices[0].max()
+    assert all(np.allclose(each, matrices[0], 1e-7, least) for each in matrices)
+    assert np.array(found) == pytest.approx(np.tile(found[0], (8, 1)), rel=1e-7, abs=1e-7)
+
+
 def test_symmetry_that_is_given():
     partition = Partition.from_basis(dual(hexagon()))
     for rotations, mirror, name in (

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
@@ -39,7 +39,8 @@ from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.verify import verified
-from ..elements.point_values import value_matrix
+from ..elements.load_matrix import load_matrix
+from ..elements.point_values import values_inside
 from ..elements.shape_functions import picklable
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
@@ -214,8 +215,18 @@ class ElasticPunch(Body):
 
     @computed_once
     def trace(self) -> csr_matrix:
-        """T, deflection of each collocation point, positive into the ground, shape (n, N)."""
-        matrix = value_matrix(self.contact_basis, self.collocation_points, self.component)
+        """T, deflection of each collocation point, positive into the ground, shape (n, N).
+
+        Where that of a cell around a re-entrant corner lies outside of the structure it is the
+        mean over the cell, the same for linear deflections.
+        """
+        basis, cells = self.contact_basis, self.footprint
+        matrix, outside = values_inside(basis, self.collocation_points, self.component)
+        if len(outside):
+            uniform = cells.partition, None, cells.fan
+            share = np.bincount(outside, minlength=len(cells)) / cells.partition.areas
+            loads = load_matrix(*uniform, basis, component=self.component)
+            matrix = matrix + (loads @ diags(share)).T
         return -matrix if self._upward else matrix
 
     @property

@@ -31,8 +31,8 @@ _MATRICES = ndarray, SymmetricMatrix
 #: with it, with 14 off by a tenth; and up to how many it is cheap to draw it
 FEWEST, MOST = 16, 3000
 #: contact with more of a punch's plan tilts it right to 1e-4 as its cells have it, and settles it
-#: to 4e-5: circles up to e = a / 2
-WIDE = 0.75
+#: to 4e-5: circles up to e = a / 2; no contact of equal cells covers just that
+WIDE = 0.7503
 #: across cells as thin, by squares of their radii over areas, the law spoils more than it gains:
 #: twelve times as long as wide they tilt a strip by 2 % too little, with it, without it by 3e-4
 THIN = 2.0

@@ -138,6 +138,7 @@ def _add_moments(triangles, centres, cells, out):
             low, between, high, _ = by_distance(piece, triangles)
             rise = root[high] ** 2 - root[low] ** 2
             share = (root[between] ** 2 - root[low] ** 2) / rise if rise > 0.0 else 0.0
+            share = min(max(share, 0.0), 1.0)  # whatever rounding makes of equal distances
             bx, by = p[0, between] - cx, p[1, between] - cy
             # the centre first: it is far off where the coordinates are those of a site
             ox = (p[0, low] - cx) + share * (p[0, high] - p[0, low])

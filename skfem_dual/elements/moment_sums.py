@@ -15,8 +15,9 @@ from .moments import INSIDE, Multipoles, along_arms, arms, series_terms
 from .near_sums import NearSums
 from .slopes import Slopes
 
-#: cells nearer than so many of their radii are integrated
-REACH = 3.0
+#: cells nearer than so many of their radii are integrated; no point of a regular mesh is just
+#: there
+REACH = 3.03
 #: points that are looked at together
 WIDTH = 64
 #: nanoseconds that a cell takes, about

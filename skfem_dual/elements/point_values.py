@@ -66,20 +66,29 @@ def value_matrix(basis: AbstractBasis, x: ndarray, component: int | None = None)
     ValueError
         If a point lies outside of the mesh or the facets.
     """
-    functions = ShapeFunctions.of(basis, component)
-    point, cell = locate(functions.cells, x)
-    count = np.bincount(point, minlength=x.shape[1])
-    if len(bad := np.nonzero(count == 0)[0]):
+    matrix, bad = values_inside(basis, x, component)
+    if len(bad):
         raise ValueError(
             f"expected a basis that covers all points, but points {some(bad)} lie outside, the "
             f"first at ({x[0, bad[0]]:.6g}, {x[1, bad[0]]:.6g})"
         )
+    return matrix
+
+
+def values_inside(
+    basis: AbstractBasis, x: ndarray, component: int | None = None
+) -> tuple[csr_matrix, ndarray]:
+    """As `value_matrix`, with nothing in the rows of points outside, and the numbers of these."""
+    functions = ShapeFunctions.of(basis, component)
+    point, cell = locate(functions.cells, x)
+    count = np.bincount(point, minlength=x.shape[1])
     used, own = np.unique(cell, return_inverse=True)  # few points are in few of the cells
     values = functions.on(used).values(own, x[:, point]) / count[point]
     columns = basis.element_dofs[:, cell]
     rows = np.broadcast_to(point, columns.shape)
     shape = x.shape[1], basis.N
-    return coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape).tocsr()
+    entries = values.ravel(), (rows.ravel(), columns.ravel())
+    return coo_matrix(entries, shape=shape).tocsr(), np.nonzero(count == 0)[0]
 
 
 def vertex_values(basis: CellBasis, vector: ndarray) -> ndarray:

@@ -39,8 +39,9 @@ from .slopes import Slopes
 #: with more cells the fields of less than so many rows are found of so many at a time, which takes
 #: less room
 FEW = 2**14
-#: points nearer to a cell's centroid than so many of its radii take the exact correction
-EXACT_RADII = 2.5
+#: points nearer to a cell's centroid than so many of its radii take the exact correction; no
+#: point of a regular mesh is just there
+EXACT_RADII = 2.53
 #: nanoseconds that the dipole of a cell takes, about
 CELL = 4
 

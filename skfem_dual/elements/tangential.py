@@ -37,8 +37,9 @@ from .slopes import Slopes
 from .strips import CellLoads, area_of, weighted_strips
 from .tangential_remainder import ShearedCells, tangential_remainder
 
-#: points nearer to a weighted cell than so many of its radii see its strips, others its triangles
-IN_STRIPS = 3.0
+#: points nearer to a weighted cell than so many of its radii see its strips, others its
+#: triangles; no point of a regular mesh is just there
+IN_STRIPS = 3.03
 #: numbers computed at a time
 CHUNK = 2**24
 
