@@ -272,7 +272,7 @@ def test_equal_layers_are_homogeneous(rough):
     """But for the series by which sectors settle farther off on homogeneous ground."""
     found, exact = (circle(40, soil=s).stiffness(full=True, rough=rough) for s in (EQUAL, SOIL))
     off = np.abs(found - exact) / exact.max()
-    assert off[:3, :3].max() < (1e-9 if rough else 1e-5)
+    assert off[:3, :3].max() < (1e-9 if rough else 2e-5)
     off[:3, :3] = 0.0
     assert off.max() < 1e-9
 
