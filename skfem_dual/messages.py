@@ -53,6 +53,17 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
+def shortened(text: str, most: int) -> str:
+    """A name that is cut where it is too long: its end tells as much as its begin.
+
+    >>> shortened("wind", 8), shortened("1.35 G + 1.5 Q + wind from west", 20)
+    ('wind', '1.35 G + 1…from west')
+    """
+    if len(text) <= most:
+        return text
+    return f"{text[: most // 2]}…{text[len(text) - (most - most // 2 - 1) :]}"
+
+
 def listed(words: Sequence[str]) -> str:
     """Words in a row.
 

@@ -508,3 +508,22 @@ def test_a_body_that_its_neighbour_leaves_in_the_air():
     alone = both.punches[0].solve(1.0, at=(-0.2, 0.0))
     assert found[0].settlement == pytest.approx(alone.settlement, rel=1e-3)
     assert found[0].collocated_settlement == pytest.approx(alone.collocated_settlement, rel=1e-12)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_frames_of_any_stiffness(unilateral):
+    """Far stiffer than the ground they join the bodies: forces are not what rounding leaves."""
+    link = np.zeros((6, 6))
+    link[[0, 3], [0, 3]], link[[0, 3], [3, 0]] = 1.0, -1.0
+    loads = [{"force": 1.0}, {"force": 2.0}]
+    found = []
+    for stiffness in 1e4, 1e8, 1e14, 1e18:
+        framed = RigidPunches(pair(3.0).punches, stiffness=stiffness * link)
+        solution = framed.solve(loads, unilateral=unilateral)
+        assert solution.success
+        assert sum(each.force for each in solution) == pytest.approx(3.0, rel=1e-11)
+        found.append([each.settlement for each in solution])
+    assert found[0] == pytest.approx(found[-1], rel=1e-4)
+    for each in found[1:3]:
+        assert each == pytest.approx(found[-1], rel=1e-8)
+    assert found[-1][0] == pytest.approx(found[-1][1], rel=1e-12)

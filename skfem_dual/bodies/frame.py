@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, csr_matrix, issparse
+from scipy.sparse import csr_matrix, issparse
 
 from ..arguments import checked_array
 from ..contact.load import Constraints
@@ -21,7 +21,7 @@ from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..kernels.once import computed_once
-from ..operators.compliance import Compliance
+from ..operators.compliance import Compliance, generalised_inverse
 from ..operators.yielding import YieldingOperator
 
 
@@ -45,7 +45,7 @@ class FramedSystem:
     def _compliance(self) -> tuple[Compliance, ndarray]:
         """What the frame yields by forces on the free motions, and the motions of the whole."""
         motions = self.constraints.motions
-        return compliance(motions.T @ self.constraints.frame @ motions)
+        return generalised_inverse(motions.T @ self.constraints.frame @ motions)
 
     @computed_once
     def _planes(self) -> ndarray:
@@ -131,19 +131,6 @@ class FramedSystem:
         return self._compliance[0].displacements(forces)
 
 
-def compliance(stiffness: ndarray) -> tuple[Compliance, ndarray]:
-    """Generalised inverse of a small stiffness, and the motions that it does not resist.
-
-    Raises
-    ------
-    ValueError
-        If it is not symmetric and positive semidefinite.
-    """
-    loose = np.nonzero(~stiffness.any(axis=1))[0]
-    yields = Compliance(csc_matrix(stiffness), loose)
-    return yields, np.hstack([yields.motions, np.eye(len(stiffness))[:, loose]])
-
-
 def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:
     """Stiffness of a frame on so many bodies as an array.
 
@@ -154,5 +141,5 @@ def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:
     """
     matrix = stiffness.toarray() if issparse(stiffness) else stiffness
     matrix = checked_array("stiffness", matrix, (3 * bodies, 3 * bodies))
-    compliance(matrix)
+    generalised_inverse(matrix)
     return matrix

@@ -23,6 +23,7 @@ from .. import (
 )
 from ..arguments import Pair
 from ..contact.load import Hull
+from ..errors import MeshWarning
 from ..grids.corners import signed_areas
 from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
@@ -114,6 +115,7 @@ def read_bases(
                 f"the origin {place(origin)} is {beyond:.3g} off the plan, "
                 "settlement and moments refer to it. Remedy: leave out --origin for the "
                 f"centroid, {place(centre)}",
+                MeshWarning,
                 stacklevel=1,
             )
         accuracy = None
@@ -138,6 +140,7 @@ def _tell_of_size(units: Units, path: str, edge: np.ndarray) -> None:
         warnings.warn(
             f"{path} is {wide:.4g} {symbol} wide. Remedy: check that its coordinates are in the "
             "unit of --units; --drawn-in changes those of outlines",
+            MeshWarning,
             stacklevel=1,
         )
 

@@ -5,6 +5,7 @@ import re
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 
+from ..errors import ConvergenceWarning, MeshWarning, ResolutionWarning
 from ..kernels.compiled import when_compiling
 from ..terminal import is_watched, tell
 
@@ -44,9 +45,11 @@ def progress_of_compilation(options: argparse.Namespace) -> AbstractContextManag
 
 
 def show_warning(warned: list[str], message: Warning | str, *where: object) -> None:
-    """Tell a warning in one line, and keep it."""
-    warned.append(one_line(message))
-    tell(f"warning: {warned[-1]}")
+    """Tell a warning in one line, and keep it for reports if it is about the problem."""
+    text = one_line(message)
+    if isinstance(message, (MeshWarning, ConvergenceWarning, ResolutionWarning)):
+        warned.append(text)
+    tell(f"warning: {text}")
 
 
 def one_line(error: BaseException | Warning | str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 from .. import Accuracy, DualMesh, Load, Plan
 from ..arguments import Pair
+from ..errors import MeshWarning
 from ..ground.substrates import Substrate
 from ..plans.corners import ring_of
 from ..plans.drawings import unit_of_drawing
@@ -102,6 +103,7 @@ def _tell_of_unit(path: str, own: str | None, where: str, wanted: str) -> None:
         warnings.warn(
             f"{path} says that it is drawn in {own} ({where}), --units says {wanted}, which "
             f"is taken. Remedy: {scaled}--drawn-in {wanted} if that is wrong",
+            MeshWarning,
             stacklevel=2,
         )
 

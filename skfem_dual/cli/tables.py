@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..messages import decimals_of
+from ..messages import decimals_of, shortened
 from ..report.bodies import Body, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
@@ -16,6 +16,8 @@ from .messages import in_options
 
 #: coordinates that are zero but for rounding, over the extent of the plan
 NOISE = 1e-12
+#: characters of the name of a case in a table
+NAME = 40
 
 
 def solution_table(
@@ -83,7 +85,7 @@ def case_table(bodies: Sequence[Body], bases: Sequence[Base], times: Mapping) ->
             for head, unit, column in _columns(body, units)
         ]
         share = [f"{100 * s:.3g} %" if np.isfinite(s) else "-" for s in body.contact_share]
-        names = ["case", "", *(name[:24] for name in body.names)]
+        names = ["case", "", *(shortened(name, NAME) for name in body.names)]
         found = ["", "", *("" if ok else "NO SOLUTION" for ok in body.success)]
         table = [names, *shown, ["contact", "", *share], found]
         widths = [max(map(len, column)) for column in table]
@@ -93,7 +95,7 @@ def case_table(bodies: Sequence[Body], bases: Sequence[Base], times: Mapping) ->
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
         lines += ["", *_envelope(body)]
         told = _bounds(body, times) if isinstance(body, Footing) else _points(body)
-        lines += [*(f"{name:<24}{line}" for name, line in told.items()), ""]
+        lines += [*(f"{name + ' ':<24}{line}" for name, line in told.items()), ""]
     for pair in between(bodies):
         moved = _read(pair.difference, units.displacement, named=units.named)
         lines.append(
@@ -107,7 +109,7 @@ def _columns(body: Body, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
     """What is told of each case."""
     sink, pressure = units.displacement, ("max press.", units.pressure, body.largest_pressure)
     if isinstance(body, Footing):
-        (lx, ly), largest = body.cases.tilt, body.cases.largest_settlement
+        (lx, ly), largest = body.tilts, body.cases.largest_settlement
         tilt = ("tilt Lx", units.slope, lx), ("tilt Ly", units.slope, ly)
         settled = "settlement", sink, body.cases.settlement
         return [settled, *tilt, ("max settl.", sink, largest), pressure]
@@ -167,7 +169,7 @@ def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:
     standing, units = footing.standing, footing.details.units
     if standing is None:
         return {}
-    called = f"Bounds of {footing.cases.names[footing.governing]}"[:23]
+    called = f"Bounds of {footing.cases.names[footing.governing]}"
     name = "Bounds" if len(footing.cases) == 1 else called
     if "bounds" not in times:
         return {name: "not computed for so many cells. Remedy: --json or --report"}

@@ -21,6 +21,7 @@ from numpy import ndarray
 
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.once import computed_once
+from ..operators.compliance import generalised_inverse
 from ..operators.entries import Entries
 from ..operators.factors import Factors, submatrix
 from ..operators.influence_operator import InfluenceOperator
@@ -39,6 +40,8 @@ from .system import DENSE
 APART = 0.025
 #: errors of settlements of the sectors may be so many times those of the equations
 SECTORS = 3.0
+#: a frame so many times as stiff as the ground leaves it no digits in their sum
+STIFF = 1e5
 
 
 class Part(NamedTuple):
@@ -57,6 +60,32 @@ class Part(NamedTuple):
     footprint: Footprint
     body: int
     centre: ndarray
+
+
+def _under_stiff_frame(constraints: Constraints, unit: ndarray, stiffness: ndarray) -> ndarray:
+    """Motions of unit size under the load and a frame that is far stiffer than the ground, whose
+    stiffness they resist with forces on such motions.
+
+    By what both yield: in the sum of both stiffnesses the digits of that of the ground would be
+    lost.
+    """
+    motions = unit[:, None] * constraints.motions
+    ground = np.linalg.inv(motions.T @ stiffness @ motions)
+    moved = -ground @ (motions.T @ stiffness @ (unit * constraints.fixed))
+    yields, free = generalised_inverse(
+        constraints.motions.T @ constraints.frame @ constraints.motions
+    )
+    loads = constraints.given - constraints.motions.T @ (constraints.frame @ constraints.fixed)
+    size = np.sqrt(ground.diagonal())  # of motions under unit forces: equations without units
+    both = (ground + yields.displacements(np.eye(len(loads)))) / np.outer(size, size)
+    free = free / size[:, None]
+    free = free / np.linalg.norm(free, axis=0)
+    n, m = free.shape
+    matrix = np.block([[both, -free], [free.T, np.zeros((m, m))]])
+    given = (yields.displacements(loads) - moved) / size
+    forces = np.linalg.solve(matrix, np.append(given, free.T @ (loads * size)))[:n] / size
+    return unit * (constraints.fixed + constraints.motions @ (ground @ forces + moved))
+
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +250,10 @@ class Work:
         motions, fixed = unit[:, None] * constraints.motions, unit * constraints.fixed
         balance = constraints.balance * unit
         if constraints.frame is not None:
-            stiffness = stiffness + constraints.frame / np.outer(unit, unit)
+            frame = constraints.frame / np.outer(unit, unit)
+            if np.abs(frame).max() > STIFF * np.abs(stiffness).max():
+                return _under_stiff_frame(constraints, unit, stiffness)
+            stiffness = stiffness + frame
         given = constraints.given - balance @ stiffness @ fixed
         y = np.linalg.solve(balance @ stiffness @ motions, given)
         return fixed + motions @ y

@@ -170,6 +170,19 @@ class Structures:
         return np.concatenate(moved) if moved else np.zeros(loads.shape)
 
 
+def generalised_inverse(stiffness: ndarray) -> tuple[Compliance, ndarray]:
+    """Generalised inverse of a small stiffness, and the motions that it does not resist.
+
+    Raises
+    ------
+    ValueError
+        If it is not symmetric and positive semidefinite.
+    """
+    loose = np.nonzero(~stiffness.any(axis=1))[0]
+    yields = Compliance(csc_matrix(stiffness), loose)
+    return yields, np.hstack([yields.motions, np.eye(len(stiffness))[:, loose]])
+
+
 def checked_dofs(D: Any, n: int) -> ndarray:
     """DOFs out of n, in any form that scikit-fem's `condense` takes.
 

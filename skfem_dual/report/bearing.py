@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy import ndarray
 
 from ..messages import listed
 from ..units import Units
@@ -48,12 +49,7 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
         rows.append((name, *(amount(value, unit, 4) for value in values), *used))
     stated = ""
     if allowable is not None:
-        every = np.nan_to_num([values for _, *values in borne])
-        mean, largest = every.max(axis=0) / allowable
-        verdict = "is kept" if max(mean, largest) <= 1 else "is EXCEEDED"
-        if max(mean, largest) > 1 >= mean:
-            verdict = "is kept by the mean pressures, and exceeded by the largest pressure"
-        stated = f". It {verdict}"
+        stated = f". {_verdict(np.array([values for _, *values in borne]) / allowable)}"
     limit = [] if allowable is None else [
         paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
     ]  # fmt: skip
@@ -61,7 +57,8 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
     what = (
         "The mean pressure is the force over the area in contact. The largest pressure is the "
         f"largest mean on a circle with a radius of {radii} {details.units.length.symbol}, a "
-        "fifth of that of the largest circle that fits into the plan: under the sharp edge of a "
+        "fifth of that of the largest circle that fits into the plan, or the mean pressure where "
+        "contact is narrower than that: under the sharp edge of a "
         "stiff base on elastic ground the pressure grows beyond all bounds, the ground yields "
         "there, and what a cell at the edge bears depends on its size; the mean on a circle does "
         "not. The strength of the ground itself is not checked."
@@ -69,6 +66,20 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
     return section(
         "Bearing pressure", table(rows, head, "", numeric=True), *limit, paragraph(what)
     )
+
+
+def _verdict(used: ndarray) -> str:
+    """What is said of mean and largest pressures over the allowable one, (k, 2); NaN without."""
+    solved = used[np.isfinite(used).all(axis=1)]
+    if len(solved) == 0:
+        return "Whether it is kept is not known: nothing was found"
+    mean, largest = solved.max(axis=0)
+    said = "It is kept" if max(mean, largest) <= 1 else "It is EXCEEDED"
+    if max(mean, largest) > 1 >= mean:
+        said = "It is kept by the mean pressures, and exceeded by the largest pressure"
+    if missing := len(used) - len(solved):
+        said += f". This holds for what was found; there are {missing} without a solution"
+    return said
 
 
 def points_section(footings: Sequence[Footing]) -> Html:

@@ -136,8 +136,9 @@ def _in_short(bodies: Sequence[Body], pairs: Sequence[Between]) -> Html:
             value, where, body = pick(found, key=lambda item: item[0])
             items.append((f"{called}: {where}", _value(quantity, value, body)))
     if bodies[0].details.allowable is not None:
-        used = np.nanmax([np.nanmax(body.utilisation) for body in bodies])
-        items.append(("Largest pressure / allowable", percent(used)))
+        used = np.concatenate([body.utilisation.ravel() for body in bodies])
+        if np.isfinite(used).any():
+            items.append(("Largest pressure / allowable", percent(np.nanmax(used))))
     if pairs:
         worst = max(pairs, key=lambda pair: pair.distortion)
         items.append(
@@ -227,7 +228,7 @@ def _results(footing: Footing) -> Html:
         (
             cases.names[k] if cases.success[k] else f"{cases.names[k]} (NO SOLUTION)",
             amount(cases.settlement[k], sink, 4),
-            *(amount(tilt, slope, 4) for tilt in cases.tilt[:, k]),
+            *(amount(tilt, slope, 4) for tilt in footing.tilts[:, k]),
             amount(cases.largest_settlement[k], sink, 4),
             amount(cases.largest_pressure[k], pressure, 4),
             percent(cases.contact_share[k]),

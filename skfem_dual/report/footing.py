@@ -18,7 +18,7 @@ from ..plans.solve import PlanSolution
 from ..solutions.cases_solution import CasesSolution, Extreme
 from ..solutions.punch_solution import PunchSolution
 from .details import Details
-from .numbers import Standing, distance_inside, reach
+from .numbers import LEVEL, Standing, distance_inside, reach
 from .results import point_names
 
 
@@ -146,6 +146,13 @@ class Footing:
         """Of the points in each case, shape (k, m)."""
         arms = np.array(list(self.points.values())).reshape(-1, 2) - self.cases.footprint.origin
         return self.cases.settlement[:, None] + self.cases.tilt.T @ arms.T
+
+    @cached_property
+    def tilts(self) -> ndarray:
+        """Tilts to read, shape (2, k): none where they make no difference to the settlements."""
+        size = np.hypot(*np.ptp(self.cases.footprint.partition.polygons.p, axis=1))
+        level = np.abs(self.cases.tilt) * size <= LEVEL * np.abs(self.cases.largest_settlement)
+        return np.where(level, 0.0, self.cases.tilt)
 
     @cached_property
     def radius(self) -> float:

@@ -25,8 +25,9 @@ SHARP, MANY = np.deg2rad(20.0), 12
 ALIKE = 6
 #: what counts as nothing, over the size of what it belongs to
 NEGLIGIBLE = 1e-9
-#: difference of the settlements below which a punch is level, over the largest of them
-LEVEL = 1e-6
+#: difference of the settlements below which a punch is level, over the largest of them: less than
+#: the error of any of them
+LEVEL = 2e-5
 
 
 def convex_hull(p: ndarray) -> ndarray:

@@ -295,7 +295,7 @@ figcaption { text-align: left; margin-top: .4rem; }
   th, td { padding-top: .2rem; padding-bottom: .2rem; }
   h2 { margin-top: 1.4rem; }
   h2 { break-after: avoid; }
-  tr, .numeric { break-inside: avoid; }
+  tr { break-inside: avoid; }
   caption { break-after: avoid; }
   thead { display: table-header-group; }
   .scroll { overflow: visible; background: none; }

@@ -121,8 +121,12 @@ class Structure:
 
     @cached_property
     def deflections(self) -> ndarray:
-        """Least and largest of the collocation points, shape (k, 2)."""
-        return np.array([solution.deflection_range for solution in self.cases.values()])
+        """Least and largest of the points and the vertices of the cells, shape (k, 2)."""
+        partition = self.plan.partition
+        x, ends = partition.polygons.p.copy(), np.unique(partition.facets[:, partition.f2c[1] < 0])
+        x[:, ends] = a_little_inside(self.standing, x[:, ends])
+        found = [(*s.deflection_range, *s.deflection(x)) for s in self.cases.values()]
+        return np.array([(min(each), max(each)) for each in found])
 
     @cached_property
     def mean_pressure(self) -> ndarray:
@@ -170,7 +174,7 @@ class Structure:
     @property
     def governing(self) -> int:
         """The case with the largest pressure among those with success, else the first."""
-        return self.extremes[0].number if self.extremes else 0
+        return int(np.argmax(np.where(self.success, self.largest_pressure, -np.inf)))
 
     @property
     def deformation(self) -> float:

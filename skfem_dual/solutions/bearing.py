@@ -16,7 +16,7 @@ from scipy.special import roots_legendre
 
 from ..arguments import checked_instance
 from ..contact.footprint import Footprint
-from ..grids.outline import distance_to_segments, edge_ribs
+from ..grids.outline import distance_to_segments, edge_ribs, inside_loops
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from .pressures import CellPressures
@@ -26,6 +26,9 @@ PART = 0.2
 #: points of a circle, on rings that are closer to its edge, where pressures are singular if it is
 #: also that of the plan, and around
 RINGS, AROUND = 4, 32
+#: relative error of the radius of the largest circle, and squares that are looked at together: of
+#: a ridge along which circles are equally large they need not be all
+CLOSE, SQUARES = 1e-10, 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +54,9 @@ class Circles:
 
     @classmethod
     def of(cls, footprint: Footprint) -> "Circles":
-        """Circles a fifth as wide as the largest one in the plan, kept as long as the cells."""
+        """Circles a fifth as wide as the largest one in the plan, kept as long as the cells.
+
+        They turn with the plan, and hardly depend on the cells."""
         if footprint not in _known:
             _known[footprint] = cls._of(footprint)
         return _known[footprint]
@@ -61,12 +66,9 @@ class Circles:
         partition = footprint.partition
         ribs = edge_ribs(partition)
         a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
-        x = partition.centroids
-        distance = distance_to_segments(x, a, b)
-        radius = PART * distance.max()
-        along = _inside(partition, ribs, radius)
-        touching = distance_to_segments(along, a, b) >= (1 - 1e-6) * radius
-        x = np.hstack([x[:, distance >= radius], along[:, touching]])
+        radius = PART * _widest(partition, a, b)
+        x = np.hstack([partition.centroids, _inside(partition, ribs, radius)])
+        x = x[:, distance_to_segments(x, a, b) >= (1 - 1e-6) * radius]
         arms, weights = _points_of_a_circle()
         centre = partition.centroids @ partition.areas / partition.areas.sum()
         points = (x[:, :, None] + radius * _turned(arms, x - centre[:, None])).reshape(2, -1)
@@ -86,6 +88,28 @@ class Circles:
 
 
 _known: WeakKeyDictionary[Footprint, Circles] = WeakKeyDictionary()
+
+
+def _widest(partition: Partition, a: ndarray, b: ndarray) -> float:
+    """Radius of the largest circle in the plan, whose edge is given by segments.
+
+    Squares that cover it are divided where they may hold a middle of a larger circle than is
+    known: the distance to the edge grows no faster than one goes.
+    """
+    x, half = partition.centroids, partition.polygons.radii
+    distance = distance_to_segments(x, a, b)
+    best = distance.max()
+    while True:
+        bound = distance + np.sqrt(2) * half
+        some = np.nonzero(bound > (1 + CLOSE) * best)[0]
+        if len(some) == 0:
+            return float(best)
+        some = some[np.argsort(-bound[some], kind="stable")[:SQUARES]]
+        half = np.tile(half[some] / 2, 4)
+        quarters = np.repeat([[-1, 1, -1, 1], [-1, -1, 1, 1]], len(some), axis=1)
+        x = np.tile(x[:, some], 4) + half * quarters
+        distance = np.where(inside_loops(x, a, b), 1, -1) * distance_to_segments(x, a, b)
+        best = max(best, distance.max())
 
 
 def _points_of_a_circle() -> tuple[ndarray, ndarray]:

@@ -15,6 +15,7 @@ from ..contact.footprint import Footprint
 from ..contact.load import Load
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once, remember
+from ..messages import shortened
 from .bearing import Circles, bearing_pressure
 from .punch_solution import PunchSolution
 
@@ -261,9 +262,13 @@ class CasesSolution:
     def __repr__(self) -> str:
         head = "  case          force        settlement   tilt                      contact"
         rows = [
-            f"  {name[:13]:<14}{force:<13.6g}{w:<13.6g}{f'({lx:.4g}, {ly:.4g})':<26}{share:.3g}"
+            f"  {name:<14}{force:<13.6g}{w:<13.6g}{f'({lx:.4g}, {ly:.4g})':<26}{share:.3g}"
             for name, force, w, lx, ly, share in zip(
-                self.names, self.force, self.settlement, *self.tilt, self.contact_share
+                [shortened(name, 13) for name in self.names],
+                self.force,
+                self.settlement,
+                *self.tilt,
+                self.contact_share,
             )
         ]
         if len(rows) > 12:
