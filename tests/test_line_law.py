@@ -325,3 +325,24 @@ def test_thin_contact_of_rough_shapes_has_none():
     ]
     assert np.sum(coarse.solve(0.02).pressure > 0) >= 60
     assert errors[0] <= 1.01 * errors[1] < 0.5 * np.linalg.norm(mean)
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+@pytest.mark.parametrize("force", [1e-3, 1e-5, 1e-6])
+def test_a_flat_neighbour_that_hardly_touches(force):
+    """In either order the sphere has its law, as alone."""
+    mesh = MeshTri.init_sqsymmetric().translated((-0.5, -0.5)).scaled(2.0).refined(2)
+    flat = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis())
+    cells = DualMesh.from_mesh(MeshTri.init_circle(3).translated((2.3, 0.0))).basis()
+    sphere = RigidPunch(SOIL, cells, origin=(2.3, 0.0), gap=Paraboloid(2.0, (2.3, 0.0)))
+    light, heavy = {"force": force, "at": (0.0, -0.1)}, {"force": 0.3}
+    alone = sphere.solve(0.3)
+    found = [
+        RigidPunches([flat, sphere]).solve([light, heavy])[1],
+        RigidPunches([sphere, flat]).solve([heavy, light])[0],
+    ]
+    for each in found:
+        assert each.success
+        assert each.line is not None
+        assert each.settlement == pytest.approx(alone.settlement, rel=force + 1e-5)
+    assert found[0].settlement == pytest.approx(found[1].settlement, rel=1e-9)

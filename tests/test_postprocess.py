@@ -23,6 +23,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    Paraboloid,
     RigidPunch,
     evaluate,
     rectangular_couple,
@@ -468,3 +469,37 @@ def test_field_of_rectangular_couples(around):
     assert area == pytest.approx(20.0)
     with pytest.raises(TypeError, match="DualMesh or a GridCouple"):
         smooth_couple(p[0], q[0], MeshTri())
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+@pytest.mark.parametrize("weights", ["auto", "gcv", (64, 16)])
+@pytest.mark.parametrize(
+    ("mesh", "at"),
+    [
+        (MeshTri.init_sqsymmetric().refined(2).translated((-0.5, -0.5)), (0.45, 0.05)),
+        (MeshTri.init_sqsymmetric().refined(1).translated((-0.5, -0.5)), (0.3, 0.05)),
+        (generate.disc(n=80), (0.86, 0.0)),
+    ],
+)
+def test_pressures_on_few_cells_keep_their_sign(mesh, at, weights):
+    """Also where force and moments take a change that is not small."""
+    grid = DualMesh.from_mesh(mesh)
+    couple = [
+        RigidPunch(HalfSpace(1.0, 0.3), basis, origin=(0.0, 0.0)).solve(1.0, at=at)
+        for basis in (grid.basis(), grid.primal_basis())
+    ]
+    basis, values = postprocess(*couple, weights=weights)
+    assert values.min() >= 0.0
+    loads = [LinearForm(lambda v, w, k=k: (w.x[k] if k >= 0 else 1.0) * v) for k in (-1, 0, 1)]
+    found = [form.assemble(basis) @ values for form in loads]
+    assert found == pytest.approx([1.0, *at], abs=1e-10)
+
+
+def test_solutions_of_two_problems_are_refused():
+    grid = DualMesh.from_mesh(generate.disc(n=60))
+    first = RigidPunch(HalfSpace(1.0, 0.3), grid.basis()).solve(1.0)
+    with pytest.raises(ValueError, match="on one ground"):
+        postprocess(first, RigidPunch(HalfSpace(2.0, 0.3), grid.primal_basis()).solve(1.0))
+    shaped = RigidPunch(HalfSpace(1.0, 0.3), grid.primal_basis(), gap=Paraboloid(9.0))
+    with pytest.raises(ValueError, match="a flat and a shaped one"):
+        postprocess(first, shaped.solve(1.0))

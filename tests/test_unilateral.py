@@ -391,3 +391,38 @@ def test_forces_on_millions_of_cells_balance():
         force = forces.balanced(start)
         assert force.min() >= 0
         assert force.sum() == pytest.approx(0.08, rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+@pytest.mark.parametrize("seed", [None, 0, 1])
+@pytest.mark.parametrize("method", ["auto", "active-set"])
+def test_contact_on_one_row_of_cells(seed, method):
+    """A central load does not turn the punch about it."""
+    mesh = MeshTri.init_tensor(np.linspace(-3, 3, 9), np.linspace(-1, 1, 9))
+    if seed is not None:
+        order = np.random.default_rng(seed).permutation(mesh.p.shape[1])
+        mesh = MeshTri(mesh.p[:, order], np.argsort(order)[mesh.t])
+    shaped = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(mesh).basis(), gap=Paraboloid(1.5))
+    for force in 0.02, 0.1:
+        found = shaped.solve(force, method=method)
+        assert found.success
+        assert len(found.contact) <= 5
+        held = shaped.solve(force, tilt=(0.0, 0.0))
+        assert found.settlement == pytest.approx(held.settlement, rel=1e-9)
+        beside = shaped.solve(force, at=(1e-6, 0.0))
+        assert found.settlement == pytest.approx(beside.settlement, rel=1e-3)
+
+
+def test_a_line_of_cells_bears_no_load_beside_it():
+    """What the load would turn without resistance is no contact."""
+    x = np.linspace(-1, 1, 5)
+    points = np.vstack([x, 0 * x])
+    matrix = np.eye(5) + 0.1
+    planes = np.vstack([np.ones(5), points])
+    problem = ContactProblem(matrix, np.ones(5), np.zeros(5), planes, planes, np.zeros(3))
+    for load, bears in ([1.0, 0.2, 0.0], True), ([1.0, 0.2, 0.1], False):
+        found = active_set(replace(problem, given=np.array(load)), np.ones(5, dtype=bool))
+        assert found.success == bears
+        if bears:
+            assert planes @ found.pressure == pytest.approx(load, abs=1e-12)
+            assert found.motion[2] == pytest.approx(0.0, abs=1e-12)

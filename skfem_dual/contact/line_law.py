@@ -196,11 +196,20 @@ class CellsOnLines:
         return out
 
     def solved(self, solve: Solve, touching: ndarray) -> "OnLines | None":
-        """Contact and positions, beginning with some cells in contact; None if not found."""
-        begin, last = touching.astype(float), None
+        """Contact and positions, beginning with some cells in contact; None if not found.
+
+        Punches without a line that hardly touch may lose all that they stand on at first: the
+        second time they begin with all their cells.
+        """
+        begin, whole = touching.astype(float), np.ones(len(touching))
         for line, own in zip(self.lines, self.problem.slices, strict=True):
             if line is not None:
-                begin[own] = line.in_contact
+                begin[own] = whole[own] = line.in_contact
+        found = self._solved(solve, begin)
+        return found or (None if (begin == whole).all() else self._solved(solve, whole))
+
+    def _solved(self, solve: Solve, begin: ndarray) -> "OnLines | None":
+        last = None
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             nonlocal last

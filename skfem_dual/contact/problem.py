@@ -59,6 +59,9 @@ class ContactProblem:
         The forces and moments imposed.
     inverse : LinearOperator, optional
         Approximate inverse of the matrix; times the areas nearly symmetric, and positive.
+    conjugate : bool
+        Whether the resultants are conjugate to the motions, as those that are given are not where
+        a settlement is imposed elsewhere than its reaction acts.
     """
 
     matrix: ndarray | Product
@@ -68,6 +71,7 @@ class ContactProblem:
     resultants: ndarray
     given: ndarray
     inverse: Product | None = None
+    conjugate: bool = True
 
 
 @dataclass(frozen=True, eq=False)

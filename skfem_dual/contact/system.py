@@ -301,6 +301,7 @@ class ContactSystem:
             resultants=balance @ self.resultants,
             given=constraints.given / unit,
             inverse=self.approximate,
+            conjugate=constraints.conjugate,
         )
 
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:

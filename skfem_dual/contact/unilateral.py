@@ -30,6 +30,8 @@ COARSEST = 1e-2
 MOST = 1000
 #: condition number of a stiffness from which on some motion meets no resistance
 FREE = 1e13
+#: parts of what a load does, and of the largest load, that are rounding
+TURNED, ROUNDING = 1e-9, 1e-14
 #: why conjugate gradients end before contact is found
 FEW = "so few cells are in contact that the load alone tells their pressures"
 #: cells in contact from which on iterations between them are sooner than a factorisation
@@ -126,8 +128,33 @@ def between(problem: ContactProblem, inside: ndarray) -> tuple[ndarray, ndarray]
     matrix = submatrix(np.asarray(problem.matrix), inside, inside)
     rhs = np.column_stack([-problem.gap[inside], problem.planes[:, inside].T])
     unit, acting = Factors.from_matrix(matrix).solve(rhs), problem.resultants[:, inside]
-    motion = solve_scaled(acting @ unit[:, 1:], problem.given - acting @ unit[:, 0])
+    stiffness, given = acting @ unit[:, 1:], problem.given - acting @ unit[:, 0]
+    try:
+        motion = solve_scaled(stiffness, given)
+    except ConvergenceError:
+        if not problem.conjugate:
+            raise
+        motion = _least_motion(stiffness, given, np.abs(problem.planes).max(axis=1))
     return unit[:, 0] + unit[:, 1:] @ motion, motion
+
+
+def _least_motion(stiffness: ndarray, given: ndarray, size: ndarray) -> ndarray:
+    """The motion under forces given that moves the cells of a punch least, which settle by
+    ``size`` by unit motions: in contact along a line it does not turn about it.
+
+    Raises
+    ------
+    ConvergenceError
+        If the forces given turn it.
+    """
+    size = np.where(size > 0, size, 1.0)
+    force = given / size
+    resists = stiffness / np.outer(size, size)
+    motion = np.linalg.lstsq(resists, force, rcond=1 / FREE)[0]
+    felt = TURNED * (np.abs(resists) @ np.abs(motion)) + ROUNDING * np.abs(force).max()
+    if (np.abs(resists @ motion - force) > felt).any():
+        raise ConvergenceError("the punch can move without resistance on a few cells on one line")
+    return motion / size
 
 
 def _iterated(

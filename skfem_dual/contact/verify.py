@@ -19,6 +19,9 @@ from .unilateral import How, between
 
 #: error of a load, over the largest one imposed on the body, or else over that of its pressures
 BALANCE = 1e-8
+#: beside far larger loads it has fewer digits: its measure is so much of the largest of all, but
+#: no more than so many times the load itself
+BESIDE, FEWER = 1e-5, 100.0
 #: distances in contact and overlaps beside it, over the largest settlement of the ground
 GAP = 1e-7
 #: settlements by the operator less those by exact rows, over these with pressures of one sign, or
@@ -109,7 +112,10 @@ class Verification:
         imposed = np.where(same, np.abs(given / unit), 0.0).max(axis=1)
         borne = (work > 0) @ (system.areas * np.abs(pressure))
         felt = np.where(same, borne, 0.0).max(axis=1)
-        error = error / np.maximum(np.where(imposed > 0, imposed, felt), np.finfo(float).tiny)
+        own = np.where(imposed > 0, imposed, felt)
+        # beside far larger loads those of a body have fewer digits
+        own = np.maximum(own, np.minimum(FEWER * own, BESIDE * own.max()))
+        error = error / np.maximum(own, np.finfo(float).tiny)
         if not (worst := float(error.max())) <= BALANCE:
             yield (
                 f"the load is off by {worst:.1e} of itself, at most {BALANCE:g} is expected; "

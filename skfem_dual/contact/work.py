@@ -87,7 +87,6 @@ def _under_stiff_frame(constraints: Constraints, unit: ndarray, stiffness: ndarr
     return unit * (constraints.fixed + constraints.motions @ (ground @ forces + moved))
 
 
-
 @dataclass(frozen=True, eq=False)
 class Work:
     """Positions of flat punches with edge-weighted cells by the work of their pressures.

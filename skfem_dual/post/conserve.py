@@ -11,6 +11,9 @@ from ..grids.corners import signed_areas
 from ..kernels.once import computed_once
 from .regular import RegularCouple
 
+#: Newton's steps after which to give up, and errors of resultants that are rounding
+STEPS, ROUNDING = 60, 1e-15
+
 
 @dataclass(frozen=True, eq=False)
 class Balance:
@@ -58,7 +61,9 @@ class Balance:
     def completed(self, which: int, values: ndarray) -> ndarray:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
 
-        That is the least change, in the sum of squares over the values; zero stays zero. Those
+        That is the least change, in the sum of squares over the values; zero stays zero. Where
+        the function would change its sign, as on few cells in contact, its exponential is taken,
+        so that pressures keep theirs. Those
         on a singular edge alone are multiplied, so that those inside remain the pressure in the
         points: the field is finite there where the pressure is not.
 
@@ -79,13 +84,43 @@ class Balance:
         if not missing.any():
             return out
         try:
-            out[part] += shares.T @ np.linalg.solve(integrals[:, part] @ shares.T, missing)
+            change = np.linalg.solve(integrals[:, part] @ shares.T, missing)
         except np.linalg.LinAlgError:
             raise ConvergenceError(
                 "no pressures are left to carry force and moments. Remedy: conserve=False, or "
                 "solutions of one problem whose resultants are those of their pressures"
             ) from None
+        out[part] += shares.T @ change
+        if (out * values < 0).any():
+            planes, resultants = self._planes(points), integrals * values
+            for own in (part, values != 0):
+                factor = _positive(resultants[:, own], planes[:, own], missing)
+                if factor is not None:
+                    out = values.copy()
+                    out[own] *= factor
+                    break
         return out
+
+
+def _positive(resultants: ndarray, planes: ndarray, missing: ndarray) -> ndarray | None:
+    """Exponentials of linear functions by which values have the resultants they miss, (n,).
+
+    ``resultants``, (3, n), are those of the values at points where ``planes``, (3, n), are 1, x
+    and y. None if there are none.
+    """
+    c, left = np.zeros(3), missing
+    for _ in range(STEPS):
+        factor = np.exp(c @ planes)
+        try:
+            step = np.linalg.solve((resultants * factor) @ planes.T, left)
+        except np.linalg.LinAlgError:
+            return None
+        step *= min(1.0, 1.0 / np.abs(step @ planes).max())
+        c = c + step
+        left = missing - resultants @ np.expm1(c @ planes)
+        if np.abs(left).max() <= ROUNDING * np.abs(resultants).sum():
+            return np.exp(c @ planes)
+    return None
 
 
 def _hat_integrals(p: ndarray, t: ndarray, planes: ndarray) -> ndarray:

@@ -266,6 +266,13 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
             f"expected solutions with one origin, got {on_cells.punch.origin} and "
             f"{on_triangles.punch.origin}"
         )
+    grounds = [s.punch.substrate for s in (on_cells, on_triangles)]
+    if type(grounds[0]) is not type(grounds[1]) or grounds[0].surface != grounds[1].surface:
+        raise ValueError(
+            f"expected solutions on one ground, got {shown(grounds[0])} and {shown(grounds[1])}"
+        )
+    if (on_cells.punch.gap is None) != (on_triangles.punch.gap is None):
+        raise ValueError("expected solutions under one punch, got a flat and a shaped one")
     loads = on_cells.load, on_triangles.load
     forces = [load.force for load in loads if load.force is not None and load.tilt is None]
     if len(forces) == 2:

@@ -166,7 +166,7 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
         half = np.maximum(half, farthest.max(axis=0)[[0, 1, 1]])
     cells = solution.footprint
     length = np.sqrt(cells.partition.areas.sum())
-    size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, *np.abs(best[1:]))
+    size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, np.hypot(*best[1:]))
     floor = np.array(least)[[0, 1, 1]] / max(len(solution.contact), 1)
     half = np.maximum(half, np.maximum(floor, max(FLOOR, cells.rtol or 0.0)) * size)
     # on thin layers that hardly change their volume both grids err alike
