@@ -183,7 +183,7 @@ def _punch_sections(
         pressure_section(solution, standing),
         bearing_of_bodies(footings),
         NONE if not details.points else points_section(footings),
-        standing_section(standing),
+        standing_section(standing, footings[0].wanted),
         sliding_section(footings[0]),
         depth_of_footing(footings[0]),
         resultant_section(solution, standing),

@@ -299,7 +299,7 @@ def _pictures(footing: Footing) -> Html:
     caption = "Mesh of the plan" + (" and its dual grid." if standing.dual is not None else ".")
     parts = [
         figure(mesh_picture(standing.solution, standing), caption, caption),
-        plan_figure(standing, "The plan with its corners"),
+        plan_figure(standing, "The plan with its corners", footing.wanted),
     ]
     numbers = {footing.governing: ["the largest pressure"]} if not cases.success.any() else {}
     for extreme in cases.envelope() if cases.success.any() else ():

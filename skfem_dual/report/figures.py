@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import re
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -113,8 +114,10 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
     return _embedded(drawn, mesh.p, bar=1.1, vector=mesh.nelements <= LINES)
 
 
-def plan_picture(standing: Standing, names: list[str]) -> Picture:
-    """The plan with its named points, its kern and the point of the resultant."""
+def plan_picture(
+    standing: Standing, names: list[str], wanted: Mapping[str, ndarray] = MappingProxyType({})
+) -> Picture:
+    """The plan with its named points and those wanted, its kern and the point of the resultant."""
     punch = standing.solution.punch
 
     def drawn(ax: Axes) -> None:
@@ -131,6 +134,9 @@ def plan_picture(standing: Standing, names: list[str]) -> Picture:
         for name, x, along in zip(names, standing.points.T, off_the_plan(standing).T):
             place: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9}
             ax.annotate(name, x, 9 * along, textcoords="offset points", **place)
+        for name, (x, y) in wanted.items():
+            ax.plot(x, y, "x", color=OUTLINE, markersize=5)
+            ax.annotate(name, (x, y), (4, 4), textcoords="offset points", fontsize=9)
         ax.margins(0.09)
         _name_axes(ax, standing)
 

@@ -135,11 +135,16 @@ class Footing:
         if self.standing is None:
             return {}
         corners = dict(zip(point_names(self.standing), self.standing.points.T, strict=True))
-        wanted = self.details.own_points
-        numbers: list[int] = []
-        if wanted.size:
-            numbers = np.nonzero(self.cases.footprint.fan.locate(wanted) >= 0)[0].tolist()
-        return corners | {f"P{i + 1}": wanted[:, i] for i in numbers}
+        return corners | self.wanted
+
+    @cached_property
+    def wanted(self) -> dict[str, ndarray]:
+        """The points wanted on the plan, by their names."""
+        x = self.details.own_points
+        if not x.size:
+            return {}
+        on = np.nonzero(self.cases.footprint.fan.locate(x) >= 0)[0].tolist()
+        return {f"P{i + 1}": x[:, i] for i in on}
 
     @cached_property
     def settlements(self) -> ndarray:

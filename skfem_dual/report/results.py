@@ -1,6 +1,8 @@
 """Position, pressures and stability of a punch, as sections of a report."""
 
+from collections.abc import Mapping
 from string import ascii_uppercase
+from types import MappingProxyType
 
 import numpy as np
 from numpy import ndarray
@@ -185,7 +187,7 @@ def isobars_figure(solution: CellPressures, plan: Plan, why: str = "") -> Html:
     return figure(picture, f"Isobars of {quantity} on the plan", caption + ".")
 
 
-def standing_section(standing: Standing) -> Html:
+def standing_section(standing: Standing, wanted: Mapping[str, ndarray]) -> Html:
     """Kern and overturning."""
     point, rows = standing.force_point, list[tuple]()
     if point is None:
@@ -232,14 +234,18 @@ def standing_section(standing: Standing) -> Html:
             "of the plan. The ground is elastic here: its bearing capacity is not checked, and it "
             "yields before a punch turns over."
         ),
-        plan_figure(standing, "The plan with its kern and the point where the resultant acts"),
+        plan_figure(
+            standing, "The plan with its kern and the point where the resultant acts", wanted
+        ),
     )
 
 
-def plan_figure(standing: Standing, alt: str) -> Html:
-    """The plan with the points whose settlements are told."""
+def plan_figure(
+    standing: Standing, alt: str, wanted: Mapping[str, ndarray] = MappingProxyType({})
+) -> Html:
+    """The plan with the points whose settlements are told, corners and those wanted."""
     caption = "The plan with the points of the table of settlements"
-    picture = plan_picture(standing, point_names(standing))
+    picture = plan_picture(standing, point_names(standing), wanted)
     return figure(picture, alt, caption, "." if standing.kern is None else " and its kern.")
 
 
