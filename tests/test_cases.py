@@ -18,10 +18,14 @@ from skfem_dual import (
     RigidPunches,
     bearing_pressure,
 )
+from skfem_dual.grids.generate import polygon
+from skfem_dual.grids.generate import rectangle as fine_rectangle
 from skfem_dual.io import write_cases
 from skfem_dual.report import write_report
+from skfem_dual.solutions.bearing import Circles
 
 UNIT = HalfSpace(1.0, 0.0)
+FRAME = np.array([[-1.0, 1, 1, -1], [-1, -1, 1, 1]])
 RANDOM = np.random.default_rng(3)
 
 
@@ -196,6 +200,17 @@ def test_bearing_pressure_of_a_sphere():
     top = 1.5 * 0.5 / np.pi / a**2
     mean = top * 2 / 3 * (1 - (1 - (0.2 / a) ** 2) ** 1.5) / (0.2 / a) ** 2
     assert bearing_pressure(solution) == pytest.approx(mean, rel=5e-3)
+
+
+@pytest.mark.parametrize("n", [60, 151, 200])
+def test_circles_are_those_of_the_plan(n):
+    """A fifth of the largest one in it, wherever the cells have their centroids."""
+    strip = punch(fine_rectangle(10, 1.5, n=n))
+    assert Circles.of(strip.footprint).radius == pytest.approx(0.2 * 0.75, rel=1e-9)
+    frame = polygon(FRAME, holes=[0.9 * FRAME], n=80)  # centroids at its corners lie outside
+    assert Circles.of(punch(frame).footprint).radius == pytest.approx(
+        0.2 * 0.1 * (2 - 2**0.5), rel=1e-6
+    )
 
 
 def test_bearing_pressure_of_contact_narrower_than_a_circle():

@@ -17,7 +17,8 @@ from skfem import MeshTri
 
 from skfem_dual import RigidPunch, __version__
 from skfem_dual.cli import main
-from skfem_dual.cli.messages import COMPILING, progress_of_compilation
+from skfem_dual.cli.messages import COMPILING, progress_of_compilation, show_warning
+from skfem_dual.errors import MeshWarning
 from skfem_dual.io import read_dual, read_polygons
 
 DATA = Path(__file__).parent / "data"
@@ -487,3 +488,12 @@ def test_compilation_is_told_where_progress_is(capsys, shown):
         assert numba.njit(lambda x: x + 1.0)(1.0) == 2.0
     lines = capsys.readouterr().err.splitlines()
     assert lines == [f"skfem-dual: {COMPILING}"] * shown
+
+
+def test_warnings_of_other_packages_are_no_remarks(capsys):
+    """Reports caution of what the problem is, not of what they are made with."""
+    warned = []
+    for warning in MeshWarning("two parts"), FutureWarning("another version"):
+        show_warning(warned, warning)
+    assert warned == ["two parts"]
+    assert "warning: another version" in capsys.readouterr().err

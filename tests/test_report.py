@@ -597,7 +597,7 @@ def test_shaped_punch():
     assert "edge of contact" in text
     p1 = CellBasis(dual.mesh, ElementTriP1())
     field = RigidPunch(SOIL, dual.basis(), gap=(p1, 0.01 * np.hypot(*dual.mesh.p) ** 2))
-    assert figures.plan_picture(Standing(field.solve(1e6)), list("ABCD")).uri
+    assert figures.plan_picture(Standing(field.solve(1e6)), list("ABCD"), {}).uri
     values = RigidPunch(SOIL, dual.basis(), gap=0.01 * np.hypot(*punch.collocation_points) ** 2)
     assert "gaps of one grid's cells" in page(values.solve(1e6)).said()
 
@@ -682,3 +682,15 @@ def test_corners_of_a_hole_whatever_the_cells_there(n, grid):
     assert corners[:, :4] == pytest.approx(square)
     hole = [[1.5, 1.5, 2.5, 2.5], [1.5, 2.5, 2.5, 1.5]]  # the plan to the left of its sides
     assert corners[:, 4:] == pytest.approx(np.array(hole))
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ConvergenceWarning")
+def test_what_is_not_known_is_not_kept():
+    """The allowable pressure, where cases have no solution."""
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(disc(2)).basis())
+    loads = {"stands": {"force": 1.0}, "tips": {"force": 1.0, "at": (5.0, 0.0)}}
+    text = report_html(punch.solve_many(loads), allowable=99.0)
+    assert "It is kept. This holds for what was found; there are 1 without a solution" in text
+    text = report_html(punch.solve_many({"tips": loads["tips"]}), allowable=99.0)
+    assert "Whether it is kept is not known" in text
+    assert "It is kept" not in text

@@ -12,7 +12,7 @@ from ..kernels.once import computed_once
 from .regular import RegularCouple
 
 #: Newton's steps after which to give up, and errors of resultants that are rounding
-STEPS, ROUNDING = 60, 1e-15
+STEPS, ROUNDING = 60, 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,8 @@ class Balance:
         """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
 
         That is the least change, in the sum of squares over the values; zero stays zero. Where
-        the function would change its sign, as on few cells in contact, its exponential is taken,
-        so that pressures keep theirs. Those
+        the function would change its sign, as on few cells in contact, an exponential of one is
+        taken if one does, so that pressures keep theirs. Those
         on a singular edge alone are multiplied, so that those inside remain the pressure in the
         points: the field is finite there where the pressure is not.
 

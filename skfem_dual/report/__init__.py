@@ -89,7 +89,7 @@ def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
 
 
 def _details(details: Details | None = None, **said: Any) -> Details:
-    known = [each.name for each in fields(Details) if each.init]
+    known = [each.name for each in fields(Details)]
     if unknown := [name for name in said if name not in known]:
         raise TypeError(f"expected options of reports, {known}, got {unknown}")
     given = Details() if details is None else checked_instance("details", details, Details)

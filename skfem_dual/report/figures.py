@@ -8,7 +8,6 @@ from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -114,9 +113,7 @@ def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
     return _embedded(drawn, mesh.p, bar=1.1, vector=mesh.nelements <= LINES)
 
 
-def plan_picture(
-    standing: Standing, names: list[str], wanted: Mapping[str, ndarray] = MappingProxyType({})
-) -> Picture:
+def plan_picture(standing: Standing, names: list[str], wanted: Mapping[str, ndarray]) -> Picture:
     """The plan with its named points and those wanted, its kern and the point of the resultant."""
     punch = standing.solution.punch
 

@@ -27,7 +27,7 @@ ALIKE = 6
 NEGLIGIBLE = 1e-9
 #: difference of the settlements below which a punch is level, over the largest of them: less than
 #: the error of any of them
-LEVEL = 2e-5
+LEVEL = 5e-5
 
 
 def convex_hull(p: ndarray) -> ndarray:

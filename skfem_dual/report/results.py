@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from string import ascii_uppercase
-from types import MappingProxyType
 
 import numpy as np
 from numpy import ndarray
@@ -240,9 +239,7 @@ def standing_section(standing: Standing, wanted: Mapping[str, ndarray]) -> Html:
     )
 
 
-def plan_figure(
-    standing: Standing, alt: str, wanted: Mapping[str, ndarray] = MappingProxyType({})
-) -> Html:
+def plan_figure(standing: Standing, alt: str, wanted: Mapping[str, ndarray]) -> Html:
     """The plan with the points whose settlements are told, corners and those wanted."""
     caption = "The plan with the points of the table of settlements"
     picture = plan_picture(standing, point_names(standing), wanted)

@@ -26,9 +26,11 @@ PART = 0.2
 #: points of a circle, on rings that are closer to its edge, where pressures are singular if it is
 #: also that of the plan, and around
 RINGS, AROUND = 4, 32
-#: relative error of the radius of the largest circle, and squares that are looked at together: of
-#: a ridge along which circles are equally large they need not be all
-CLOSE, SQUARES = 1e-10, 256
+#: relative error of the radius of the largest circle
+CLOSE = 1e-10
+#: squares that are looked at together while they are wider than a part of it, and then: of a ridge
+#: along which circles are equally large they need not be all
+SQUARES, WIDER, FEWER = 2**13, 0.02, 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,20 +98,19 @@ def _widest(partition: Partition, a: ndarray, b: ndarray) -> float:
     Squares that cover it are divided where they may hold a middle of a larger circle than is
     known: the distance to the edge grows no faster than one goes.
     """
-    x, half = partition.centroids, partition.polygons.radii
-    distance = distance_to_segments(x, a, b)
-    best = distance.max()
+    x, half, best = partition.centroids, partition.polygons.radii, 0.0
     while True:
+        distance = np.where(inside_loops(x, a, b), 1, -1) * distance_to_segments(x, a, b)
+        best = max(best, distance.max())
         bound = distance + np.sqrt(2) * half
         some = np.nonzero(bound > (1 + CLOSE) * best)[0]
         if len(some) == 0:
             return float(best)
-        some = some[np.argsort(-bound[some], kind="stable")[:SQUARES]]
+        most = SQUARES if half.max() > WIDER * best else FEWER
+        some = some[np.argsort(-bound[some], kind="stable")[:most]]
         half = np.tile(half[some] / 2, 4)
         quarters = np.repeat([[-1, 1, -1, 1], [-1, -1, 1, 1]], len(some), axis=1)
         x = np.tile(x[:, some], 4) + half * quarters
-        distance = np.where(inside_loops(x, a, b), 1, -1) * distance_to_segments(x, a, b)
-        best = max(best, distance.max())
 
 
 def _points_of_a_circle() -> tuple[ndarray, ndarray]:
