@@ -9,18 +9,22 @@ from skfem import (
     ElementQuad2,
     ElementTriP0,
     MeshQuad,
+    MeshTri,
     condense,
     solve,
 )
 from skfem.helpers import dot, grad
 
 from skfem_dual import (
+    Cone,
     DualMesh,
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    Paraboloid,
     RigidPunch,
 )
+from skfem_dual.contact import motions
 from skfem_dual.contact.motions import Motions, moving
 from skfem_dual.grids.generate import disc, rectangle
 
@@ -307,7 +311,66 @@ def test_lifted_off():
     assert np.abs(lifted.shear.traction[:, ~free]).max(axis=0).min() > 0
     softer = np.linalg.eigvalsh(held.shear.stiffness - lifted.shear.stiffness)
     assert softer.min() > 0
-    assert lifted.shear.traction @ punch.partition.areas == pytest.approx([0.1, 0.0], abs=2e-3)
+    assert lifted.shear.traction @ punch.partition.areas == pytest.approx([0.1, 0.0], abs=1e-15)
+
+
+@pytest.mark.parametrize("dual", [True, False])
+@pytest.mark.parametrize(
+    ("shape", "rtol"), [(Paraboloid(5.0), 1e-3), (Cone(np.arctan(0.1)), 4e-3)]
+)
+def test_contact_that_ends_under_the_base(shape, rtol, dual):
+    """What sticks is the circle of contact, not the cells it runs through.
+
+    Exact: K. L. Johnson, Contact Mechanics (1985), sections 3.7 and 3.9.
+    """
+    grid = DualMesh.from_mesh(disc(n=600))
+    radius, modulus = 0.7, SOIL.young / (1 - NU**2)
+    force = modulus * radius**2 * (4 * radius / 15 if rtol == 1e-3 else 0.1 * np.pi / 2)
+    punch = RigidPunch(SOIL, grid.basis() if dual else grid.primal_basis(), gap=shape)
+    solution = punch.solve(force, torsion=1.0)
+    assert solution.contact_area == pytest.approx(np.pi * radius**2, rel=rtol)
+    exact = np.diag(exact_circle(radius)[3:])
+    assert solution.shear.stiffness == pytest.approx(exact, rel=2 * rtol, abs=rtol * exact.max())
+    assert solution.shear.traction @ punch.partition.areas == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize("soil", [SOIL, CRUST])
+def test_both_grids_agree_on_what_lifted_off(soil):
+    """Within 1 %, as do the areas of contact; cells that stick whole are 3 % apart."""
+    grid = DualMesh.from_mesh(disc(n=300))
+    load = {"at": (0.55, 0.2), "horizontal": (1.0, 0.0), "torsion": 1.0}
+    one, other = (
+        RigidPunch(soil, basis).solve(1.0, **load).shear
+        for basis in (grid.basis(), grid.primal_basis())
+    )
+    assert one.stiffness == pytest.approx(
+        other.stiffness, rel=1e-2, abs=1e-2 * one.stiffness[0, 0]
+    )
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.1])
+def test_contact_that_ends_turns_with_the_base(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    turn, load = np.array([[c, -s], [s, c]]), np.array([0.3, -0.1])
+    mesh = disc(n=150)
+    turned = MeshTri(turn @ mesh.p, np.random.default_rng(0).permutation(mesh.t.T).T.copy())
+    one, other = (
+        base(m).solve(1.0, at=tuple(q @ [0.6, 0.1]), horizontal=tuple(q @ load), torsion=0.2).shear
+        for m, q in ((mesh, np.eye(2)), (turned, turn))
+    )
+    assert other.displacement == pytest.approx(turn @ one.displacement, rel=1e-9)
+    assert other.twist == pytest.approx(one.twist, rel=1e-9)
+    assert other.traction == pytest.approx(turn @ one.traction, rel=1e-8, abs=1e-9)
+
+
+def test_more_triangles_than_a_matrix_takes(monkeypatch):
+    """Their dual cells take their place."""
+    punch = circle(150, 1.0)
+    lifted = punch.solve(1.0, at=(0.6, 0.0), torsion=0.1).shear
+    monkeypatch.setattr(motions, "DENSE", 100)
+    again = punch.solve(1.0, at=(0.6, 0.0), torsion=0.1).shear
+    assert again.twist != lifted.twist
+    assert again.stiffness == pytest.approx(lifted.stiffness, rel=2e-3, abs=0.04)
 
 
 def test_nothing_moves_nothing():

@@ -10,6 +10,7 @@ from skfem_dual.contact import region
 from skfem_dual.contact.planes import PlaneFit
 from skfem_dual.grids import generate
 from skfem_dual.grids.cellwise import nodal_mesh
+from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.partition import Partition
 
 UNIT = HalfSpace(1.0, 0.0)
@@ -44,6 +45,12 @@ def test_the_law_at_the_edge_is_read_off(grid):
     x, y = line
     enclosed = np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) / 2
     assert enclosed == pytest.approx(region.area)  # contact to the left: counter-clockwise
+    within = region.mesh
+    areas = np.abs(signed_areas(within.p, within.t))
+    assert areas.min() > 0
+    assert areas.sum() == pytest.approx(region.area, rel=1e-5)
+    edge = within.p[:, within.boundary_nodes()]
+    assert np.hypot(*(edge - np.array(centre)[:, None])) == pytest.approx(radius, abs=0.1 * 0.08)
     crossed = region.crossed(mesh)
     corners = np.hypot(*(mesh.p[:, mesh.t[:, crossed]] - np.array(centre)[:, None, None]))
     assert (corners.min(axis=0) < radius + 0.03).all()
@@ -57,6 +64,7 @@ def test_full_and_no_contact():
     full = of.solve(1.0).contact_region
     assert full.area == pytest.approx(np.pi)
     assert full.edge == []
+    assert full.mesh.nelements == mesh.nelements
     assert len(full.crossed(mesh)) == 0
     none = of.solve(settlement=-1.0, tilt=(0, 0)).contact_region
     assert (none.area, none.edge) == (0.0, [])

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from skfem import Mesh
+from skfem import Mesh, MeshTri
 
 from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import signed_areas
@@ -23,6 +23,7 @@ from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
+from ..kernels.compiled import inputs
 from ..kernels.once import computed_once
 from .contact_line import AROUND, edge_distance, mean_of_nearest, moved_line
 from .planes import PlaneFit
@@ -40,6 +41,8 @@ SHOWN = 2
 WHOLE = 3**-0.5
 #: and how far outside the corners of cells that do not lie around nodes
 SLIGHT = 1e-6
+#: triangles are cut no nearer to a vertex than in so much of a side
+CUT = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,6 +169,39 @@ class ContactRegion:
         number, order = contours(keys, np.zeros(begin.shape[1]))
         lines = np.split(order, np.nonzero(np.diff(number))[0] + 1)
         return [readonly(np.hstack([begin[:, i], end[:, i[-1:]]])) for i in lines]
+
+    @computed_once
+    def mesh(self) -> MeshTri:
+        """The region as triangles, those through which the edge runs cut along it.
+
+        Raises
+        ------
+        ValueError
+            If there is no contact.
+        """
+        (lone, second, third), inside, *_ = self._cut
+        n = self.p.shape[1]
+
+        def between(a: ndarray, b: ndarray) -> ndarray:
+            """Numbers of the points where the edge passes between vertices, or of these."""
+            return np.minimum(a, b).astype(np.int64) * n + np.maximum(a, b)
+
+        onward, back = between(lone, second), between(lone, third)
+        vertices = [between(k, k) for k in (lone, second, third)]
+        corner = np.stack([vertices[0], onward, back])[:, inside]
+        halves = np.stack([[onward, *vertices[1:]], [onward, vertices[2], back]], axis=-1)
+        rest = halves[:, ~inside].reshape(3, -1)
+        whole = self.t[:, self._inside.all(axis=0) & np.logical_not(self.holes)]
+        t = np.hstack([between(whole, whole), corner, rest])
+        if t.shape[1] == 0:
+            raise ValueError("expected contact, got none")
+        points, t = np.unique(t, return_inverse=True)
+        a, b = points // n, points % n
+        rise = self.level[a] - self.level[b]
+        share = np.divide(self.level[a], rise, where=a < b, out=np.zeros(len(points)))
+        share[a < b] = share[a < b].clip(CUT, 1 - CUT)
+        p = self.p[:, a] + share * (self.p[:, b] - self.p[:, a])
+        return MeshTri(*inputs(p, t.reshape(3, -1)))
 
     def crossed(self, mesh: Mesh) -> ndarray:
         """Elements of a mesh through which the edge runs, for ``mesh.refined``.

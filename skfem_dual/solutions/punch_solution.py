@@ -210,8 +210,8 @@ class PunchSolution(CellPressures):
         load = self.load.shear
         if load is None:
             return None
-        origin, full = np.array(self.footprint.origin), self.punch.relaxed_motions
-        return sliding(self.footprint, self.pressure != 0, origin, load, full)
+        touching, full = self.pressure != 0, self.punch.relaxed_motions
+        return sliding(self.footprint, self.contact_region, touching, load, full)
 
     @property
     def condition_number(self) -> float:
