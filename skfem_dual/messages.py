@@ -64,6 +64,24 @@ def shortened(text: str, most: int) -> str:
     return f"{text[: most // 2]}…{text[len(text) - (most - most // 2 - 1) :]}"
 
 
+def one_line(text: str, length: int) -> str:
+    """``text`` in one line; where it is longer than ``length``, its middle is left out.
+
+    The remedy at its end stays, or two thirds of the length of it.
+
+    >>> one_line("expected this, got that and that. Remedy: mend it", 40)
+    'expected this, got t ... Remedy: mend it'
+    """
+    text = " ".join(text.split())
+    if len(text) <= length:
+        return text
+    remedy = text.rfind("Remed")
+    tail = text[remedy:] if remedy >= 0 else text[-(length // 3) :]
+    if len(tail) > 2 * length // 3:
+        tail = f"{tail[: 2 * length // 3 - 4]} ..."
+    return f"{text[: length - len(tail) - 5].rstrip()} ... {tail.lstrip()}"
+
+
 def listed(words: Sequence[str]) -> str:
     """Words in a row.
 

@@ -7,7 +7,7 @@ import re
 import sys
 from typing import Any, NoReturn
 
-from .io.guarded import shortened
+from .messages import one_line
 
 #: an error or a warning takes one line of so many characters
 LINE = 300
@@ -21,9 +21,9 @@ def number(text: str) -> float:
         value = float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(
-            f"expected a number, got {shortened(repr(text), 40)}"
+            f"expected a number, got {one_line(repr(text), 40)}"
         ) from None
-    shown = shortened(repr(text), 40)
+    shown = one_line(repr(text), 40)
     if not (value == 0 or LEAST <= abs(value) <= MOST):
         raise argparse.ArgumentTypeError(
             f"expected a finite number, 0 or from {LEAST:g} to {MOST:g} in size, got {shown}"
@@ -40,7 +40,7 @@ class Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-(\.?\d|inf|nan)", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, shortened(f"{self.prog}: error: {message} (see --help)", LINE) + "\n")
+        self.exit(2, one_line(f"{self.prog}: error: {message} (see --help)", LINE) + "\n")
 
 
 def print_table(table: str) -> None:
@@ -64,7 +64,7 @@ def tell(text: str) -> None:
     """One line to stderr, unless it is closed."""
     if sys.stderr is not None:
         with contextlib.suppress(OSError):
-            print(shortened(f"skfem-dual: {text}", LINE), file=sys.stderr)
+            print(one_line(f"skfem-dual: {text}", LINE), file=sys.stderr)
 
 
 def is_watched() -> bool:

@@ -12,7 +12,8 @@ from skfem import MeshTri
 
 from skfem_dual import MeshError, MeshWarning
 from skfem_dual.io import meshes, read_mesh
-from skfem_dual.io.guarded import STEADY, read_through_meshio, shortened
+from skfem_dual.io.guarded import STEADY, read_through_meshio
+from skfem_dual.messages import one_line
 
 MESH = MeshTri().refined(2)
 POINTS = np.column_stack([*MESH.p, np.zeros(MESH.p.shape[1])])
@@ -230,12 +231,12 @@ def test_damage_of_any_kind(tmp_path, suffix, rounds):
 
 def test_messages_are_cut_but_keep_the_remedy():
     text = "expected " + "many things, " * 100 + "got others. Remedy: mend them"
-    found = shortened(text, 100)
+    found = one_line(text, 100)
     assert len(found) <= 100
     assert found.endswith("... Remedy: mend them")
-    assert len(shortened("a" * 1000, 100)) <= 100
-    assert len(shortened("Remedy: " * 1000, 100)) <= 100
-    assert shortened("two\n lines", 100) == "two lines"
+    assert len(one_line("a" * 1000, 100)) <= 100
+    assert len(one_line("Remedy: " * 1000, 100)) <= 100
+    assert one_line("two\n lines", 100) == "two lines"
 
 
 def test_unknown_formats_are_named(tmp_path):

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import Pair, checked_flag, checked_instance, checked_sequence
+from ..messages import one_line
 from ..solutions.cases_solution import CasesSolution
 from ..units import PLAIN, Units
-from .guarded import shortened
 from .tables import cell_number, read_table, unit_factor
 from .writing import PathLike, write_whole
 
@@ -187,7 +187,7 @@ def _require_heads(heads: list[str], where: str, known: tuple[str, ...]) -> None
             of_plates = ", for plates only" if head in PARTS else ""
             raise ValueError(
                 f"{where}: expected headings among {', '.join(known)}, got "
-                f"{shortened(repr(head), 40)}{of_plates}"
+                f"{one_line(repr(head), 40)}{of_plates}"
             )
         if heads.count(head) > 1:
             raise ValueError(f"{where}: expected each heading once, got {head} twice")

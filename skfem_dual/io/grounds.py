@@ -7,8 +7,9 @@ from typing import Any
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import Layer, LayeredHalfSpace
 from ..ground.substrates import HalfSpace
+from ..messages import one_line
 from ..units import PLAIN, Units
-from .guarded import require_file, shortened
+from .guarded import require_file
 from .layers import LEAST, MOST, read_layers
 from .writing import PathLike
 
@@ -70,7 +71,7 @@ def read_substrate(
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"expected TOML in {path}: {shortened(str(error), 160)}") from error
+        raise ValueError(f"expected TOML in {path}: {one_line(str(error), 160)}") from error
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})
     base, layers = found["base"], found.get("layers", [])
     if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
@@ -138,15 +139,15 @@ def _numbers(table: dict[str, Any], needed: set[str], where: str) -> dict[str, f
 def _shown(value: Any) -> str:
     if isinstance(value, int) and abs(value) > MOST:  # Python refuses to print thousands of digits
         return f"a whole number of {value.bit_length()} bits"
-    return shortened(repr(value), 60)
+    return one_line(repr(value), 60)
 
 
 def _require_keys(where: str, found: dict, needed: set[str], optional: set[str]) -> None:
     if missing := needed - set(found):
-        had = shortened(str(sorted(found)), 60)
+        had = one_line(str(sorted(found)), 60)
         raise ValueError(f"expected {sorted(missing)} in {where}, got {had}")
     if unknown := set(found) - needed - optional:
         raise ValueError(
             f"expected no other entries than {sorted(needed | optional)} in {where}, got "
-            f"{shortened(str(sorted(unknown)), 60)}"
+            f"{one_line(str(sorted(unknown)), 60)}"
         )

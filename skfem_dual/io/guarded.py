@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import MeshError
+from ..messages import one_line
 from . import reader
 from .writing import PathLike
 
@@ -102,35 +103,17 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
     if outcome == "missing":
         raise MeshError(f"meshio cannot read {path} without {found}. Remedy: pip install {found}")
     if outcome == "error":
-        raise MeshError(f"meshio cannot read {path}: {shortened(found, REASON)}")
+        raise MeshError(f"meshio cannot read {path}: {one_line(found, REASON)}")
     try:
         return meshio.Mesh(**found)
     except (ValueError, TypeError, LookupError) as error:
-        raise MeshError(f"meshio cannot read {path}: {shortened(str(error), REASON)}") from error
+        raise MeshError(f"meshio cannot read {path}: {one_line(str(error), REASON)}") from error
 
 
 def _begins_with_bracket(path: Path) -> bool:
     """Whether a file has the sections of Ansys Fluent, those of Gmsh begin with a dollar sign."""
     with open(path, "rb") as file:
         return file.read(1000).lstrip().startswith(b"(")
-
-
-def shortened(text: str, length: int) -> str:
-    """``text`` in one line; where it is longer than ``length``, its middle is left out.
-
-    The remedy at its end stays, or two thirds of the length of it.
-
-    >>> shortened("expected this, got that and that. Remedy: mend it", 40)
-    'expected this, got t ... Remedy: mend it'
-    """
-    text = " ".join(text.split())
-    if len(text) <= length:
-        return text
-    remedy = text.rfind("Remed")
-    tail = text[remedy:] if remedy >= 0 else text[-(length // 3) :]
-    if len(tail) > 2 * length // 3:
-        tail = f"{tail[: 2 * length // 3 - 4]} ..."
-    return f"{text[: length - len(tail) - 5].rstrip()} ... {tail.lstrip()}"
 
 
 def _formats_of(path: Path) -> set[str]:

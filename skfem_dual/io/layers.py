@@ -5,8 +5,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from ..messages import one_line
 from ..units import Units
-from .guarded import shortened
 from .tables import Heading, cell_number, read_table, unit_factor
 
 #: numbers are zero or between these in size, in any sensible units
@@ -122,10 +122,10 @@ def _columns(heads: list[Heading], where: str) -> dict[str, int]:
             )
     for i, (head, _) in enumerate(heads):
         if (kind := kinds.get(head)) is None:
-            had = shortened(", ".join(head.name for head in heads), 60)
+            had = one_line(", ".join(head.name for head in heads), 60)
             raise ValueError(
                 f"{where}: expected the headings {wanted}, or G for E, depth or from and to for "
-                f"thickness, got {had}. Remedy: name the column {shortened(head, 40)!r} by one of "
+                f"thickness, got {had}. Remedy: name the column {one_line(head, 40)!r} by one of "
                 "these, or leave it out"
             )
         if kind in columns:
@@ -138,7 +138,7 @@ def _columns(heads: list[Heading], where: str) -> dict[str, int]:
         or "poisson" not in columns
         or ("young" in columns) == ("shear" in columns)
     ):
-        got = shortened(", ".join(head.name for head in heads), 60)
+        got = one_line(", ".join(head.name for head in heads), 60)
         raise ValueError(
             f"{where}: expected the headings {wanted}, one of E and G, one of thickness, depth, "
             f"or from and to, got {got}"

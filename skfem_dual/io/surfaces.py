@@ -7,7 +7,8 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import Pair, checked_pair
-from .guarded import require_file, shortened
+from ..messages import one_line
+from .guarded import require_file
 from .tables import cells_of, make_numbers
 from .writing import PathLike
 
@@ -68,7 +69,7 @@ def _array(file: Any) -> ndarray:
     try:
         values = np.load(file, allow_pickle=False)
     except (ValueError, EOFError, OSError) as error:
-        raise ValueError(f"expected numbers in {file}: {shortened(str(error), 160)}") from error
+        raise ValueError(f"expected numbers in {file}: {one_line(str(error), 160)}") from error
     if not isinstance(values, ndarray) or values.ndim != 2 or values.dtype.kind not in "iuf":
         what = f"shape {values.shape} of {values.dtype}" if isinstance(values, ndarray) else "more"
         raise ValueError(f"expected one array of numbers with two axes in {file}, got {what}")
@@ -96,7 +97,7 @@ def _text(file: Any) -> ndarray:
         return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2)
     except ValueError as error:
         raise ValueError(
-            f"expected numbers in columns in {file}: {shortened(str(error), 160)}. Remedy: one "
+            f"expected numbers in columns in {file}: {one_line(str(error), 160)}. Remedy: one "
             "decimal mark in all of it, a comma only between semicolons or tabs"
         ) from error
 
@@ -122,7 +123,7 @@ def _topography(file: Any, unit: str) -> tuple[ndarray, Pair | None]:
     try:
         found = SurfaceTopography.read_topography(str(file))
     except (CannotDetectFileFormat, ValueError, KeyError, OSError, EOFError) as error:
-        reason = shortened(str(error), 160) or type(error).__name__
+        reason = one_line(str(error), 160) or type(error).__name__
         raise ValueError(f"expected heights that can be read in {file}: {reason}") from error
     if found.dim != 2 or not found.is_uniform:
         raise ValueError(f"expected a map of heights in {file}, got a line")

@@ -5,8 +5,9 @@ import re
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
+from ..messages import one_line
 from ..units import Units
-from .guarded import require_file, shortened
+from .guarded import require_file
 from .writing import PathLike
 
 #: rows of a table
@@ -129,13 +130,13 @@ def _make_points(rows: Sequence[tuple[str, list[str]]], columns: Sequence[int]) 
     if points := [item for item in found if re.fullmatch(r"[-+]?[\d.,]*\.[\d.,e+-]*", item[1])]:
         (where, other), (_, cell) = points[0], commas[0]
         raise ValueError(
-            f"{where}: expected decimal commas or decimal points, got {shortened(other, 40)!r} "
-            f"beside {shortened(cell, 40)!r}. {remedy}"
+            f"{where}: expected decimal commas or decimal points, got {one_line(other, 40)!r} "
+            f"beside {one_line(cell, 40)!r}. {remedy}"
         )
     if all(THOUSANDS.fullmatch(cell) for _, cell in commas):
         where, cell = commas[0]
         raise ValueError(
-            f"{where}: expected a number, got {shortened(cell, 40)!r}, whose comma may be decimal "
+            f"{where}: expected a number, got {one_line(cell, 40)!r}, whose comma may be decimal "
             f"or part thousands. {remedy}, such as {cell.replace(',', '')} or {cell}0"
         )
     for _, cells in rows:
@@ -154,7 +155,7 @@ def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> fl
     """
     if not heading.unit:
         return 1.0
-    shown = shortened(f"{heading.name} in {heading.unit}", 60)
+    shown = one_line(f"{heading.name} in {heading.unit}", 60)
     if not quantity:
         raise ValueError(f"{where}: expected a heading without a unit, got {shown}")
     if not units.named:
@@ -171,7 +172,7 @@ def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> fl
 
 def cell_number(text: str, name: str, where: str, least: float, most: float) -> float:
     """The number in a cell, zero or in a range of sizes."""
-    shown = shortened(repr(text), 40)
+    shown = one_line(repr(text), 40)
     try:
         value = float(text)
     except ValueError:

@@ -6,9 +6,9 @@ from typing import Any
 
 from ..arguments import checked_size, checked_text
 from ..errors import MeshError
-from ..io.guarded import require_file, shortened
+from ..io.guarded import require_file
 from ..io.writing import PathLike
-from ..messages import place
+from ..messages import one_line, place
 from .corners import ring_of
 from .drawings import rings_of_drawing
 from .plan import Plan
@@ -113,7 +113,7 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
     try:
         found = shapely.from_wkt(text) if kind == "wkt" else shapely.from_geojson(text)
     except (shapely.errors.ShapelyError, ValueError, NotImplementedError) as error:
-        name, told = {"wkt": "WKT", "geojson": "GeoJSON"}[kind], shortened(str(error), 160)
+        name, told = {"wkt": "WKT", "geojson": "GeoJSON"}[kind], one_line(str(error), 160)
         closed = ". Remedy: end each ring with its first point, in all digits"
         raise MeshError(
             f"expected {name} in {path}: {told}{closed if 'closed' in told else ''}"

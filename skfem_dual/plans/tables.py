@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 from ..errors import MeshError
-from ..io.guarded import shortened
 from ..io.tables import Heading, cells_of, delimiter_of, make_numbers
+from ..messages import one_line
 
 #: x, y and the bulge of the side that starts there
 Corner = tuple[float, float, float]
@@ -104,7 +104,7 @@ def _columns(fields: list[str]) -> list[int]:
 
 
 def _corner(fields: list[str], where: str) -> Corner:
-    shown = shortened(repr(",".join(fields)), 60)
+    shown = one_line(repr(",".join(fields)), 60)
     while len(fields) > COLUMNS[0] and not fields[-1]:
         fields = fields[:-1]
     try:
