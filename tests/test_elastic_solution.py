@@ -377,7 +377,10 @@ def test_refused(punch, block):
             call()
     for call, message in (
         (lambda: punch.solve("f"), "f as an array of numbers, got 'f'"),
-        (lambda: punch.solve(f, start=f), "expected a CellPressures for start"),
+        (
+            lambda: punch.solve(f, start=f),
+            "or an ElasticSolution for start",
+        ),
         (lambda: punch.solve(f, unilateral="no"), "True or False for unilateral"),
         (lambda: punch.solve_many(3.0), "a sequence for F"),
     ):

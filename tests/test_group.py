@@ -134,6 +134,13 @@ def test_one_lifts_off_the_other_does_not():
     assert other[0].pressure == pytest.approx(found[0].pressure, abs=1e-8)
     again = group.solve([{"force": 1.0, "at": (-0.52, 0.0)}, {"force": 2.0}], start=found)
     assert again.success
+    loads = [{"force": 1.0}, {"force": 2.0}]
+    together = group.interaction_factors(loads)
+    assert group.interaction_factors(loads, start=found) == pytest.approx(together, rel=1e-9)
+    with pytest.raises(ValueError, match="a solution of 1 punches for start, got one of 2"):
+        RigidPunches(group.punches[:1]).solve(loads[:1], start=found)
+    with pytest.raises(TypeError, match="True or False for progress"):
+        group.solve(loads, progress="no")
     text = repr(found)
     assert "punch" in text
     assert len(text.splitlines()) == 4

@@ -314,7 +314,7 @@ def test_files_of_others_are_refused(tmp_path):
         read_dual(path)
     partition = DualMesh.from_mesh(MESH).primal_partition
     write_polygons(path, partition.polygons, {"node": partition.nodes.T})
-    with pytest.raises(MeshError):
+    with pytest.raises(MeshError, match="expected the 1-type dual of a triangulation"):
         read_dual(path)
     path.write_text("<VTKFile>")
     with pytest.raises(MeshError, match="cannot read"):

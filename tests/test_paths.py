@@ -67,6 +67,17 @@ def test_which_load_is_impossible():
         load_path(punch(disc(2)), [{"force": 1.0}, {"force": 1.0, "at": (2.0, 0.0)}])
 
 
+def test_options_of_a_path():
+    alone, options = punch(disc(2)), r"keys of the options among \['progress', .*'gap_rtol'\]"
+    for curve, loads in ((load_path, [{"force": 1.0}]), (moment_rotation, 1.0)):
+        with pytest.raises(TypeError, match=f"{options}, got 'start'"):
+            curve(alone, loads, start=None)
+        with pytest.raises(ValueError, match="gap_rtol"):
+            curve(alone, loads, gap_rtol=1.0)
+        with pytest.raises(TypeError, match="True or False for progress"):
+            curve(alone, loads, progress="no")
+
+
 @pytest.mark.parametrize(
     ("load", "options", "message"),
     [

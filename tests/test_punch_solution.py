@@ -236,6 +236,13 @@ def test_named_edges():
     # on triangles as well, and by a single name
     single = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries="left")
     assert single.solve(1.0).edge_coefficient().x[0] == pytest.approx(-1.0)
+    facets, inside = mesh.boundaries["left"], np.nonzero(mesh.f2t[1] >= 0)[0][:2].tolist()
+    assert np.array_equal(
+        RigidPunch(UNIT, single.basis, edge_boundaries=facets.tolist()).weights.ribs,
+        single.weights.ribs,
+    )
+    with pytest.raises(ValueError, match="facets on the edge of the plan"):
+        RigidPunch(UNIT, single.basis, edge_boundaries=inside)
     for nothing in ([], ()):
         with pytest.raises(ValueError, match="facets on the edge of the plan"):
             RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=nothing)

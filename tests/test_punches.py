@@ -177,6 +177,7 @@ def test_supports_of_a_structure():
 def test_shown():
     both = Punches([footing(), slab(0.1)])
     assert "ElasticPunch 1: " in repr(both)
+    assert "ElasticPunch slab: " in repr(Punches(both.punches, names=["pad", "slab"]))
     answer = both.solve([{"force": 1.0}, uniform(both.punches[1])])
     assert "bends" in repr(answer)
 
@@ -190,6 +191,10 @@ def test_bad_groups():
         Punches([footing(), slab(1.0, substrate=HalfSpace(2.0, 0.0))])
     with pytest.raises(ValueError, match=r"do not overlap, got punches 0, 1"):
         Punches([footing(), slab(1.0, 0.5)])
+    with pytest.raises(ValueError, match=r"overlap, got punches pad, slab"):
+        Punches([footing(), slab(1.0, 0.5)], names=["pad", "slab"])
+    with pytest.raises(ValueError, match="expected 2 names that differ"):
+        Punches([footing(), slab(1.0)], names=["pad", "pad"])
 
 
 @pytest.fixture(scope="module")
@@ -216,3 +221,22 @@ def test_bad_loads(pair, change, kind, words):
     both, load, f = pair
     with pytest.raises(kind, match=words):
         both.solve(change(load, f))
+
+
+def test_bodies_are_called_by_their_names(pair):
+    both, load, f = pair
+    named = Punches(both.punches, ["pad", "slab"])
+    with pytest.raises(ValueError, match=r"punch slab: .*would take tension"):
+        named.solve([load, -f])
+    rigid = Punches([footing(), footing(3.0)], ["pad", "pier"])
+    with pytest.raises(ValueError, match=r"body pier: .*the punch turns over"):
+        rigid.solve([load, {"force": 1.0, "at": (2.0, 0.0)}])
+
+
+def test_loads_are_read_once():
+    """Also where the edge of a shaped body is seen while it is solved."""
+    both, soft = Punches([ball(), slab(0.1)]), slab(0.1)
+    loads = [{"force": 3.0}, uniform(soft)]
+    assert both.solve(load for load in loads)[0].pressure == pytest.approx(
+        both.solve(loads)[0].pressure
+    )

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_flag, checked_instance, checked_sequence
+from ..arguments import checked_instance, checked_sequence
+from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load
 from ..contact.many import ManyLoads
 from ..contact.one_sign import solved_each
 from ..contact.problem import Contact, rough_under
-from ..contact.unilateral import How, Method
+from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
 from ..kernels.limits import threads_for_matrix
@@ -47,10 +48,10 @@ class CaseAnswers:
     messages: tuple[str, ...]
     rough: tuple[str, ...]
 
-    def of(self, number: int, punch: Any, loads: Sequence[Load]) -> CasesSolution:
+    def of(self, number: int, cells: Footprint, loads: Sequence[Load]) -> CasesSolution:
         """Those of one punch."""
         mine = tuple(None if answer is None else answer[number] for answer in self.answers)
-        return CasesSolution(punch, self.names, tuple(loads), mine, self.messages)
+        return CasesSolution(cells, self.names, tuple(loads), mine, self.messages)
 
     def warn(self) -> None:
         """Warn the caller of a solver of cases without success, and of rough ones."""
@@ -91,14 +92,10 @@ def solve_cases(
     problem: RigidBodies,
     names: tuple[str, ...],
     loads: Sequence[tuple[Load, ...]],
-    *,
-    unilateral: bool = True,
-    method: Method = "auto",
-    gap_rtol: float = 1e-10,
-    progress: bool = False,
+    how: How,
+    progress: bool,
 ) -> CaseAnswers:
     """Solve and verify cases; ``loads`` has the loads of the bodies in each."""
-    how, progress = How.checked(unilateral, method, gap_rtol), checked_flag("progress", progress)
     imposed: dict[int, Constraints] = {}
     messages = [""] * len(names)
     for k, load in enumerate(loads):
@@ -121,7 +118,7 @@ def solve_cases(
             rough.append(f"{few[0]}; first in case {names[k]!r}")
     for sharp, some in over.items():
         own = tuple(names[k] for k in some), [loads[k] for k in some]
-        found = solve_cases(sharp, *own, **how._asdict(), progress=progress)
+        found = solve_cases(sharp, *own, how, progress)
         for k, answer, message in zip(some, found.answers, found.messages, strict=True):
             answers[k], messages[k] = answer, message
         rough += found.rough

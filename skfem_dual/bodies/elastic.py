@@ -50,7 +50,7 @@ from ..kernels.progress import progress_bars, timed
 from ..operators.compliance import BalancedCompliance, Compliance
 from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
-from ..solutions.pressures import CellPressures
+from ..solutions.pressures import CellPressures, checked_solution
 from .body import Body
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 
@@ -315,7 +315,7 @@ class ElasticPunch(Body):
         f, held = self.checked_loads(f, x)
         how = How.checked(unilateral, method, gap_rtol)
         if start is not None:
-            checked_instance("start", start, CellPressures)
+            checked_solution("start", start)
         begin = perf_counter()
         constraints, sloped = self.share(f, held).constraints, np.zeros(len(self.partition), bool)
         if how.unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
@@ -342,7 +342,12 @@ class ElasticPunch(Body):
         F : (N, k) array or sequence of (N,) arrays of float
             Load vectors, the columns of an array.
         options
-            As of `solve`.
+            Further arguments of `solve` for all of them.
+
+        Returns
+        -------
+        tuple of ElasticSolution
+            Of each load.
 
         Raises
         ------

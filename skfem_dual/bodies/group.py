@@ -9,7 +9,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..arguments import checked_instance, checked_sequence
+from ..arguments import checked_flag, checked_instance, checked_sequence
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
@@ -277,6 +277,7 @@ class RigidPunches(RigidBodies):
         """
         given = self._given("loads", loads)
         how = How.checked(unilateral, method, gap_rtol)
+        progress = checked_flag("progress", progress)
         return self._solved(given, how, self._pressures_of(start), progress)
 
     def _solved(
@@ -292,15 +293,41 @@ class RigidPunches(RigidBodies):
         warn_of(contact, self.slices)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
-    def solve_many(self, cases: Cases, **options: Any) -> tuple[CasesSolution, ...]:
-        """Many load cases, each with one load for each body; answers for each punch.
+    def solve_many(
+        self,
+        cases: Cases,
+        *,
+        unilateral: bool = True,
+        method: Method = "auto",
+        gap_rtol: float = 1e-10,
+        progress: bool = False,
+    ) -> tuple[CasesSolution, ...]:
+        """Many load cases, each with one load for each body.
 
-        As `RigidPunch.solve_many`; there must be no frame."""
+        Parameters
+        ----------
+        cases : mapping of str to sequence of Load or mapping, or sequence of them
+            Loads of the bodies by the names of the cases.
+        unilateral, method, gap_rtol, progress
+            As `RigidPunch.solve`.
+
+        Returns
+        -------
+        tuple of CasesSolution
+            Of each punch.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If there is not one load for each body, a load is incomplete, contradictory or not
+            finite (says which), or under a frame.
+        """
+        how = How.checked(unilateral, method, gap_rtol)
         if self.stiffness is not None:
             raise ValueError("expected punches without a frame. Remedy: solve case by case")
         names, given = named(cases)
         loads = [self._given(f"load case {name!r}", case) for name, case in zip(names, given)]
-        found = solve_cases(self, names, loads, **options)
+        found = solve_cases(self, names, loads, how, checked_flag("progress", progress))
         found.warn()
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
         return tuple(
@@ -348,6 +375,11 @@ class RigidPunches(RigidBodies):
         if start is None:
             return None
         checked_instance("start", start, PunchesSolution)
+        if len(start.solutions) != len(self.punches):
+            raise ValueError(
+                f"expected a solution of {len(self.punches)} punches for start, got one of "
+                f"{len(start.solutions)}"
+            )
         parts = zip(self.punches, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
@@ -382,8 +414,10 @@ class RigidPunches(RigidBodies):
 
         Parameters
         ----------
-        loads, options
+        loads
             As `solve`.
+        options
+            Further arguments of `solve`; ``start`` is of the bodies together.
 
         Returns
         -------
@@ -401,6 +435,7 @@ class RigidPunches(RigidBodies):
                 "RigidPunches without stiffness="
             )
         together = self.solve(loads, **options)
+        options.pop("start", None)
         factors = []
         for body, load in zip(self.bodies, loads, strict=True):
             joined = [tuple(range(len(body)))] if len(body) > 1 else ()

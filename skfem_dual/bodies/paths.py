@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull
 
 from ..arguments import (
     Pair,
+    checked_flag,
     checked_instance,
     checked_integer,
     checked_number,
@@ -18,6 +19,7 @@ from ..arguments import (
     checked_sequence,
 )
 from ..contact.load import Load, load_of
+from ..contact.unilateral import How
 from ..grids.polygons import readonly
 from ..messages import shown
 from ..solutions.elastic_solution import ElasticSolution
@@ -116,7 +118,8 @@ def load_path(
         What is imposed in each step, keyword arguments of its ``solve``; of a rigid punch also as
         `Load`.
     options
-        Further arguments of ``solve`` for all steps.
+        Further arguments of ``solve`` for all steps; of a rigid punch ``unilateral``, ``method``,
+        ``gap_rtol`` and ``progress``.
 
     Returns
     -------
@@ -126,6 +129,7 @@ def load_path(
     ------
     TypeError, ValueError
         If a load is none, has a key that is none or is given twice, or is impossible; says which.
+        If an option is none of ``solve``.
 
     Examples
     --------
@@ -140,6 +144,7 @@ def load_path(
     checked_instance("punch", punch, (RigidPunch, ElasticPunch))
     loads = checked_sequence("loads", loads)
     if isinstance(punch, RigidPunch):
+        _require_known("the options", options, ["progress", *How._fields])
         return _together(punch, loads, options) if loads else LoadPath(())
     for number, load in enumerate(loads):
         _require_keys(f"load {number}", checked_instance(f"load {number}", load, Mapping), options)
@@ -159,12 +164,16 @@ def _require_keys(name: str, load: Mapping, options: Mapping) -> None:
     """Refuse what a structure's ``solve`` does not take, or would get twice."""
     known = sorted(signature(ElasticPunch.solve).parameters.keys() - {"self", "start"})
     for what, keys in ((name, load), ("the options", options)):
-        if unknown := [key for key in keys if key not in known]:
-            raise TypeError(f"expected keys of {what} among {known}, got {shown(unknown[0])}")
+        _require_known(what, keys, known)
     if twice := [key for key in load if key in options]:
         raise TypeError(f"expected {twice[0]} in {name} or for all loads, got both")
     if "f" not in load and "f" not in options:
         raise TypeError(f"expected f in {name}, got {shown(sorted(load))}")
+
+
+def _require_known(what: str, keys: Mapping, known: list[str]) -> None:
+    if unknown := [key for key in keys if key not in known]:
+        raise TypeError(f"expected keys of {what} among {known}, got {shown(unknown[0])}")
 
 
 def _together(
@@ -172,9 +181,11 @@ def _together(
 ) -> LoadPath:
     """Of a rigid punch, whose loads share what they can."""
     names = tuple(f"load {number}" for number in range(len(loads)))
-    unilateral = options.get("unilateral", True)
-    given = [(punch.acted_on(load_of(*pair), unilateral, pair[0]),) for pair in zip(names, loads)]
-    found = solve_cases(punch, names, given, **options)
+    progress = checked_flag("progress", options.pop("progress", False))
+    how = How.checked(**How()._asdict() | options)
+    own = zip(names, loads, strict=True)
+    given = [(punch.acted_on(load_of(*pair), how.unilateral, pair[0]),) for pair in own]
+    found = solve_cases(punch, names, given, how, progress)
     for name, answer, message in zip(names, found.answers, found.messages, strict=True):
         if answer is None:
             raise ValueError(f"{name}: {message}")
@@ -232,7 +243,7 @@ def moment_rotation(
     steps : int
         Number of solutions, closer to each other towards overturning.
     options
-        Further arguments of `RigidPunch.solve`.
+        As of `load_path`.
 
     Returns
     -------

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy import ndarray
@@ -29,7 +29,7 @@ from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from ..solutions.cases_solution import CasesSolution
-from ..solutions.pressures import CellPressures
+from ..solutions.pressures import CellPressures, checked_solution
 from ..solutions.punch_solution import PunchSolution
 from .body import Movable
 from .cases import Cases, named, solve_cases
@@ -60,7 +60,7 @@ class RigidPunch(Movable, RigidBodies):
         times less accurate. By default flat punches are singular; and so are shaped ones where
         their pressures grow to the edge of the plan, for which they are solved again, but on
         uniform grids from 256 cells on, whose fast transforms take constant pressures.
-    edge_boundaries : str, sequence of str or array of int, optional
+    edge_boundaries : str, sequence of str or of int, optional
         The boundaries of the mesh that are such an edge, by their names or as facets; all of
         them by default. Where a punch is rounded off, for example, the pressure does not grow.
         The mesh is always the whole plan: there are no images beyond a line of symmetry.
@@ -273,15 +273,15 @@ class RigidPunch(Movable, RigidBodies):
             Whether the contact region is found: the ground does not pull, and the punch lifts
             off where it would. If not, all cells stay in contact, the paper's (5).
         method : {"auto", "active-set", "cg"}
-            How the contact region is found: a primal-dual active set; projected conjugate
-            gradients, whose time grows with the square of the number of cells; or, by default,
-            these, polished by a direct solution where that is cheap.
+            How the contact region is found: a primal-dual active set, which takes a dense matrix;
+            projected conjugate gradients, which only multiply by it; or, by default, conjugate
+            gradients and, where the matrix is dense, the active set from where they end.
         start : PunchSolution, optional
             A solution nearby to begin with, on any grid and of any body.
         gap_rtol : float
-            Accuracy of the gaps in contact under conjugate gradients, over the largest
-            settlement. From 1e-3 on contact of shaped punches ends with the cells, which takes
-            most of the time away.
+            Accuracy of the gaps in contact where conjugate gradients find it, over the largest
+            settlement. With 1e-3 or more the line of contact is not resolved inside cells, which
+            saves most of the time.
         progress : bool
             Whether iterations show progress bars.
 
@@ -322,15 +322,23 @@ class RigidPunch(Movable, RigidBodies):
         _ = solution.shear  # what does not hold is told now
         return solution
 
-    def solve_many(self, cases: Cases, **options: Any) -> CasesSolution:
+    def solve_many(
+        self,
+        cases: Cases,
+        *,
+        unilateral: bool = True,
+        method: Method = "auto",
+        gap_rtol: float = 1e-10,
+        progress: bool = False,
+    ) -> CasesSolution:
         """Many load cases at a time, by superposition while all cells keep contact.
 
         Parameters
         ----------
         cases : mapping of str to Load or mapping, or sequence of them
             Loads, or keyword arguments of `Load`, by the names of the cases.
-        options
-            ``unilateral``, ``method``, ``gap_rtol``, ``progress``, as `solve`.
+        unilateral, method, gap_rtol, progress
+            As `solve`.
 
         Returns
         -------
@@ -343,12 +351,14 @@ class RigidPunch(Movable, RigidBodies):
         TypeError, ValueError
             If a load is incomplete, contradictory or not finite; says which. Or as `solve`.
         """
+        how = How.checked(unilateral, method, gap_rtol)
         names, given = named(cases)
-        unilateral = options.get("unilateral", True)
         said = [f"load case {name!r}" for name in names]
-        loads = [self.acted_on(load_of(*pair), unilateral, pair[0]) for pair in zip(said, given)]
+        loads = [
+            self.acted_on(load_of(*pair), how.unilateral, pair[0]) for pair in zip(said, given)
+        ]
         single = [(load,) for load in loads]
-        answers = solve_cases(self, names, single, **options)
+        answers = solve_cases(self, names, single, how, checked_flag("progress", progress))
         answers.warn()
         return answers.of(0, self.footprint, loads)
 
@@ -403,9 +413,7 @@ class RigidPunch(Movable, RigidBodies):
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""
-        if not isinstance(start, CellPressures):
-            raise TypeError(f"expected a PunchSolution for start, got {shown(start)}")
-        return start.pressures_on(self.footprint)
+        return checked_solution("start", start).pressures_on(self.footprint)
 
     def __repr__(self) -> str:
         return (

@@ -56,11 +56,14 @@ class Punches:
     ----------
     punches : sequence of RigidPunch and ElasticPunch
         The bodies, all on the same substrate; their plans do not overlap.
+    names : sequence of str, optional
+        What messages call the punches; by default their numbers.
 
     Raises
     ------
     TypeError, ValueError
-        If there is no punch, their substrates differ, or their plans overlap.
+        If there is no punch, their substrates differ, their plans overlap, or there is not one
+        name for each.
 
     Examples
     --------
@@ -84,6 +87,7 @@ class Punches:
     """
 
     punches: Sequence[RigidPunch | ElasticPunch]
+    names: Sequence[str] = ()
     stiffness: ClassVar[None] = None  # no frame
     timings: dict[str, float] = field(default_factory=dict, init=False)
 
@@ -93,10 +97,11 @@ class Punches:
         if bad or not punches:
             came = shown(bad[0]) if bad else "none"
             raise TypeError(f"expected some RigidPunch or ElasticPunch, got {came}")
-        numbers = checked_names((), len(punches))
-        require_one_ground(punches, numbers)
-        require_apart(punches, numbers)
+        names = checked_names(self.names, len(punches))
+        require_one_ground(punches, names)
+        require_apart(punches, names)
         object.__setattr__(self, "punches", punches)
+        object.__setattr__(self, "names", names)
 
     def __getstate__(self) -> dict:
         """What makes the group; matrices are computed again."""
@@ -116,7 +121,7 @@ class Punches:
     def _rigid(self) -> RigidPunches | None:
         """The same bodies with the laws of lines of contact, if none of them bends."""
         rigid = [punch for punch in self.punches if isinstance(punch, RigidPunch)]
-        return RigidPunches(rigid) if len(rigid) == len(self.punches) else None
+        return RigidPunches(rigid, names=self.names) if len(rigid) == len(self.punches) else None
 
     @computed_once
     def cells(self) -> LoadedCells:
@@ -194,11 +199,17 @@ class Punches:
         ConvergenceError
             If a body can move without resistance.
         """
-        how = How.checked(unilateral, method, gap_rtol)
+        how, progress = (
+            How.checked(unilateral, method, gap_rtol),
+            checked_flag("progress", progress),
+        )
         given = self._checked_loads(loads)
         if self._rigid is not None:
             options = how._asdict() | {"progress": progress}
             return replace(self._rigid.solve(given, **options), punches=self)
+        return self._solved(given, how, progress)
+
+    def _solved(self, given: list[Any], how: How, progress: bool) -> PunchesSolution:
         begin = perf_counter()
         flat = np.zeros(len(self.cells), dtype=bool)
         shares = self._shares(given, flat)
@@ -207,15 +218,16 @@ class Punches:
             self._require_balance(given, shares)
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
-            system = self._system(self._shares(given, flat), flat, method == "active-set")
+            system = self._system(self._shares(given, flat), flat, how.method == "active-set")
             rtol = getattr(self.ground, "rtol", 0.0)
             return verified(system, constraints, how, start, rtol=rtol)
 
-        with progress_bars(checked_flag("progress", progress)):
+        with progress_bars(progress):
             contact, position = solved(self.cells, find, how.unilateral)
-        sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
-        if contact.success and sharp is not None:
-            return sharp.solve(loads, **how._asdict(), progress=progress)
+        if contact.success:
+            sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
+            if sharp is not None:
+                return sharp._solved(given, how, progress)
         timings = self.timings | {"solution": perf_counter() - begin}
         parts = self._solutions(given, shares, contact, position, timings)
         return PunchesSolution(self, parts)
@@ -278,7 +290,7 @@ class Punches:
                 elif not alone.can_balance(constraints):
                     raise ValueError(NO_BALANCE)
             except ValueError as error:
-                raise ValueError(f"punch {i}: {error}") from None
+                raise ValueError(f"punch {self.names[i]}: {error}") from None
 
     def _solutions(
         self,
@@ -307,9 +319,8 @@ class Punches:
         return tuple(solutions)
 
     def __repr__(self) -> str:
-        lines = [
-            f"  {type(p).__name__} {i}: {p.grid_description}" for i, p in enumerate(self.punches)
-        ]
+        named = zip(self.names, self.punches, strict=True)
+        lines = [f"  {type(p).__name__} {name}: {p.grid_description}" for name, p in named]
         head = f"<skfem_dual Punches object>\n  Substrate: {self.punches[0].substrate}"
         return "\n".join([head, *lines])
 
@@ -331,8 +342,8 @@ def _checked_load(name: str, punch: RigidPunch | ElasticPunch, load: Any) -> Any
         raise TypeError(f"expected keys f and x of {name}, got {shown(list(load))}")
     try:
         return punch.checked_loads(load["f"], load.get("x"))
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"{name}: {error}") from None
 
 
 def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Share:

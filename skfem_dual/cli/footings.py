@@ -125,7 +125,11 @@ def read_bases(
             dual = grids[name](plan)
         else:
             loads = _loads(options, name, origin)
-            dual, accuracy = solve_outline(options, plan, ground, origin, loads)
+            try:
+                dual, accuracy = solve_outline(options, plan, ground, origin, loads)
+            except ValueError as error:
+                footing = f"footing {name}: " if len(names) > 1 else ""
+                raise ValueError(f"{footing}{error}") from error
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
         bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
     return bases

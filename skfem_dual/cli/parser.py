@@ -21,7 +21,7 @@ examples:
     skfem-dual solve footing.msh --substrate layers.csv --units kN,m \\
       --loads cases.csv --table out.csv --report report.html --title "Pier 3"
   a raft 0.5 m thick under columns, with name, force, x, y, bx, by in columns.csv:
-    skfem-dual solve raft.csv --plate 0.5,30e6,0.2 --substrate layers.csv --units kN,m \
+    skfem-dual solve raft.csv --plate 0.5,30e6,0.2 --substrate layers.csv --units kN,m \\
       --loads columns.csv --vtu raft.vtu --report raft.html
   two neighbouring footings, with the columns name, footing, force, mx, my in pair.csv:
     skfem-dual solve left.msh right.msh --young 30e3 --poisson 0.3 --units kN,m \\

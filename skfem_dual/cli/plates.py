@@ -92,7 +92,8 @@ def solve_plates(
         "unilateral": not options.bilateral,
         "progress": options.progress or is_watched(),
     }
-    found: dict[str, dict[str, Any]] = {base.name: {} for base in bases}
+    names = [base.name for base in bases]
+    found: dict[str, dict[str, Any]] = {name: {} for name in names}
     cases = _cases(options, bases)
     for case, rows in cases.items():
         loads = [
@@ -102,7 +103,7 @@ def solve_plates(
             if len(punches) == 1:
                 solutions = [punches[0].solve(loads[0], **how)]
             else:
-                solutions = list(Punches(punches).solve(loads, **how).solutions)
+                solutions = list(Punches(punches, names).solve(loads, **how).solutions)
         except ValueError as error:
             raise ValueError(f"case {case}: {error}") from error
         for base, solution in zip(bases, solutions, strict=True):

@@ -15,6 +15,7 @@ from .. import ElasticPunch, ElasticSolution, PunchSolution, RigidPunch
 from ..contact.system import DENSE
 from ..io import write_solution, write_structure
 from ..io.cases import write_rows
+from ..messages import shortened
 from ..report import write_data, write_report
 from ..report.bodies import Body, bodies_of
 from ..report.checks import DEFORMED
@@ -93,14 +94,9 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     if options.report:
         details = replace(bodies[0].details, remarks=tuple(options.warned))
         write_report(options.report, solution, details=details)
-    failed = [
-        f"{f'{name}: ' if len(body.names) > 1 else ''}{message}"
-        for body in bodies
-        for name, message, ok in zip(body.names, body.messages, body.success)
-        if not ok
-    ]
+    failed = _failed(bodies)
     if failed:
-        tell(f"no solution: {in_options('; '.join(dict.fromkeys(failed)))}")
+        tell(f"no solution{failed}")
     short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
     code = 3 if failed else 4 if short else 0
     if options.quiet:
@@ -127,6 +123,23 @@ def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
             f"warning: a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
             "small deformations. Remedy: check the units of lengths, loads and moduli"
         )
+
+
+def _failed(bodies: Sequence[Body]) -> str:
+    """The cases without a solution, and why the first has none; empty if all have one."""
+    failed: dict[str, str] = {}
+    for body in bodies:
+        for name, message, ok in zip(body.names, body.messages, body.success, strict=True):
+            if not ok:
+                failed.setdefault(name, message)
+    if not failed:
+        return ""
+    (first, why), *others = failed.items()
+    if len(bodies[0].names) == 1:
+        return f": {in_options(why)}"
+    which = shortened(", ".join(failed), 60)
+    named = f"{len(failed)} of {len(bodies[0].names)} cases, {which}; {first}" if others else first
+    return f" in {named}: {in_options(why)}"
 
 
 def _governing(bodies: Sequence[Body]) -> list[PunchSolution | ElasticSolution]:

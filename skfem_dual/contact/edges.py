@@ -12,8 +12,9 @@ from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
+from ..messages import shown
 
-EdgeBoundaries = str | Sequence[str] | ndarray
+EdgeBoundaries = str | Sequence[str] | Sequence[int] | ndarray
 
 #: part of the cells in contact that has contact all around: where less has, as on rough shapes, no
 #: law of a line or of an edge holds, and pressures are up to twice as far off with one
@@ -68,11 +69,11 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
 
 
 def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
-    if isinstance(names, np.ndarray) and np.issubdtype(names.dtype, np.integer):
-        return names
-    if not isinstance(names, (str, Sequence)):
-        raise TypeError(f"expected names or facets for edge_boundaries, got {names!r}")
+    if not isinstance(names, (str, Sequence, np.ndarray)):
+        raise TypeError(f"expected names or facets for edge_boundaries, got {shown(names)}")
     names = [names] if isinstance(names, str) else list(names)
+    if all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) for n in names):
+        return np.array(names, dtype=int)
     known = nodal_mesh(basis).boundaries or {}
     if missing := [name for name in names if name not in list(known)]:
         raise ValueError(

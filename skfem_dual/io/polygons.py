@@ -50,11 +50,17 @@ def read_dual(path: PathLike) -> DualMesh:
     order = np.argsort(polygons.indices, kind="stable")
     three = np.nonzero(np.bincount(polygons.indices) == 3)[0]
     triples = cells[order][np.isin(polygons.indices[order], three)].reshape(-1, 3)
-    dual = DualMesh.from_mesh(
-        MeshTri(np.ascontiguousarray(node.T), np.ascontiguousarray(triples.T))
+    mesh = MeshTri(np.ascontiguousarray(node.T), np.ascontiguousarray(triples.T))
+    other = (
+        f"expected the 1-type dual of a triangulation in {path}, as write_dual has it, got other "
+        "polygons. Remedy: read_polygons"
     )
+    try:
+        dual = DualMesh.from_mesh(mesh)
+    except MeshError as error:
+        raise MeshError(other) from error
     if not np.array_equal(dual.polygons.indices, polygons.indices):
-        raise MeshError(f"the cells in {path} are not the 1-type dual of a triangulation")
+        raise MeshError(other)
     return dual
 
 

@@ -15,7 +15,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 from skfem import CellBasis, ElementTriP1, ElementTriP2, MeshTri
 
-from ..arguments import checked_instance, checked_integer
+from ..arguments import checked_integer
 from ..elements.balance import balanced
 from ..elements.edge_weights import mean_weight
 from ..elements.graded_rule import graded
@@ -26,7 +26,7 @@ from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
 from ..grids.planar import cross
 from ..grids.refinement import Refinement
-from ..solutions.pressures import CellPressures
+from ..solutions.pressures import CellPressures, checked_solution
 from .postprocess import postprocess
 from .regular import torsion
 
@@ -86,9 +86,9 @@ def pressure_field(
     >>> print(f"{p[np.argmin(np.hypot(*basis.doflocs))]:.2f}")  # exact for the circle: 0.159
     0.16
     """
-    checked_instance("solution", solution, CellPressures)
+    checked_solution("solution", solution)
     if other is not None:
-        checked_instance("other", other, CellPressures)
+        checked_solution("other", other)
     laws = EdgeLaws.of(solution, checked_integer("refine", refine, at_least=0, at_most=6))
     s = _fitted(solution, laws, _smoothed(solution, other))
     values = laws.at_nodes * laws.between(s)

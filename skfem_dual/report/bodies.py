@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..arguments import checked_instance
-from ..bodies.group import RigidPunches
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.group_solution import PunchesSolution
@@ -55,9 +54,8 @@ def bodies_of(solution: Any, details: Details) -> list[Body]:
 
 def _named(found: PunchesSolution) -> dict[str, Any]:
     """The solutions of several bodies by their names, numbers of those that have none."""
-    group = found.punches
-    names = group.names if isinstance(group, RigidPunches) else map(str, range(len(found)))
-    return {name: {"load": s} for name, s in zip(names, found.solutions, strict=True)}
+    named = zip(found.punches.names, found.solutions, strict=True)
+    return {name: {"load": s} for name, s in named}
 
 
 def _is_one(solutions: Mapping) -> bool:

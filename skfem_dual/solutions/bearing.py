@@ -14,12 +14,11 @@ from numpy import ndarray
 from scipy.sparse import csr_array
 from scipy.special import roots_legendre
 
-from ..arguments import checked_instance
 from ..contact.footprint import Footprint
 from ..grids.outline import distance_to_segments, edge_ribs, inside_loops
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from .pressures import CellPressures
+from .pressures import CellPressures, checked_solution
 
 #: radius of the circles, over that of the largest circle that fits into the plan
 PART = 0.2
@@ -178,7 +177,7 @@ def bearing_pressure(solution: CellPressures) -> float:
     >>> print(f"{bearing_pressure(solution):.2f}")
     1.02
     """
-    checked_instance("solution", solution, CellPressures)
+    checked_solution("solution", solution)
     largest = Circles.of(solution.punch.footprint).largest(solution)
     # in full contact some circle bears more than the mean, and no region need be found
     return max(largest, solution.mean_pressure) if solution.gap.any() else largest

@@ -10,7 +10,6 @@ from skfem import CellBasis, ElementTriP1, MeshTri
 from ..arguments import (
     Pair,
     checked_array,
-    checked_instance,
     checked_integer,
     checked_pair,
     checked_points,
@@ -21,7 +20,7 @@ from ..elements.stresses import Stresses
 from ..elements.strips import CellLoads
 from ..grids.polygons import readonly
 from ..messages import apart, place, shown
-from .pressures import CellPressures
+from .pressures import CellPressures, checked_solution
 
 #: cells of the largest sections
 MOST = 10**7
@@ -100,7 +99,7 @@ def _fields(
     solution: CellPressures, x: ArrayLike, kinds: tuple[bool, bool] = (True, True)
 ) -> ndarray:
     """As `components`, under all bodies; they are on one ground."""
-    checked_instance("solution", solution, CellPressures)
+    checked_solution("solution", solution)
     loads = [
         CellLoads(cells.partition, p, cells.weights, cells.slopes_of(p))
         for cells, p in solution.all_pressures
@@ -179,7 +178,7 @@ def vertical_profile(solution: CellPressures, at: Pair, depths: ArrayLike) -> Pr
     >>> print(np.round(profile.stresses.sigma_z / 1e3), np.round(1e3 * profile.strain, 1))
     [73. 93. 59.] [0.7 3.2 5.1]
     """
-    checked_instance("solution", solution, CellPressures)
+    checked_solution("solution", solution)
     at = checked_pair("at", at)
     z = checked_array("depths", depths, ("m",), each="depth")
     if len(z) == 0:
@@ -239,7 +238,7 @@ def settlement_by_layers(
     >>> print(np.round(1e3 * parts[:, 0], 1), f"{1e3 * solution.settlement:.1f}")
     [ 0.7 24.1] 24.8
     """
-    checked_instance("solution", solution, CellPressures)
+    checked_solution("solution", solution)
     x = checked_points("x", x)
     interfaces = strata_of(solution.footprint.substrate).interfaces
     z = interfaces[:-1]
@@ -290,7 +289,7 @@ def vertical_section(
     TypeError, ConvergenceError
         As in `stress_below`.
     """
-    checked_instance("solution", solution, CellPressures)
+    checked_solution("solution", solution)
     a = np.reshape(checked_pair("start", start), (2, 1))
     b = np.reshape(checked_pair("end", end), (2, 1))
     depth = checked_size("depth", depth)

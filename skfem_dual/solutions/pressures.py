@@ -20,12 +20,23 @@ from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
+from ..messages import shown
 from ..operators.entries import EXACT
 
 #: up to so many pairs of points and cells displacements are summed exactly
 FEW = 10**8
 #: distances over the extent of the plan that are printed as zero
 ROUNDING = 1e-12
+
+
+def checked_solution(name: str, value: Any) -> "CellPressures":
+    """``value`` itself, if it is the solution of one body, or a TypeError."""
+    if isinstance(value, CellPressures):
+        return value
+    raise TypeError(
+        f"expected a PunchSolution or an ElasticSolution for {name}, got {shown(value)}. Remedy: "
+        "punch.solve(...), of several bodies one of their solutions"
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from skfem import CellBasis
 
-from ..arguments import checked_instance, checked_size
+from ..arguments import checked_size
 from ..contact.region import ContactRegion
 from ..grids.cellwise import nodal_mesh
 from ..messages import shown
 from ..solutions.group_solution import PunchesSolution
-from ..solutions.pressures import CellPressures
+from ..solutions.pressures import CellPressures, checked_solution
 from .field import Field, continuous
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Subject:
         cls, solutions: Sequence[CellPressures], title: str | None, scale: float | None
     ) -> Subject:
         for solution in solutions:
-            checked_instance("a solution to draw", solution, CellPressures, "punch.solve(...)")
+            checked_solution("a solution to draw", solution)
         mean, quantity = pressure_scale(*solutions)
         title = quantity if title is None and scale is None else title
         scale = mean if scale is None else checked_size("scale", scale)
