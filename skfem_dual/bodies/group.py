@@ -18,6 +18,7 @@ from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, rows_of, union
 from ..contact.work import Part, Work
+from ..elements.balance import resist
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -41,7 +42,7 @@ from .neighbours import (
     require_one_ground,
 )
 from .punch import RigidPunch
-from .rigid import RigidBodies, resist
+from .rigid import RigidBodies
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -65,23 +65,17 @@ def _punch_on(
     return RigidPunch(substrate, basis, origin=tuple(centre.tolist()))
 
 
-def _outline(partition: Partition) -> tuple[ndarray, ndarray]:
-    """Both ends of every rib on the edge of a plan."""
-    a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
-    return a, b
-
-
 def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     """``punch`` with a singular edge only where it touches no other of ``parts``."""
     if punch.weights is None:
         return punch
     ribs, own = punch.weights.ribs, punch.partition
-    a, b = own.polygons.p[:, own.facets[:, ribs]].swapaxes(0, 1)
+    a, b = own.ends(ribs)
     middle, size = (a + b) / 2, np.sqrt(own.areas.sum())
     touches = np.zeros(len(ribs), dtype=bool)
     for part in parts:
         if part is not own:
-            touches |= distance_to_segments(middle, *_outline(part)) < 1e-9 * size
+            touches |= distance_to_segments(middle, *part.ends(edge_ribs(part))) < 1e-9 * size
     if not touches.any():
         return punch
     if touches.all():

@@ -19,6 +19,7 @@ from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.work import Part, Work
+from ..elements.balance import resist
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
@@ -34,7 +35,7 @@ from ..solutions.punch_solution import PunchSolution
 from .body import Movable
 from .cases import Cases, named, solve_cases
 from .kern import kern
-from .rigid import RigidBodies, resist
+from .rigid import RigidBodies
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -18,7 +18,6 @@ from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..contact.work import Work
-from ..elements.balance import can_balance
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import computed_once
@@ -28,8 +27,6 @@ from .frame import FramedSystem
 #: tolerance of gaps from which on contact ends with the cells: by about as much of the settlement
 #: the law of its line moves bodies on some hundred cells
 COARSE = 1e-3
-#: cells that lie so wide, over how long they lie, are in a line
-LINE = 1e-6
 #: forces that keep positions imposed are found so often at most, and not again once they change
 #: by so little: by a hundredth or less each time
 PASSES, CLOSE = 6, 1e-6
@@ -211,11 +208,6 @@ class RigidBodies(ABC):
         """What a ``system`` of the bodies' cells has to obey under loads."""
         of = GroundEquations if constraints.frame is None else FramedSystem
         return of(system, constraints)
-
-
-def resist(x: ndarray, touching: ndarray) -> bool:
-    """Whether cells in contact resist tilts: not if their collocation points lie in a line."""
-    return can_balance(x, touching, LINE)
 
 
 class Equations(Protocol):

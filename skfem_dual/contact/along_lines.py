@@ -131,7 +131,7 @@ def regions_of(
 ) -> list[list[ContactRegion]]:
     """Where each punch touches the ground, by its cells among those of all, in each case."""
     pressure = np.stack([contact.pressure for contact in contacts])
-    gap = np.stack([np.where(each.touching, 0.0, each.gap.clip(0)) for each in contacts])
+    gap = np.stack([each.clearance for each in contacts])
     every = zip(parts, own, strict=True)
     each = [regions_under(part, pressure[:, some], gap[:, some]) for part, some in every]
     return [list(case) for case in zip(*each, strict=True)]
@@ -144,10 +144,9 @@ def regions_under(cells: Footprint, pressure: ndarray, gap: ndarray) -> list[Con
 
 def _without(cells: Footprint, touching: ndarray) -> bool:
     """Whether cells in contact are most of the plan of a punch, or contact ends in thin ones."""
-    areas, f2c = cells.partition.areas, cells.partition.f2c
+    areas, sides = cells.partition.areas, cells.partition.neighbours
     if areas[touching].sum() > WIDE * areas.sum():
         return True
-    sides = f2c[:, f2c[1] >= 0]
     ends = sides[:, touching[sides[0]] != touching[sides[1]]]
     square = cells.partition.polygons.radii[ends] ** 2
     return bool(ends.size and np.median(square / areas[ends]) > THIN)

@@ -43,7 +43,7 @@ def weights_of(
 
 def inner_share(partition: Partition, inside: ndarray) -> float:
     """Part of the cells in contact, (n,) array of bool, that has contact all around."""
-    inner, sides = inside.copy(), partition.f2c[:, partition.f2c[1] >= 0]
+    inner, sides = inside.copy(), partition.neighbours
     inner[sides[:, inside[sides[0]] != inside[sides[1]]]] = False
     return float(inner.sum() / max(inside.sum(), 1))
 
@@ -54,7 +54,7 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
     Those of contact that ends inside, or just there, fall to it; on rough shapes, whose contact is
     thin, they grow by chance.
     """
-    areas, sides = partition.areas, partition.f2c[:, partition.f2c[1] >= 0]
+    areas, sides = partition.areas, partition.neighbours
     if inner_share(partition, pressure > 0) < INNER:
         return False
     rim = np.zeros(len(areas), dtype=bool)

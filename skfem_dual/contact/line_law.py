@@ -66,7 +66,7 @@ def with_line_law(
     small = known and len(problem.cells) <= DENSE
     if not (small and contact.success and problem.system.gap.any()):
         return found
-    pressure, gap = contact.pressure, np.where(contact.touching, 0.0, contact.gap.clip(0))
+    pressure, gap = contact.pressure, contact.clearance
     lines: tuple[LineWeights | None, ...] = ()
     last: OnLines | None = None
     for number in range(TIMES + STRAYS):
@@ -82,7 +82,7 @@ def with_line_law(
         if (answer := cells.solved(solve, pressure > 0)) is None:
             break
         last = answer
-        gap = np.where(last.contact.touching, 0.0, last.contact.gap.clip(0))
+        gap = last.contact.clearance
         pressure = cells.at_points(last.contact.pressure, gap == 0)
     if last is None:
         return found

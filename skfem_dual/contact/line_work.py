@@ -17,6 +17,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix, hstack
 
+from ..elements.balance import resist
 from ..elements.crossed import CrossedCells
 from ..kernels.once import computed_once, remember
 from ..operators.factors import Factors, submatrix
@@ -76,10 +77,11 @@ class LineWork:
 
         A punch under which hardly a cell remains in contact keeps it as its cells have it.
         """
-        under = tuple(
-            found if found is not None and _bear(cells.partition.centroids, found) else None
+        bears = [
+            found is not None and resist(cells.partition.centroids, found.in_contact)
             for (cells, *_), found in zip(work.parts, under, strict=True)
-        )
+        ]
+        under = tuple(found if ok else None for found, ok in zip(under, bears, strict=True))
         if all(found is None for found in under):
             return None
         in_contact, crossed = contact.touching.copy(), np.zeros(len(contact.touching), dtype=bool)
@@ -276,15 +278,6 @@ class LineWork:
             x = [np.bincount(at, load * a) / total for a in found.centroids]
             out.append(Sectors(np.stack(x), cell + own.start, total))
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
-
-
-def _bear(centroids: ndarray, found: CrossedCells) -> bool:
-    """Whether cells in contact can bear any load: three of them that are not on one line."""
-    x = centroids[:, found.in_contact]
-    if x.shape[1] < 3:
-        return False
-    along, across = np.linalg.svd(x - x.mean(axis=1, keepdims=True), compute_uv=False)
-    return bool(across > 1e-6 * along)
 
 
 def find_changes(work: Any, lined: Sequence[LineWork]) -> None:

@@ -137,6 +137,11 @@ class Contact:
         return cls(nothing, motion, gap, nothing > 0, not message, message)
 
     @property
+    def clearance(self) -> ndarray:
+        """Gaps without what remains of them in contact, and of overlap: none negative."""
+        return np.where(self.touching, 0.0, self.gap.clip(0))
+
+    @property
     def line(self) -> LineWeights | None:
         """How pressures end along the line of contact under the only body."""
         return self.lines[0] if self.lines else None

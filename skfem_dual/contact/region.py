@@ -330,7 +330,7 @@ class PlanTriangles:
         """
         if fitted is self._whole:
             return fitted
-        sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
+        sides = self.partition.neighbours
         cell = self._of_triangles
         held = fitted.level > 0
         if not self.own.all():
@@ -366,7 +366,7 @@ class PlanTriangles:
     def _levels(self, pressure: ndarray, opening: ndarray) -> ndarray:
         """``level`` of the regions, (k, N), from pressures and openings over the law of the plan's
         edge."""
-        sides = self.partition.f2c[:, self.partition.f2c[1] >= 0]
+        sides = self.partition.neighbours
         unit, inside = pressure.max(axis=1, keepdims=True), pressure > 0
         square, gaps = (pressure / unit) ** 2, (opening.clip(0) / unit) ** (2 / 3)
         level = np.where(inside, FAR, -FAR)[:, self.cell] * self._sizes

@@ -11,6 +11,8 @@ from ..errors import ConvergenceError
 
 #: parts of a resultant that rounding leaves
 LEFT = 1e-9
+#: points that lie so wide, over how long they lie, are in a line
+LINE = 1e-6
 
 
 def field_resultant(basis: CellBasis, values: ndarray, origin: ArrayLike = (0.0, 0.0)) -> ndarray:
@@ -92,3 +94,8 @@ def can_balance(x: ndarray, part: ndarray, wide: float = 0.05) -> bool:
     arm = x[:, part] - x[:, part].mean(axis=1, keepdims=True)
     widths = np.linalg.svd(arm, compute_uv=False)
     return bool(widths[1] > wide * widths[0])
+
+
+def resist(x: ndarray, touching: ndarray) -> bool:
+    """Whether cells in contact resist tilts: not if they are few or their points lie in a line."""
+    return can_balance(x, touching, LINE)

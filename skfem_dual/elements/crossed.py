@@ -254,7 +254,7 @@ def _carrying(partition: Partition, outer: ndarray, inner: ndarray) -> ndarray:
     """Some cells and those among others whose pressures they carry, in k pictures of the cells,
     both (k n,) array of bool: their neighbours, and without such the neighbours of all these;
     shape (2, m)."""
-    n, f2c = len(partition), partition.f2c[:, partition.f2c[1] >= 0]
+    n, f2c = len(partition), partition.neighbours
     own, other = np.hstack([f2c, f2c[::-1]])
     picture, pair = np.nonzero(outer.reshape(-1, n)[:, own] & inner.reshape(-1, n)[:, other])
     cell, beside = picture * n + own[pair], other[pair]

@@ -87,7 +87,7 @@ class EdgeWeights:
         ``substrate`` is the ground, homogeneous by default.
         """
         mesh = nodal_mesh(basis)
-        a, b = (partition.polygons.p.take(end, axis=1) for end in partition.facets[:, ribs])
+        a, b = partition.ends(ribs)
         law = None
         if substrate is not None:
             law = edge_law(substrate, float(np.sqrt(partition.areas.sum() / np.pi)))

@@ -136,8 +136,8 @@ class LineWeights(EdgeWeights):
         """Cells out of contact in their points that reach into it, beside neighbours that are in
         contact, (2, k), and what they carry of the mean pressures of these, (k,): as much, over
         the law, as the neighbours do."""
-        n, f2c, touching = len(self.partition), self.partition.f2c, self.in_contact
-        pairs = np.hstack([f2c, f2c[::-1]])[:, np.tile(f2c[1] >= 0, 2)]
+        n, sides, touching = len(self.partition), self.partition.neighbours, self.in_contact
+        pairs = np.hstack([sides, sides[::-1]])
         pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & touching[pairs[1]]]
         cell, other = np.divmod(np.unique(np.int64(n) * pairs[0] + pairs[1]), n)
         share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)

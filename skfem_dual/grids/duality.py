@@ -214,8 +214,8 @@ class _Places:
 def _crossings(couple: GridCouple) -> Condition:
     """Definition 1, condition 4; ribs are straight because they are pairs of nodes."""
     (rib, partner), a, b = couple.ribs, couple.a, couple.b
-    start, end = a.polygons.p[:, a.facets[:, rib]].swapaxes(0, 1)
-    tail, head = b.polygons.p[:, b.facets[:, partner]].swapaxes(0, 1)
+    start, end = a.ends(rib)
+    tail, head = b.ends(partner)
     s, t = line_crossings(start, end, tail, head)
     # in a 1-type couple the partner of a boundary rib ends in it: the rest is outside
     least = np.full(len(rib), MARGIN)
@@ -236,13 +236,13 @@ def _crossings(couple: GridCouple) -> Condition:
 
 def _same_edge(grid: Partition, other: Partition, name: str, other_name: str) -> Condition:
     """Definition 2: both grids on one domain."""
-    edge, rim = ((g.f2c < 0).any(axis=0) for g in (grid, other))
-    a, b = grid.polygons.p[:, grid.facets[:, edge]].swapaxes(0, 1)
+    edge, rim = (np.nonzero((g.f2c < 0).any(axis=0))[0] for g in (grid, other))
+    a, b = grid.ends(edge)
     points = np.hstack([a, (a + b) / 2, b])
-    on = on_segments(points, *other.polygons.p[:, other.facets[:, rim]].swapaxes(0, 1))
+    on = on_segments(points, *other.ends(rim))
     return Condition(
         f"the boundary of {name} on that of {other_name} (Definition 2)",
         f"rib of {name}",
-        np.nonzero(edge)[0][~on.reshape(3, -1).all(axis=0)],
+        edge[~on.reshape(3, -1).all(axis=0)],
         "let both grids fill the same domain",
     )

@@ -116,7 +116,7 @@ def edge_ribs(partition: Partition) -> ndarray:
     In a polar grid the two banks of the seam and the points in the middle are no edge.
     """
     ribs = np.nonzero(partition.f2c[1] == -1)[0]
-    a, b = (partition.polygons.p.take(end, axis=1) for end in partition.facets[:, ribs])
+    a, b = partition.ends(ribs)
     length = np.hypot(*(b - a))
     size = np.sqrt(partition.areas.sum())
     real = length > 1e-12 * size

@@ -67,6 +67,16 @@ class Partition:
         return self.polygons.centroids
 
     @computed_once
+    def neighbours(self) -> ndarray:
+        """Pairs of cells with a rib between them, shape (2, k)."""
+        return readonly(self.f2c[:, self.f2c[1] >= 0])
+
+    def ends(self, ribs: ndarray) -> tuple[ndarray, ndarray]:
+        """Both ends of some ribs, each of shape (2, k); their cells are to the left."""
+        begin, end = self.facets[:, ribs]
+        return self.polygons.p.take(begin, axis=1), self.polygons.p.take(end, axis=1)
+
+    @computed_once
     def lattice(self) -> Lattice | None:
         """The regular grid the cells are on; None if there is none."""
         return Lattice.detect(self.polygons)

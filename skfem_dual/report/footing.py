@@ -221,7 +221,7 @@ def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:
 
 def _distance(partition: Partition, point: Pair) -> float:
     """Of a point from the edge of the plan."""
-    a, b = partition.polygons.p[:, partition.facets[:, edge_ribs(partition)]].swapaxes(0, 1)
+    a, b = partition.ends(edge_ribs(partition))
     return float(distance_to_segments(np.reshape(point, (2, 1)), a, b)[0])
 
 

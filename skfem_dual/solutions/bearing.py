@@ -66,7 +66,7 @@ class Circles:
     def _of(cls, footprint: Footprint) -> "Circles":
         partition = footprint.partition
         ribs = edge_ribs(partition)
-        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        a, b = partition.ends(ribs)
         radius = PART * _widest(partition, a, b)
         x = np.hstack([partition.centroids, _inside(partition, ribs, radius)])
         x = x[:, distance_to_segments(x, a, b) >= (1 - 1e-6) * radius]

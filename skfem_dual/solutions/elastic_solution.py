@@ -112,7 +112,7 @@ class ElasticSolution(CellPressures):
             displacement=readonly(displacement),
             reactions=readonly(reactions),
             pressure=readonly(contact.pressure),
-            gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
+            gap=readonly(contact.clearance),
             resultant=readonly(cells.resultant(contact.pressure)),
             equilibrium_residual=residual,
             displacement_residual=contact.violation,
@@ -157,9 +157,8 @@ class ElasticSolution(CellPressures):
         punch, cells = self.punch, self.footprint
         if punch.boundary is None:
             return super().contact_modulus
-        f2c = cells.partition.f2c[:, cells.partition.f2c[1] >= 0]
-        touching = self.pressure > 0
-        line = np.unique(f2c[:, touching[f2c[0]] != touching[f2c[1]]])
+        sides, touching = cells.partition.neighbours, self.pressure > 0
+        line = np.unique(sides[:, touching[sides[0]] != touching[sides[1]]])
         own = line[:: max(len(line) // AT_LINE, 1)]
         if len(own) == 0:
             return super().contact_modulus

@@ -311,7 +311,7 @@ class CellPressures:
         cells = partition.f2c[0, weights.ribs]
         contour, order = contours(partition.facets[:, weights.ribs], cells)
         ribs, cells = weights.ribs[order], cells[order]
-        a, b = partition.polygons.p[:, partition.facets[:, ribs]].swapaxes(0, 1)
+        a, b = partition.ends(ribs)
         end = np.cumsum(np.hypot(*(b - a)))
         begin = np.append(0, end[:-1])
         # a cell may own several ribs in a row: one value halfway along them

@@ -112,7 +112,7 @@ class PunchSolution(CellPressures):
             punch=punch,
             load=load,
             pressure=pressure,
-            gap=readonly(np.where(contact.touching, 0.0, contact.gap.clip(0))),
+            gap=readonly(contact.clearance),
             collocated_settlement=float(position[0] - position[1:] @ shift),
             collocated_tilt=readonly(position[1:]),
             resultant=readonly(resultant),
