@@ -1,4 +1,4 @@
-"""Dual grids of triangulations and rigid punches on elastic half-spaces, beside scikit-fem."""
+"""Dual grids of triangulations, and what presses on elastic ground, beside scikit-fem."""
 
 from . import startup as startup  # first, it looks after the other imports
 from .bodies.elastic import ElasticPunch

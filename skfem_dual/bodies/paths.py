@@ -128,8 +128,9 @@ def load_path(
     Raises
     ------
     TypeError, ValueError
-        If a load is none, has a key that is none or is given twice, or is impossible; says which.
-        If an option is none of ``solve``.
+        If a load is no load, has a key that is not known or is given twice, or is impossible; says
+        which.
+        If an option is not known.
 
     Examples
     --------

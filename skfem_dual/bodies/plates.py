@@ -31,7 +31,7 @@ UNDER_PLATE = 200.0 * 2**10
 
 
 def require_memory(cells: int) -> None:
-    """Whether a plate on so many cells fits into the memory at hand.
+    """Refuse a plate on so many cells that it does not fit into the memory at hand.
 
     Raises
     ------
@@ -131,7 +131,18 @@ class Plate:
         return ElasticPunch(substrate, basis, structure, self.stiffness(structure), **options)
 
     def stiffness(self, basis: CellBasis) -> csr_matrix:
-        """Of the plate on a basis whose functions have second derivatives."""
+        """Matrix of the plate.
+
+        Parameters
+        ----------
+        basis : CellBasis
+            Of an element whose functions have second derivatives, as `skfem.ElementTriMorley`.
+
+        Returns
+        -------
+        (N, N) csr_matrix
+            ``D ((1 - nu) u_ij + nu u_kk delta_ij) v_ij``, integrated.
+        """
         D, nu = self.rigidity, self.poisson
 
         @BilinearForm
@@ -146,11 +157,21 @@ class Plate:
         They are large, and larger on finer meshes, under a force on a point: such a column
         takes its ``sides``.
 
+        Parameters
+        ----------
+        solution : ElasticSolution
+            Of an `ElasticPunch` whose structure is the plate.
+
         Returns
         -------
         (3, nelements) array of float
             Mean ``m_xx``, ``m_yy`` and ``m_xy`` of each element: positive ``m_xx`` and ``m_yy``
             pull the bottom of the plate, along x and along y.
+
+        Raises
+        ------
+        TypeError
+            If it is no solution of a structure.
         """
         checked_instance("solution", solution, ElasticSolution)
         basis = solution.punch.structure

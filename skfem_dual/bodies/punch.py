@@ -48,7 +48,7 @@ class RigidPunch(Movable, RigidBodies):
 
     Parameters
     ----------
-    substrate : HalfSpace, GradedHalfSpace or LayeredHalfSpace
+    substrate : HalfSpace, GradedHalfSpace, LayeredHalfSpace or PeriodicGround
         The ground.
     basis : CellwiseBasis or CellBasis
         Piecewise constants on the plan of the punch: ``dual.basis()``, ``dual.primal_basis()``,
@@ -86,6 +86,18 @@ class RigidPunch(Movable, RigidBodies):
         Mirror lines and rotations of the plan and its mesh, found or given: the matrix needs one
         row of each orbit of cells and is solved in independent blocks. ``print(symmetry)`` tells
         the saving. The load need not be symmetric.
+
+    Raises
+    ------
+    TypeError
+        If an argument is something else than what it must be.
+    ValueError
+        If boundaries are not on the edge of the plan, a shape is not finite in all cells or its
+        size not theirs, or on a `PeriodicGround` the punch is flat or its cells do not fill the
+        period.
+    MeshError
+        If the basis is not piecewise constant on cells of a plane region, or the cells do not
+        have the symmetry that is given.
 
     Examples
     --------

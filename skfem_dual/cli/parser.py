@@ -67,7 +67,7 @@ def build_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
     parser = Parser(
         prog="skfem-dual",
-        description="Dual grids of triangulations and rigid punches on an elastic half-space.",
+        description="Footings and rafts on the ground, and dual grids of triangulations.",
         epilog="Exit codes: 0; 1 if check found a fault in the mesh; 2 after an error, told in "
         "one line on stderr; 3 if solve found no solution that holds; 4 if it is not as accurate "
         "as asked for; 130 if interrupted. Files are written before the table is printed.",

@@ -81,6 +81,11 @@ class Paraboloid:
         Radius R.
     centre : pair of float
         Where its axis meets the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the radius is not positive, or something is no number.
     """
 
     radius: float
@@ -121,6 +126,11 @@ class Cone:
         At which its flanks rise from the ground, in radians, below pi / 2.
     centre : pair of float
         Where its axis meets the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the angle is not between 0 and pi / 2, or something is no number.
     """
 
     angle: float
@@ -149,6 +159,11 @@ class RoundedCylinder:
         Radius R of the rounded edge.
     centre : pair of float
         Where its axis meets the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a radius is not positive, or something is no number.
     """
 
     flat: float
@@ -179,6 +194,12 @@ class MeasuredProfile:
         a grid of them.
     height : (m,) or (nx, ny) array of float
         Heights of the punch's surface above any level, positive away from the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If something is no number, there are less than three points or not as many heights, or
+        the coordinates of a grid do not ascend.
 
     Examples
     --------
@@ -227,7 +248,8 @@ class MeasuredProfile:
             Corner of the rectangle of which the heights of a grid are in the middles of equal
             parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on.
         unit : str
-            Unit of lengths that formats with a unit are turned into, "m", "mm" or "µm".
+            The unit wanted, "m", "mm" or "µm"; files that tell theirs, as ``.x3p`` does, are
+            changed to it. The others are taken as they are.
         peaks : bool
             Whether the highest points touch first, as of a surface measured face up that is then
             turned over: the gap is the largest height less the height. If not, heights are gaps.

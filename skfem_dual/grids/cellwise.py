@@ -56,6 +56,12 @@ class CellwiseBasis(CellBasis):
     elements : optional
         Subset of the triangles of the common refinement, in any form skfem takes.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is something else than what it must be, or names a triangle or a subdomain
+        that does not exist.
+
     Examples
     --------
     >>> from skfem import BilinearForm, MeshTri
@@ -155,7 +161,13 @@ class CellwiseBasis(CellBasis):
         )
 
     def with_elements(self, elements: Any = None) -> "CellwiseBasis":
-        """This basis on a subset of the triangles of the common refinement; same numbering."""
+        """This basis on a subset of the triangles of the common refinement; same numbering.
+
+        Parameters
+        ----------
+        elements : optional
+            The triangles, in any form skfem takes; all by default.
+        """
         return CellwiseBasis(self.dual, self.grid, quadrature=self.quadrature, elements=elements)
 
     def boundary(
@@ -164,7 +176,23 @@ class CellwiseBasis(CellBasis):
         intorder: int | None = None,
         quadrature: tuple[ndarray, ndarray] | None = None,
     ) -> FacetBasis:
-        """Traces on the boundary of the domain, with the same DOFs."""
+        """Traces on the boundary of the domain, with the same DOFs.
+
+        Parameters
+        ----------
+        facets : optional
+            Facets of the common refinement, in any form skfem takes; by default all on the
+            boundary.
+        intorder, quadrature : optional
+            As of the basis.
+
+        Raises
+        ------
+        NotImplementedError
+            Of a basis on a subset of the triangles.
+        TypeError, ValueError
+            If facets do not exist or the quadrature is none.
+        """
         if self.tind is not None:
             raise NotImplementedError(
                 "boundary() of a basis on a subset of elements is not supported. "

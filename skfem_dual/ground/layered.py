@@ -72,8 +72,10 @@ class LayeredHalfSpace(Stratified):
 
     Raises
     ------
-    TypeError, ValueError
-        If there are no layers or the base is something else.
+    TypeError
+        If there are no layers, or layers or base are something else.
+    ValueError
+        If the last layer has a gradient on a smooth rigid base.
 
     Examples
     --------

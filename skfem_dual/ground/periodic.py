@@ -33,6 +33,11 @@ class PeriodicGround:
     period : pair of float
         Lengths Lx and Ly of a period.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If the ground is no substrate, or a length is not positive.
+
     Examples
     --------
     >>> import numpy as np

@@ -1,4 +1,4 @@
-"""Meshes and results through meshio: any triangle mesh in, polygons and solutions out as VTU."""
+"""Files: meshes, ground, load cases and surfaces in, dual grids, solutions and structures out."""
 
 from .cases import CaseRow, read_cases, write_cases
 from .fields import write_field

@@ -115,10 +115,10 @@ def read_cases(
     Raises
     ------
     FileNotFoundError, TypeError
-        If there is no such file, or the path is none.
+        If there is no such file, or it is no path.
     ValueError
-        If a column is missing or not known, a number is none, or a case is named twice; says in
-        which line.
+        If a column is missing or not known, something is no number, or a case is named twice;
+        says in which line.
     """
     units = units if isinstance(units, Units) else Units(units)
     texts = {"name", "footing", *(word for word, is_ in ALSO.items() if is_ != "force")}

@@ -59,7 +59,7 @@ def read_substrate(
     FileNotFoundError
         If there is no such file.
     TypeError
-        If ``path`` is none.
+        If ``path`` is no path.
     ValueError
         If it is no regular file, no TOML and no CSV, has other or too few entries, entries that
         are no numbers, or values out of range.

@@ -79,7 +79,7 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
     Raises
     ------
     FileNotFoundError, TypeError
-        If there is no such file, or the path is none.
+        If there is no such file, or it is no path.
     MeshError
         If the file cannot be read.
     """

@@ -1,4 +1,4 @@
-"""Triangle meshes of any format of meshio."""
+"""Meshes of triangles and quadrilaterals of any format of meshio."""
 
 import logging
 import threading
@@ -53,7 +53,7 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
     FileNotFoundError
         If there is no such file.
     TypeError
-        If ``path`` is none.
+        If ``path`` is no path.
     ValueError
         If it is a folder, a pipe or a device.
     MeshError

@@ -51,7 +51,7 @@ def read_table(
     Raises
     ------
     FileNotFoundError, TypeError
-        If there is no such file, or the path is none.
+        If there is no such file, or it is no path.
     ValueError
         If it is no text, has no row below the headings or far too many, a row has more or fewer
         cells than the headings, or it cannot be told which marks are decimal.

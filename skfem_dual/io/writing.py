@@ -20,7 +20,7 @@ def require_vtu(path: PathLike) -> None:
 
 
 def checked_path(path: PathLike) -> PathLike:
-    """The path of a file to write to; a TypeError or ValueError if it is none."""
+    """The path of a file to write to; a TypeError or ValueError if it is no such path."""
     checked_instance("path", path, (str, os.PathLike))
     if "\0" in str(path):
         raise ValueError(f"expected the path of a file to write to, got {shown(path)}")

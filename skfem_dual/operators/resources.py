@@ -65,7 +65,7 @@ def whole(cells: int, rtol: float, layered: bool) -> float:
 
 
 def require_memory(cells: int, rtol: float, layered: bool) -> None:
-    """Whether operator and answer of cells, whose law is known, fit into the memory at hand.
+    """Refuse cells, whose law is known, if operator and answer do not fit into the memory at hand.
 
     Raises
     ------

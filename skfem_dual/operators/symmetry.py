@@ -60,7 +60,7 @@ class Symmetry:
     Raises
     ------
     TypeError, ValueError
-        If a row of ``permutations`` is none, or there are not as many as motions.
+        If a row of ``permutations`` is no permutation, or there are not as many as motions.
 
     Examples
     --------

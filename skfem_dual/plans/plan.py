@@ -118,9 +118,18 @@ class Plan:
         Parameters
         ----------
         centre : pair of float
+            Its middle.
         radius : float
+            Its radius.
         holes : sequence
             As in `from_polygon`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If something is no number, or the radius is not positive.
+        MeshError
+            If a hole is not inside or meets another one.
 
         Examples
         --------
@@ -140,6 +149,13 @@ class Plan:
         ----------
         rings : sequence
             Each as corners, as in `from_polygon`, or as a `Plan` of one part without holes.
+
+        Raises
+        ------
+        TypeError
+            If something is no number.
+        MeshError
+            If there is no ring, corners repeat or lie on one line, or sides cross or touch.
         """
         made = list(_made("rings", rings))
         if not made:
@@ -159,6 +175,8 @@ class Plan:
     @staticmethod
     def bulge(start: Pair, through: Pair, end: Pair) -> float:
         """Bulge of the arc from one corner to another through a third point.
+
+        A ValueError if two of them are the same.
 
         >>> print(f"{Plan.bulge((0, 0), (1, -1), (2, 0)):.6f}")
         1.000000

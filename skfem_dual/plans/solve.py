@@ -148,7 +148,7 @@ def solve_plan(
 def reached(
     problem: Problem, accuracy: float, memory: float | None = None
 ) -> tuple[Attempt, Accuracy]:
-    """`search` by arguments of `solve_plan`, with its warnings told to the caller's caller."""
+    """`search` by arguments of `solve_plan`, with its warnings told to who called the solver."""
     accuracy = checked_number("accuracy", accuracy, at_least=1e-5, at_most=0.1)
     memory = available_memory() if memory is None else checked_number("memory", memory, above=0)
     found, record = search(problem, accuracy, memory)

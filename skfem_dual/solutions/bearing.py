@@ -165,6 +165,16 @@ def bearing_pressure(solution: CellPressures) -> float:
     solution : PunchSolution or ElasticSolution
         Whose pressure it is.
 
+    Returns
+    -------
+    float
+        The mean pressure.
+
+    Raises
+    ------
+    TypeError
+        If it is no solution of one body.
+
     Examples
     --------
     Under a round footing with a central force it is 1.013 of the mean pressure; being the largest

@@ -146,8 +146,8 @@ class PunchSolution(CellPressures):
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
         do not take part, and where the punch lifts off pressures end along the line of contact,
         not with the cells as those of the solution, see `LineWork`. Of others, and beside
-        structures that bend, that of collocation. What is imposed is kept, and pressures are then
-        those under the load that moves the punch there.
+        structures that bend, that of collocation. A settlement that is imposed is returned as it
+        is; the pressures are those of the load that moves the punch there.
         """
         return float(self.positions[0, 0])
 
@@ -161,7 +161,8 @@ class PunchSolution(CellPressures):
 
     @computed_once
     def positions(self) -> ndarray:
-        """(W0, Lx, Ly): the closest, by the work on all cells, by collocation; shape (3, 3)."""
+        """Three rows of (W0, Lx, Ly), shape (3, 3): the closest estimate, by the work of the
+        pressures on all cells, and by collocation; all the same where work tells nothing."""
         collocated = np.array([self.collocated_settlement, *self.collocated_tilt])
         found = None
         if self.member is not None and self.success:

@@ -164,7 +164,7 @@ def sweep(
     Raises
     ------
     TypeError
-        If ``problem`` is not callable, ``executor`` is none or ``threads`` is not whole.
+        If ``problem`` is not callable, ``executor`` is no executor, or ``threads`` is not whole.
     ValueError
         If ``threads`` or the number of workers is not positive, or ``file`` is something else.
     RuntimeError

@@ -160,7 +160,7 @@ def plot(
         If matplotlib is missing.
     TypeError, ValueError
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
-        ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
+        ``clim`` is not increasing; or ``contact`` is no region, or that of another plan.
     """
     checked_style(title, cmap, edges=edges)
     field = Field.from_basis(basis, values)
@@ -245,8 +245,8 @@ def isobars(
         If matplotlib is missing.
     TypeError, ValueError
         If ``pressure`` is of another kind, the values are constant, not finite or not one per DOF,
-        the levels do not increase or none is between the values, or ``contact`` is none or that
-        of another plan.
+        the levels do not increase or none is between the values, or ``contact`` is no region or
+        that of another plan.
     """
     checked_style(title, cmap, labels=labels)
     subject = Subject.of(pressure, values, title, contact, scale)

@@ -168,7 +168,7 @@ def plot(
         If there is no working OpenGL.
     TypeError, ValueError
         If ``basis`` is of another kind, the values are not finite or not one per DOF, or
-        ``clim`` is not increasing; or ``contact`` is none, or that of another plan.
+        ``clim`` is not increasing; or ``contact`` is no region, or that of another plan.
     """
     checked_style(title, cmap, edges=edges, off_screen=off_screen)
     field = Field.from_basis(basis, values)
@@ -250,8 +250,8 @@ def isobars(
         If there is no working OpenGL.
     TypeError, ValueError
         If ``pressure`` is of another kind, the values are constant, not finite or not one per DOF,
-        the levels do not increase or none is between the values, or ``contact`` is none or that
-        of another plan.
+        the levels do not increase or none is between the values, or ``contact`` is no region or
+        that of another plan.
     """
     checked_style(title, cmap, labels=labels, off_screen=off_screen)
     subject = Subject.of(pressure, values, title, contact, scale)
