@@ -14,6 +14,8 @@ from skfem_dual import (
     LayeredHalfSpace,
     Load,
     Paraboloid,
+    Punches,
+    ResolutionWarning,
     RigidPunch,
     RigidPunches,
 )
@@ -534,3 +536,22 @@ def test_frames_of_any_stiffness(unilateral):
     for each in found[1:3]:
         assert each == pytest.approx(found[-1], rel=1e-8)
     assert found[-1][0] == pytest.approx(found[-1][1], rel=1e-12)
+
+
+def small_beside_large(distance, names=()):
+    """A disc of radius 0.04 beside a disc of radius 1 with 60 cells."""
+    large = punch(generate.disc(n=60))
+    x = large.partition.polygons.p[0].max() + distance + 0.04
+    small = punch(disc(3).scaled(0.04).translated((x, 0.0)), origin=(x, 0.0))
+    return RigidPunches([large, small], names=names)
+
+
+@pytest.mark.parametrize("solve", ["solve", "solve_many"])
+def test_far_larger_cells_beside_a_small_body_are_told(solve):
+    loads = [{"force": 1.0}, {"force": 1e-3}]
+    loads = loads if solve == "solve" else [loads]
+    with pytest.warns(ResolutionWarning, match=r"cells of punch raft beside punch pad .* 3\."):
+        getattr(small_beside_large(0.02, ("raft", "pad")), solve)(loads)
+    with pytest.warns(ResolutionWarning, match=r"cells of punch 0 beside punch 1 are"):
+        Punches(small_beside_large(0.02).punches).solve([{"force": 1.0}, {"force": 1e-3}])
+    getattr(small_beside_large(0.1), solve)(loads)

@@ -40,6 +40,7 @@ from .neighbours import (
     require_apart,
     require_balance,
     require_one_ground,
+    tell_of_coarse,
 )
 from .punch import RigidPunch
 from .rigid import RigidBodies
@@ -277,6 +278,7 @@ class RigidPunches(RigidBodies):
             If the system of equations is singular.
         """
         given = self._given("loads", loads)
+        tell_of_coarse(self)
         how = How.checked(unilateral, method, gap_rtol)
         progress = checked_flag("progress", progress)
         return self._solved(given, how, self._pressures_of(start), progress)
@@ -328,6 +330,7 @@ class RigidPunches(RigidBodies):
             raise ValueError("expected punches without a frame. Remedy: solve case by case")
         names, given = named(cases)
         loads = [self._given(f"load case {name!r}", case) for name, case in zip(names, given)]
+        tell_of_coarse(self)
         found = solve_cases(self, names, loads, how, checked_flag("progress", progress))
         found.warn()
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}

@@ -11,6 +11,7 @@ from skfem import CellBasis, ElementTriP0, MeshTri
 from ..arguments import checked_choice, checked_integer, checked_sequence, checked_text
 from ..contact.footprint import hulls
 from ..contact.load import Load, require_compression, require_vertical
+from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
@@ -20,6 +21,10 @@ from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
 from ..ground.substrates import Substrate, checked_substrate
 from .punch import RigidPunch
+
+#: sizes of cells over the distance of a neighbour's centre from which on its tilt is off by a
+#: hundredth, beside a circle; where they are twice as large it is a tenth
+COARSE = 2.0
 
 
 def punches_on(
@@ -145,6 +150,35 @@ def require_apart(punches: Sequence[Any], names: Sequence[str]) -> None:
         raise ValueError(
             f"expected plans that do not overlap, got punches {some(called)} that do. Remedy: "
             "move them apart"
+        )
+
+
+def tell_of_coarse(group: Any) -> None:
+    """Warn of cells that are too large for a small body of a group beside them."""
+    cells = [punch.partition for punch in group.punches]
+    ribs = [edge_ribs(own) for own in cells]
+    of = np.repeat(np.arange(len(cells)), [len(own) for own in ribs])
+    each = list(zip(cells, ribs, strict=True))
+    size = np.concatenate([np.sqrt(own.areas[own.f2c[0, edge]]) for own, edge in each])
+    begin, end = np.concatenate([own.ends(edge) for own, edge in each], axis=-1)
+    along = end - begin
+    square = np.sum(along**2, axis=0)
+    worst, beside = COARSE, (0, 0)
+    for body in group.bodies:
+        area = sum(cells[i].areas.sum() for i in body)
+        centre = sum(cells[i].centroids @ cells[i].areas for i in body) / area
+        arm = centre[:, None] - begin
+        foot = (np.sum(arm * along, axis=0) / square).clip(0, 1)
+        ratio = np.where(np.isin(of, body), 0.0, size / np.hypot(*(arm - foot * along)))
+        if ratio.max() > worst:
+            worst, beside = ratio.max(), (int(of[np.argmax(ratio)]), body[0])
+    if worst > COARSE:
+        large, small = (group.names[i] for i in beside)
+        warn(
+            f"cells of punch {large} beside punch {small} are {worst:.2g} times as large as the "
+            f"distance of its centre from them: the tilt of punch {small} may be off by some "
+            f"hundredths. Remedy: cells of punch {large} that become smaller towards it",
+            ResolutionWarning,
         )
 
 

@@ -39,7 +39,13 @@ from ..solutions.group_solution import PunchesSolution
 from ..solutions.punch_solution import PunchSolution
 from .elastic import ElasticPunch
 from .group import RigidPunches
-from .neighbours import checked_names, over_edges, require_apart, require_one_ground
+from .neighbours import (
+    checked_names,
+    over_edges,
+    require_apart,
+    require_one_ground,
+    tell_of_coarse,
+)
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
 
@@ -207,6 +213,7 @@ class Punches:
         if self._rigid is not None:
             options = how._asdict() | {"progress": progress}
             return replace(self._rigid.solve(given, **options), punches=self)
+        tell_of_coarse(self)
         return self._solved(given, how, progress)
 
     def _solved(self, given: list[Any], how: How, progress: bool) -> PunchesSolution:
