@@ -37,6 +37,7 @@ def test_random_plans(seed):
     assert error(solution, *truth) < 1e-3
 
 
+@pytest.mark.slow
 def test_two_answers_near_each_other_by_chance():
     """Those on 93 and 157 cells: the second is 7e-4 off."""
     rng = np.random.default_rng(140)
