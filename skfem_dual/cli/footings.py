@@ -33,6 +33,9 @@ from ..units import LENGTHS, Units
 from .messages import in_options
 from .outlines import is_outline, plan_of, solve_outline
 
+#: rows of each footing in each case, by the names of both
+CaseRows = dict[str, dict[str, list[CaseRow]]]
+
 #: metres from which on the width of a plan is in another unit
 WIDE = 1000.0
 
@@ -73,24 +76,13 @@ def read_bases(
     ground: Substrate,
     times: dict[str, float],
     grids: Mapping[str, Callable[[Plan], DualMesh]],
+    cases: CaseRows | None,
 ) -> list[Base]:
     """The footings named; tells of an origin off the plan, and the times of reading.
 
     Outlines get a mesh that is fine enough for their loads, those named in ``grids`` theirs.
-
-    Raises
-    ------
-    ValueError
-        If two have the same name, or there is one origin for several.
     """
     names = names_of(options)
-    if len(set(names)) < len(names):
-        raise ValueError(f"expected meshes with different names, got {', '.join(names)}")
-    if options.origin is not None and len(names) > 1:
-        raise ValueError(
-            "expected one mesh with --origin, got several. Remedy: leave it out; the origin of "
-            "each footing is the centroid of its plan"
-        )
     bases = []
     for name, path in zip(names, options.mesh, strict=True):
         begin = perf_counter()
@@ -124,7 +116,7 @@ def read_bases(
         elif name in grids:
             dual = grids[name](plan)
         else:
-            loads = _loads(options, name, origin)
+            loads = _loads(options, cases, name, origin)
             try:
                 dual, accuracy = solve_outline(options, plan, ground, origin, loads)
             except ValueError as error:
@@ -168,13 +160,13 @@ def _require_from_origin(options: argparse.Namespace, hull: Hull, origin: Pair) 
         )
 
 
-def _loads(options: argparse.Namespace, name: str, origin: Pair) -> list[dict[str, Any]]:
+def _loads(
+    options: argparse.Namespace, cases: CaseRows | None, name: str, origin: Pair
+) -> list[dict[str, Any]]:
     """All loads of a footing, from its origin."""
-    if options.loads is None:
+    if cases is None:
         return [single_load(options)]
-    read = read_cases(options.loads, options.units, parts=bool(options.plate))
-    rows = by_case(read, names_of(options))
-    return [dict(only(of[name]).load(origin)) for of in rows.values()]
+    return [dict(only(of[name]).load(origin)) for of in cases.values()]
 
 
 def names_of(options: argparse.Namespace) -> list[str]:
@@ -235,6 +227,18 @@ def punches_of(
     ]
 
 
+def require_names(options: argparse.Namespace) -> None:
+    """Refuse footings of the same name, and one origin for several."""
+    names = names_of(options)
+    if len(set(names)) < len(names):
+        raise ValueError(f"expected meshes with different names, got {', '.join(names)}")
+    if options.origin is not None and len(names) > 1:
+        raise ValueError(
+            "expected one mesh with --origin, got several. Remedy: leave it out; the origin of "
+            "each footing is the centroid of its plan"
+        )
+
+
 def require_one_load(options: argparse.Namespace) -> None:
     """Refuse loads given twice, or only one for several footings."""
     single = "force", "at", "moments", "settlement", "tilt", "horizontal", "torsion"
@@ -260,17 +264,19 @@ def solve_one(options: argparse.Namespace, punch: RigidPunch) -> PunchSolution:
 
 
 def solve_cases(
-    options: argparse.Namespace, bases: Sequence[Base], punches: Sequence[RigidPunch]
+    options: argparse.Namespace,
+    bases: Sequence[Base],
+    punches: Sequence[RigidPunch],
+    cases: CaseRows,
 ) -> dict[str, CasesSolution]:
     """All cases of the table of loads, of each footing by its name."""
-    rows = by_case(read_cases(options.loads, options.units), [base.name for base in bases])
     how: dict[str, Any] = {
         "unilateral": not options.bilateral,
         "progress": options.progress or is_watched(),
     }
     loads = {
         case: [only(of[base.name]).load(base.origin) for base in bases]
-        for case, of in rows.items()
+        for case, of in cases.items()
     }
     if len(punches) == 1:
         found = [punches[0].solve_many({case: load[0] for case, load in loads.items()}, **how)]
@@ -279,8 +285,8 @@ def solve_cases(
         names = [base.name for base in bases]
         found = list(RigidPunches(punches, names=names).solve_many(loads, **how))
     return {
-        name: replace(cases, messages=tuple(map(in_options, cases.messages)))
-        for name, cases in zip(names, found, strict=True)
+        name: replace(own, messages=tuple(map(in_options, own.messages)))
+        for name, own in zip(names, found, strict=True)
     }
 
 
@@ -302,16 +308,18 @@ def only(rows: Sequence[CaseRow]) -> CaseRow:
     return row
 
 
-def by_case(rows: Sequence[CaseRow], names: Sequence[str]) -> dict[str, dict[str, list[CaseRow]]]:
-    """Rows by case and footing.
+def read_loads(options: argparse.Namespace) -> CaseRows | None:
+    """The table of loads; None of a single load.
 
     Raises
     ------
     ValueError
-        If a footing is not known or has no load in a case.
+        If a line is wrong, or a footing is not known or has no load in a case.
     """
-    found: dict[str, dict[str, list[CaseRow]]] = {}
-    for row in rows:
+    if options.loads is None:
+        return None
+    found, names = CaseRows(), names_of(options)
+    for row in read_cases(options.loads, options.units, parts=bool(options.plate)):
         footing = row.footing or (names[0] if len(names) == 1 else "")
         if footing not in names:
             raise ValueError(

@@ -9,9 +9,9 @@ from skfem import LinearForm
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
 from ..bodies.plates import require_memory
-from ..io import CaseRow, read_cases
+from ..io import CaseRow
 from ..terminal import is_watched
-from .footings import Base, by_case, names_of, only, punches_of, single_load
+from .footings import Base, CaseRows, names_of, only, punches_of, single_load
 
 #: of the outline of a plate
 CELLS = 600
@@ -72,7 +72,11 @@ def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
 
 
 def solve_plates(
-    options: argparse.Namespace, ground: Any, bases: Sequence[Base], plates: dict[str, Plate]
+    options: argparse.Namespace,
+    ground: Any,
+    bases: Sequence[Base],
+    plates: dict[str, Plate],
+    cases: CaseRows | None,
 ) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]], dict[str, list[CaseRow]]]:
     """The footings; their solutions in all cases by names, that of a single one empty; and what
     stands on plates, likewise.
@@ -94,7 +98,7 @@ def solve_plates(
     }
     names = [base.name for base in bases]
     found: dict[str, dict[str, Any]] = {name: {} for name in names}
-    cases = _cases(options, bases)
+    cases = {"load": {names[0]: [_single_row(options)]}} if cases is None else cases
     for case, rows in cases.items():
         loads = [
             _load(punch, base, rows[base.name]) for punch, base in zip(punches, bases, strict=True)
@@ -121,18 +125,12 @@ def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -
     return plate.on(ground, cells, edge=options.edge, edge_boundaries=edges, origin=base.origin)
 
 
-def _cases(
-    options: argparse.Namespace, bases: Sequence[Base]
-) -> dict[str, dict[str, list[CaseRow]]]:
-    """Lines of each footing in each case."""
-    if options.loads is not None:
-        rows = read_cases(options.loads, options.units, parts=True)
-        return by_case(rows, [base.name for base in bases])
+def _single_row(options: argparse.Namespace) -> CaseRow:
+    """The one load of the options, as a line of a table."""
     load = single_load(options)
     if load["force"] is None:
         raise ValueError("expected --force or --loads with --plate, got neither")
-    row = CaseRow("--force", "load", "", load["force"], None, load["at"], (0.0, 0.0))
-    return {"load": {bases[0].name: [row]}}
+    return CaseRow("--force", "load", "", load["force"], None, load["at"], (0.0, 0.0))
 
 
 def _load(punch: RigidPunch | ElasticPunch, base: Base, rows: list[CaseRow]) -> Any:

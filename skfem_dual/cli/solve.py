@@ -30,6 +30,8 @@ from .footings import (
     ground_of,
     punches_of,
     read_bases,
+    read_loads,
+    require_names,
     require_one_load,
     solve_cases,
     solve_one,
@@ -47,28 +49,30 @@ THICK = 0.5
 def solve(options: argparse.Namespace) -> tuple[int, str]:
     """``solve MESH``: pressures under footings, as a table and files."""
     take_corners(options)
+    require_names(options)
     require_one_load(options)
     details, plates = _details(options), plates_of(options)
     times: dict[str, float] = {}
     ground = ground_of(options)
     grid = partial(grid_of_outline, options)
-    bases = read_bases(options, ground, times, dict.fromkeys(plates, grid))
+    cases = read_loads(options)
+    bases = read_bases(options, ground, times, dict.fromkeys(plates, grid), cases)
     begin = perf_counter()
     solution: Any
     punches: Sequence[RigidPunch | ElasticPunch]
     if plates:
-        punches, solution, columns = solve_plates(options, ground, bases, plates)
+        punches, solution, columns = solve_plates(options, ground, bases, plates, cases)
         times["all"] = perf_counter() - begin
         made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
         details = replace(details, plates=made, columns=columns)
     else:
         punches = punches_of(options, ground, bases)
         begin = perf_counter()
-        if options.loads is None:
+        if cases is None:
             solution = solve_one(options, punches[0])
             times |= solution.timings
         else:
-            solution = solve_cases(options, bases, punches)
+            solution = solve_cases(options, bases, punches, cases)
             times |= punches[0].timings | {"all": perf_counter() - begin}
     bodies = bodies_of(solution, _with_accuracy(details, bases))
     footings = [body for body in bodies if isinstance(body, Footing)]
@@ -85,12 +89,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     _tell_of_units(details, bodies)
     _write_data(options, bodies, times, condition)
     if governing := _governing(bodies):
-        if options.vtu and isinstance(governing[0], ElasticSolution) and len(governing) == 1:
-            write_structure(options.vtu, governing[0], plate=details.plates[""])
-        elif options.vtu:
-            write_solution(options.vtu, *governing)
-        if options.png or options.svg:
-            draw(options, "isobars", governing, **_scale(details.units))
+        _write_fields(options, governing, details)
     if options.report:
         details = replace(bodies[0].details, remarks=tuple(options.warned))
         write_report(options.report, solution, details=details)
@@ -123,6 +122,19 @@ def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
             f"warning: a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
             "small deformations. Remedy: check the units of lengths, loads and moduli"
         )
+
+
+def _write_fields(
+    options: argparse.Namespace, governing: list[PunchSolution | ElasticSolution], details: Details
+) -> None:
+    """VTU and pictures of the solutions of all bodies in one case."""
+    first, *beside = governing
+    if options.vtu and isinstance(first, ElasticSolution) and not beside:
+        write_structure(options.vtu, first, plate=details.plates[""])
+    elif options.vtu:
+        write_solution(options.vtu, *governing)
+    if options.png or options.svg:
+        draw(options, "isobars", governing, **_scale(details.units))
 
 
 def _failed(bodies: Sequence[Body]) -> str:
