@@ -200,6 +200,7 @@ LAYERS = [
         "bodies.rigid",
         "bodies.cases",
         "bodies.punch",
+        "bodies.joined",
         "bodies.neighbours",
         "bodies.group",
         "bodies.refine",

@@ -31,10 +31,9 @@ from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
 from .frame import FramedSystem, checked_stiffness
+from .joined import bodies_of, by_bodies, checked_joined, free_of
 from .neighbours import (
-    checked_joined,
     checked_names,
-    free_of,
     over_edges,
     punches_on,
     require_apart,
@@ -157,9 +156,7 @@ class RigidPunches(RigidBodies):
     @computed_once
     def bodies(self) -> tuple[tuple[int, ...], ...]:
         """Numbers of the punches of each body, in the order of their first ones."""
-        joined = [tuple(group) for group in self.joined]
-        alone = set(range(len(self.punches))).difference(*joined)
-        return tuple(sorted([*joined, *((i,) for i in alone)]))
+        return bodies_of([tuple(group) for group in self.joined], len(self.punches))
 
     @property
     def footprints(self) -> tuple[Footprint, ...]:
@@ -232,14 +229,7 @@ class RigidPunches(RigidBodies):
 
     def _by_bodies(self, parts: list[ndarray]) -> ndarray:
         """Motions or moments about the centroids of the punches as those of the bodies."""
-        out = np.zeros((3 * len(self.bodies), self.slices[-1].stop))
-        for number, body in enumerate(self.bodies):
-            for i in body:
-                target = out[3 * number : 3 * number + 3, self.slices[i]]
-                target[:] = parts[i]
-                shift = self.punches[i].centre - self.centres[number]
-                target[1:] += shift[:, None] * parts[i][0]
-        return out
+        return by_bodies(self.punches, self.bodies, self.centres, self.slices, parts)
 
     def solve(
         self,

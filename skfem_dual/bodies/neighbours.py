@@ -1,4 +1,4 @@
-"""Plans of punches beside each other: where they touch, and that they do not overlap."""
+"""Punches beside each other: that they do not overlap, and loads that they can bear."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,14 +8,14 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
-from ..arguments import checked_choice, checked_integer, checked_sequence, checked_text
+from ..arguments import checked_choice, checked_sequence, checked_text
 from ..contact.footprint import hulls
 from ..contact.load import Load, require_compression, require_vertical
 from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
-from ..grids.outline import distance_to_segments, edge_ribs
+from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
@@ -68,24 +68,6 @@ def _punch_on(
     partition = Partition.from_basis(basis)
     centre = partition.centroids @ partition.areas / partition.areas.sum()
     return RigidPunch(substrate, basis, origin=tuple(centre.tolist()))
-
-
-def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
-    """``punch`` with a singular edge only where it touches no other of ``parts``."""
-    if punch.weights is None:
-        return punch
-    ribs, own = punch.weights.ribs, punch.partition
-    a, b = own.ends(ribs)
-    middle, size = (a + b) / 2, np.sqrt(own.areas.sum())
-    touches = np.zeros(len(ribs), dtype=bool)
-    for part in parts:
-        if part is not own:
-            touches |= distance_to_segments(middle, *part.ends(edge_ribs(part))) < 1e-9 * size
-    if not touches.any():
-        return punch
-    if touches.all():
-        return replace(punch, edge="constant", edge_boundaries=None)
-    return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
 
 
 def over_edges(
@@ -195,26 +177,6 @@ def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     if len(called) != n or len(set(called)) < n:
         raise ValueError(f"expected {n} names that differ, one for each punch, got {called}")
     return called
-
-
-def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, ...]]:
-    """Numbers of the punches of each group, out of n.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If these are no numbers, or a punch is named twice or does not exist.
-    """
-    groups = [
-        tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
-        for group in checked_sequence("joined", joined)
-    ]
-    named = [i for group in groups for i in group]
-    if len(set(named)) < len(named) or any(not 0 <= i < n for i in named):
-        raise ValueError(
-            f"expected numbers of punches from 0 to {n - 1}, each once, for joined, got {groups}"
-        )
-    return groups
 
 
 def require_balance(

@@ -1,0 +1,75 @@
+"""Punches that are joined rigidly: which are one body, and where they touch."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy import ndarray
+
+from ..arguments import checked_integer, checked_sequence
+from ..grids.outline import distance_to_segments, edge_ribs
+from ..grids.partition import Partition
+from .punch import RigidPunch
+
+
+def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, ...]]:
+    """Numbers of the punches of each group, out of n.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If these are no numbers, or a punch is named twice or does not exist.
+    """
+    groups = [
+        tuple(checked_integer("joined", i) for i in checked_sequence("joined", group))
+        for group in checked_sequence("joined", joined)
+    ]
+    named = [i for group in groups for i in group]
+    if len(set(named)) < len(named) or any(not 0 <= i < n for i in named):
+        raise ValueError(
+            f"expected numbers of punches from 0 to {n - 1}, each once, for joined, got {groups}"
+        )
+    return groups
+
+
+def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
+    """``punch`` with a singular edge only where it touches no other of ``parts``."""
+    if punch.weights is None:
+        return punch
+    ribs, own = punch.weights.ribs, punch.partition
+    a, b = own.ends(ribs)
+    middle, size = (a + b) / 2, np.sqrt(own.areas.sum())
+    touches = np.zeros(len(ribs), dtype=bool)
+    for part in parts:
+        if part is not own:
+            touches |= distance_to_segments(middle, *part.ends(edge_ribs(part))) < 1e-9 * size
+    if not touches.any():
+        return punch
+    if touches.all():
+        return replace(punch, edge="constant", edge_boundaries=None)
+    return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
+
+
+def bodies_of(joined: Sequence[tuple[int, ...]], n: int) -> tuple[tuple[int, ...], ...]:
+    """Numbers of the n punches of each body, in the order of their first ones."""
+    alone = set(range(n)).difference(*joined)
+    return tuple(sorted([*joined, *((i,) for i in alone)]))
+
+
+def by_bodies(
+    punches: Sequence[RigidPunch],
+    bodies: Sequence[tuple[int, ...]],
+    centres: Sequence[ndarray],
+    slices: Sequence[slice],
+    parts: Sequence[ndarray],
+) -> ndarray:
+    """Motions or moments about the centroids of punches, (3, n_i) each, as those of bodies about
+    their centres, (3 m, n); ``slices`` are the cells of the punches."""
+    out = np.zeros((3 * len(bodies), slices[-1].stop))
+    for number, body in enumerate(bodies):
+        for i in body:
+            target = out[3 * number : 3 * number + 3, slices[i]]
+            target[:] = parts[i]
+            shift = punches[i].centre - centres[number]
+            target[1:] += shift[:, None] * parts[i][0]
+    return out
