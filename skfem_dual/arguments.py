@@ -16,6 +16,8 @@ from .messages import apart, shown
 Pair = tuple[float, float]
 #: sizes beyond these powers of ten are refused: products of three of them must remain numbers
 LARGEST = 1e100
+#: of a circle farther away than so many radii numbers have no four digits
+FARTHEST = 1e12
 SMALLEST = 1e-100
 
 _T = TypeVar("_T")
@@ -122,6 +124,24 @@ def checked_place(name: str, value: Any) -> Pair:
     if max(abs(x), abs(y)) > LARGEST:
         raise ValueError(f"expected coordinates of {name} up to {LARGEST:g}, got ({x:g}, {y:g})")
     return x, y
+
+
+def checked_circle(name: str, centre: Any, radius: Any) -> tuple[Pair, float]:
+    """Centre and radius of a circle whose points differ from each other.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the radius is not positive, or the centre more than 1e12 radii from the origin.
+    """
+    (x, y), radius = checked_place(name, centre), checked_size("radius", radius)
+    if max(abs(x), abs(y)) > FARTHEST * radius:
+        raise ValueError(
+            f"expected {name} up to {FARTHEST:g} radii from the origin, got ({x:g}, {y:g}) with a "
+            f"radius of {radius:g}: the numbers do not tell its points apart. Remedy: an origin "
+            "nearby"
+        )
+    return (x, y), radius
 
 
 def checked_array(

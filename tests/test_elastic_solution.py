@@ -116,6 +116,11 @@ def test_bilateral_is_linear(punch):
     assert two.pressure.min() < 0
     with pytest.raises(ValueError, match="take tension: they pull"):
         punch.solve(f - 4 * g)
+    # cells that press are few here, but all keep contact
+    assert punch.solve(-f, unilateral=False).pressure == pytest.approx(-one.pressure, abs=1e-9)
+    huge = punch.solve(1e300 * f)
+    assert huge.success
+    assert huge.force == pytest.approx(1e300 * one.force, rel=1e-6)
 
 
 def test_many_loads_are_single_ones(punch):

@@ -1,9 +1,11 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skfem_dual import DualMesh
+from skfem_dual import DualMesh, Plan
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.curves import corners_of
@@ -306,6 +308,11 @@ def test_arguments_of_wrong_types():
         disc(n=10.5)
     with pytest.raises(TypeError, match="expected two numbers for centre"):
         disc(0.1, centre=(0, 0, 0))
+    for circle in (partial(disc, n=40), partial(Plan.circle, radius=1.0)):
+        with pytest.raises(
+            ValueError, match=r"expected centre up to 1e\+12 radii from the origin"
+        ):
+            circle(centre=(1e16, 0.0))
     with pytest.raises(TypeError, match="expected a sequence for holes"):
         polygon(EXCISED, 3, 0.1)
     with pytest.raises(TypeError, match="expected True or False for true_area"):

@@ -277,6 +277,21 @@ def test_data_must_fit(tmp_path):
         write_polygons(tmp_path / "x.vtu", square, {"p": np.zeros(2)})
     with pytest.raises(ValueError, match="expected 4 values of point data 'w', got 1"):
         write_polygons(tmp_path / "x.vtu", square, None, {"w": np.zeros(1)})
+    with pytest.raises(ValueError, match="expected 1 values of cell data 'p', got 3"):
+        write_polygons(tmp_path / "x.vtu", square, {"p": 3})
+    with pytest.raises(ValueError, match='another name than "cell"'):
+        write_polygons(tmp_path / "x.vtu", square, {"cell": [0]})
+    for data, got in (
+        ({"p": ["x"]}, "'p': an array of <U1"),
+        ({"p": [1j]}, "'p': "),
+        ({1: [0.0]}, "1: "),
+    ):
+        with pytest.raises(
+            TypeError, match=f"real numbers by their names for cell_data, got {got}"
+        ):
+            write_polygons(tmp_path / "x.vtu", square, data)
+    with pytest.raises(TypeError, match="a Mapping for cell_data, got 3"):
+        write_polygons(tmp_path / "x.vtu", square, 3)
     with pytest.raises(ValueError, match=r"ending in \.vtu"):
         write_polygons(tmp_path / "x.vtk", square)
     assert list(tmp_path.iterdir()) == []

@@ -44,6 +44,8 @@ def test_corners_as_csv(tmp_path, text):
     plan = Plan.read(path)
     assert plan.area == 5.0
     assert plan.centroid == pytest.approx([1.1, 1.1])
+    path.write_text(text.lstrip("\ufeff"), encoding="utf-16")  # as Unicode text of Excel
+    assert Plan.read(path).area == 5.0
 
 
 def test_thousands_of_corners(tmp_path):
@@ -234,6 +236,28 @@ def test_a_drawing_without_an_outline(tmp_path):
     path = drawing(tmp_path / "a.dxf", lambda space, layer: space.add_text("A"))
     with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles in .*, got 1 TEXT"):
         Plan.read(path)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_what_is_drawn_twice_counts_once(tmp_path, closed):
+    """To and fro, from another corner, with an arc, and a line without length beside it."""
+    corners = [(0, 0, 0), (2, 0, 0.5), (2, 1, 0), (0, 1, 0)]
+    back = [(2, 1, -0.5), (2, 0, 0), (0, 0, 0), (0, 1, 0)]
+
+    def draw(space, layer):
+        for ring in (corners, back):
+            if closed:
+                space.add_lwpolyline(ring, format="xyb", close=True, dxfattribs=layer)
+            else:
+                for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
+                    space.add_lwpolyline([a, (*b[:2], 0)], format="xyb", dxfattribs=layer)
+        space.add_line((2, 0), (2, 0), dxfattribs=layer)
+
+    with pytest.warns(MeshWarning, match=f"left out {2 if closed else 5} of the shapes"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", draw))
+    once = Plan.from_polygon(corners)
+    assert plan.area == pytest.approx(once.area, rel=1e-12)
+    assert plan.centroid == pytest.approx(once.centroid, rel=1e-12)
 
 
 @pytest.mark.parametrize(("name", "package"), [("a.wkt", "shapely"), ("a.dxf", "ezdxf")])

@@ -15,6 +15,9 @@ def test_area_and_centroid_of_a_concave_polygon():
     assert polygons.areas == pytest.approx([3.0])
     assert polygons.centroids[:, 0] == pytest.approx([5 / 6, 5 / 6])
     assert np.array_equal(polygons[0], L_SHAPE)
+    assert np.array_equal(polygons[-len(polygons)], L_SHAPE)
+    with pytest.raises(IndexError, match="expected a polygon from 0 to "):
+        polygons[len(polygons)]
 
 
 @given(

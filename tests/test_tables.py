@@ -54,6 +54,13 @@ def test_wrong_tables_name_the_line(tmp_path, text, message):
         read_cases(write(tmp_path, text))
 
 
+def test_unicode_text_of_excel(tmp_path):
+    path = tmp_path / "loads.csv"
+    path.write_text("name\tforce\tex\tey\nWind, Süd\t1,5\t0,25\t0\n", encoding="utf-16")
+    (row,) = read_cases(path)
+    assert (row.name, row.force) == ("Wind, Süd", 1.5)
+
+
 def test_files_that_are_none(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file"):
         read_cases(tmp_path / "none.csv")

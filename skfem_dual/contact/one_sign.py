@@ -51,10 +51,12 @@ def solved(
     start : (n,) array of float, optional
         Pressures to begin with.
     """
-    found = solve(np.zeros(len(cells), dtype=bool), start)
-    if not unilateral:
-        return found
-    return solved_each(cells, [found], lambda _, flat, starts: [solve(flat[0], starts[0])])[0]
+    # infinite loads are refused by whoever solves
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = solve(np.zeros(len(cells), dtype=bool), start)
+        if not unilateral:
+            return found
+        return solved_each(cells, [found], lambda _, flat, starts: [solve(flat[0], starts[0])])[0]
 
 
 def solved_each(cells: Flattening, found: Sequence[Answer], solve: SolveEach) -> list[Answer]:

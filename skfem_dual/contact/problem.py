@@ -181,6 +181,8 @@ class Contact:
     def rough(self) -> str:
         """A warning if contact that was found ends on fewer than a dozen cells."""
         count = int(np.sum(self.pressure > 0))
+        if self.touching.all():  # also where the ground pulls
+            return ""
         if not 0 < count < min(DOZEN, len(self.touching)):
             return ""
         return (

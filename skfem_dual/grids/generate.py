@@ -9,6 +9,7 @@ from skfem import MeshQuad, MeshTri
 
 from ..arguments import (
     checked_choice,
+    checked_circle,
     checked_flag,
     checked_integer,
     checked_place,
@@ -86,8 +87,7 @@ def disc(
       Number of nodes: 513
       Named boundaries [# facets]: edge [80]
     """
-    radius = checked_size("radius", radius)
-    middle = checked_place("centre", centre)
+    middle, radius = checked_circle("centre", centre, radius)
     inscribed = not checked_flag("true_area", true_area)
     mesh = _generate([Circle(middle, radius, inscribed)], size, n, graded, nboundary)
     if not isinstance(graded, str):

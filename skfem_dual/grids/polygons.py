@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import index
 
 import numpy as np
 from numpy import ndarray
@@ -115,7 +116,11 @@ class Polygons:
         return len(self.offsets) - 1
 
     def __getitem__(self, i: int) -> ndarray:
-        """Vertices of polygon ``i``, shape (2, k)."""
+        """Vertices of polygon ``i``, shape (2, k); negative numbers count from the last."""
+        i, n = index(i), len(self)
+        if not -n <= i < n:
+            raise IndexError(f"expected a polygon from 0 to {n - 1}, got {i}")
+        i %= n
         return self.p[:, self.indices[self.offsets[i] : self.offsets[i + 1]]]
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ from ..ground.layered import Layer, LayeredHalfSpace
 from ..ground.substrates import HalfSpace
 from ..messages import one_line
 from ..units import PLAIN, Units
-from .guarded import require_file
+from .guarded import require_file, text_of
 from .layers import LEAST, MOST, read_layers
 from .writing import PathLike
 
@@ -69,7 +69,7 @@ def read_substrate(
     if path.suffix.lower() == ".csv":
         return _from_csv(path, units)
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        found = tomllib.loads(text_of(path))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"expected TOML in {path}: {one_line(str(error), 160)}") from error
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})

@@ -9,6 +9,7 @@ import stat
 import struct
 import subprocess
 import sys
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -68,6 +69,24 @@ def require_file(path: PathLike, what: str) -> Path:
         kind = "folder" if stat.S_ISDIR(mode) else "pipe, socket or device"
         raise ValueError(f"expected {what}, got the {kind} {path}. Remedy: name a regular file")
     return Path(path)
+
+
+def text_of(path: Path) -> str:
+    """Text of a file in UTF-8, or in UTF-16 with its mark, as Excel writes Unicode text.
+
+    Raises
+    ------
+    ValueError
+        If it is something else.
+    """
+    content = path.read_bytes()
+    marked = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    try:
+        return content.decode("utf-16" if marked else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"expected text in UTF-8 in {path}: {error}. Remedy: save it as UTF-8"
+        ) from error
 
 
 def read_through_meshio(path: PathLike, file_format: str | None = None) -> "meshio.Mesh":

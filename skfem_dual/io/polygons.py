@@ -1,6 +1,7 @@
 """Dual grids and solutions as polygons in VTU files."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -11,6 +12,7 @@ from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons
 from ..ground.periodic import PeriodicGround
+from ..messages import shown
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
@@ -141,30 +143,49 @@ def write_polygons(
     Raises
     ------
     TypeError
-        If the polygons are something else.
+        If the polygons are something else, or data no numbers by their names.
     ValueError
-        If the suffix is not ``.vtu`` or the length of the data does not fit.
+        If the suffix is not ``.vtu``, the length of the data does not fit, or they are called
+        ``cell``.
     """
     import meshio
 
     checked_instance("polygons", polygons, Polygons)
     require_vtu(path)
-    cell_data = {"cell": np.arange(len(polygons)), **(cell_data or {})}
-    for kind, data, n in (
-        ("cell", cell_data, len(polygons)),
-        ("point", point_data or {}, polygons.p.shape[1]),
-    ):
-        for name, values in data.items():
-            if len(values) != n:
-                raise ValueError(f"expected {n} values of {kind} data {name!r}, got {len(values)}")
+    cell_data = _checked_data("cell", cell_data, len(polygons))
+    point_data = _checked_data("point", point_data, polygons.p.shape[1])
+    if "cell" in cell_data:
+        raise ValueError(
+            'expected another name than "cell" of cell data, which are the numbers of the cells'
+        )
+    cell_data["cell"] = np.arange(len(polygons))
     blocks = list(blocks_of(polygons))
     mesh = meshio.Mesh(
         np.vstack([polygons.p, np.zeros(polygons.p.shape[1])]).T,
         [("polygon", vertices) for _, vertices in blocks],
-        point_data={k: np.asarray(v) for k, v in (point_data or {}).items()},
-        cell_data={k: [np.asarray(v)[cells] for cells, _ in blocks] for k, v in cell_data.items()},
+        point_data=point_data,
+        cell_data={k: [v[cells] for cells, _ in blocks] for k, v in cell_data.items()},
     )
     write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))
+
+
+def _checked_data(kind: str, data: Mapping[str, Any] | None, n: int) -> dict[str, ndarray]:
+    """Numbers for each of n cells or points by their names."""
+    out = {}
+    for name, values in checked_instance(f"{kind}_data", data or {}, Mapping).items():
+        values = np.asarray(values)
+        if not isinstance(name, str) or values.dtype.kind not in "biuf":
+            raise TypeError(
+                f"expected real numbers by their names for {kind}_data, got {shown(name)}: "
+                f"{shown(values)}"
+            )
+        if values.ndim == 0 or len(values) != n:
+            raise ValueError(
+                f"expected {n} values of {kind} data {name!r}, got "
+                f"{len(values) if values.ndim else values}"
+            )
+        out[name] = values.astype(np.int8) if values.dtype.kind == "b" else values
+    return out
 
 
 def blocks_of(polygons: Polygons) -> Iterator[tuple[ndarray, ndarray]]:

@@ -8,7 +8,7 @@ from numpy import ndarray
 
 from ..arguments import Pair, checked_pair
 from ..messages import one_line
-from .guarded import require_file
+from .guarded import require_file, text_of
 from .tables import cells_of, make_numbers
 from .writing import PathLike
 
@@ -79,7 +79,7 @@ def _array(file: Any) -> ndarray:
 def _text(file: Any) -> ndarray:
     """Numbers of a text, in columns; a first line of words is skipped, and what begins with #."""
     try:
-        numbered = enumerate(file.read_text(encoding="utf-8-sig").splitlines(), 1)
+        numbered = enumerate(text_of(file).splitlines(), 1)
         lines = {k: line for k, line in numbered if line.strip() and line.lstrip()[0] != "#"}
         first = next(iter(lines.values()), "")
         separator = next((mark for mark in SEPARATORS if mark in first), None)

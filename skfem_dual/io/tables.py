@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..messages import one_line
 from ..units import Units
-from .guarded import require_file
+from .guarded import require_file, text_of
 from .writing import PathLike
 
 #: rows of a table
@@ -57,15 +57,9 @@ def read_table(
         cells than the headings, or it cannot be told which marks are decimal.
     """
     path = require_file(path, "a CSV file")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(
-            f"expected text in UTF-8 in {path}: {error}. Remedy: save it as CSV UTF-8"
-        ) from error
     numbered = [
         (number, line)
-        for number, line in enumerate(text.splitlines(), 1)
+        for number, line in enumerate(text_of(path).splitlines(), 1)
         if line.strip(" ;,\t") and not line.lstrip().startswith("#")
     ]
     if not 2 <= len(numbered) <= MANY + 1:

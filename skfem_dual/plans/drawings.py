@@ -23,6 +23,8 @@ NEEDED = {
     "CIRCLE": ("center", "radius"),
 }
 
+#: corners (2, n), bulges of the sides that start in them, whether the last one closes a ring
+Shape = tuple[ndarray, ndarray, bool]
 #: a piece of an outline: corners (2, n), bulges of the sides between them
 Piece = tuple[ndarray, ndarray]
 
@@ -36,17 +38,14 @@ def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[l
         If there are none, a line is not closed or branches, or the layer is not told.
     """
     entities = _on_layer(list(_drawing(path).modelspace()), layer, path)
-    rings: list[ndarray] = []
-    pieces: list[Piece] = []
-    for entity in entities:
-        x, bulges, closed = _piece(entity, path)
-        if closed:
-            rings.append(np.vstack([x, bulges]).T)
-        else:
-            pieces.append((x, bulges[: x.shape[1] - 1]))
+    found = [_piece(entity, path) for entity in entities]
+    if tol is None:
+        tol = NEAR * float(np.ptp(np.hstack([x for x, *_ in found]), axis=1).max())
+    found = _distinct(found, tol, path)
+    rings = [np.vstack([x, bulges]).T for x, bulges, closed in found if closed]
+    pieces = [(x, bulges[: x.shape[1] - 1]) for x, bulges, closed in found if not closed]
     if pieces:
-        box = np.hstack([*(x for x, _ in pieces), *(ring[:, :2].T for ring in rings)])
-        rings += _joined(pieces, NEAR * np.ptp(box, axis=1).max() if tol is None else tol, path)
+        rings += _joined(pieces, tol, path)
     return [[(x, y, b) for x, y, b in ring.tolist()] for ring in rings]
 
 
@@ -105,8 +104,8 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
     return shapes
 
 
-def _piece(entity: Any, path: Path) -> tuple[ndarray, ndarray, bool]:
-    """Corners, bulges of the sides that start in them, and whether the last one closes a ring."""
+def _piece(entity: Any, path: Path) -> Shape:
+    """What a shape adds to the outline."""
     kind, up = entity.dxftype(), float(entity.dxf.extrusion.z)
     if missing := [name for name in NEEDED.get(kind, ()) if not entity.dxf.hasattr(name)]:
         raise MeshError(f"expected a {kind} with {missing[0]} in {path}, got one without")
@@ -136,6 +135,31 @@ def _piece(entity: Any, path: Path) -> tuple[ndarray, ndarray, bool]:
         bulges = [float(v.dxf.get("bulge", 0.0)) for v in entity.vertices]
         closed = bool(entity.is_closed)
     return _plane(corners), np.sign(up) * np.array(bulges, dtype=float), closed
+
+
+def _distinct(found: list[Shape], tol: float, path: Path) -> list[Shape]:
+    """The shapes without those shorter than ``tol``, and those drawn twice, which are told."""
+    kept: dict[tuple, Shape] = {}
+    for x, bulges, closed in found:
+        if np.ptp(x, axis=1).max() > tol:
+            kept.setdefault(_key(x, bulges, closed, 10 * tol), (x, bulges, closed))
+    if (left := len(found) - len(kept)) and kept:
+        warn(f"{path}: left out {left} of the shapes, without length or drawn twice", MeshWarning)
+    return list(kept.values()) or found
+
+
+def _key(x: ndarray, bulges: ndarray, closed: bool, tol: float) -> tuple:
+    """The same for a shape drawn to and fro, and for a ring that begins elsewhere."""
+    n = x.shape[1] - 1 + closed  # sides
+    backwards = np.roll(x[:, ::-1], 1, axis=1) if closed else x[:, ::-1]
+    keys = []
+    for corners, arcs in ((x, bulges[:n]), (backwards, -bulges[:n][::-1])):
+        sides = [*map(tuple, np.round(corners / tol).T), ()]
+        turns = np.round(arcs / NEAR).tolist()
+        rows = [(*sides[k], turns[k] if k < n else 0.0) for k in range(x.shape[1])]
+        first = rows.index(min(rows)) if closed else 0
+        keys.append(tuple(rows[first:] + rows[:first]))
+    return (closed, min(keys))
 
 
 def _plane(points: list[Any]) -> ndarray:

@@ -13,8 +13,8 @@ from skfem import MeshTri
 from ..arguments import (
     Pair,
     checked_array,
+    checked_circle,
     checked_pair,
-    checked_place,
     checked_sequence,
     checked_size,
     shown,
@@ -137,8 +137,8 @@ class Plan:
         >>> print(f"{ring.area / np.pi:.3f}")
         0.750
         """
-        middle = np.array(checked_place("centre", centre))
-        outline = Ring.circle(middle, checked_size("radius", radius))
+        middle, radius = checked_circle("centre", centre, radius)
+        outline = Ring.circle(np.array(middle), radius)
         return cls(((outline, _made("holes", holes)),))
 
     @classmethod

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..arguments import checked_size, checked_text
 from ..errors import MeshError
-from ..io.guarded import require_file
+from ..io.guarded import require_file, text_of
 from ..io.writing import PathLike
 from ..messages import one_line, place
 from .corners import ring_of
@@ -96,9 +96,9 @@ def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = N
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise MeshError(f"expected text in {path}: {error}") from error
+        return text_of(path)
+    except ValueError as error:
+        raise MeshError(str(error)) from error
 
 
 def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:

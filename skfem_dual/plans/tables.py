@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from ..errors import MeshError
+from ..io.guarded import text_of
 from ..io.tables import Heading, cells_of, delimiter_of, make_numbers
 from ..messages import one_line
 
@@ -61,7 +62,7 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
 
 def unit_of_table(path: Path) -> str | None:
     """Unit of the first coordinate by the header of a table of corners, if it has one."""
-    lines = (line.strip() for line in path.read_text(encoding="utf-8-sig").splitlines())
+    lines = (line.strip() for line in text_of(path).splitlines())
     first = next((line for line in lines if line.strip(EMPTY) and not line.startswith("#")), "")
     fields = _fields(first, _delimiter(first))
     columns = _columns(fields)
