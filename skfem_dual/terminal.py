@@ -7,12 +7,11 @@ import re
 import sys
 from typing import Any, NoReturn
 
+from .arguments import LARGEST, SMALLEST
 from .messages import one_line
 
 #: an error or a warning takes one line of so many characters
 LINE = 300
-#: numbers other than zero lie between these in size, in any sensible units
-LEAST, MOST = 1e-100, 1e100
 
 
 def number(text: str) -> float:
@@ -24,9 +23,9 @@ def number(text: str) -> float:
             f"expected a number, got {one_line(repr(text), 40)}"
         ) from None
     shown = one_line(repr(text), 40)
-    if not (value == 0 or LEAST <= abs(value) <= MOST):
+    if not (value == 0 or SMALLEST <= abs(value) <= LARGEST):
         raise argparse.ArgumentTypeError(
-            f"expected a finite number, 0 or from {LEAST:g} to {MOST:g} in size, got {shown}"
+            f"expected a finite number, 0 or from {SMALLEST:g} to {LARGEST:g} in size, got {shown}"
         )
     return value
 

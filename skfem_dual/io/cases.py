@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..arguments import Pair, checked_flag, checked_instance, checked_sequence
+from ..arguments import LARGEST, SMALLEST, Pair, checked_flag, checked_instance, checked_sequence
 from ..messages import one_line
 from ..solutions.cases_solution import CasesSolution
 from ..units import PLAIN, Units
@@ -30,8 +30,6 @@ QUANTITY = {
     **dict.fromkeys(("mx", "my", "torsion"), "moment"),
     "q": "pressure",
 }
-#: numbers are zero or between these in size, in any sensible units
-LEAST, MOST = 1e-100, 1e100
 
 
 @dataclass(frozen=True)
@@ -211,7 +209,7 @@ def _case(factors: dict[str, float], cells: list[str], where: str) -> CaseRow:
             raise ValueError(
                 f"{where}: expected a number for {name}, got none. Remedy: 0 where there is none"
             )
-        return factors[name] * cell_number(found[name], name, where, LEAST, MOST)
+        return factors[name] * cell_number(found[name], name, where, SMALLEST, LARGEST)
 
     def pair(a: str, b: str) -> Pair | None:
         return (number(a), number(b)) if a in found else None

@@ -11,16 +11,14 @@ from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
 from .checks import ROUNDING, error_section, solver_section
 from .depth import depth_of_footing
-from .figures import mesh_picture
 from .footing import Between, Footing
-from .input import edge_rule, extent_rows, ground_table, said_of, signs_of_moments
+from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, signs_of_moments
 from .numbers import Plan, Standing
 from .page import (
     DASH,
     NONE,
     Html,
     amount,
-    figure,
     joined,
     notice,
     number,
@@ -296,9 +294,8 @@ def _pictures(footing: Footing) -> Html:
     standing, cases = footing.standing, footing.cases
     if standing is None:
         return NONE
-    caption = "Mesh of the plan" + (" and its dual grid." if standing.dual is not None else ".")
     parts = [
-        figure(mesh_picture(standing.solution, standing), caption, caption),
+        mesh_figure(standing.solution, standing),
         plan_figure(standing, "The plan with its corners", footing.wanted),
     ]
     numbers = {footing.governing: ["the largest pressure"]} if not cases.success.any() else {}
