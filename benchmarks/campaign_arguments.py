@@ -131,6 +131,7 @@ def overrides() -> dict[str, dict[str, Any]]:
         "vertical_profile": {"at": (0.1, 0.2), "depths": np.array([0.5, 1.0])},
         "settlement_by_layers": {"x": deep[:2], "depths": np.array([0.5, 1.0])},
         "Load": {"force": 1.0, "at": (0.1, 0.0)},
+        "column_load": {"x": (0.1, 0.2)},
         "RigidPunch": {"origin": (0.0, 0.0)},
         "RigidPunch.solve": {"force": 1.0, "at": (0.1, 0.0)},
         "RigidPunch.pressures_of": {"start": s["solution"]},

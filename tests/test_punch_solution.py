@@ -248,6 +248,10 @@ def test_named_edges():
             RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=nothing)
     with pytest.raises(ValueError, match=r"got \[''\]"):
         RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries="")
+    with pytest.raises(TypeError, match="text for a name in edge_boundaries, got 3"):
+        RigidPunch(UNIT, single.basis, edge_boundaries=["left", 3])
+    with pytest.raises(ValueError, match=r"edge_boundaries from 0 to .*, got 100000 at index 1"):
+        RigidPunch(UNIT, single.basis, edge_boundaries=[facets[0], 100000])
     with pytest.raises(TypeError, match="names or facets for edge_boundaries, got 5"):
         RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), edge_boundaries=5)
     with pytest.raises(ValueError, match=r"\['bottom', 'left', 'right', 'top'\], got \['rim'\]"):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..arguments import checked_flag, checked_instance, checked_sequence
+from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
@@ -348,7 +348,7 @@ class RigidPunches(RigidBodies):
 
     def imposed(self, loads: tuple[Load, ...]) -> Constraints:
         """What the loads of all bodies impose, and the frame."""
-        own = zip(loads, self._origins, strict=True)
+        own = zip(self._given("loads", loads), self._origins, strict=True)
         together = Constraints.together([load.constraints(origin) for load, origin in own])
         return replace(together, frame=self.stiffness)
 
@@ -361,6 +361,7 @@ class RigidPunches(RigidBodies):
     def works(self, contact: Contact) -> bool:
         """Not of shaped punches, nor beside a body in the air or on cells in a line, which carry
         no moments."""
+        checked_instance("contact", contact, Contact)
         x, settled = self.cells.collocation_points, self.system.planes[::3]
         flat = all(punch.gap is None for punch in self.punches)
         return flat and all(resist(x, contact.touching & (own != 0)) for own in settled)
@@ -379,6 +380,7 @@ class RigidPunches(RigidBodies):
 
     def over_edge(self, pressure: ndarray) -> "RigidPunches | None":
         """The same with edges of flat punches where shaped ones press over that of their plan."""
+        pressure = checked_array("pressure", pressure, (len(self.cells),), each="cell")
         return over_edges(self, self.slices, pressure, self._sharp)
 
     @computed_once

@@ -223,6 +223,8 @@ def column_load(
     sides, (mx, my) = checked_pair("sides", sides), checked_pair("moments", moments)
     if min(sides) < 0:
         raise ValueError(f"expected sides of a column that are not negative, got {sides}")
+    for side in filter(None, sides):
+        checked_size("sides", side)
     turning = np.array([my, mx])  # along x and y
     for axis, side, moment in zip("xy", sides, turning, strict=True):
         if moment and not side:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
-from ..arguments import Pair, checked_flag
+from ..arguments import Pair, checked_flag, checked_instance
 from ..contact.edges import EdgeBoundaries
 from ..contact.footprint import Collocation, Edge, Footprint
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
@@ -396,6 +396,7 @@ class RigidPunch(Movable, RigidBodies):
 
     def works(self, contact: Contact) -> bool:
         """Of flat punches with edge-weighted cells, not all in a line."""
+        checked_instance("contact", contact, Contact)
         flat = self.gap is None and self.weights is not None
         return flat and resist(self.collocation_points, contact.touching)
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from skfem import MeshTri
 
-from ..arguments import checked_instance, checked_integer
+from ..arguments import checked_instance, checked_integer, checked_text
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.preprocess import repair
@@ -64,7 +64,8 @@ def refine_to_contact(
     if not callable(make) or isinstance(make, type):
         raise TypeError(f"expected a function of a mesh for make, got {shown(make)}")
     check_type(mesh)
-    checked_instance("load", load, Mapping)
+    for key in checked_instance("load", load, Mapping):
+        checked_text("a key of load", key)
     refinements = checked_integer("refinements", refinements, at_least=0, at_most=MOST)
     solutions = [_on(make, mesh).solve(**load, **options)]
     for _ in range(refinements):

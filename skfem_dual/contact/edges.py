@@ -6,6 +6,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis
 
+from ..arguments import checked_indices, checked_text
 from ..elements.edge_weights import EdgeWeights
 from ..grids.cellwise import nodal_mesh
 from ..grids.outline import edge_ribs
@@ -69,14 +70,16 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
 
 
 def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
-    if not isinstance(names, (str, Sequence, np.ndarray)):
+    given = [names] if isinstance(names, str) else names
+    if not isinstance(given, (Sequence, np.ndarray)):
         raise TypeError(f"expected names or facets for edge_boundaries, got {shown(names)}")
-    names = [names] if isinstance(names, str) else list(names)
-    if all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) for n in names):
-        return np.array(names, dtype=int)
-    known = nodal_mesh(basis).boundaries or {}
-    if missing := [name for name in names if name not in list(known)]:
+    mesh = nodal_mesh(basis)
+    if len(given) and not isinstance(given[0], str):
+        return checked_indices("edge_boundaries", given, mesh.nfacets)
+    known = mesh.boundaries or {}
+    given = [checked_text("a name in edge_boundaries", name) for name in given]
+    if missing := [name for name in given if name not in list(known)]:
         raise ValueError(
             f"expected names of boundaries of the mesh, {sorted(known)}, got {missing}"
         )
-    return np.concatenate([np.empty(0), *(known[name] for name in names)])
+    return np.concatenate([np.empty(0), *(known[name] for name in given)])
