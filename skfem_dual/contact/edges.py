@@ -71,7 +71,7 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
 
 def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
     given = [names] if isinstance(names, str) else names
-    if not isinstance(given, (Sequence, np.ndarray)):
+    if not isinstance(given, (Sequence, np.ndarray)) or getattr(given, "ndim", 1) != 1:
         raise TypeError(f"expected names or facets for edge_boundaries, got {shown(names)}")
     mesh = nodal_mesh(basis)
     if len(given) and not isinstance(given[0], str):
