@@ -101,7 +101,7 @@ def _balance(mesh, kind, grid, load, rng) -> str:
     plane = found.punch_displacement(cells.centroids, collocated=True)
     gap = found.displacement(cells.centroids) - plane
     pressed = found.pressure > 0
-    if np.abs(gap[pressed]).max() > 1e-5 * found.settlement:
+    if np.abs(gap[pressed]).max() > 1e-5 * under:
         return f"ground and punch apart by {np.abs(gap[pressed]).max():.2g} under pressure"
     return ""
 
