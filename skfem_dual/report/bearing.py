@@ -53,7 +53,7 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
     limit = [] if allowable is None else [
         paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
     ]  # fmt: skip
-    radii = listed([f"{radius:.3g}" for radius in circles])
+    radii = listed(list(dict.fromkeys(f"{radius:.3g}" for radius in circles)))
     what = (
         "The mean pressure is the force over the area in contact. The largest pressure is the "
         f"largest mean on a circle with a radius of {radii} {details.units.length.symbol}, a "
