@@ -14,6 +14,7 @@ from skfem import (
     ElementQuad0,
     ElementQuad1,
     ElementQuad2,
+    ElementQuadBFS,
     ElementTetP1,
     ElementTetP2,
     ElementTriArgyris,
@@ -273,6 +274,19 @@ def test_quadrilateral_cells():
     f = s.load_vector(basis)
     found = [f.sum(), *(basis.doflocs @ f)]
     np.testing.assert_allclose(found, [1.0, 0.1, 0.05], atol=1e-13)
+
+
+@pytest.mark.parametrize("side", [(0.0, 0.0), (0.4, 0.0), (0.0, 0.3)], ids=str)
+def test_plate_elements_on_quadrilaterals(side):
+    """Rectangles, where few values say all of the functions, parallelograms and trapezoids."""
+    mesh = rectangle(4)
+    grid = MeshQuad.init_tensor(np.linspace(-1, 1, 4), np.linspace(-1, 1, 3))
+    for of in (mesh, grid):
+        of.doflocs[0] += side[0] * of.p[1] + side[1] * of.p[0] * of.p[1]
+    basis = CellBasis(grid, ElementQuadBFS(), intorder=12)
+    punch = RigidPunch(SOIL, CellBasis(mesh, ElementTriP0()), edge="constant")
+    found = load_matrix(punch.partition, None, punch.fan, basis) @ np.ones(mesh.nelements)
+    np.testing.assert_allclose(found, unit_load.assemble(basis), atol=1e-12)
 
 
 def test_what_does_not_cover_the_plan_is_told():

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, Element, ElementGlobal, FacetBasis
+from skfem import CellBasis, Element, ElementGlobal, FacetBasis, Mesh
 from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
@@ -20,6 +20,10 @@ _B = TypeVar("_B", bound=AbstractBasis)
 #: how far functions of vertices may be from 1 in these; loads assembled with them are off by a
 #: tenth of that
 NODAL = 1e-3
+#: a point of the reference element that is in no lattice
+BESIDE = 0.31, 0.57, 0.23
+#: what polynomials may be off there, and parallel sides, by rounding
+ROUNDING = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +89,14 @@ class ShapeFunctions:
         if self.height is not None:
             x = np.vstack([x, np.full(x.shape[1], self.height)])
         local = _inverse(self.mapping, x[:, :, None], element)
-        if isinstance(self.mapping, MappingAffine):
-            shares = self._lattice[1] @ _monomials(local[..., 0], self.basis.elem.maxdeg)
-            return np.einsum("iml,lm->im", self._table[:, cell], shares)
+        if self._polynomial:
+            return self._tabulated(local[..., 0], cell)
         return self._evaluated(local, cell)[..., 0]
+
+    def _tabulated(self, local: ndarray, cell: ndarray) -> ndarray:
+        """At a point of each cell, (dim, m), by the table."""
+        shares = self._lattice[1] @ _monomials(local, *self._degree)
+        return np.einsum("iml,lm->im", self._table[:, cell], shares)
 
     def _evaluated(self, local: ndarray, cell: ndarray) -> ndarray:
         """At points of the reference element, of shape (dim, q) or (dim, m, q)."""
@@ -110,23 +118,57 @@ class ShapeFunctions:
         """
         element, mesh = self.basis.elem, self.basis.mesh
         near = (np.abs(middle_of(mesh)) <= np.ptp(mesh.p, axis=1)).all()
-        if near or not any(isinstance(part, ElementGlobal) for part in _parts(element)):
+        if near or not self._global:
             return element, self.mapping
         return _without_functions(element), mapping_about_middle(mesh)
 
+    @property
+    def _global(self) -> bool:
+        """Whether some functions are polynomials of the coordinates themselves."""
+        return any(isinstance(part, ElementGlobal) for part in _parts(self.basis.elem))
+
+    @property
+    def _degree(self) -> tuple[int, int]:
+        """Of polynomials on a cell: along each coordinate, and in all."""
+        most, dim = self.basis.elem.maxdeg, self.mapping.mesh.dim()
+        if isinstance(self.mapping, MappingAffine):
+            return most, most
+        each = -(-most // dim)
+        return each, each * dim
+
+    @computed_once
+    def _polynomial(self) -> bool:
+        """Whether the functions are polynomials of the coordinates in the reference element.
+
+        They are on simplices. Those of plates, which take long, are on parallelograms, too: seen
+        at a point beside those that determine them.
+        """
+        mesh = self.mapping.mesh
+        if isinstance(self.mapping, MappingAffine):
+            return True
+        if not self._global or not _parallel(mesh, self.elements):
+            return False
+        cell = np.arange(len(self.elements))
+        local = np.array(BESIDE[: mesh.dim()])[:, None]
+        wanted = self._evaluated(local, cell)[..., 0]
+        found = self._tabulated(np.tile(local, len(cell)), cell)
+        off = np.abs(found - wanted).max(initial=0.0)
+        return bool(off < ROUNDING * np.abs(wanted).max(initial=0.0))
+
     @computed_once
     def _lattice(self) -> tuple[ndarray, ndarray]:
-        """Points of the reference simplex that determine polynomials, and how."""
-        k, dim = self.basis.elem.maxdeg, self.mapping.mesh.dim()
-        steps = np.indices((k + 1,) * dim).reshape(dim, -1)
-        points = steps[:, steps.sum(axis=0) <= k] / max(k, 1)
-        return points, np.linalg.inv(_monomials(points, k))
+        """Points of the reference element that determine polynomials, and how."""
+        each, most = self._degree
+        dim = self.mapping.mesh.dim()
+        steps = np.indices((each + 1,) * dim).reshape(dim, -1)
+        points = steps[:, steps.sum(axis=0) <= most] / max(each, 1)
+        return points, np.linalg.inv(_monomials(points, each, most))
 
     @computed_once
     def _table(self) -> ndarray:
         """The test functions at the points of the lattice, shape (Nbfun, ncells, q).
 
-        With an affine mapping they are polynomials, and this is all there is to know of them.
+        Where they are polynomials this is all there is to know of them.
         """
         return self._evaluated(self._lattice[0], np.arange(len(self.elements)))
 
@@ -187,10 +229,21 @@ def _require_of_mesh(element: ElementGlobal, mapping: Mapping) -> None:
         )
 
 
-def _monomials(x: ndarray, degree: int) -> ndarray:
-    """Products of powers of coordinates up to a degree, shape (k, m)."""
-    powers = np.indices((degree + 1,) * len(x)).reshape(len(x), -1).T
-    return np.stack([np.prod(x.T**p, axis=1) for p in powers if p.sum() <= degree])
+def _parallel(mesh: Mesh, elements: ndarray) -> bool:
+    """Whether all of some quadrilaterals are parallelograms with straight sides."""
+    if mesh.doflocs.shape[1] > mesh.nvertices:
+        return False
+    corners = mesh.p[:, mesh.t[:, elements]]
+    linear = np.vstack([np.ones(len(mesh.t)), mesh.elem.refdom.p])
+    bent = corners - np.einsum("ijk,jl->ilk", corners, np.linalg.pinv(linear) @ linear)
+    sizes = np.ptp(corners, axis=1).max(axis=0)
+    return bool((np.abs(bent).max(axis=(0, 1)) < ROUNDING * sizes).all())
+
+
+def _monomials(x: ndarray, each: int, most: int) -> ndarray:
+    """Products of powers of coordinates up to a degree of each and in all, shape (k, m)."""
+    powers = np.indices((each + 1,) * len(x)).reshape(len(x), -1).T
+    return np.stack([np.prod(x.T**p, axis=1) for p in powers if p.sum() <= most])
 
 
 def _inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
