@@ -15,6 +15,7 @@ from skfem import (
     ElementQuad1,
     ElementQuad2,
     ElementQuadBFS,
+    ElementQuadP,
     ElementTetP1,
     ElementTetP2,
     ElementTriArgyris,
@@ -274,6 +275,17 @@ def test_quadrilateral_cells():
     f = s.load_vector(basis)
     found = [f.sum(), *(basis.doflocs @ f)]
     np.testing.assert_allclose(found, [1.0, 0.1, 0.05], atol=1e-13)
+
+
+def test_elements_of_high_degree():
+    mesh = MeshQuad().refined(2).translated((-0.4, -0.45))
+    s = solved(CellBasis(mesh, ElementQuad0()))
+    basis = CellBasis(mesh, ElementQuadP(5), intorder=10)
+    f = s.load_vector(basis)
+    low = s.load_vector(CellBasis(mesh, ElementQuad2()))
+    for x in (lambda x: x[0] ** 2 * x[1], lambda x: x[1] ** 2 + x[0]):
+        expected = low @ CellBasis(mesh, ElementQuad2()).project(x)
+        assert f @ basis.project(x) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("side", [(0.0, 0.0), (0.4, 0.0), (0.0, 0.3)], ids=str)
