@@ -99,9 +99,7 @@ def load_matrix(
         order = checked_integer("order", order, at_least=0, at_most=HIGHEST - moments)
     else:
         order = basis.elem.maxdeg + (0 if isinstance(target.mapping, MappingAffine) else 2)
-        order = min(
-            order, HIGHEST - moments
-        )  # ElementQuadP asks for more than it has
+        order = min(order, HIGHEST - moments)  # ElementQuadP asks for more than it has
     pieces = overlaps(fan.p[:, fan.t], target.cells)
     cell = fan.cell[pieces.first]
     covered = np.bincount(cell, pieces.share * fan.areas[pieces.first], len(partition))
