@@ -137,6 +137,8 @@ def _wanted(
     """Points of the size that gives about ``n`` of them."""
     low, high = 0.0, np.inf  # sizes that give too many and too few
     size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
+    if nboundary is None:  # with less the boundary alone has more
+        size = max(size, sum(c.length for c in curves) / (ratio * n))
     points, loops = best = _points(curves, size, ratio, nboundary, start)
     for _ in range(20):
         excess = points.shape[1] - n
