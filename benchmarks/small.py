@@ -5,9 +5,10 @@
     python benchmarks/small.py --beside TREE    the same with another tree of the package, in turn
 
 Milliseconds, the least of some runs: the mesh, its dual grid with the law of the edge, the exact
-matrix under uniform cells, what weights and slopes add to it, pressures by settlement and tilts,
-and all from the mesh to the printed answer. Then nanoseconds for an entry, the import beyond that
-of scikit-fem, and a command from start to end, which find bytecode and compiled code on disk.
+matrix under uniform cells, what the law of the edge and slopes add to it, pressures by settlement
+and tilts, and all from the mesh to the printed answer. Then nanoseconds for an entry, the import
+beyond that of scikit-fem, and a command from start to end, which find bytecode and compiled code
+on disk.
 """
 
 import argparse
@@ -72,13 +73,15 @@ def stages(n: int, runs: int) -> dict[str, float]:
     uniform = soil, cells.partition, cells.collocation_points
     square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
     entries = best(lambda: influence_matrix(*uniform), runs)
-    every = best(lambda: cells.influence(cells.collocation_points), runs)
+    every = cells.entries(cells.collocation_points)
+    edge = best(lambda: replace(every, slopes=None).matrix(), runs)
     found = {
         "mesh of a disc": best(lambda: disc(n=n), runs),
         "mesh of a square": best(lambda: polygon(square, n=n), runs),
         "dual grid, edge law": best(lambda: punch().footprint, runs),
         "uniform cells": entries,
-        "edge and slopes": every - entries,
+        "law of the edge": edge - entries,
+        "slopes in cells": best(lambda: replace(every).matrix(), runs) - edge,
         "unit pressures": best(lambda: replace(system).unit_pressures, runs),
         "dual grid to answer": best(lambda: repr(punch().solve(1.0)), runs),
     }
