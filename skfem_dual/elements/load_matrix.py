@@ -118,10 +118,13 @@ def load_matrix(
     for some_points, factor in zip(points.chunks(size), parts, strict=True):
         element = pieces.second[some_points.piece]
         values = target.values(element, some_points.x) * some_points.weight
-        rows = basis.element_dofs[:, element]
+        worked_on = values.any(axis=1)
+        values, runs = values[worked_on], np.flatnonzero(np.diff(some_points.piece, prepend=-1))
+        rows = basis.element_dofs[np.ix_(worked_on, element[runs])]
         for k, each in enumerate(factor):
-            columns = np.broadcast_to(k * n + some_points.cell, rows.shape)
-            entries = (values * each).ravel(), (rows.ravel(), columns.ravel())
+            columns = np.broadcast_to(k * n + some_points.cell[runs], rows.shape)
+            sums = np.add.reduceat(values * each, runs, axis=1)
+            entries = sums.ravel(), (rows.ravel(), columns.ravel())
             out = out + coo_matrix(entries, shape=out.shape).tocsr()
     return out
 

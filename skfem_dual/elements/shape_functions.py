@@ -1,13 +1,13 @@
 """Values of the test functions of any scikit-fem basis at points in the plane of a plan."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, Element, ElementGlobal, FacetBasis, Mesh
+from skfem import CellBasis, Element, ElementGlobal, ElementH1, ElementVector, FacetBasis, Mesh
 from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
@@ -101,12 +101,18 @@ class ShapeFunctions:
     def _evaluated(self, local: ndarray, cell: ndarray) -> ndarray:
         """At points of the reference element, of shape (dim, q) or (dim, m, q)."""
         own, mapping = self._functions
-        found = [
-            own.gbasis(mapping, local, i, tind=self.elements[cell])
-            for i in range(self.basis.Nbfun)
-        ]
-        pick, factor = self._worked_on(found[0])
-        values = np.stack([pick(fields) for fields in found])
+        elements = self.elements[cell]
+        point = local[:, :1]  # of one element, or one for all
+        (k, at), factor = self._worked_on(own.gbasis(mapping, point, 0, tind=elements[:1]))
+        values = np.zeros((self.basis.Nbfun, len(cell), local.shape[-1]))
+        scalar, each = (own.elem, own.dim) if isinstance(own, ElementVector) else (own, 1)
+        if type(scalar).gbasis is ElementH1.gbasis:  # the same on all elements, without mappings
+            for i in range(at[0] if at else 0, len(values), each):
+                values[i] = scalar.lbasis(local, i // each)[0]
+        else:
+            for i in range(len(values)):
+                fields = own.gbasis(mapping, local, i, tind=elements)
+                values[i] = np.asarray(fields[k])[at]
         return values if factor is None else values * factor[cell, None]
 
     @computed_once
@@ -172,14 +178,14 @@ class ShapeFunctions:
         """
         return self._evaluated(self._lattice[0], np.arange(len(self.elements)))
 
-    def _worked_on(self, fields: tuple) -> tuple[Callable[[tuple], ndarray], ndarray | None]:
-        """The component of the values that the pressure works on, and with which factor."""
+    def _worked_on(self, fields: tuple) -> tuple[tuple[int, tuple[int, ...]], ndarray | None]:
+        """The field that the pressure works on, its component, and with which factor."""
         shapes = [np.shape(field)[:-2] for field in fields]
         places = [(k, at) for k, shape in enumerate(shapes) for at in np.ndindex(*shape)]
         if self.component is not None:
             last = len(places) - 1
-            k, at = places[checked_integer("component", self.component, at_least=0, at_most=last)]
-            return (lambda fields: np.asarray(fields[k])[at]), None
+            component = checked_integer("component", self.component, at_least=0, at_most=last)
+            return places[component], None
         scalars = [(k, ()) for k, shape in enumerate(shapes) if shape == ()]
         vectors = [(k, (2,)) for k, shape in enumerate(shapes) if shape == (3,)]
         wanted = vectors + scalars if self.up is not None else scalars + vectors
@@ -188,8 +194,7 @@ class ShapeFunctions:
                 "expected a scalar field or a vector of three components for the pressure to "
                 f"work on, got {type(self.basis.elem).__name__}. Remedy: say which, component="
             )
-        k, at = wanted[0]
-        return (lambda fields: np.asarray(fields[k])[at]), self.up if at else None
+        return wanted[0], self.up if wanted[0][1] else None
 
 
 def _parts(element: Element) -> Iterator[Element]:
