@@ -8,6 +8,7 @@ from skfem import BilinearForm, CellBasis, ElementTriMorley, LinearForm
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
+    ConvergenceWarning,
     DualMesh,
     ElasticPunch,
     HalfSpace,
@@ -94,6 +95,24 @@ def test_stiff_and_limp_plates():
     for unilateral in (True, False):
         solution = limp.solve(12.0 * weight(limp.structure), unilateral=unilateral)
         assert solution.deflection(at) == pytest.approx(settled, rel=5e-3)
+
+
+def test_limp_plates_as_far_as_rounding_lets():
+    """Deflections are differences of far larger ones; that of the ground alone is known."""
+    basis, at = cells(), np.zeros((2, 1))
+    settled = flexible_settlement(SOIL, basis, 12.0, at)
+
+    def found(thickness, unilateral=False):
+        limp = Plate(thickness, 30e3, 0.2).on(SOIL, basis, edge="constant")
+        return limp.solve(12.0 * weight(limp.structure), unilateral=unilateral)
+
+    for thickness in np.geomspace(5e-4, 5e-3, 5):
+        for unilateral in (True, False):
+            solution = found(thickness, unilateral)
+            assert solution.success
+            assert solution.deflection(at) == pytest.approx(settled, rel=5e-4)
+    with pytest.warns(ConvergenceWarning, match="by rounding deflections are known to"):
+        assert not found(1e-4).success
 
 
 def _frame(half, n):

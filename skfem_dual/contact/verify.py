@@ -31,6 +31,10 @@ ROWS, PART = 1e-5, 0.1
 SLACK = 30.0
 #: steps of refinement after which to give up
 STEPS = 3
+#: under structures gaps may be off by so many times a sample of their rounding
+SAMPLES = 4.0
+#: rounding of deflections, over the largest settlement of the ground, that an answer may have
+LOST = 1e-3
 #: overlaps without contact, over the largest of what they are the difference of
 ROUNDING = 64 * float(np.finfo(float).eps)
 
@@ -51,6 +55,8 @@ class Verification:
         Settlements of some collocation points, known independently.
     rtol : float
         Tolerance of the operator.
+    samples : float
+        Gaps under structures may be off by so many times a sample of their rounding.
     """
 
     system: ContactSystem
@@ -58,6 +64,7 @@ class Verification:
     how: How
     exact: ExactRows | None = None
     rtol: float = 0.0
+    samples: float = SAMPLES
 
     def __call__(
         self, contact: Contact, position: ndarray, settled: ndarray | None = None
@@ -80,9 +87,17 @@ class Verification:
         allowed = largest * max(GAP, SLACK * self.rtol, SLACK * self.how.gap_rtol)
         if not largest > 0:
             allowed = ROUNDING * max(np.abs(moved).max(), np.abs(system.gap).max())
-        if violation > allowed and structure is not None:
-            allowed += SLACK * structure.rounding(pressure)
         faults = [*self._load_faults(pressure), *self._row_faults(pressure, settled)]
+        if violation > allowed and structure is not None and self.samples:
+            rounding = structure.rounding(pressure)
+            allowed += self.samples * rounding
+            if not rounding <= LOST * largest:
+                faults.append(
+                    f"by rounding deflections are known to {rounding:.1e} only, where the ground "
+                    f"settles by up to {largest:.1e}; likely cause: a structure far softer than "
+                    "the ground, or held by far softer springs. Remedy: a stiffer one, or "
+                    "flexible_settlement for loads on the ground itself"
+                )
         if not violation <= allowed:
             faults.append(f"ground and body are apart in contact, or overlap, by {violation:.1e}")
         if self.how.unilateral and not pressure.min() >= 0:
@@ -147,19 +162,25 @@ def verified(
 ) -> tuple[Contact, ndarray]:
     """Contact and position by the equations, and whether they obey them.
 
-    Under a structure they are refined until they do, if they can be.
+    Under a structure they are refined until they do, or as far as rounding lets.
     """
     contact, position = system.solve(constraints, how, start)
-    verify = Verification(system, constraints, how, exact, rtol)
-    checked = verify(contact, position)
     # products of a structure are closer than the array formed of them
     refinable = contact.success and isinstance(system.matrix, YieldingOperator) and system.formed
-    for _ in range(STEPS if refinable else 0):
-        if checked.success:
+    verify = Verification(system, constraints, how, exact, rtol)
+    strict = replace(verify, samples=0.0) if refinable else verify
+    checked = strict(contact, position)
+    if checked.success or not refinable:
+        return checked, position
+    for _ in range(STEPS):
+        refined = _refined(system, constraints, contact, position)
+        again = strict(*refined)
+        if not again.residual < checked.residual:
             break
-        contact, position = _refined(system, constraints, contact, position)
-        checked = verify(contact, position)
-    return checked, position
+        (contact, position), checked = refined, again
+        if checked.success:
+            return checked, position
+    return verify(contact, position), position
 
 
 def _refined(

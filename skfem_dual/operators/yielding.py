@@ -18,7 +18,6 @@ from .preconditioner import approximate_inverse
 TOGETHER = 64
 #: iterations need not be more accurate than this
 ROUNDING = 1e-12
-EPS = float(np.finfo(float).eps)
 #: why they may not end, and what to do
 TOO_SOFT = (
     "likely cause: a structure far softer than the ground, whose inverse alone guides them. "
@@ -68,10 +67,12 @@ class YieldingOperator:
         return self.ground @ pressure + self.trace @ lifted
 
     def rounding(self, pressure: ndarray) -> float:
-        """How far the structure moves by rounding of the loads on it, one sample."""
-        loads = EPS * (abs(self.loads) @ np.abs(pressure))
-        signs = np.random.default_rng(0).choice([-1.0, 1.0], len(loads))
-        return float(np.abs(self.trace @ self.structure.displacements(signs * loads)).max())
+        """How far deflections under the pressure are off by rounding: those under random parts of
+        the loads make up those under all of them but for that, one sample."""
+        loads = self.loads @ pressure
+        part = loads * np.random.default_rng(0).random(len(loads))
+        found = self.structure.displacements(np.column_stack([loads, -part, part - loads]))
+        return float(np.abs(self.trace @ found.sum(axis=1)).max())
 
     def to_dense(self) -> ndarray:
         """The matrix."""
