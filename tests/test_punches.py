@@ -39,15 +39,34 @@ def test_too_stiff_to_bend_is_a_group_of_rigid_punches(substrate, at):
     answer = Punches([footing(0.0, substrate), stiff]).solve(loads)
     assert answer.success
     first, second = answer.solutions
-    assert first.settlement == pytest.approx(expected[0].collocated_settlement, rel=1e-6)
-    assert first.tilt == pytest.approx(expected[0].collocated_tilt, abs=1e-6)
+    assert first.collocated_settlement == pytest.approx(
+        expected[0].collocated_settlement, rel=1e-6
+    )
+    assert first.collocated_tilt == pytest.approx(expected[0].collocated_tilt, abs=1e-6)
     tilt = expected[1].collocated_tilt
     moved = expected[1].collocated_settlement - BESIDE * tilt[0], *tilt
     assert position(second) == pytest.approx(moved, rel=1e-6, abs=1e-6)
     for s, r in zip(answer.solutions, expected.solutions, strict=True):
         assert s.pressure == pytest.approx(r.pressure, abs=1e-5 * r.pressure.max())
+    assert first.settlement == pytest.approx(expected[0].settlement, rel=5e-5)
     x = np.array([[1.15, 4.0], [0.3, 0.0]])
     assert answer.displacement(x) == pytest.approx(expected.displacement(x), rel=1e-6)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.2])
+def test_far_from_a_structure_a_circle_is_where_it_is_alone(at):
+    """By work, beside exact values, from which points alone leave it farther away."""
+    rigid, far = footing(), slab(0.05, 1e3)
+    group = Punches([rigid, far])
+    first = group.solve([{"force": 1.0, "at": (at, 0.0)}, 1e-3 * uniform(far)])[0]
+    modulus = SOIL.young / (1 - SOIL.poisson**2)
+    exact = 1 / (2 * modulus), 3 * at / (4 * modulus)
+    assert (first.settlement, first.tilt[0]) == pytest.approx(exact, rel=5e-4, abs=1e-8)
+    off = abs(first.collocated_settlement - exact[0])
+    assert abs(first.settlement - exact[0]) < 0.4 * off
+    alone = rigid.solve(1.0, at=(at, 0.0))
+    assert first.settlement == pytest.approx(alone.settlement, rel=2e-5)
+    assert first.tilt == pytest.approx(alone.tilt, rel=2e-5, abs=1e-7)
 
 
 def ball(x=0.0):
@@ -102,8 +121,9 @@ def test_bodies_feel_the_ground_that_others_press():
         alone = ElasticPunch(
             SOIL, soft.basis, soft.structure, soft.stiffness, gap=hollow, edge="singular"
         ).solve(f)
-    assert together[0].settlement == pytest.approx(on_rigid.settlement, rel=1e-7)
-    assert together[0].tilt == pytest.approx(on_rigid.tilt, abs=1e-7)
+    settled = on_rigid.settlement  # by collocation, on ground that has a shape
+    assert together[0].collocated_settlement == pytest.approx(settled, rel=1e-7)
+    assert together[0].collocated_tilt == pytest.approx(on_rigid.tilt, abs=1e-7)
     peak = alone.pressure.max()
     assert together[1].pressure == pytest.approx(alone.pressure, abs=1e-6 * peak)
     assert soft.trace @ together[1].displacement == pytest.approx(

@@ -18,6 +18,7 @@ from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csr_matrix
 
 from ..arguments import checked_flag, checked_sequence
+from ..contact.by_work import Beside
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of, require_compression, require_vertical
 from ..contact.loaded_cells import Ground, LoadedCells, slices_of
@@ -48,6 +49,10 @@ from .neighbours import (
 )
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
+
+#: positions imposed on rigid bodies are met so often at most, and not again once what work adds
+#: to them changes by so little of the largest: by a hundredth or less each time
+PASSES, CLOSE = 6, 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -218,26 +223,49 @@ class Punches:
 
     def _solved(self, given: list[Any], how: How, progress: bool) -> PunchesSolution:
         begin = perf_counter()
-        flat = np.zeros(len(self.cells), dtype=bool)
-        shares = self._shares(given, flat)
-        constraints = Constraints.together([share.constraints for share in shares])
+        shares = self._shares(given, np.zeros(len(self.cells), dtype=bool))
         if how.unilateral:
             self._require_balance(given, shares)
+        added, last = [np.zeros(len(share.planes)) for share in shares], None
+        parts: tuple[PunchSolution | ElasticSolution, ...] = ()
+        for _ in range(PASSES):
+            with progress_bars(progress):
+                contact, position = self._contact(given, added, how, last)
+            if contact.success and not parts:
+                sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
+                if sharp is not None:
+                    return sharp._solved(given, how, progress)
+            if parts and not contact.success:
+                break
+            timings = self.timings | {"solution": perf_counter() - begin}
+            parts, last = self._solutions(given, shares, contact, position, timings), contact
+            known, added = (
+                added,
+                [_added(s, share) for s, share in zip(parts, shares, strict=True)],
+            )
+            change = np.abs(np.concatenate(added) - np.concatenate(known)).max(initial=0.0)
+            if not contact.success or change <= CLOSE * np.abs(position).max(initial=0.0):
+                break
+        return PunchesSolution(self, parts)
+
+    def _contact(
+        self, given: list[Any], added: list[ndarray], how: How, last: Contact | None
+    ) -> tuple[Contact, ndarray]:
+        """Contact and positions by collocation, short of those imposed by what work adds."""
+        shares = self._shares(given, np.zeros(len(self.cells), dtype=bool))
+        short = [
+            replace(share.constraints, fixed=share.constraints.fixed - more)
+            for share, more in zip(shares, added, strict=True)
+        ]
+        constraints = Constraints.together(short)
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, how.method == "active-set")
             rtol = getattr(self.ground, "rtol", 0.0)
             return verified(system, constraints, how, start, rtol=rtol)
 
-        with progress_bars(progress):
-            contact, position = solved(self.cells, find, how.unilateral)
-        if contact.success:
-            sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
-            if sharp is not None:
-                return sharp._solved(given, how, progress)
-        timings = self.timings | {"solution": perf_counter() - begin}
-        parts = self._solutions(given, shares, contact, position, timings)
-        return PunchesSolution(self, parts)
+        start = None if last is None else last.pressure
+        return solved(self.cells, find, how.unilateral, start)
 
     @computed_once
     def _slices(self) -> list[slice]:
@@ -317,7 +345,8 @@ class Punches:
             if isinstance(punch, RigidPunch):
                 warn_of(part)
                 times = punch.timings | timings
-                found = PunchSolution.from_contact(punch, load, part, way, times, others)
+                beside = Beside(punch, load, part, way, others)
+                found = PunchSolution.from_contact(punch, load, part, way, times, others, beside)
                 solutions.append(found)
             else:
                 f, held = load
@@ -364,3 +393,11 @@ def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Share:
         punch.initial_gap,
         load.constraints(punch.origin - punch.centre),
     )
+
+
+def _added(solution: PunchSolution | ElasticSolution, share: Share) -> ndarray:
+    """What work adds to the position of a rigid body, if something of it is imposed."""
+    beside = solution.member if isinstance(solution, PunchSolution) else None
+    if not isinstance(beside, Beside) or share.constraints.of_forces or beside.added is None:
+        return np.zeros(len(share.planes))
+    return beside.added[0]

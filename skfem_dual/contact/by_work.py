@@ -1,4 +1,4 @@
-"""Who has a position by the work of pressures: a punch alone, and the members of a group."""
+"""Who has a position by the work of pressures: a punch alone, or beside others."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,8 +10,10 @@ from ..kernels.once import computed_once
 from .along_lines import has_law, on_each, regions_of
 from .line_work import Compliances
 from .load import Constraints, Load
+from .pressed import Pressed, settlement
 from .problem import Contact
 from .region import ContactRegion
+from .system import DENSE
 
 
 def moved(positions: ndarray, by: ndarray) -> ndarray:
@@ -72,6 +74,50 @@ class Alone:
         punch = self.punch
         found = punch.work.positions(self.constraints, self.contact, on_line=lambda: self.on_line)
         return None if found is None else moved(found, punch.origin - punch.centre)
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """A punch beside structures that bend, whose position follows from the work that unit forces
+    on the punch alone do on the settlement by all pressures.
+
+    Attributes
+    ----------
+    punch, load, contact
+        As of `Alone`.
+    position : (3,) array of float
+        Of the plan's centroid, by collocation.
+    others : tuple of Pressed
+        The bodies beside it.
+    """
+
+    punch: Any
+    load: Load
+    contact: Contact
+    position: ndarray
+    others: tuple[Pressed, ...]
+
+    @computed_once
+    def added(self) -> ndarray | None:
+        """What work adds to the position by collocation; two rows as of `Work.positions`."""
+        punch = self.punch
+        if len(punch.footprint) > DENSE or not punch.works(self.contact):
+            return None
+        bodies = Pressed.of(punch, self.contact), *self.others
+        x = punch.work.sectors.x
+        settled = settlement([(body.cells, body.pressure) for body in bodies], x)
+        return punch.work.added(self.contact, self.position, settled)
+
+    @property
+    def positions(self) -> ndarray | None:
+        """(W0, Lx, Ly), see `Work.positions`; shape (2, 3). What is imposed is kept."""
+        if self.added is None:
+            return None
+        ahead = self.punch.origin - self.punch.centre
+        imposed = self.load.constraints(ahead)
+        free = (self.position + self.added - imposed.fixed).T
+        free = imposed.motions @ np.linalg.lstsq(imposed.motions, free)[0]
+        return moved(imposed.fixed + free.T, ahead)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,19 @@
 """Bodies on the ground and what they press with: the cells under them with all their laws."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
+import numpy as np
 from numpy import ndarray
 
 from ..elements.line_weights import LineWeights
+from ..operators.entries import EXACT
 from .footprint import Footprint
 from .problem import Contact
+
+#: up to so many pairs of points and cells displacements are summed exactly
+FEW = 10**8
 
 
 def on_line(footprint: Footprint, line: LineWeights | None) -> Footprint:
@@ -47,3 +53,14 @@ class Pressed(NamedTuple):
         """The cells, without slopes in those that are flat, weighted along the line of contact."""
         cells = on_line(self.body.footprint, self.line)
         return cells if self.flat is None else cells.flattened(self.flat)
+
+
+def settlement(pressures: Iterable[tuple[Footprint, ndarray]], x: ndarray) -> ndarray:
+    """Settlement of the ground in points (2, m) under pressures of some cells, (m,)."""
+    w = np.zeros(x.shape[1])
+    for cells, p in pressures:
+        if len(p) * x.shape[1] > FEW and cells.tolerance >= EXACT:
+            w += cells.fast_operator(x, cells.tolerance) @ p
+        else:
+            w += cells.settlements(x, p)
+    return w

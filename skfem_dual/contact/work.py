@@ -353,14 +353,48 @@ class Work:
         self, pressures: ndarray, touching: ndarray, flat: ndarray | None
     ) -> tuple[ndarray, ndarray]:
         """Motions of unit size by forces on them; without the cells that are apart, and with."""
-        cell, system = self.sectors.cell, self.problem.system
+        cell = self.sectors.cell
         settled = self._settled(pressures, flat, bool(touching.all()))
         apart = np.where(touching[cell], settled - self.planes, 0.0)
         close = self.close(apart)
-        acting = system.resultants if flat is None else self.problem.flattened_resultants(flat)
-        by_points = np.linalg.inv((acting / self.unit[:, None]) @ pressures)
-        unit_forces = self.loads_of(pressures @ by_points, flat)
+        by_points, unit_forces = self._by_points(pressures, flat)
         kept, every = (
             by_points + (unit_forces * some) @ apart.T @ by_points for some in (close[cell], 1.0)
         )
         return kept, every
+
+    def _by_points(self, pressures: ndarray, flat: ndarray | None) -> tuple[ndarray, ndarray]:
+        """Motions of unit size by forces on them as collocation has them, shape (m, m), and loads
+        of the sectors under these forces, by pressures under such motions, (n, m)."""
+        acting = self.problem.system.resultants
+        acting = acting if flat is None else self.problem.flattened_resultants(flat)
+        by_points = np.linalg.inv((acting / self.unit[:, None]) @ pressures)
+        return by_points, self.loads_of(pressures @ by_points, flat)
+
+    def added(self, contact: Contact, position: ndarray, settled: ndarray) -> ndarray | None:
+        """What work adds to the position of bodies that have others beside them.
+
+        Parameters
+        ----------
+        contact : Contact
+            What was found under the bodies.
+        position : (m,) array of float
+            By collocation.
+        settled : (nsectors,) array of float
+            Settlement of the sectors under the pressures of all, those of the others too.
+
+        Returns
+        -------
+        (2, m) array of float or None
+            As of `positions`.
+        """
+        touching, cell = contact.touching, self.sectors.cell
+        pressures = self._pressures(contact)
+        if pressures is None or touching.sum() < min(DOZEN, len(touching)):
+            return None
+        unit_forces = self._by_points(pressures, contact.flat)[1]
+        apart = np.where(touching[cell], settled - (position * self.unit) @ self.planes, 0.0)
+        mean = np.bincount(cell, self.sectors.load * apart, len(touching))
+        close = np.abs(mean) < APART * np.abs(settled).max() * self.problem.system.areas
+        added = [(unit_forces * some) @ apart for some in (close[cell], 1.0)]
+        return np.array(added) / self.unit

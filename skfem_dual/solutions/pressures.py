@@ -10,7 +10,7 @@ from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..contact.footprint import Footprint
-from ..contact.pressed import Pressed
+from ..contact.pressed import Pressed, settlement
 from ..contact.region import ContactRegion
 from ..elements.balance import balanced
 from ..elements.curvature import Curvature
@@ -21,10 +21,7 @@ from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..messages import shown
-from ..operators.entries import EXACT
 
-#: up to so many pairs of points and cells displacements are summed exactly
-FEW = 10**8
 #: distances over the extent of the plan that are printed as zero
 ROUNDING = 1e-12
 
@@ -141,13 +138,7 @@ class CellPressures:
             Positive into the ground.
         """
         x, shape = flat_points(x)
-        w = np.zeros(x.shape[1])
-        for cells, p in self.all_pressures:
-            if len(p) * x.shape[1] > FEW and cells.tolerance >= EXACT:
-                w += cells.fast_operator(x, cells.tolerance) @ p
-            else:
-                w += cells.settlements(x, p)
-        return w.reshape(shape)
+        return settlement(self.all_pressures, x).reshape(shape)
 
     def pressure_at(self, x: ArrayLike) -> ndarray:
         """Pressure at any points.

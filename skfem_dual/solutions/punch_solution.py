@@ -8,7 +8,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..arguments import checked_flag
-from ..contact.by_work import Alone, Member
+from ..contact.by_work import Alone, Beside, Member
 from ..contact.load import Load
 from ..contact.motions import ShearSolution, sliding
 from ..contact.pressed import Pressed
@@ -70,15 +70,15 @@ class PunchSolution(CellPressures):
         Of a shaped punch: how pressures end along the line of contact, inside the cells, by the
         root of the distance to it; cells that it crosses have a pressure, and those whose
         collocation point is out of contact a gap, too. None where pressures end with the cells.
-    member : Alone, Member or None
-        What tells its position by work, alone or in a group of rigid punches.
+    member : Alone, Beside, Member or None
+        What tells its position by work: alone, beside structures, or in a group of rigid punches.
     """
 
     load: Load
     collocated_settlement: float
     collocated_tilt: ndarray
     resultant_residual: ndarray
-    member: Alone | Member | None = None
+    member: Alone | Beside | Member | None = None
 
     @classmethod
     def from_contact(
@@ -89,7 +89,7 @@ class PunchSolution(CellPressures):
         position: ndarray,
         timings: dict[str, float],
         others: tuple[Pressed, ...] = (),
-        member: Alone | Member | None = None,
+        member: Alone | Beside | Member | None = None,
     ) -> "PunchSolution":
         """The answer, from contact and position of the plan's centroid.
 
@@ -145,9 +145,9 @@ class PunchSolution(CellPressures):
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
         do not take part, and where the punch lifts off pressures end along the line of contact,
-        not with the cells as those of the solution, see `LineWork`. Of others, and beside
-        structures that bend, that of collocation. A settlement that is imposed is returned as it
-        is; the pressures are those of the load that moves the punch there.
+        not with the cells as those of the solution, see `LineWork`; beside structures with the
+        cells. Of others that of collocation. A settlement that is imposed is returned as it is;
+        the pressures are those of the load that moves the punch there.
         """
         return float(self.positions[0, 0])
 
