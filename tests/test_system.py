@@ -96,12 +96,12 @@ def test_progress_bars(large, capsys):
 
 def test_many_points(monkeypatch):
     """Displacements at many points are summed fast, to the tolerance."""
-    from skfem_dual.solutions import pressures
+    from skfem_dual.contact import pressed
 
     found = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(4)).basis()).solve(1.0)
     x = np.random.default_rng(0).uniform(-2, 2, (2, 500))
     expected = found.displacement(x)
-    monkeypatch.setattr(pressures, "FEW", 10)
+    monkeypatch.setattr(pressed, "FEW", 10)
     assert found.displacement(x) == pytest.approx(expected, rel=1e-5)
     # a tolerance of 0 is one: the same sums as at few points
     exact = RigidPunch(GROUNDS["homogeneous"], found.punch.basis, rtol=0).solve(1.0)
