@@ -229,8 +229,10 @@ class Punches:
         added, last = [np.zeros(len(share.planes)) for share in shares], None
         parts: tuple[PunchSolution | ElasticSolution, ...] = ()
         for _ in range(PASSES):
+            constraints = [_short(share, more) for share, more in zip(shares, added, strict=True)]
             with progress_bars(progress):
-                contact, position = self._contact(given, added, how, last)
+                together = Constraints.together(constraints)
+                contact, position = self._contact(given, together, how, last)
             if contact.success and not parts:
                 sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
                 if sharp is not None:
@@ -239,25 +241,16 @@ class Punches:
                 break
             timings = self.timings | {"solution": perf_counter() - begin}
             parts, last = self._solutions(given, shares, contact, position, timings), contact
-            known, added = (
-                added,
-                [_added(s, share) for s, share in zip(parts, shares, strict=True)],
-            )
+            known, added = added, [_added(*each) for each in zip(parts, shares, strict=True)]
             change = np.abs(np.concatenate(added) - np.concatenate(known)).max(initial=0.0)
             if not contact.success or change <= CLOSE * np.abs(position).max(initial=0.0):
                 break
         return PunchesSolution(self, parts)
 
     def _contact(
-        self, given: list[Any], added: list[ndarray], how: How, last: Contact | None
+        self, given: list[Any], constraints: Constraints, how: How, last: Contact | None
     ) -> tuple[Contact, ndarray]:
-        """Contact and positions by collocation, short of those imposed by what work adds."""
-        shares = self._shares(given, np.zeros(len(self.cells), dtype=bool))
-        short = [
-            replace(share.constraints, fixed=share.constraints.fixed - more)
-            for share, more in zip(shares, added, strict=True)
-        ]
-        constraints = Constraints.together(short)
+        """Contact and positions by collocation, beginning with the contact found last."""
 
         def find(flat: ndarray, start: ndarray | None) -> tuple[Contact, ndarray]:
             system = self._system(self._shares(given, flat), flat, how.method == "active-set")
@@ -393,6 +386,11 @@ def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Share:
         punch.initial_gap,
         load.constraints(punch.origin - punch.centre),
     )
+
+
+def _short(share: Share, added: ndarray) -> Constraints:
+    """Positions short of those imposed by what work adds to them."""
+    return replace(share.constraints, fixed=share.constraints.fixed - added)
 
 
 def _added(solution: PunchSolution | ElasticSolution, share: Share) -> ndarray:
