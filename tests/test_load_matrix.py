@@ -1,9 +1,11 @@
 """Pressures of cells as loads on finite elements."""
 
+import re
 from math import gamma
 
 import numpy as np
 import pytest
+import skfem
 from plans import annulus, perturbed, rectangle
 from skfem import (
     Basis,
@@ -25,6 +27,7 @@ from skfem import (
     ElementTriP2,
     ElementVector,
     FacetBasis,
+    LinearForm,
     MeshHex,
     MeshLine,
     MeshQuad,
@@ -275,6 +278,27 @@ def test_quadrilateral_cells():
     f = s.load_vector(basis)
     found = [f.sum(), *(basis.doflocs @ f)]
     np.testing.assert_allclose(found, [1.0, 0.1, 0.05], atol=1e-13)
+
+
+#: those of scikit-fem with scalar values
+ELEMENTS = [
+    name for name in dir(skfem) if re.match(r"Element(Tri|Quad)(?!RT|BDM|N\d|HHJ|DG|P$)", name)
+]
+
+
+@pytest.mark.parametrize("name", ELEMENTS)
+def test_uniform_pressure_on_any_element(name):
+    """As scikit-fem integrates it: on the element, on vectors of it and without continuity."""
+    of, mesh = getattr(skfem, name), MeshTri if "Tri" in name else MeshQuad
+    structure = mesh.init_tensor(np.linspace(-1, 1, 3), np.linspace(-1, 1, 4))
+    cells = CellBasis(rectangle(2), ElementTriP0())
+    punch = RigidPunch(SOIL, cells, edge="constant")
+    for element in (of(), ElementVector(of(), 3), skfem.ElementDG(of())):
+        basis = CellBasis(structure, element, intorder=10)
+        matrix = load_matrix(punch.partition, None, punch.fan, basis)
+        load = LinearForm(lambda v, w: v if v.ndim == 2 else v[2])
+        found = matrix @ np.ones(cells.mesh.nelements)
+        np.testing.assert_allclose(found, load.assemble(basis), atol=1e-12)
 
 
 def test_elements_of_high_degree():
