@@ -69,6 +69,26 @@ def test_far_from_a_structure_a_circle_is_where_it_is_alone(at):
     assert first.tilt == pytest.approx(alone.tilt, rel=2e-5, abs=1e-7)
 
 
+@pytest.mark.parametrize("kind", [RigidPunches, Punches])
+def test_flat_beside_a_sphere_by_work(kind):
+    """As alone but for what the sphere settles; positions imposed have the forces of the loads."""
+    flat, far = footing(), 1e3
+    group, load = kind([flat, ball(far)]), {"force": 1.0, "at": (0.2, 0.0)}
+    first = group.solve([load, {"force": 0.1}])[0]
+    alone, beside = flat.solve(1.0, at=(0.2, 0.0)), 0.1 / (np.pi * far)
+    assert first.settlement == pytest.approx(alone.settlement + beside, rel=1e-5)
+    assert first.tilt == pytest.approx(alone.tilt, rel=1e-5, abs=1e-6)
+    for imposed in (
+        {"settlement": first.settlement, "tilt": tuple(first.tilt)},
+        {"settlement": first.settlement, "at": (0.2, 0.0)},
+        {"force": 1.0, "tilt": tuple(first.tilt)},
+    ):
+        again = group.solve([imposed, {"force": 0.1}])[0]
+        assert again.settlement == pytest.approx(first.settlement, rel=1e-8)
+        assert again.tilt == pytest.approx(first.tilt, rel=1e-7, abs=1e-9)
+        assert again.resultant == pytest.approx(first.resultant, rel=1e-7, abs=1e-8)
+
+
 def ball(x=0.0):
     cells = DualMesh.from_mesh(disc(4).translated((x, 0.0))).basis()
     return RigidPunch(SOIL, cells, gap=Sphere(4.0, (x, 0.0)), origin=(x, 0.0))

@@ -10,9 +10,11 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
+from ..contact.by_work import added_by_work
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
+from ..contact.pressed import Pressed
 from ..contact.problem import Contact, warn_of
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
@@ -365,6 +367,27 @@ class RigidPunches(RigidBodies):
         x, settled = self.cells.collocation_points, self.system.planes[::3]
         flat = all(punch.gap is None for punch in self.punches)
         return flat and all(resist(x, contact.touching & (own != 0)) for own in settled)
+
+    @computed_once
+    def beside_shaped(self) -> tuple[int, ...]:
+        """Numbers of bodies that are a flat punch beside shaped ones, without a frame: their
+        positions are by work, too, see `Beside`."""
+        flat = [punch.gap is None for punch in self.punches]
+        if all(flat) or self.stiffness is not None:
+            return ()
+        return tuple(n for n, (i, *more) in enumerate(self.bodies) if flat[i] and not more)
+
+    def added(self, contact: Contact, position: ndarray) -> ndarray:
+        """What work adds to positions of flat bodies among shaped ones, (m,)."""
+        added = np.zeros(len(position))
+        parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
+        pressed = tuple(map(Pressed.of, self.punches, parts))
+        for number in self.beside_shaped:
+            (i,), own = self.bodies[number], slice(3 * number, 3 * number + 3)
+            others = pressed[:i] + pressed[i + 1 :]
+            more = added_by_work(self.punches[i], parts[i], position[own], others)
+            added[own] = 0.0 if more is None else more[0]
+        return added
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:

@@ -18,7 +18,7 @@ from scipy.sparse import block_diag as sparse_block_diag
 from scipy.sparse import csr_matrix
 
 from ..arguments import checked_flag, checked_sequence
-from ..contact.by_work import Beside
+from ..contact.by_work import Beside, added_by_work, met
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of, require_compression, require_vertical
 from ..contact.loaded_cells import Ground, LoadedCells, slices_of
@@ -49,10 +49,6 @@ from .neighbours import (
 )
 from .punch import RigidPunch
 from .resisted import NO_BALANCE
-
-#: positions imposed on rigid bodies are met so often at most, and not again once what work adds
-#: to them changes by so little of the largest: by a hundredth or less each time
-PASSES, CLOSE = 6, 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -226,26 +222,24 @@ class Punches:
         shares = self._shares(given, np.zeros(len(self.cells), dtype=bool))
         if how.unilateral:
             self._require_balance(given, shares)
-        added, last = [np.zeros(len(share.planes)) for share in shares], None
-        parts: tuple[PunchSolution | ElasticSolution, ...] = ()
-        for _ in range(PASSES):
-            constraints = [_short(share, more) for share, more in zip(shares, added, strict=True)]
-            with progress_bars(progress):
-                together = Constraints.together(constraints)
-                contact, position = self._contact(given, together, how, last)
-            if contact.success and not parts:
-                sharp = over_edges(self, self._slices, contact.pressure, self._sharp)
+        constraints = Constraints.together([share.constraints for share in shares])
+
+        def short(added: ndarray, last: Contact | None) -> tuple[Contact, ndarray]:
+            imposed = replace(constraints, fixed=constraints.fixed - added)
+            return self._contact(given, imposed, how, last)
+
+        def added(contact: Contact, position: ndarray) -> ndarray:
+            return self._added(shares, contact, position)
+
+        with progress_bars(progress):
+            found = short(np.zeros(len(constraints.fixed)), None)
+            if found[0].success:
+                sharp = over_edges(self, self._slices, found[0].pressure, self._sharp)
                 if sharp is not None:
                     return sharp._solved(given, how, progress)
-            if parts and not contact.success:
-                break
-            timings = self.timings | {"solution": perf_counter() - begin}
-            parts, last = self._solutions(given, shares, contact, position, timings), contact
-            known, added = added, [_added(*each) for each in zip(parts, shares, strict=True)]
-            change = np.abs(np.concatenate(added) - np.concatenate(known)).max(initial=0.0)
-            if not contact.success or change <= CLOSE * np.abs(position).max(initial=0.0):
-                break
-        return PunchesSolution(self, parts)
+            contact, position = met(found, added, short)
+        timings = self.timings | {"solution": perf_counter() - begin}
+        return PunchesSolution(self, self._solutions(given, shares, contact, position, timings))
 
     def _contact(
         self, given: list[Any], constraints: Constraints, how: How, last: Contact | None
@@ -259,6 +253,25 @@ class Punches:
 
         start = None if last is None else last.pressure
         return solved(self.cells, find, how.unilateral, start)
+
+    def _added(self, shares: list[Share], contact: Contact, position: ndarray) -> ndarray:
+        """What work adds to the positions of rigid bodies of which something is imposed."""
+        parts, moved = self._apart(shares, contact, position)
+        pressed = tuple(map(Pressed.of, self.punches, parts))
+        added = [np.zeros(len(own)) for own in moved]
+        for i, (punch, share) in enumerate(zip(self.punches, shares, strict=True)):
+            if isinstance(punch, RigidPunch) and not share.constraints.of_forces:
+                others = (*pressed[:i], *pressed[i + 1 :])
+                more = added_by_work(punch, parts[i], moved[i], others)
+                added[i] = added[i] if more is None else more[0]
+        return np.concatenate(added)
+
+    def _apart(
+        self, shares: list[Share], contact: Contact, position: ndarray
+    ) -> tuple[list[Contact], list[ndarray]]:
+        """Contact and position of each body."""
+        ends = np.cumsum([len(share.planes) for share in shares])[:-1]
+        return [contact.under(own) for own in self._slices], np.split(position, ends)
 
     @computed_once
     def _slices(self) -> list[slice]:
@@ -328,9 +341,7 @@ class Punches:
         position: ndarray,
         timings: dict[str, float],
     ) -> tuple[PunchSolution | ElasticSolution, ...]:
-        cells = self._slices
-        moved = np.split(position, np.cumsum([len(share.planes) for share in shares])[:-1])
-        parts = [contact.under(own) for own in cells]
+        parts, moved = self._apart(shares, contact, position)
         pressed = tuple(map(Pressed.of, self.punches, parts))
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
@@ -386,16 +397,3 @@ def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Share:
         punch.initial_gap,
         load.constraints(punch.origin - punch.centre),
     )
-
-
-def _short(share: Share, added: ndarray) -> Constraints:
-    """Positions short of those imposed by what work adds to them."""
-    return replace(share.constraints, fixed=share.constraints.fixed - added)
-
-
-def _added(solution: PunchSolution | ElasticSolution, share: Share) -> ndarray:
-    """What work adds to the position of a rigid body, if something of it is imposed."""
-    beside = solution.member if isinstance(solution, PunchSolution) else None
-    if not isinstance(beside, Beside) or share.constraints.of_forces or beside.added is None:
-        return np.zeros(len(share.planes))
-    return beside.added[0]

@@ -8,6 +8,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy import ndarray
 
+from ..contact.by_work import met
 from ..contact.footprint import Footprint
 from ..contact.line_law import with_line_law
 from ..contact.load import Constraints, Load
@@ -115,6 +116,10 @@ class RigidBodies(ABC):
     def works(self, contact: Contact) -> bool:
         """Whether positions follow from the work of the pressures."""
 
+    def added(self, contact: Contact, position: ndarray) -> ndarray:
+        """What work adds to positions of flat bodies among shaped ones, (m,)."""
+        return np.zeros(len(position))
+
     @abstractmethod
     def over_edge(self, pressure: ndarray) -> Self | None:
         """The same with edges of flat punches where shaped ones, whose edges were not chosen,
@@ -148,6 +153,12 @@ class RigidBodies(ABC):
         load has the pressures of that load."""
         if constraints.of_forces:
             return found
+
+        def short(added: ndarray, last: Contact) -> tuple[Contact, ndarray]:
+            imposed = replace(constraints, fixed=constraints.fixed - added)
+            return self._collocated(imposed, how, last.pressure)
+
+        found = met(found, self.added, short)
         (last, _), acting = found, np.zeros(len(constraints.fixed))
         for _ in range(PASSES):
             held = None

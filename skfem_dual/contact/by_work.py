@@ -1,5 +1,6 @@
 """Who has a position by the work of pressures: a punch alone, or beside others."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,10 @@ from .pressed import Pressed, settlement
 from .problem import Contact
 from .region import ContactRegion
 from .system import DENSE
+
+#: positions imposed are met in so many solutions at most, and not again once what work adds to
+#: them changes by so little of the largest: by a hundredth or less each time
+PASSES, CLOSE = 6, 1e-9
 
 
 def moved(positions: ndarray, by: ndarray) -> ndarray:
@@ -76,10 +81,51 @@ class Alone:
         return None if found is None else moved(found, punch.origin - punch.centre)
 
 
+def added_by_work(
+    punch: Any, contact: Contact, position: ndarray, others: Sequence[Pressed]
+) -> ndarray | None:
+    """What work adds to the position by collocation of a punch beside others; two rows as of
+    `Work.positions`, None where it tells nothing."""
+    if len(punch.footprint) > DENSE or not punch.works(contact):
+        return None
+    bodies = Pressed.of(punch, contact), *others
+    pressures = [(body.cells, body.pressure) for body in bodies]
+    return punch.work.added(contact, position, settlement(pressures, punch.work.sectors.x))
+
+
+def met(
+    found: tuple[Contact, ndarray],
+    added: Callable[[Contact, ndarray], ndarray],
+    solve: Callable[[ndarray, Contact], tuple[Contact, ndarray]],
+) -> tuple[Contact, ndarray]:
+    """Contact and positions by collocation that work leads to those imposed.
+
+    Parameters
+    ----------
+    found : Contact and (m,) array of float
+        With the positions imposed by collocation.
+    added : callable
+        What work adds to positions by collocation, (m,); zero where nothing is imposed.
+    solve : callable
+        Contact and positions short of those imposed by so much, from the contact found last.
+    """
+    short = np.zeros(len(found[1]))
+    for _ in range(PASSES):
+        contact, position = found
+        more = added(contact, position) if contact.success else short
+        if np.abs(more - short).max(initial=0.0) <= CLOSE * np.abs(position).max(initial=0.0):
+            break
+        last = solve(more, contact)
+        if not last[0].success:
+            break
+        found, short = last, more
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """A punch beside structures that bend, whose position follows from the work that unit forces
-    on the punch alone do on the settlement by all pressures.
+    """A punch beside bodies that bend or are shaped, whose position follows from the work that
+    unit forces on the punch alone do on the settlement by all pressures.
 
     Attributes
     ----------
@@ -97,25 +143,15 @@ class Beside:
     position: ndarray
     others: tuple[Pressed, ...]
 
-    @computed_once
-    def added(self) -> ndarray | None:
-        """What work adds to the position by collocation; two rows as of `Work.positions`."""
-        punch = self.punch
-        if len(punch.footprint) > DENSE or not punch.works(self.contact):
-            return None
-        bodies = Pressed.of(punch, self.contact), *self.others
-        x = punch.work.sectors.x
-        settled = settlement([(body.cells, body.pressure) for body in bodies], x)
-        return punch.work.added(self.contact, self.position, settled)
-
     @property
     def positions(self) -> ndarray | None:
         """(W0, Lx, Ly), see `Work.positions`; shape (2, 3). What is imposed is kept."""
-        if self.added is None:
+        added = added_by_work(self.punch, self.contact, self.position, self.others)
+        if added is None:
             return None
         ahead = self.punch.origin - self.punch.centre
         imposed = self.load.constraints(ahead)
-        free = (self.position + self.added - imposed.fixed).T
+        free = (self.position + added - imposed.fixed).T
         free = imposed.motions @ np.linalg.lstsq(imposed.motions, free)[0]
         return moved(imposed.fixed + free.T, ahead)
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..contact.by_work import Member
+from ..contact.by_work import Beside, Member
 from ..contact.load import Load
 from ..contact.pressed import Pressed
 from ..contact.problem import Contact
@@ -143,16 +143,13 @@ def answers_of(
             load = loads[number]
             if len(body) > 1 or punches.stiffness is not None:
                 load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
-            member = None
+            around = others[:i] + others[i + 1 :]
+            member: Member | Beside | None = None
             if together is not None:
                 member = Member(together, number, punch.origin - punches.centres[number])
+            elif number in punches.beside_shaped:
+                member = Beside(punch, load, parts[i], own, around)
             solutions[i] = PunchSolution.from_contact(
-                punch,
-                load,
-                parts[i],
-                own,
-                punch.timings | timings,
-                others[:i] + others[i + 1 :],
-                member,
+                punch, load, parts[i], own, punch.timings | timings, around, member
             )
     return tuple(solutions[i] for i in range(len(punches.punches)))

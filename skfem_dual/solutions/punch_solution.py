@@ -71,7 +71,7 @@ class PunchSolution(CellPressures):
         root of the distance to it; cells that it crosses have a pressure, and those whose
         collocation point is out of contact a gap, too. None where pressures end with the cells.
     member : Alone, Beside, Member or None
-        What tells its position by work: alone, beside structures, or in a group of rigid punches.
+        What tells its position by work: alone, beside others, or in a group of flat punches.
     """
 
     load: Load
@@ -145,9 +145,9 @@ class PunchSolution(CellPressures):
         Of flat punches with edge-weighted cells that of the work of the pressures, see `Work`;
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
         do not take part, and where the punch lifts off pressures end along the line of contact,
-        not with the cells as those of the solution, see `LineWork`; beside structures with the
-        cells. Of others that of collocation. A settlement that is imposed is returned as it is;
-        the pressures are those of the load that moves the punch there.
+        not with the cells as those of the solution, see `LineWork`; beside structures and shaped
+        punches with the cells. Of others that of collocation. A settlement that is imposed is
+        returned as it is; the pressures are those of the load that moves the punch there.
         """
         return float(self.positions[0, 0])
 
