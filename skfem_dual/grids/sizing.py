@@ -30,6 +30,8 @@ GOOD = 30.0
 MANY = 20000
 #: areas over squares of lengths, and sines of angles, that rounding may make of nothing
 ROUND = 1e-10
+#: first sizes may be so many times too small; points are found again for each step from there
+FAR = 10.0
 #: sparse systems solved for the means of neighbours
 ROUNDS = 30
 #: height of an equilateral triangle over its side
@@ -137,8 +139,9 @@ def _wanted(
     """Points of the size that gives about ``n`` of them."""
     low, high = 0.0, np.inf  # sizes that give too many and too few
     size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
-    if nboundary is None:  # with less the boundary alone has more
-        size = max(size, sum(c.length for c in curves) / (ratio * n))
+    least = sum(c.length for c in curves) / (ratio * n)  # with less the boundary alone has more
+    if nboundary is None and least > FAR * size:
+        size = least
     points, loops = best = _points(curves, size, ratio, nboundary, start)
     for _ in range(20):
         excess = points.shape[1] - n
