@@ -14,7 +14,6 @@ from ..contact.by_work import added_by_work
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
-from ..contact.pressed import Pressed
 from ..contact.problem import Contact, warn_of
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
@@ -379,15 +378,9 @@ class RigidPunches(RigidBodies):
 
     def added(self, contact: Contact, position: ndarray) -> ndarray:
         """What work adds to positions of flat bodies among shaped ones, (m,)."""
-        added = np.zeros(len(position))
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
-        pressed = tuple(map(Pressed.of, self.punches, parts))
-        for number in self.beside_shaped:
-            (i,), own = self.bodies[number], slice(3 * number, 3 * number + 3)
-            others = pressed[:i] + pressed[i + 1 :]
-            more = added_by_work(self.punches[i], parts[i], position[own], others)
-            added[own] = 0.0 if more is None else more[0]
-        return added
+        some = [(self.bodies[n][0], slice(3 * n, 3 * n + 3)) for n in self.beside_shaped]
+        return added_by_work(self.punches, parts, position, some)
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:

@@ -256,22 +256,14 @@ class Punches:
 
     def _added(self, shares: list[Share], contact: Contact, position: ndarray) -> ndarray:
         """What work adds to the positions of rigid bodies of which something is imposed."""
-        parts, moved = self._apart(shares, contact, position)
-        pressed = tuple(map(Pressed.of, self.punches, parts))
-        added = [np.zeros(len(own)) for own in moved]
-        for i, (punch, share) in enumerate(zip(self.punches, shares, strict=True)):
-            if isinstance(punch, RigidPunch) and not share.constraints.of_forces:
-                others = (*pressed[:i], *pressed[i + 1 :])
-                more = added_by_work(punch, parts[i], moved[i], others)
-                added[i] = added[i] if more is None else more[0]
-        return np.concatenate(added)
-
-    def _apart(
-        self, shares: list[Share], contact: Contact, position: ndarray
-    ) -> tuple[list[Contact], list[ndarray]]:
-        """Contact and position of each body."""
-        ends = np.cumsum([len(share.planes) for share in shares])[:-1]
-        return [contact.under(own) for own in self._slices], np.split(position, ends)
+        ends = np.cumsum([len(share.planes) for share in shares])
+        some = [
+            (i, slice(end - len(share.planes), end))
+            for i, (punch, share, end) in enumerate(zip(self.punches, shares, ends, strict=True))
+            if isinstance(punch, RigidPunch) and not share.constraints.of_forces
+        ]
+        parts = [contact.under(own) for own in self._slices]
+        return added_by_work(self.punches, parts, position, some)
 
     @computed_once
     def _slices(self) -> list[slice]:
@@ -341,7 +333,8 @@ class Punches:
         position: ndarray,
         timings: dict[str, float],
     ) -> tuple[PunchSolution | ElasticSolution, ...]:
-        parts, moved = self._apart(shares, contact, position)
+        parts = [contact.under(own) for own in self._slices]
+        moved = np.split(position, np.cumsum([len(share.planes) for share in shares])[:-1])
         pressed = tuple(map(Pressed.of, self.punches, parts))
         solutions: list[PunchSolution | ElasticSolution] = []
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):

@@ -1,6 +1,6 @@
 """Who has a position by the work of pressures: a punch alone, or beside others."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,10 +82,24 @@ class Alone:
 
 
 def added_by_work(
+    punches: Sequence[Any],
+    contacts: Sequence[Contact],
+    position: ndarray,
+    some: Iterable[tuple[int, slice]],
+) -> ndarray:
+    """What work adds to positions by collocation (m,) of some punches beside others, by their
+    numbers and where their positions are; zero for all else and where it tells nothing."""
+    pressed, added = list(map(Pressed.of, punches, contacts)), np.zeros(len(position))
+    for i, own in some:
+        more = _added(punches[i], contacts[i], position[own], pressed[:i] + pressed[i + 1 :])
+        added[own] = 0.0 if more is None else more[0]
+    return added
+
+
+def _added(
     punch: Any, contact: Contact, position: ndarray, others: Sequence[Pressed]
 ) -> ndarray | None:
-    """What work adds to the position by collocation of a punch beside others; two rows as of
-    `Work.positions`, None where it tells nothing."""
+    """The same of one punch; two rows as of `Work.positions`, None where it tells nothing."""
     if len(punch.footprint) > DENSE or not punch.works(contact):
         return None
     bodies = Pressed.of(punch, contact), *others
@@ -146,7 +160,7 @@ class Beside:
     @property
     def positions(self) -> ndarray | None:
         """(W0, Lx, Ly), see `Work.positions`; shape (2, 3). What is imposed is kept."""
-        added = added_by_work(self.punch, self.contact, self.position, self.others)
+        added = _added(self.punch, self.contact, self.position, self.others)
         if added is None:
             return None
         ahead = self.punch.origin - self.punch.centre

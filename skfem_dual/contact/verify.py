@@ -55,8 +55,8 @@ class Verification:
         Settlements of some collocation points, known independently.
     rtol : float
         Tolerance of the operator.
-    samples : float
-        Gaps under structures may be off by so many times a sample of their rounding.
+    rounded : bool
+        Whether gaps under structures may be off by their rounding.
     """
 
     system: ContactSystem
@@ -64,7 +64,7 @@ class Verification:
     how: How
     exact: ExactRows | None = None
     rtol: float = 0.0
-    samples: float = SAMPLES
+    rounded: bool = True
 
     def __call__(
         self, contact: Contact, position: ndarray, settled: ndarray | None = None
@@ -88,9 +88,9 @@ class Verification:
         if not largest > 0:
             allowed = ROUNDING * max(np.abs(moved).max(), np.abs(system.gap).max())
         faults = [*self._load_faults(pressure), *self._row_faults(pressure, settled)]
-        if violation > allowed and structure is not None and self.samples:
+        if violation > allowed and structure is not None and self.rounded:
             rounding = structure.rounding(pressure)
-            allowed += self.samples * rounding
+            allowed += SAMPLES * rounding
             if not rounding <= LOST * largest:
                 faults.append(
                     f"by rounding deflections are known to {rounding:.1e} only, where the ground "
@@ -168,7 +168,7 @@ def verified(
     # products of a structure are closer than the array formed of them
     refinable = contact.success and isinstance(system.matrix, YieldingOperator) and system.formed
     verify = Verification(system, constraints, how, exact, rtol)
-    strict = replace(verify, samples=0.0) if refinable else verify
+    strict = replace(verify, rounded=False) if refinable else verify
     checked = strict(contact, position)
     if checked.success or not refinable:
         return checked, position
