@@ -175,7 +175,7 @@ def verified(
     for _ in range(STEPS):
         refined = _refined(system, constraints, contact, position)
         again = strict(*refined)
-        if not again.residual < checked.residual:
+        if not (again.success or again.residual < checked.residual):
             break
         (contact, position), checked = refined, again
         if checked.success:
