@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ from elastic_bodies import SOIL, block_on, point_load, position, raft, uniform
 from plans import disc
 
 from skfem_dual import (
+    ConvergenceWarning,
     DualMesh,
     ElasticPunch,
     GradedHalfSpace,
@@ -87,6 +89,32 @@ def test_flat_beside_a_sphere_by_work(kind):
         assert again.settlement == pytest.approx(first.settlement, rel=1e-8)
         assert again.tilt == pytest.approx(first.tilt, rel=1e-7, abs=1e-9)
         assert again.resultant == pytest.approx(first.resultant, rel=1e-7, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("kind", "by_collocation"), [(RigidPunches, "_collocated"), (Punches, "_contact")]
+)
+def test_positions_imposed_that_work_does_not_reach(kind, by_collocation, monkeypatch):
+    """Told, with the pressures of the positions by collocation."""
+    other, load = ball(BESIDE), {"force": 0.1}
+    if kind is Punches:
+        other = slab(1.0)
+        load = 0.1 * uniform(other)
+    solve, found = getattr(kind, by_collocation), []
+
+    def only_once(*arguments):
+        contact, position = solve(*arguments)
+        found.append(contact)
+        if len(found) > 1:
+            contact = replace(contact, success=False, message="not found")
+        return contact, position
+
+    monkeypatch.setattr(kind, by_collocation, only_once)
+    with pytest.warns(ConvergenceWarning, match="by collocation, not by work: not found"):
+        answer = kind([footing(), other]).solve([{"settlement": 0.5, "tilt": (0.0, 0.0)}, load])
+    assert not answer.success
+    first = answer.solutions[0]
+    assert np.array_equal(first.pressure, found[0].pressure[: len(first.pressure)])
 
 
 def ball(x=0.0):

@@ -8,7 +8,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy import ndarray
 
-from ..contact.by_work import met
+from ..contact.by_work import met, unmet
 from ..contact.footprint import Footprint
 from ..contact.line_law import with_line_law
 from ..contact.load import Constraints, Load
@@ -169,8 +169,9 @@ class RigidBodies(ABC):
             acting, compliances = held
             start = None if last.touching.all() else last.pressure
             last, position = self._collocated(Constraints.forces(acting), how, start)
-            if last.success:
-                found = replace(last, compliances=compliances), position
+            if not last.success:
+                return unmet(found[0], last), found[1]
+            found = replace(last, compliances=compliances), position
         return found
 
     def _collocated(

@@ -1,7 +1,7 @@
 """Who has a position by the work of pressures: a punch alone, or beside others."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -131,9 +131,15 @@ def met(
             break
         last = solve(more, contact)
         if not last[0].success:
-            break
+            return unmet(contact, last[0]), position
         found, short = last, more
     return found
+
+
+def unmet(contact: Contact, last: Contact) -> Contact:
+    """Contact by collocation, as that of the positions that work leads to was not found."""
+    message = f"positions imposed are met by collocation, not by work: {last.message}"
+    return replace(contact, success=False, message=message)
 
 
 @dataclass(frozen=True, eq=False)
