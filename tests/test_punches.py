@@ -91,14 +91,13 @@ def test_flat_beside_a_sphere_by_work(kind):
         assert again.resultant == pytest.approx(first.resultant, rel=1e-7, abs=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("kind", "by_collocation"), [(RigidPunches, "_collocated"), (Punches, "_contact")]
-)
-def test_positions_imposed_that_work_does_not_reach(kind, by_collocation, monkeypatch):
+@pytest.mark.parametrize("beside", ["flat", "shaped", "structure"])
+def test_positions_imposed_that_work_does_not_reach(beside, monkeypatch):
     """Told, with the pressures of the positions by collocation."""
-    other, load = ball(BESIDE), {"force": 0.1}
-    if kind is Punches:
-        other = slab(1.0)
+    kind, by_collocation = RigidPunches, "_collocated"
+    other, load = ball(BESIDE) if beside == "shaped" else footing(BESIDE), {"force": 0.1}
+    if beside == "structure":
+        kind, by_collocation, other = Punches, "_contact", slab(1.0)
         load = 0.1 * uniform(other)
     solve, found = getattr(kind, by_collocation), []
 
@@ -110,7 +109,7 @@ def test_positions_imposed_that_work_does_not_reach(kind, by_collocation, monkey
         return contact, position
 
     monkeypatch.setattr(kind, by_collocation, only_once)
-    with pytest.warns(ConvergenceWarning, match="by collocation, not by work: not found"):
+    with pytest.warns(ConvergenceWarning, match="not met by work: not found"):
         answer = kind([footing(), other]).solve([{"settlement": 0.5, "tilt": (0.0, 0.0)}, load])
     assert not answer.success
     first = answer.solutions[0]

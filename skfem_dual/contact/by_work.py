@@ -137,8 +137,8 @@ def met(
 
 
 def unmet(contact: Contact, last: Contact) -> Contact:
-    """Contact by collocation, as that of the positions that work leads to was not found."""
-    message = f"positions imposed are met by collocation, not by work: {last.message}"
+    """The contact, as the one in which positions imposed are nearer by work was not found."""
+    message = f"positions imposed are not met by work: {last.message}"
     return replace(contact, success=False, message=message)
 
 
