@@ -174,6 +174,7 @@ LAYERS = [
         "contact.one_sign",
         "contact.verify",
         "contact.union",
+        "contact.parts",
         "contact.pressed",
         "contact.line_law",
         "contact.sectors",

@@ -13,7 +13,6 @@ from ..contact.footprint import Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
-from ..contact.work import Work
 from ..elements.edge_weights import EdgeWeights
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -109,16 +108,12 @@ class Movable(Body):
 
     origin: Any
     gap: Any
+    work: Any
 
     @property
     @abstractmethod
     def system(self) -> ContactSystem:
         """The equations for pressures and the position of the plan's centroid."""
-
-    @property
-    @abstractmethod
-    def work(self) -> Work:
-        """Positions by the work of the pressures."""
 
     def stiffness(self, *, full: bool = False, rough: bool = False) -> ndarray:
         """Force and moments by unit settlement and unit tilts, or by all six motions, while the

@@ -11,14 +11,13 @@ from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..contact.by_work import added_by_work
-from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
+from ..contact.parts import Part, by_bodies
 from ..contact.problem import Contact, warn_of
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, rows_of, union
-from ..contact.work import Part, Work
 from ..elements.balance import resist
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
@@ -32,7 +31,7 @@ from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
 from .frame import FramedSystem, checked_stiffness
-from .joined import bodies_of, by_bodies, checked_joined, free_of
+from .joined import bodies_of, checked_joined, free_of
 from .neighbours import (
     checked_names,
     over_edges,
@@ -159,10 +158,14 @@ class RigidPunches(RigidBodies):
         """Numbers of the punches of each body, in the order of their first ones."""
         return bodies_of([tuple(group) for group in self.joined], len(self.punches))
 
-    @property
-    def footprints(self) -> tuple[Footprint, ...]:
-        """Those of the punches, one after the other."""
-        return tuple(punch.footprint for punch in self.punches)
+    @computed_once
+    def parts(self) -> tuple[Part, ...]:
+        """The punches, one after the other."""
+        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
+        return tuple(
+            Part(punch.footprint, body_of[i], self.centres[body_of[i]])
+            for i, punch in enumerate(self.punches)
+        )
 
     @computed_once
     def centres(self) -> list[ndarray]:
@@ -205,10 +208,6 @@ class RigidPunches(RigidBodies):
         """Some rows of the matrix, computed apart from it."""
         return rows_of(self.footprints)
 
-    def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:
-        """Forces and moments of unit pressures on the cells of the punches, with other laws."""
-        return self._by_bodies([cells.resultants for cells in footprints])
-
     @property
     def _rtol(self) -> float:
         """Accuracy of the operator's products."""
@@ -220,17 +219,13 @@ class RigidPunches(RigidBodies):
         planes = [punch.planes(punch.collocation_points) for punch in self.punches]
         return ContactSystem(
             self.operator,
-            self._by_bodies(planes),
+            by_bodies(self.parts, planes),
             self.resultants_of(self.footprints),
             np.concatenate([p.initial_gap for p in self.punches]),
             np.concatenate([p.partition.areas for p in self.punches]),
             self.timings,
             partition=self.cells.partition,
         )
-
-    def _by_bodies(self, parts: list[ndarray]) -> ndarray:
-        """Motions or moments about the centroids of the punches as those of the bodies."""
-        return by_bodies(self.punches, self.bodies, self.centres, self.slices, parts)
 
     def solve(
         self,
@@ -413,13 +408,6 @@ class RigidPunches(RigidBodies):
     ) -> tuple[PunchSolution, ...]:
         """Of each punch, from contact and positions of all."""
         return answers_of(self, loads, contact, position, timings)
-
-    @computed_once
-    def work(self) -> Work:
-        """Positions by the work of the pressures."""
-        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        parts = ((p.footprint, body_of[i]) for i, p in enumerate(self.punches))
-        return Work(tuple(Part(of, b, self.centres[b]) for of, b in parts), self)
 
     def interaction_factors(self, loads: Sequence[Load | Mapping], **options: Any) -> ndarray:
         """Settlement of each body over its settlement alone on the ground, under the same load.

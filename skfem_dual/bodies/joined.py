@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy import ndarray
 
 from ..arguments import checked_integer, checked_sequence
 from ..grids.outline import distance_to_segments, edge_ribs
@@ -54,22 +53,3 @@ def bodies_of(joined: Sequence[tuple[int, ...]], n: int) -> tuple[tuple[int, ...
     """Numbers of the n punches of each body, in the order of their first ones."""
     alone = set(range(n)).difference(*joined)
     return tuple(sorted([*joined, *((i,) for i in alone)]))
-
-
-def by_bodies(
-    punches: Sequence[RigidPunch],
-    bodies: Sequence[tuple[int, ...]],
-    centres: Sequence[ndarray],
-    slices: Sequence[slice],
-    parts: Sequence[ndarray],
-) -> ndarray:
-    """Motions or moments about the centroids of punches, (3, n_i) each, as those of bodies about
-    their centres, (3 m, n); ``slices`` are the cells of the punches."""
-    out = np.zeros((3 * len(bodies), slices[-1].stop))
-    for number, body in enumerate(bodies):
-        for i in body:
-            target = out[3 * number : 3 * number + 3, slices[i]]
-            target[:] = parts[i]
-            shift = punches[i].centre - centres[number]
-            target[1:] += shift[:, None] * parts[i][0]
-    return out

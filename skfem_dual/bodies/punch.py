@@ -1,6 +1,5 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Literal
@@ -14,11 +13,11 @@ from ..contact.edges import EdgeBoundaries
 from ..contact.footprint import Collocation, Edge, Footprint
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
 from ..contact.motions import holding
+from ..contact.parts import Part
 from ..contact.problem import Contact, warn_of
 from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
-from ..contact.work import Part, Work
 from ..elements.balance import resist
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
@@ -207,10 +206,6 @@ class RigidPunch(Movable, RigidBodies):
             self.timings,
             partition=self.partition,
         )
-
-    def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:
-        """Force and moments of unit pressures on the cells, with another law."""
-        return footprints[0].resultants
 
     def kern(self) -> ndarray:
         """Where a force may act without the punch lifting off.
@@ -416,14 +411,9 @@ class RigidPunch(Movable, RigidBodies):
         return self.footprint
 
     @property
-    def footprints(self) -> tuple[Footprint, ...]:
+    def parts(self) -> tuple[Part, ...]:
         """The only one."""
-        return (self.footprint,)
-
-    @computed_once
-    def work(self) -> Work:
-        """Positions by the work of the pressures."""
-        return Work((Part(self.footprint, 0, self.centre),), self)
+        return (Part(self.footprint, 0, self.centre),)
 
     def pressures_of(self, start: CellPressures) -> ndarray:
         """Pressures of the cells in a solution of any punch."""

@@ -14,6 +14,7 @@ from ..contact.line_law import with_line_law
 from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import ExactRows, LoadedCells, slices_of
 from ..contact.one_sign import solved
+from ..contact.parts import Part, by_bodies, flattened_system
 from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
@@ -51,8 +52,13 @@ class RigidBodies(ABC):
 
     @property
     @abstractmethod
+    def parts(self) -> tuple[Part, ...]:
+        """The punches, one after the other."""
+
+    @property
     def footprints(self) -> tuple[Footprint, ...]:
-        """Those of the punches, one after the other."""
+        """Their cells."""
+        return tuple(part.footprint for part in self.parts)
 
     @computed_once
     def slices(self) -> list[slice]:
@@ -87,30 +93,18 @@ class RigidBodies(ABC):
     def _rtol(self) -> float:
         """Accuracy of the operator's products."""
 
-    @abstractmethod
     def resultants_of(self, footprints: Sequence[Footprint]) -> ndarray:
         """Forces and moments of unit pressures on the cells of the punches, with other laws."""
-
-    def flattened_resultants(self, flat: ndarray) -> ndarray:
-        """Forces and moments of unit pressures where some cells are flat, (n,) array of bool."""
-        own = zip(self.footprints, self.slices, strict=True)
-        return self.resultants_of([cells.flattened(flat[part]) for cells, part in own])
-
-    def flattened_system(self, flat: ndarray) -> ContactSystem:
-        """The equations where some cells are flat."""
-        operator = self.cells.flattened_operator(self.operator, flat)
-        acting = self.flattened_resultants(flat)
-        nearby = self.system.approximate
-        return replace(self.system, matrix=operator, resultants=acting, nearby=nearby)
+        return by_bodies(self.parts, [cells.resultants for cells in footprints])
 
     @abstractmethod
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads impose; a ValueError where no pressures can balance them."""
 
-    @property
-    @abstractmethod
+    @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
+        return Work(self.parts, self.cells, self.system)
 
     @abstractmethod
     def works(self, contact: Contact) -> bool:
@@ -210,7 +204,9 @@ class RigidBodies(ABC):
         self, constraints: Constraints, flat: ndarray, start: ndarray | None, how: How
     ) -> tuple[Contact, ndarray]:
         """Contact and positions where some cells are flat, (n,) array of bool, and verified."""
-        system = self.flattened_system(flat) if flat.any() else self.system
+        system = self.system
+        if flat.any():
+            system = flattened_system(system, self.parts, self.cells, flat)
         rows = self.cells.flattened_rows(self.exact_rows, flat)
         equations = self.equations(system, constraints)
         contact, position = equations.found(how, start)

@@ -48,7 +48,7 @@ def has_law(work: Any, contact: Contact) -> bool:
     """
     if contact.compliances is not None:
         return False
-    touching, known = contact.touching, isinstance(work.problem.operator, _MATRICES)
+    touching, known = contact.touching, isinstance(work.system.matrix, _MATRICES)
     weighted = all(part.footprint.weights is not None for part in work.parts)
     if not (known and weighted and len(touching) <= MOST and touching.sum() >= FEWEST):
         return False
@@ -78,7 +78,7 @@ def on_each(
         return answers
     find_changes(work, list(drawn.values()))
     own = {i: each.sectors() for i, each in drawn.items()}
-    cells, begin = work.problem.cells, 0
+    cells, begin = work.cells, 0
     entries = cells.entries(np.hstack([some.x for some in own.values()]))
     rows = influence_matrix(cells.ground, cells.partition, entries.x, cells.weights)
     entries.correction.add_to(rows)

@@ -144,7 +144,7 @@ class LineWork:
     @computed_once
     def slopes(self) -> ndarray:
         """Slopes in the cells under both laws, (2, n, 2 m)."""
-        of = self.work.problem.cells.slopes.of
+        of = self.work.cells.slopes.of
         return np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws)))
 
     def settled(self, points: Points, known: ndarray, slopes: ndarray) -> list[ndarray]:
@@ -192,7 +192,7 @@ class LineWork:
     def pressures(self, law: int) -> ndarray:
         """By motions of unit size, (n, m)."""
         touching, factors, special, more = self._equations
-        planes = self.work.problem.system.planes[:, touching] / self.work.unit[:, None]
+        planes = self.work.system.planes[:, touching] / self.work.unit[:, None]
         found = factors.solve(planes.T if law == 0 else np.hstack([planes.T, more]))
         if law == 1:  # by Woodbury's formula
             found, spread = np.hsplit(found, [len(planes)])
@@ -206,8 +206,8 @@ class LineWork:
 
     def by_forces(self, law: int, pressures: ndarray) -> ndarray:
         """Motions of unit size by forces on them, as the collocation points have them."""
-        problem = self.work.problem
-        forces, slopes = problem.system.resultants @ pressures, problem.cells.slopes
+        slopes = self.work.cells.slopes
+        forces = self.work.system.resultants @ pressures
         lost = np.where(self.flat[:, None], slopes.of(pressures), 0.0)
         for (_, body, _), own in zip(self.work.parts, self.work.own, strict=True):
             moments = np.einsum("ijn,jnk->ik", slopes.second_moments[..., own], lost[:, own])
@@ -226,7 +226,7 @@ class LineWork:
         unit = self.pressures(0)
         motion = position(self.by_forces(0, unit))
         pressure = unit @ motion
-        moved = motion / self.work.unit @ self.work.problem.system.planes
+        moved = motion / self.work.unit @ self.work.system.planes
         by, cells = self.by_crossed
         settled = self.work.at_cells.rows @ pressure + pressure[self.columns[0]] @ self.change
         settled += pressure[cells] @ by[0]
@@ -251,7 +251,7 @@ class LineWork:
         cell = work.sectors.cell
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
         loads = work.loads_of(unit, self.flat)[:, away]
-        turned = self.slopes - work.problem.cells.slopes.of(self.others)
+        turned = self.slopes - work.cells.slopes.of(self.others)
         x, _, slopes = work.at_sectors
         points = Points(np.ascontiguousarray(x[:, away]), whole[away], slopes.at(away))
         settled, grown = self.settled(points, points.rows, turned)

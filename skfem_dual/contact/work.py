@@ -14,12 +14,14 @@ R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import cast
 
 import numpy as np
 from numpy import ndarray
 
+from ..elements.edge_weights import EdgeWeights
 from ..elements.slope_correction import SlopeCorrection
+from ..elements.slopes import Slopes
 from ..kernels.once import computed_once
 from ..operators.compliance import generalised_inverse
 from ..operators.entries import Entries
@@ -27,12 +29,13 @@ from ..operators.factors import Factors, submatrix
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .along_lines import has_law, on_each, regions_of
-from .footprint import Footprint
 from .line_work import Compliances, Points, Position
 from .load import Constraints
+from .loaded_cells import LoadedCells, slices_of
+from .parts import Part, flattened_resultants, flattened_system
 from .problem import DOZEN, Contact
 from .sectors import Sectors, sectors
-from .system import DENSE
+from .system import DENSE, ContactSystem
 
 #: where ground and punch are apart by more than so much of a unit motion, on average over a cell,
 #: the pressure in the cell is of another kind, as on thin layers that keep their volume: it is
@@ -42,24 +45,6 @@ APART = 0.025
 SECTORS = 3.0
 #: a frame so many times as stiff as the ground leaves it no digits in their sum
 STIFF = 1e5
-
-
-class Part(NamedTuple):
-    """Cells of one punch of a body.
-
-    Attributes
-    ----------
-    footprint : Footprint
-        The cells.
-    body : int
-        Number of the body.
-    centre : (2,) array of float
-        Point of the body to which its position refers.
-    """
-
-    footprint: Footprint
-    body: int
-    centre: ndarray
 
 
 def _under_stiff_frame(constraints: Constraints, unit: ndarray, stiffness: ndarray) -> ndarray:
@@ -95,13 +80,15 @@ class Work:
     ----------
     parts : tuple of Part
         The punches, their cells one after the other.
-    problem : RigidBodies
-        What is solved: all cells and their equations, three components of the position for
-        each body.
+    cells : LoadedCells
+        All of these.
+    system : ContactSystem
+        Their equations, three components of the position for each body.
     """
 
     parts: tuple[Part, ...]
-    problem: Any
+    cells: LoadedCells
+    system: ContactSystem
 
     @computed_once
     def sectors(self) -> Sectors:
@@ -114,10 +101,10 @@ class Work:
         x, cell, load = zip(*found, strict=True)
         return Sectors(np.hstack(x), np.concatenate(cell), np.concatenate(load))
 
-    @property
+    @computed_once
     def own(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
-        return self.problem.slices
+        return slices_of([part.footprint for part in self.parts])
 
     @computed_once
     def planes(self) -> ndarray:
@@ -147,8 +134,8 @@ class Work:
     @computed_once
     def at_cells(self) -> Points:
         """The collocation points, if a matrix is known."""
-        cells = self.problem.cells
-        return Points(cells.collocation_points, np.asarray(self.problem.operator), cells.sloping)
+        matrix, cells = np.asarray(self.system.matrix), self.cells
+        return Points(cells.collocation_points, matrix, cells.sloping)
 
     @computed_once
     def columns(self) -> ndarray:
@@ -158,7 +145,7 @@ class Work:
     @computed_once
     def slopes(self) -> tuple[ndarray, ndarray, ndarray]:
         """Rows, columns and values of the matrix of `Slopes`, ascending in the first."""
-        matrix = self.problem.cells.slopes.matrix
+        matrix = cast(Slopes, self.cells.slopes).matrix
         return (
             np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)),
             matrix.indices,
@@ -168,7 +155,7 @@ class Work:
     @computed_once
     def _in_sectors(self) -> Entries:
         """What unit pressures on the cells make of the sectors."""
-        return self.problem.cells.entries(self.sectors.x)
+        return self.cells.entries(self.sectors.x)
 
     @property
     def _sloping(self) -> SlopeCorrection | None:
@@ -260,14 +247,14 @@ class Work:
     @computed_once
     def unit(self) -> ndarray:
         """Largest settlements by the components of the position, the same for both tilts."""
-        planes = self.problem.system.planes
+        planes = self.system.planes
         planes = planes.reshape(-1, 3, planes.shape[1])
         radius = np.hypot(planes[:, 1], planes[:, 2]).max(axis=1)
         return np.column_stack([np.ones_like(radius), radius, radius]).ravel()
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:
-        pressures = self.problem.system.unit_pressures / self.unit
+        pressures = self.system.unit_pressures / self.unit
         return self._compliances(pressures, np.ones(len(pressures), dtype=bool), None)
 
     @property
@@ -280,10 +267,10 @@ class Work:
         """Pressures by motions of unit size with that contact, (n, m), if a matrix is known."""
         if contact.unit_pressures is not None:
             return contact.unit_pressures / self.unit
-        system, touching = self.problem.system, contact.touching
+        system, touching = self.system, contact.touching
         known = isinstance(system.matrix, (np.ndarray, SymmetricMatrix))
         if contact.flat is not None:
-            system = self.problem.flattened_system(contact.flat)
+            system = flattened_system(system, self.parts, self.cells, contact.flat)
         if touching.all():
             return system.unit_pressures / self.unit
         if not known:
@@ -296,7 +283,7 @@ class Work:
 
     def _slopes(self, pressures: ndarray) -> ndarray:
         """Slopes in all cells, flat ones too, under some pressures (n, m); shape (m, 2, n)."""
-        slopes = self.problem.cells.slopes
+        slopes = self.cells.slopes
         if slopes is None:
             return np.zeros((pressures.shape[1], 2, len(pressures)))
         return slopes.of_rows(pressures.T)
@@ -315,7 +302,7 @@ class Work:
         few, parts = len(pressures) <= DENSE, list(zip(self.parts, self.own, strict=True))
         if few and not full:
             return (self.rows @ pressures).T
-        ground = self.problem.operator
+        ground = self.system.matrix
         if not few and isinstance(ground, InfluenceOperator):
             return ground.at(self.sectors.x, SECTORS * ground.rtol).roughly(pressures).T
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
@@ -331,19 +318,19 @@ class Work:
     def loads_of(self, pressures: ndarray, flat: ndarray | None) -> ndarray:
         """Loads of the sectors under some pressures of shape (n, m), slopes too; (m, nsectors)."""
         x, cell, load = self.sectors
-        inside, cells = pressures[cell].T, self.problem.cells
+        inside, cells = pressures[cell].T, self.cells
         if cells.slopes is not None:
             slopes = self._slopes(pressures)
             if flat is not None:
                 slopes = np.where(flat, 0.0, slopes)
-            arm = x - cells.weights.centroids.take(cell, axis=1)
+            arm = x - cast(EdgeWeights, cells.weights).centroids.take(cell, axis=1)
             inside = inside + np.einsum("ik,mik->mk", arm, slopes[..., cell])
         return inside * load
 
     def close(self, apart: ndarray) -> ndarray:
         """Cells over which ground and punch are not far apart, (n,) array of bool, by how far
         they are in the sectors under motions of unit size, (m, nsectors)."""
-        (_, cell, load), areas = self.sectors, self.problem.system.areas
+        (_, cell, load), areas = self.sectors, self.system.areas
         mean = np.array([np.bincount(cell, load * e, len(areas)) for e in apart]) / areas
         mean = mean.reshape(-1, 3, len(areas))
         far = np.maximum(np.abs(mean[:, 0]), np.hypot(mean[:, 1], mean[:, 2]))
@@ -366,8 +353,8 @@ class Work:
     def _by_points(self, pressures: ndarray, flat: ndarray | None) -> tuple[ndarray, ndarray]:
         """Motions of unit size by forces on them as collocation has them, shape (m, m), and loads
         of the sectors under these forces, by pressures under such motions, (n, m)."""
-        acting = self.problem.system.resultants
-        acting = acting if flat is None else self.problem.flattened_resultants(flat)
+        acting = self.system.resultants
+        acting = acting if flat is None else flattened_resultants(self.parts, flat)
         by_points = np.linalg.inv((acting / self.unit[:, None]) @ pressures)
         return by_points, self.loads_of(pressures @ by_points, flat)
 
@@ -395,6 +382,6 @@ class Work:
         unit_forces = self._by_points(pressures, contact.flat)[1]
         apart = np.where(touching[cell], settled - (position * self.unit) @ self.planes, 0.0)
         mean = np.bincount(cell, self.sectors.load * apart, len(touching))
-        close = np.abs(mean) < APART * np.abs(settled).max() * self.problem.system.areas
+        close = np.abs(mean) < APART * np.abs(settled).max() * self.system.areas
         added = [(unit_forces * some) @ apart for some in (close[cell], 1.0)]
         return np.array(added) / self.unit
