@@ -22,6 +22,7 @@ An Introduction to Invariant Imbedding (1975), for Riccati equations of such rat
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -34,7 +35,9 @@ from ..errors import ConvergenceError
 Moduli = Callable[[ndarray], tuple[ndarray, ndarray]]
 
 #: depth over 1/k from which on a compliance has forgotten what lies below
-FORGOTTEN = 24.0
+FORGOTTEN = 20.0
+#: tolerance of compliances at the surface
+RTOL = 3e-11
 
 
 def homogeneous(ratio: ArrayLike, poisson: ArrayLike) -> ndarray:
@@ -114,6 +117,42 @@ def through_homogeneous(
     return q, np.exp(-x) * inverse
 
 
+class WayUp(NamedTuple):
+    """How depths z rise from the bottom to the surface as s goes from 0 to 1.
+
+    So that moduli that vary over some lengths, and all waves, are passed in even steps: by as
+    much of ``k z + ln(1 + z / least)`` everywhere. ``at`` is that logarithm.
+
+    Attributes
+    ----------
+    k, bottom : (n,) array of float
+        Wave numbers, and where each begins.
+    least : float
+        A length of the shortest wave.
+    start : (n,) array of float
+        ``at`` at the bottom.
+    """
+
+    k: ndarray
+    bottom: ndarray
+    least: float
+    start: ndarray
+
+    @classmethod
+    def of(cls, k: ndarray, bottom: ndarray) -> "WayUp":
+        """From the bottoms of all waves."""
+        least = 1 / k.max()
+        return cls(k, bottom, least, np.log1p(bottom / least))
+
+    def at(self, at: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+        """Derivative of ``at`` by s, z, and the derivative of ``k z``."""
+        reach = self.least * np.exp(at)
+        climb = -(self.k * self.bottom + self.start) / (1 + self.k * reach)
+        # rounding leads out of the ground
+        z = np.minimum(np.maximum(reach - self.least, 0.0), self.bottom)
+        return climb, z, self.k * reach * climb
+
+
 def through_graded(
     q: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli, *, down: bool = False
 ) -> tuple[ndarray, ndarray]:
@@ -140,11 +179,12 @@ def through_graded(
     ConvergenceError
         If the moduli vary so that the equation cannot be integrated.
     """
-    n, way = len(k), -k * bottom
+    up = WayUp.of(k, bottom)
 
-    def rate(s: float, flat: ndarray) -> ndarray:
-        a, b, c, *rest = flat.reshape(-1, n)
-        ratio, nu = moduli(bottom - s * bottom)
+    def rate(_: float, flat: ndarray) -> ndarray:
+        at, a, b, c, *rest = flat.reshape(-1, len(k))
+        climb, z, way = up.at(at)
+        ratio, nu = moduli(z)
         m = nu / (1 - nu)
         f = ratio / (1 - nu**2)
         dz = [
@@ -155,18 +195,20 @@ def through_graded(
         if rest:  # t' = -k (f Q11 t + (f Q12 - m) s), s' = -k t, of the tractions on the way
             t1, s1, t2, s2 = rest
             dz += [t1 * f * a + s1, t1 * (f * b - m), t2 * f * a + s2, t2 * (f * b - m)]
-        return (way * np.array(dz)).ravel()
+        return np.concatenate([climb, *(way * d for d in dz)])
 
-    start = np.vstack([q, np.tile([[1.0], [0.0], [0.0], [1.0]], n)]) if down else q
+    start = [up.start, *q]
+    if down:
+        start += [value * np.ones(len(k)) for value in (1.0, 0.0, 0.0, 1.0)]
     # below the surface nothing is known better than the integrals over waves
-    rtol = 1e-9 if down else 1e-11
+    rtol = 1e-9 if down else RTOL
     path = scipy.integrate.solve_ivp(
-        rate, (0.0, 1.0), start.ravel(), "DOP853", rtol=rtol, atol=rtol / 100
+        rate, (0.0, 1.0), np.concatenate(start), "DOP853", rtol=rtol, atol=rtol / 100
     )
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
-    out = path.y[:, -1].reshape(-1, n)
-    tractions = out[3:].T.reshape(n, 2, 2) if down else np.zeros((n, 2, 2))
+    out = path.y[len(k) :, -1].reshape(-1, len(k))
+    tractions = out[3:].T.reshape(-1, 2, 2) if down else np.zeros((len(k), 2, 2))
     return out[:3], tractions
 
 
@@ -179,11 +221,16 @@ def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> nd
         As `through_graded`.
     """
 
-    def rate(way: float, s: ndarray) -> ndarray:
-        own = homogeneous_across(*moduli((1 - way) * bottom))
-        return k * bottom * (own - s * s / own)
+    up = WayUp.of(k, bottom)
 
-    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), s, "DOP853", rtol=1e-11, atol=1e-13)
+    def rate(_: float, flat: ndarray) -> ndarray:
+        at, s = flat.reshape(2, -1)
+        climb, z, way = up.at(at)
+        own = homogeneous_across(*moduli(z))
+        return np.concatenate([climb, way * (s * s / own - own)])
+
+    start = np.concatenate([up.start, s])
+    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), start, "DOP853", rtol=RTOL, atol=RTOL / 100)
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
-    return path.y[:, -1]
+    return path.y[len(k) :, -1]
