@@ -188,6 +188,29 @@ def test_refined_in_places():
     assert mesh.nelements < fine.nelements < 3 * mesh.nelements
 
 
+@pytest.mark.parametrize("name", ["ring", "stadium"])
+def test_nodes_stay_on_arcs_between_small_triangles(name):
+    """Long chords elsewhere do not move them off."""
+    plan = PLANS[name]
+    mesh = plan.mesh(n=60)
+    for _ in range(5):
+        mesh = plan.refine(
+            mesh, np.nonzero(mesh.p[0, mesh.t].mean(axis=0) > mesh.p[0].max() - 0.3)[0]
+        )
+    assert area(mesh) == pytest.approx(plan.area, rel=1e-12)
+    facets = mesh.facets[:, mesh.boundary_facets()]
+    length, long = (
+        np.hypot(*(mesh.p[:, facets[1]] - mesh.p[:, facets[0]])),
+        np.zeros(mesh.nvertices),
+    )
+    np.maximum.at(long, facets.ravel(), np.tile(length, 2))
+    nodes = np.unique(facets)
+    off = np.min([ring.sides.distance(mesh.p[:, nodes]) for ring in plan.rings], axis=0)
+    least = min(ring.sides.radius[ring.sides.curved].min() for ring in plan.rings)
+    assert long.max() > 10 * long[nodes].min()
+    assert np.all(off < 0.5 * long[nodes] ** 2 / least)
+
+
 def test_a_mesh_of_another_plan_is_refused():
     with pytest.raises(MeshError, match=r"a mesh of this plan, got .* not on its outline"):
         PLANS["L"].refine(PLANS["stadium"].mesh(n=60))

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from random_plans import KINDS, error, in_plan, random_case, random_plan
 
-from skfem_dual import GradedHalfSpace, HalfSpace, Plan, ResolutionWarning, solve_plan
+from skfem_dual import (
+    DualMesh,
+    GradedHalfSpace,
+    HalfSpace,
+    Plan,
+    ResolutionWarning,
+    RigidPunch,
+    solve_plan,
+)
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.contact.load import Load
 from skfem_dual.plans.search import Problem, governing
@@ -53,6 +61,18 @@ def test_a_load_near_the_rim():
     other = solve_plan(Plan.circle((0, 0), 1.0), SOIL, 1e5, at=(0.72**0.5, 0), accuracy=1e-2)
     assert one.success
     assert np.hypot(*one.tilt) == pytest.approx(other.tilt[0], rel=0.03)
+
+
+def test_triangles_grow_away_from_contact():
+    """Long chords behind a circle that lifts off do not widen it where it touches."""
+    plan, load = Plan.circle((0, 0), 1.0), {"force": 1e6, "at": (0.8, 0.0)}
+    solution = solve_plan(plan, SOIL, **load, accuracy=1e-3)
+    cells = DualMesh.from_mesh(plan.mesh(n=1200, graded=0.4)).basis()
+    fine = RigidPunch(SOIL, cells).solve(**load)
+    assert solution.accuracy.reached
+    assert error(solution, fine.settlement, fine.tilt) < 1e-3
+    low, high = solution.bounds.settlement
+    assert low < fine.settlement + fine.tilt[0] * solution.bounds.at[0] < high
 
 
 def test_loads_that_govern():

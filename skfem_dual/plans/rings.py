@@ -129,10 +129,9 @@ class Ring:
         x = x.copy()
         if self.is_circle:
             arm = x - self.sides.centre[:, :1]
-            onward = np.roll(arm, -1, axis=1)
-            step = np.abs(np.arctan2(cross(arm, onward), np.sum(arm * onward, axis=0)))
-            radius = self.sides.radius[0] * np.sqrt(2 * np.pi / np.sin(step).sum())
-            return self.sides.centre[:, :1] + radius * arm / np.hypot(*arm)
+            arm = self.sides.radius[0] * arm / np.hypot(*arm)
+            factor = _factors(np.hstack([arm, arm[:, :1]]), 2 * np.pi, closed=True)
+            return self.sides.centre[:, :1] + factor * arm
         for i in np.nonzero(self.sides.curved)[0]:
             inner = np.nonzero(side == i)[0][1:]
             if len(inner) == 0:
@@ -140,17 +139,43 @@ class Ring:
             centre, radius = self.sides.centre[:, i : i + 1], self.sides.radius[i]
             ends = self.sides.start[:, i : i + 1], self.sides.end[:, i : i + 1]
             arm = np.hstack([ends[0], x[:, inner], ends[1]]) - centre
-            step = np.arctan2(
-                cross(arm[:, :-1], arm[:, 1:]), np.sum(arm[:, :-1] * arm[:, 1:], axis=0)
-            )
-            sine = np.abs(np.sin(step))
-            # sector areas: f^2 between inner points, f beside the ends, which stay
-            square, linear = sine[1:-1].sum(), sine[0] + sine[-1]
-            wanted = np.abs(self.sides.angle[i])
-            factor = 2 * wanted / (linear + np.sqrt(linear**2 + 4 * square * wanted))
-            x[:, inner] = centre + factor * radius * arm[:, 1:-1] / np.hypot(*arm[:, 1:-1])
+            arm = radius * arm / np.hypot(*arm)
+            factor = _factors(arm, np.abs(self.sides.angle[i]), closed=False)
+            x[:, inner] = centre + factor * arm[:, 1:-1]
         return x
 
     def depth(self, x: ndarray) -> ndarray:
         """Distance of points to the ring, negative outside."""
         return np.where(self.sides.winding(x) != 0, 1, -1) * self.sides.distance(x)
+
+
+def _factors(arm: ndarray, angle: float, *, closed: bool) -> ndarray:
+    """Factors of radii under which points have the area of an arc.
+
+    Each is moved about as far as its own chords need: those of other length leave the arc where
+    it is.
+
+    Parameters
+    ----------
+    arm : (2, n) array of float
+        Points in order along the arc from its centre; the first again at the end if it is
+        ``closed``, otherwise both ends stay.
+    angle : float
+        That of the arc.
+
+    Returns
+    -------
+    (n - 1,) or (n - 2,) array of float
+        Of all points, or of those between the ends.
+    """
+    along = np.sum(arm[:, :-1] * arm[:, 1:], axis=0)
+    step = np.abs(np.arctan2(cross(arm[:, :-1], arm[:, 1:]), along))
+    before = np.roll(step, 1)
+    # sectors miss step^3 / 12 each, half of which the points on both sides move by
+    shift = step**2 - step * before + before**2
+    shift = np.append(shift, shift[0] if closed else 0.0)
+    shift[0] *= closed
+    a, b, sine = shift[:-1], shift[1:], np.sin(step)
+    square, linear, missing = np.sum(a * b * sine), np.sum((a + b) * sine), angle - sine.sum()
+    factor = 1 + 2 * missing / (linear + np.sqrt(linear**2 + 4 * square * missing)) * shift
+    return factor[:-1] if closed else factor[1:-1]
