@@ -55,7 +55,7 @@ class LoadPath:
         bends = any(isinstance(s, ElasticSolution) for s in self.solutions)
         head = "deflection" if bends else "settlement   tilt"
         rows = [f"  {s.force:<12.5g} {_position(s)}" for s in self.solutions]
-        head = f"<skfem_dual LoadPath object>\n  force        {head}"
+        head = f"<skfem_dual {type(self).__name__} object>\n  force        {head}"
         return "\n".join([head, *rows, f"  {converged} of {len(self)} found"])
 
     @property
@@ -87,6 +87,11 @@ class LoadPath:
     def success(self) -> bool:
         """Whether every contact region was found."""
         return all(s.success for s in self.solutions)
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What the solver says of each."""
+        return tuple(s.message for s in self.solutions)
 
     @property
     def _rigid(self) -> tuple[PunchSolution, ...]:

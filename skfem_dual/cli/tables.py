@@ -28,7 +28,7 @@ def solution_table(
     rows = _base_rows(base)
     if solution is None:
         return _lines(rows)
-    rows |= solution.table()
+    rows |= solution.table() | rows  # whose origin is told with why it is there
     del rows["Time [s]"]  # the solution's share of it
     units, e = footing.details.units, solution.centre_of_pressure
     size = np.ptp(base.mesh.p)

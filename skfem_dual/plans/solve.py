@@ -31,8 +31,8 @@ class PlanSolution(PunchSolution):
         """Rows of ``repr`` by their names, without the condition number."""
         rows, (x, y) = super().table(), self.punch.origin
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        own = {"Origin": f"({x:.10g}, {y:.10g})", "Accuracy": str(self.accuracy)}
-        return rows | own | last
+        rows.setdefault("Origin", f"({x:.10g}, {y:.10g})")
+        return rows | {"Accuracy": str(self.accuracy)} | last
 
 
 def solve_plan(

@@ -43,6 +43,12 @@ class PunchesSolution:
         return all(s.success for s in self.solutions)
 
     @property
+    def message(self) -> str:
+        """What the solver says; of those that were not found, each once."""
+        said = [s.message for s in self.solutions if s.success == self.success]
+        return "; ".join(dict.fromkeys(said))
+
+    @property
     def iterations(self) -> int:
         """Iterations in which they were found."""
         return max(s.iterations for s in self.solutions)

@@ -83,12 +83,13 @@ class CellPressures:
     def centre_of_pressure(self) -> ndarray:
         """Point through which the resultant acts, from the origin; NaN without a force."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.resultant[1:] / self.resultant[0]
+            return readonly(self.resultant[1:] / self.resultant[0])
 
     @property
     def contact(self) -> ndarray:
-        """Cells in contact, indices."""
-        return np.nonzero((self.pressure != 0) | (self.gap == 0))[0]
+        """Cells in contact, indices, ascending."""
+        touching = (self.pressure != 0) | (self.gap == 0)
+        return readonly(np.nonzero(touching)[0].astype(np.int32))
 
     @computed_once
     def contact_region(self) -> ContactRegion:

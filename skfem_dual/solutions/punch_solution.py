@@ -18,10 +18,13 @@ from ..contact.system import DENSE
 from ..elements.influence import flat_points
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
+from ..messages import place
 from .bounds import Bounds, why_none
 from .pressures import CellPressures
 
 TINY = float(np.finfo(float).tiny)
+#: origins no farther off the plan, over the root of its area, are on it
+NEAR = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -242,7 +245,7 @@ class PunchSolution(CellPressures):
         residual = np.abs(self.resultant_residual / size).max() / load if load > 0 else 0.0
         first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        position = {
+        position = self._origin_off_plan | {
             "Settlement W0": f"{self.settlement:.6g}",
             "Tilt (Lx, Ly)": f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})",
         }
@@ -254,6 +257,15 @@ class PunchSolution(CellPressures):
         if self.shear is not None:
             position |= self.shear.table()
         return first | position | rows | residuals | last
+
+    @property
+    def _origin_off_plan(self) -> dict[str, str]:
+        """A row that tells of an origin to which nothing near the plan refers."""
+        plan, origin = self.footprint.hulls[1], self.footprint.origin - self.footprint.centre
+        off = plan.beyond(origin)
+        if off <= NEAR * np.sqrt(self.footprint.partition.areas.sum()):
+            return {}
+        return {"Origin": f"{place(self.footprint.origin)}, {off:.3g} off the plan"}
 
     def _on_demand(self) -> dict[str, str]:
         """Rows of what takes a few times the solution: once it is known, or how to have it."""
@@ -275,4 +287,4 @@ class PunchSolution(CellPressures):
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
         rows |= self._on_demand() | last
         lines = [f"  {name:<18}{value}" for name, value in rows.items()]
-        return "\n".join(["<skfem_dual PunchSolution object>", *lines])
+        return "\n".join([f"<skfem_dual {type(self).__name__} object>", *lines])
