@@ -88,6 +88,16 @@ def test_profile(on_crust):
     assert np.diff(profile.displacement[2]).max() < 0
 
 
+def test_an_interface_that_is_a_sum():
+    """.7 + .1 is a rounding error less than .8, where strains are still those above."""
+    soil = LayeredHalfSpace([Layer(0.7, 60.0, 0.3), Layer(0.1, 60.0, 0.3)], HalfSpace(4.0, 0.45))
+    solution = RigidPunch(soil, DualMesh.from_mesh(disc(3)).basis()).solve(1.0)
+    above, at, below = vertical_profile(solution, (0.0, 0.0), [0.799999, 0.8, 0.800001]).strain
+    assert soil.strata.interfaces[-2] < 0.8
+    assert at == pytest.approx(above, rel=1e-4)
+    assert below > 2 * at
+
+
 def test_a_profile_has_depths(on_crust):
     with pytest.raises(ValueError, match="at least one depth, got none"):
         vertical_profile(on_crust, (0.25, 0.0), [])

@@ -133,6 +133,14 @@ def test_a_coarsest_mesh_that_takes_too_long():
         )
 
 
+@pytest.mark.parametrize("time_limit", [15.0, None])
+def test_a_plan_too_slender_for_any_mesh(time_limit):
+    """Told before its triangulation, which takes minutes."""
+    plan = Plan.from_polygon([(0, 0), (100, 0), (100, 0.01), (0, 0.01)])
+    with pytest.raises(TimeoutError, match="less slender, got one whose coarsest mesh takes 20"):
+        solve_plan(plan, SOIL, 1.0, time_limit=time_limit)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

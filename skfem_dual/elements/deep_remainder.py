@@ -88,8 +88,7 @@ def _clouds(load: CellLoads) -> _Clouds:
 def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:
     """Depths at which tables are made: interfaces as these are, none next to a varying surface."""
     strata = ground.strata
-    for interface in strata.interfaces[np.isfinite(strata.interfaces)]:
-        z = np.where(np.abs(z - interface) <= 1e-12 * interface, interface, z)
+    z = strata.on_interfaces(z)
     if strata.layers[0].uniform:
         return z
     shallow = SHALLOW * min(cell, ground.lengths[0])

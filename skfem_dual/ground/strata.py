@@ -29,6 +29,8 @@ from .compliance import (
 Pair = tuple[ndarray, ndarray]
 #: depth over 1/k from which on tractions are negligible
 FADED = 40.0
+#: depths that differ from that of an interface by so little of it are in it
+ROUNDING = 1e-12
 
 
 class Stratum(NamedTuple):
@@ -140,9 +142,17 @@ class Strata(NamedTuple):
         """Depths of the bottoms of all layers, the last may be infinite."""
         return np.cumsum([layer.thickness for layer in self.layers])
 
+    def on_interfaces(self, depths: ndarray) -> ndarray:
+        """Depths, those in an interface but for rounding as these are."""
+        for interface in self.interfaces[np.isfinite(self.interfaces)]:
+            depths = np.where(
+                np.abs(depths - interface) <= ROUNDING * interface, interface, depths
+            )
+        return depths
+
     def moduli(self, depths: ndarray) -> tuple[ndarray, ndarray]:
         """E/E0 and nu at depths, in an interface those above it."""
-        bottoms = self.interfaces
+        bottoms, depths = self.interfaces, self.on_interfaces(depths)
         number = np.searchsorted(bottoms, depths).clip(max=len(bottoms) - 1)
         out = np.empty((2, len(depths)))
         for i, layer in enumerate(self.layers):

@@ -46,6 +46,9 @@ MESHES = 12
 SHORTER = 1.0, 0.94, 0.88
 #: so many cells are solved on in no time, whatever the limit
 QUICK = 1000
+#: nodes of slender plans over perimeter by length of facets, seconds that their triangulation
+#: takes over the square of these, and how many are waited for without a limit
+NODES, TRIANGULATED, SLENDER = 6.0, 1e-8, 60.0
 #: lengths tried if the first is too coarse for the outline
 TRIES = 6
 
@@ -171,6 +174,7 @@ class Problem:
         size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
         for coarser in LARGEST_STEP ** np.arange(TRIES):
             begin = perf_counter()
+            self._require_not_slender(coarser * size)
             try:
                 mesh = self.mesh(coarser * size)
                 self._require_time(mesh, 2 * (perf_counter() - begin))
@@ -178,6 +182,18 @@ class Problem:
             except ValueError as error:  # the outline, or a load near its edge, takes finer ones
                 trouble = error
         raise trouble
+
+    def _require_not_slender(self, size: float) -> None:
+        """Triangulation of long rows of nodes takes the square of their number."""
+        nodes = round(NODES * sum(ring.length for ring in self.plan.rings) / size)
+        seconds = TRIANGULATED * nodes**2
+        allowed = SLENDER if self.time_limit is None else self.time_limit
+        if nodes > 10 * QUICK and seconds > allowed:
+            raise TimeoutError(
+                f"expected a plan less slender, got one whose coarsest mesh takes {nodes} cells or "
+                f"more and about {seconds:.2g} s. Remedy: a shorter piece of the plan, or "
+                "RigidPunch on a mesh of your own"
+            )
 
     def _require_time(self, mesh: MeshTri, seconds: float) -> None:
         many = mesh.p.shape[1] > QUICK

@@ -67,7 +67,8 @@ def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
     lowest = min(DEPTHS[-1] * extent, interfaces[-1])
     inside = interfaces[interfaces < lowest]
     both = np.append(inside, (1 + JUST_BELOW) * inside)
-    depths = np.union1d(DEPTHS / DEPTHS[-1] * lowest, both)
+    even = ground.strata.on_interfaces(DEPTHS / DEPTHS[-1] * lowest)
+    depths = np.union1d(even, both)
     profile = vertical_profile(solution, at, depths)
     finite = interfaces[:-1]
     depths = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
