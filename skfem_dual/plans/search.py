@@ -190,8 +190,8 @@ class Problem:
         allowed = SLENDER if self.time_limit is None else self.time_limit
         if nodes > 10 * QUICK and seconds > allowed:
             raise TimeoutError(
-                f"expected a plan less slender, got one whose coarsest mesh takes {nodes} cells or "
-                f"more and about {seconds:.2g} s. Remedy: a shorter piece of the plan, or "
+                f"expected a plan less slender, got one whose coarsest mesh takes {nodes} cells "
+                f"or more and about {seconds:.2g} s. Remedy: a shorter piece of the plan, or "
                 "RigidPunch on a mesh of your own"
             )
 
