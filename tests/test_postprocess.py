@@ -24,6 +24,7 @@ from skfem_dual import (
     Layer,
     LayeredHalfSpace,
     Paraboloid,
+    Plan,
     RigidPunch,
     evaluate,
     rectangular_couple,
@@ -160,6 +161,28 @@ def test_couples_on_a_stiff_crust(benchmark, plan, first):
     thick = LayeredHalfSpace([Layer(4.0, 3.0, 0.3)], HalfSpace(1.0, 0.3))
     solutions = [replace(punch, substrate=thick).solve(1.0, at) for punch in punches]
     assert "law of the edge is not known" not in postprocess(*solutions).reason
+
+
+def test_few_cells_around_a_hole(benchmark):
+    """What is continued from them to the edge misses the load: the triangles are left."""
+    plan = Plan.from_polygon(
+        [(0, 0), (5, 0), (6, 2.5), (3.5, 4.5), (3, 2.2), (0, 3)],
+        holes=[Plan.circle((1.4, 1.2), 0.5)],
+    )
+    soil = HalfSpace(1.0, 0.0)
+    dual, at = DualMesh.from_mesh(plan.mesh(n=220)), tuple(plan.centroid + np.array([0.2, -0.1]))
+    solutions = [
+        RigidPunch(soil, dual.basis(), **NODE).solve(1.0, at),
+        RigidPunch(soil, dual.primal_basis(), edge="constant").solve(1.0, at),
+    ]
+    fine = RigidPunch(soil, DualMesh.from_mesh(dual.mesh.refined()).basis()).solve(1.0, at)
+    exact, new = benchmark.means(fine, dual)[len(dual) :], postprocess(*solutions)
+    before, after = (
+        dual.primal_partition.areas @ (p - exact) ** 2
+        for p in (solutions[1].pressure, new.on_triangles)
+    )
+    assert after < 1.05**2 * before
+    assert new.on_triangles.min() > 0.8 * solutions[1].pressure.min()
 
 
 def test_exact_means_of_the_benchmark(benchmark):
