@@ -36,6 +36,8 @@ def test_pressures_of_all_kinds():
     [
         (np.ones(3), r"one for each of the 2113 cells, got shape \(3,\)"),
         (np.nan, "finite pressure, got nan"),
+        (lambda x: x, r"one pressure for each point, got shape \(2, 2113\) for 2113 points"),
+        (lambda x: np.nan * x[0], "finite pressure"),
     ],
 )
 def test_bad_pressures(pressure, message):

@@ -281,6 +281,9 @@ def test_bad_groups():
     for names, told in (["some"], r"\['some'\]"), ([], "none"):
         with pytest.raises(ValueError, match=rf"subdomains of the mesh, \['all'\], got {told}"):
             RigidPunches.from_subdomains(UNIT, mesh, names)
+    empty = disc(1).with_subdomains({"all": np.arange(4), "none": np.empty(0, int)})
+    with pytest.raises(ValueError, match=r"elements in each subdomain, got none in \['none'\]"):
+        RigidPunches.from_subdomains(UNIT, empty)
     with pytest.raises(ValueError, match='"dual" or "triangles"'):
         RigidPunches.from_subdomains(UNIT, mesh, grid="primal")
 

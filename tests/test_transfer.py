@@ -70,6 +70,8 @@ def test_points_on_the_boundary_are_inside_and_others_are_told():
         evaluate(basis, basis.doflocs[0], out, outside=0.0)
     with pytest.raises(ValueError, match="vector of shape"):
         evaluate(basis, basis.doflocs[0][1:], out)
+    with pytest.raises(TypeError, match=r"a CellBasis for target, got .*Remedy: CellBasis\("):
+        transfer(basis, basis.doflocs[0], mesh)
     with pytest.raises(TypeError, match="component="):
         evaluate(CellBasis(mesh, ElementVector(ElementTriP1())), np.zeros(2 * basis.N), x)
 

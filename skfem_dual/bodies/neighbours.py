@@ -56,6 +56,12 @@ def punches_on(
         raise ValueError(
             f"expected names of subdomains of the mesh, {known}, got {missing or 'none'}"
         )
+    empty = [name for name in names if not len((mesh.subdomains or {})[name])]
+    if empty:
+        raise ValueError(
+            f"expected elements in each subdomain, got none in {empty}. Remedy: leave it out of "
+            "names="
+        )
     return names, [_punch_on(substrate, mesh.restrict(name), grid) for name in names]
 
 

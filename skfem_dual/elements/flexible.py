@@ -65,6 +65,12 @@ def flexible_settlement(
     if isinstance(pressure, tuple) and len(pressure) == 2:
         pressure = transfer(*pressure, basis)
     if callable(pressure) and not isinstance(pressure, type):
+        some = checked_array("pressure", pressure(partition.centroids), None, each="point")
+        if some.shape not in ((), (len(partition),)):
+            raise ValueError(
+                "expected a function that gives one pressure for each point, got shape "
+                f"{some.shape} for {len(partition)} points"
+            )
         pressure = basis.project(pressure)
     values = checked_array("pressure", pressure, None, each="cell")
     if values.ndim == 0:

@@ -31,8 +31,8 @@ FACTOR, POWER = 3.5e-5, 2.5
 #: and rings of 150 to 600 cells on bonded layers of 0.06 to 0.3, with Poisson's ratios of 0 to 0.5
 MARGIN, SQUARE = 3e-4, 2.0
 #: how many times as soft as the ground under a cell a surface without end would be where the error
-#: is that of the whole
-CANCELLED = 150.0
+#: is that of the whole; and the same of triangles
+CANCELLED, IN_TRIANGLES = 150.0, 100.0
 #: sizes of cells whose moments remain numbers, and those of the ground's waves
 SIZES = 1e-20, 1e20
 #: cells smaller than so many lengths of the ground need not be looked at
@@ -107,7 +107,8 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
         edge = partition.areas[partition.f2c[0, edge_ribs(partition)]]
         c = seen_by(substrate, edge).singular_coefficient
         near = 2 * np.pi * c / (k * substrate.symbol(k))
-        error += (near / CANCELLED) ** 2
+        triangles = partition.polygons.sizes.max() == 3
+        error += (near / (IN_TRIANGLES if triangles else CANCELLED)) ** 2
     if error[0] <= ALLOWED:
         return None
     fine = np.append(finer, finer[-1])[np.nonzero(error > ALLOWED)[0][-1] + 1]

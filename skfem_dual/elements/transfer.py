@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm, CellBasis
 
-from ..arguments import checked_array, checked_choice
+from ..arguments import checked_array, checked_choice, checked_instance
 from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -111,6 +111,7 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     True
     """
     values = _checked(basis, values)
+    checked_instance("target", target, CellBasis, "CellBasis(mesh, element), or dual.basis()")
     _checked(target, np.zeros(target.N))
     if isinstance(target, CellwiseBasis) or target.elem.maxdeg == 0:
         return _loads_of_cells(basis, values, target) / Partition.from_basis(target).areas

@@ -300,6 +300,8 @@ def _inside(points: ndarray, loops: ndarray) -> MeshTri:
     longest = np.max(np.ptp(v, axis=1), axis=0)
     outside |= np.abs(signed_areas(local, t[:, only])) < ROUND * longest**2
     t = np.ascontiguousarray(np.delete(t, only[outside], axis=1))
+    if t.shape[1] == 0:
+        raise MeshError("no triangles are left, all are flat")
     mesh = numbered(MeshTri(points, t))
     along = np.sort([start, end], axis=0)
     edge = mesh.facets[:, mesh.f2t[1] == -1]

@@ -94,12 +94,26 @@ def _text(file: Any) -> ndarray:
             return np.loadtxt(
                 [separator.join(cells) for _, cells in rows], delimiter=separator, ndmin=2
             )
+        _require_numbers(lines, separator)
         return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2)
     except ValueError as error:
         raise ValueError(
-            f"expected numbers in columns in {file}: {one_line(str(error), 160)}. Remedy: one "
-            "decimal mark in all of it, a comma only between semicolons or tabs"
+            f"expected numbers in columns in {file}: {one_line(str(error), 160).rstrip('.')}. "
+            "Remedy: one decimal mark in all of it, a comma only between semicolons or tabs, and "
+            "a number where nothing was measured"
         ) from error
+
+
+def _require_numbers(lines: dict[int, str], separator: str | None) -> None:
+    """Refuse rows of another length than the first, and the first cell that is no number."""
+    columns = len(next(iter(lines.values())).split(separator))
+    for k, line in lines.items():
+        cells = line.split("#")[0].split(separator)
+        if len(cells) != columns:
+            raise ValueError(f"line {k} has {len(cells)} columns, the first {columns}")
+        for j, cell in enumerate(cells, 1):
+            if not _is_number(cell):
+                raise ValueError(f"got {cell.strip()!r} in line {k}, column {j}")
 
 
 def _is_number(word: str) -> bool:
