@@ -144,7 +144,7 @@ def _add_solve(commands: Any) -> None:
         table="the load cases as a table (CSV)",
         png="isobars, of the case with the largest pressure,",
         svg="the same isobars (SVG or PDF)",
-        vtu="the cells of that case, of a plate with it and the ground around",
+        vtu="the cells of that case, of a plate alone with it and the ground around",
         json="all results for other programs",
         report="a report with pictures (HTML or PDF)",
     )

@@ -21,7 +21,7 @@ PARTS = ("bx", "by", "q")
 ALSO = {
     **dict.fromkeys(("case", "load case", "lastfall", "cas", "cas de charge"), "name"),
     **dict.fromkeys(("fundament", "semelle"), "footing"),
-    **dict.fromkeys(("p", "v", "kraft"), "force"),
+    **dict.fromkeys(("p", "v", "f", "kraft", "kräfte", "last"), "force"),
 }
 #: what they measure
 QUANTITY = {
