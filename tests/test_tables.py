@@ -146,3 +146,9 @@ def test_units_of_headings_are_changed(tmp_path):
     assert row.moments == pytest.approx((3.0, 4.5))
     with pytest.raises(ValueError, match="unit of force such as kN, got 'kg' of the heading for"):
         read_cases(write(tmp_path, "name,force [kg]\na,1\n"), "kN,m")
+
+
+@pytest.mark.parametrize("heading", ["F", "P [kN]", "Kräfte", "Last"])
+def test_words_for_a_force(tmp_path, heading):
+    (row,) = read_cases(write(tmp_path, f"case;{heading}\nA;1200\n"), "kN,m")
+    assert row.force == 1200.0
