@@ -370,3 +370,25 @@ def test_springs_that_are_taken_for_none_are_no_success(name):
     _, sprung, _, f, _ = on_springs(name, 1e-8, young=1e6)
     with pytest.warns(ConvergenceWarning, match="forces of the structure are off by"):
         assert not sprung.solve(f, unilateral=False).success
+
+
+@pytest.mark.parametrize("stiffness", [1e-6, 1e-3, 0.1, 100.0])
+@pytest.mark.parametrize("grid", ["dual", "quadrilaterals"])
+def test_a_solid_on_springs_slides_and_turns_only(grid, stiffness):
+    """The ground resists none of its motions: as with three DOFs that keep it from sliding."""
+    cells, basis, K, options = block_on(grid)
+    base, (along, across, up) = basis.boundary("base"), basis.nodal_dofs
+    springs = BilinearForm(lambda u, v, w: stiffness * u[2] * v[2]).assemble(base)
+    f = LinearForm(lambda v, w: -(2 + w.x[0]) * v[2]).assemble(base)
+    corner, other = (np.argmin(np.hypot(*(basis.mesh.p[:2].T - c).T)) for c in ([-1, -1], [1, -1]))
+    level = np.array([along[corner], across[corner], across[other]])
+    one, two = (
+        ElasticPunch(SOIL, cells, basis, K + springs, D=D, **options).solve(f, unilateral=False)
+        for D in (None, level)
+    )
+    assert one.success
+    assert one.equilibrium_residual < 1e-6
+    largest = np.abs(two.pressure).max()
+    assert one.pressure == pytest.approx(two.pressure, abs=1e-6 * largest)
+    carried = -(springs @ one.displacement)[up].sum()
+    assert one.force + carried == pytest.approx(-f[up].sum(), rel=1e-6)

@@ -89,6 +89,17 @@ def test_loads_that_govern():
         assert error(one, fine.settlement, fine.tilt) < 1e-3
 
 
+def test_loads_that_lift_a_plan_off_on_both_sides():
+    """Meshes become finer where each touches, though one alone has the extremes."""
+    loads = Load(1e6, (0.85, 0.0)), Load(1e6, (-0.8, 0.0)), Load(1e6, (0.84, 0.0))
+    problem = governing(Problem(Plan.circle((0, 0), 1.0), SOIL, loads, (0.0, 0.0), True, False))
+    assert problem.loads == loads[:2]
+    found, record = reached(problem, 1e-3)
+    assert record.reached
+    alone = solve_plan(problem.plan, SOIL, 1e6, (-0.8, 0.0), accuracy=1e-4)
+    assert error(found.solutions[1], alone.settlement, alone.tilt) < 1e-3
+
+
 def test_numbers_refer_to_the_origin():
     """The same footing and load, seen from the centroid, a corner, and with moments."""
     plan = Plan.from_polygon([(0, 0), (12, 0), (12, 8), (0, 8)])

@@ -54,8 +54,9 @@ from ..solutions.pressures import CellPressures, checked_solution
 from .body import Body
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 
-#: deflections of the ground's surface below so many times the largest are none
-AT_REST = 1e-8
+#: deflections of the ground's surface below so many times the largest are none, and below so many
+#: times what motions make of the structure, but for parts that are so many times as stiff
+AT_REST, IDLE, ALIKE = 1e-8, 1e-6, 1e3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -246,7 +247,13 @@ class ElasticPunch(Body):
         all_motions = self.compliance.motions
         small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
         _, size, rows = np.linalg.svd(small)
-        count = int(np.sum(size > AT_REST * size.max(initial=0.0)))
+        # of structures that only slide and turn the largest is rounding, too
+        units, on_ground = self.compliance.units, np.diff(self.trace.tocsc().indptr) > 0
+        usual = np.median(units[on_ground & (units > 0)]) if units[on_ground].any() else np.inf
+        some = units > usual / ALIKE
+        reach = np.linalg.norm(abs(self.trace) @ units)
+        moved = reach * np.abs(all_motions[some] / units[some, None]).max(initial=0.0)
+        count = int(np.sum(size > max(AT_REST * size.max(initial=0.0), IDLE * moved)))
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
 

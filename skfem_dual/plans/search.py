@@ -1,5 +1,6 @@
 """Finer and finer meshes of a plan, until the answers on them are accurate enough."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -49,6 +50,8 @@ QUICK = 1000
 #: nodes of slender plans over perimeter by length of facets, seconds that their triangulation
 #: takes over the square of these, and how many are waited for without a limit
 NODES, TRIANGULATED, SLENDER = 6.0, 1e-8, 60.0
+#: part of the contact of a load that may lie where no load that is judged has some
+ELSEWHERE = 0.2
 #: lengths tried if the first is too coarse for the outline
 TRIES = 6
 
@@ -267,7 +270,28 @@ def governing(problem: Problem) -> Problem:
     judged = {farthest}
     if cases.success.any():
         judged |= {extreme.number for extreme in cases.envelope()}
+        judged = _with_contact_elsewhere(judged, cases.solutions, problem.plan.area)
     return replace(problem, loads=tuple(problem.loads[k] for k in sorted(judged)))
+
+
+def _with_contact_elsewhere(
+    judged: set[int], solutions: Sequence[PunchSolution | None], area: float
+) -> set[int]:
+    """Those and cases in contact where none of them is, as long as less than half of the plan is
+    looked at: only where cases that are judged touch meshes become finer."""
+    found = {k: s for k, s in enumerate(solutions) if s is not None and s.success}
+    areas = next(iter(found.values())).footprint.partition.areas
+    touched = np.zeros(len(areas), dtype=bool)
+    for k in judged & found.keys():
+        touched[found[k].contact] = True
+    for k, solution in found.items():
+        if 2 * areas[touched].sum() > area:
+            break
+        own = solution.contact
+        if areas[own[~touched[own]]].sum() > ELSEWHERE * areas[own].sum():
+            judged = judged | {k}
+            touched[own] = True
+    return judged
 
 
 def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, Accuracy]:
