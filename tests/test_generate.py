@@ -346,3 +346,9 @@ def test_senses_of_small_outlines_far_from_the_origin(sense):
     kite = 0.01 * np.array([[0, 1, 1.1, 1, 0], [0, 0, 0.5, 1, 1]])[:, ::sense]
     found = corners_of("outline", kite + np.array([[4.5e5], [5.4e6]]))
     assert signed_areas(found[:, :3], np.array([[0], [1], [2]]))[0] > 0
+
+
+@pytest.mark.parametrize("width", [1e-11, 1e-12])
+def test_a_plan_all_of_whose_triangles_are_flat(width):
+    with pytest.raises(MeshError, match="no triangulation with a valid dual grid found"):
+        rectangle(1.0, width, n=30)

@@ -18,6 +18,7 @@ from skfem_dual import (
     ResolutionWarning,
     RigidPunch,
     RigidPunches,
+    load_path,
 )
 from skfem_dual.contact import loaded_cells, union
 from skfem_dual.grids import generate
@@ -558,3 +559,14 @@ def test_far_larger_cells_beside_a_small_body_are_told(solve):
     with pytest.warns(ResolutionWarning, match=r"cells of punch 0 beside punch 1 are"):
         Punches(small_beside_large(0.02).punches).solve([{"force": 1.0}, {"force": 1e-3}])
     getattr(small_beside_large(0.1), solve)(loads)
+
+
+def test_messages():
+    """Those of all, each once; of a path one for each load."""
+    group = pair(3.0)
+    both = group.solve([{"force": 1.0}, {"force": 1.0}])
+    assert both.success
+    assert both.message == both[0].message
+    path = load_path(punch(disc(2)), [{"force": 1.0}, {"force": 2.0}])
+    assert path.messages == tuple(s.message for s in path.solutions)
+    assert "LoadPath object" in repr(path)

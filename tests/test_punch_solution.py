@@ -1,5 +1,6 @@
 """What a solution tells: pressures at points and nodes, along the edge, with weighted cells."""
 
+import re
 from dataclasses import fields
 from pathlib import Path
 
@@ -315,3 +316,22 @@ def test_imposed_positions_take_no_work():
     solution = RigidPunch(UNIT, basis, origin=(0.5, 0.5)).solve(settlement=0.1, tilt=(0.0, 0.02))
     assert np.array_equal(solution.positions, [[0.1, 0.0, 0.02]] * 3)
     assert "Settlement W0     0.1" in str(solution)
+
+
+def test_an_origin_off_the_plan_is_named():
+    """To which positions imposed, and loads on ground that may pull, refer without an error."""
+    far = DualMesh.from_mesh(generate.disc(n=60).translated((30.0, 0.0))).basis()
+    soil = HalfSpace(1.0, 0.0)
+    found = RigidPunch(soil, far).solve(1.0, unilateral=False)
+    assert re.search(r"Origin +\(0, 0\), 29 off the plan", str(found))
+    for origin in ((30.0, 0.0), (31.0, 0.0)):  # on the edge it is near enough
+        near = RigidPunch(soil, far, origin=origin).solve(1.0, unilateral=False)
+        assert "Origin" not in str(near)
+
+
+def test_cells_in_contact_are_not_to_be_changed():
+    found = solve(disc(3), at=(0.5, 0.0))
+    assert found.contact.dtype == np.int32
+    for values in (found.contact, found.centre_of_pressure):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0

@@ -247,15 +247,21 @@ class ElasticPunch(Body):
         all_motions = self.compliance.motions
         small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
         _, size, rows = np.linalg.svd(small)
-        # of structures that only slide and turn the largest is rounding, too
-        units, on_ground = self.compliance.units, np.diff(self.trace.tocsc().indptr) > 0
-        usual = np.median(units[on_ground & (units > 0)]) if units[on_ground].any() else np.inf
-        some = units > usual / ALIKE
-        reach = np.linalg.norm(abs(self.trace) @ units)
-        moved = reach * np.abs(all_motions[some] / units[some, None]).max(initial=0.0)
-        count = int(np.sum(size > max(AT_REST * size.max(initial=0.0), IDLE * moved)))
+        least = max(AT_REST * size.max(initial=0.0), IDLE * self._moved(all_motions))
+        count = int(np.sum(size > least))
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
+
+    def _moved(self, motions: ndarray) -> float:
+        """Deflection of the ground's surface if motions moved its DOFs as far as any others, in
+        their units: where structures only slide and turn, that which they cause is rounding."""
+        units, on_ground = self.compliance.units, np.diff(self.trace.tocsc().indptr) > 0
+        usual = units[on_ground & (units > 0)]
+        if not len(usual):
+            return 0.0
+        some = units > np.median(usual) / ALIKE
+        reach = np.linalg.norm(abs(self.trace) @ units)
+        return float(reach * np.abs(motions[some] / units[some, None]).max(initial=0.0))
 
     @computed_once
     def operator(self) -> YieldingOperator:

@@ -92,8 +92,8 @@ class RigidPunch(Movable, RigidBodies):
         If an argument is something else than what it must be.
     ValueError
         If boundaries are not on the edge of the plan, a shape is not finite in all cells or its
-        size not theirs, or the punch is flat on a `PeriodicGround`, whose period its cells must
-        fill, or it is not solved.
+        size not theirs, or the punch is flat on a `PeriodicGround`; cells that do not fill its
+        period are refused by `solve`.
     MeshError
         If the basis is not piecewise constant on cells of a plane region, or the cells do not
         have the symmetry that is given.

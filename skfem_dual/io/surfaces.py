@@ -94,8 +94,11 @@ def _text(file: Any) -> ndarray:
             return np.loadtxt(
                 [separator.join(cells) for _, cells in rows], delimiter=separator, ndmin=2
             )
-        _require_numbers(lines, separator)
-        return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2)
+        try:
+            return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2)
+        except ValueError:
+            _require_numbers(lines, separator)  # tells where
+            raise
     except ValueError as error:
         raise ValueError(
             f"expected numbers in columns in {file}: {one_line(str(error), 160).rstrip('.')}. "

@@ -167,8 +167,8 @@ class Problem:
         Raises
         ------
         TimeoutError
-            If that has many cells and takes longer than the time limit: a solution takes about as
-            long as its mesh.
+            If that has many cells and takes longer than the time limit, or than a minute without
+            one: a solution takes about as long as its mesh.
         """
         if self.unilateral:  # what no mesh can balance
             hull = Hull(self.plan.around)
@@ -194,8 +194,8 @@ class Problem:
         if nodes > 10 * QUICK and seconds > allowed:
             raise TimeoutError(
                 f"expected a plan less slender, got one whose coarsest mesh takes {nodes} cells "
-                f"or more and about {seconds:.2g} s. Remedy: a shorter piece of the plan, or "
-                "RigidPunch on a mesh of your own"
+                f"or more and about {seconds:.2g} s, {allowed:g} s are allowed. Remedy: "
+                "time_limit=, a shorter piece of the plan, or RigidPunch on a mesh of your own"
             )
 
     def _require_time(self, mesh: MeshTri, seconds: float) -> None:
