@@ -24,15 +24,18 @@ from skfem import (
     CellBasis,
     ElementHex1,
     ElementQuad0,
+    ElementQuad1,
     ElementTriArgyris,
     ElementTriMorley,
     ElementVector,
     LinearForm,
     MeshHex,
+    MeshQuad,
     MeshTri,
 )
 from skfem.helpers import dd, ddot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+from skfem.models.poisson import laplace
 
 from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
 from skfem_dual.elements.load_matrix import load_matrix
@@ -392,3 +395,30 @@ def test_a_solid_on_springs_slides_and_turns_only(grid, stiffness):
     assert one.pressure == pytest.approx(two.pressure, abs=1e-6 * largest)
     carried = -(springs @ one.displacement)[up].sum()
     assert one.force + carried == pytest.approx(-f[up].sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize("body", ["solid", "plate"])
+def test_hexahedra_and_quadrilaterals_at_site_coordinates(body):
+    """There scikit-fem's Newton iteration has no digits left, from a kilometre on."""
+    x = np.linspace(-1, 1, 5)
+
+    def deflections(site):
+        plan = MeshQuad.init_tensor(x, x).translated(site)
+        if body == "solid":
+            mesh = MeshHex.init_tensor(x, x, x[2:]).translated((*site, 0.0))
+            basis = CellBasis(mesh, ElementVector(ElementHex1()))
+            K = linear_elasticity(*lame_parameters(10.0, 0.3)).assemble(basis)
+            base = {"boundary": mesh.facets_satisfying(lambda x: x[2] == 0)}
+            f = -1.0 * (np.arange(basis.N) == basis.nodal_dofs[2, np.argmax(mesh.p[2])])
+        else:
+            basis, base = CellBasis(plan, ElementQuad1()), {}
+            K = laplace.assemble(basis)
+            f = laplace.assemble(basis).diagonal()
+        punch = ElasticPunch(SOIL, CellBasis(plan, ElementQuad0()), basis, K, **base)
+        s = punch.solve(f, unilateral=False)
+        forces = s.load_vector(s.punch.contact_basis)
+        assert s.success
+        assert abs(forces.sum()) == pytest.approx(abs(f.sum()), rel=1e-9)
+        return s.deflection(plan.p)
+
+    np.testing.assert_allclose(deflections((4.5e5, 5.4e6)), deflections((0.0, 0.0)), rtol=1e-6)

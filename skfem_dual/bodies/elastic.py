@@ -12,6 +12,7 @@ structure too stiff to bend is the rigid punch of the same cells.
 """
 
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from time import perf_counter
 from typing import Any
@@ -42,6 +43,7 @@ from ..contact.verify import verified
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import values_inside
 from ..elements.shape_functions import picklable
+from ..grids.mappings import inverting
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
@@ -157,8 +159,8 @@ class ElasticPunch(Body):
             )
         object.__setattr__(self, "origin", self.footprint.origin)
         # what does not fit is refused now
-        self.compliance  # noqa: B018
         self.loads  # noqa: B018
+        self.compliance  # noqa: B018
         self.trace  # noqa: B018
         self.initial_gap  # noqa: B018
 
@@ -185,7 +187,9 @@ class ElasticPunch(Body):
         """The basis of the structure where it faces the ground: its own, or on the facets."""
         if self.boundary is None:
             return self.structure
-        return self.structure.boundary(checked_facets(self.structure.mesh, self.boundary))
+        basis, mesh = copy(self.structure), self.structure.mesh
+        basis.mapping = inverting(basis.mapping)
+        return basis.boundary(checked_facets(mesh, self.boundary))
 
     @computed_once
     def compliance(self) -> Compliance:

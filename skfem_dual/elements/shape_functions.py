@@ -12,7 +12,7 @@ from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
 from ..arguments import checked_integer
-from ..grids.mappings import mapping_about_middle, middle_of
+from ..grids.mappings import inverse, inverting, is_far, mapping_about_middle
 from ..grids.polygons import some
 from ..kernels.once import computed_once
 
@@ -37,9 +37,9 @@ class ShapeFunctions:
     up: ndarray | None
     component: int | None
 
-    @property
+    @computed_once
     def mapping(self) -> Mapping:
-        return self.basis.mapping
+        return inverting(self.basis.mapping)
 
     @classmethod
     def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
@@ -88,7 +88,7 @@ class ShapeFunctions:
         element = self.elements[cell]
         if self.height is not None:
             x = np.vstack([x, np.full(x.shape[1], self.height)])
-        local = _inverse(self.mapping, x[:, :, None], element)
+        local = inverse(self.mapping, x[:, :, None], element)
         if self._polynomial:
             return self._tabulated(local[..., 0], cell)
         return self._evaluated(local, cell)[..., 0]
@@ -123,8 +123,7 @@ class ShapeFunctions:
         square of the distance from the origin: they are made anew about the middle of the mesh.
         """
         element, mesh = self.basis.elem, self.basis.mesh
-        near = (np.abs(middle_of(mesh)) <= np.ptp(mesh.p, axis=1)).all()
-        if near or not self._global:
+        if not (self._global and is_far(mesh)):
             return element, self.mapping
         return _without_functions(element), mapping_about_middle(mesh)
 
@@ -249,31 +248,6 @@ def _monomials(x: ndarray, each: int, most: int) -> ndarray:
     """Products of powers of coordinates up to a degree of each and in all, shape (k, m)."""
     powers = np.indices((each + 1,) * len(x)).reshape(len(x), -1).T
     return np.stack([np.prod(x.T**p, axis=1) for p in powers if p.sum() <= most])
-
-
-def _inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
-    """Coordinates in the reference element of points of shape (dim, m, 1) in elements.
-
-    By Newton's method where the mapping is not affine; scikit-fem's own stays inside the
-    reference element and would not find points beside it by rounding.
-    """
-    if isinstance(mapping, MappingAffine):
-        return mapping.invF(x, tind=element)
-    found = np.full(x.shape, 1 / 3)
-    for _ in range(20):
-        step = np.einsum(
-            "ijkl,jkl->ikl", mapping.invDF(found, element), x - mapping.F(found, element)
-        )
-        found = found + step
-        if np.abs(step).max(initial=0.0) < 1e-13:
-            return found
-    if np.abs(step).max() < 1e-10:
-        return found
-    bad = element[np.argmax(np.abs(step).max(axis=(0, 2)))]
-    raise ValueError(
-        f"expected elements whose mapping can be inverted, element {bad} cannot. Remedy: "
-        "convex elements, not degenerate"
-    )
 
 
 def picklable(basis: _B) -> _B:

@@ -1,8 +1,12 @@
-"""Reference mappings that no other thread is filling."""
+"""Reference mappings that no other thread is filling, and that keep digits far from the origin."""
 
+import numpy as np
 from numpy import ndarray
 from skfem import Mesh
-from skfem.mapping import Mapping, MappingAffine
+from skfem.mapping import Mapping, MappingAffine, MappingIsoparametric
+
+#: steps of Newton's method, and the last of them that will do at all and at once
+STEPS, LARGEST, LEAST = 20, 1e-10, 1e-13
 
 
 def own_mapping(mesh: Mesh) -> Mapping:
@@ -22,3 +26,61 @@ def middle_of(mesh: Mesh) -> ndarray:
 def mapping_about_middle(mesh: Mesh) -> Mapping:
     """That of the mesh moved to the origin, where polynomials of coordinates have all digits."""
     return own_mapping(mesh.translated(-middle_of(mesh)))
+
+
+def is_far(mesh: Mesh) -> bool:
+    """Whether a mesh lies farther from the origin than its own size along some axis."""
+    return bool((np.abs(middle_of(mesh)) > np.ptp(mesh.p, axis=1)).any())
+
+
+class InverseAboutMiddle(MappingIsoparametric):
+    """The isoparametric mapping of a mesh, inverted in coordinates about its middle.
+
+    Farther from the origin than some hundred of its sizes that of scikit-fem does not converge.
+    """
+
+    def __init__(self, mesh: Mesh):
+        super().__init__(mesh, mesh.elem(), mesh.bndelem)
+        self._middle, self._moved = middle_of(mesh), mapping_about_middle(mesh)
+
+    def invF(self, x: ndarray, tind: ndarray | None = None, *_: object) -> ndarray:
+        """Coordinates in the reference element of points of shape (dim, m, q) in elements."""
+        tind = np.arange(self.mesh.nelements) if tind is None else tind
+        return inverse(self._moved, x - self._middle[:, None, None], tind)
+
+
+def inverting(mapping: Mapping) -> Mapping:
+    """A mapping whose inverse has all digits, wherever its mesh lies: most often itself."""
+    mesh = mapping.mesh
+    usual = type(mapping) is MappingIsoparametric and type(mapping.elem) is mesh.elem
+    return InverseAboutMiddle(mesh) if usual and is_far(mesh) else mapping
+
+
+def inverse(mapping: Mapping, x: ndarray, element: ndarray) -> ndarray:
+    """Coordinates in the reference element of points of shape (dim, m, q) in elements.
+
+    By Newton's method where the mapping is not affine; scikit-fem's own stays inside the
+    reference element and would not find points beside it by rounding.
+
+    Raises
+    ------
+    ValueError
+        If that of an element cannot be inverted.
+    """
+    if isinstance(mapping, (MappingAffine, InverseAboutMiddle)):
+        return mapping.invF(x, tind=element)
+    found = np.full(x.shape, 1 / 3)
+    for _ in range(STEPS):
+        step = np.einsum(
+            "ijkl,jkl->ikl", mapping.invDF(found, element), x - mapping.F(found, element)
+        )
+        found = found + step
+        if np.abs(step).max(initial=0.0) < LEAST:
+            return found
+    if np.abs(step).max() < LARGEST:
+        return found
+    bad = element[np.argmax(np.abs(step).max(axis=(0, 2)))]
+    raise ValueError(
+        f"expected elements whose mapping can be inverted, element {bad} cannot. Remedy: "
+        "convex elements, not degenerate"
+    )
