@@ -157,7 +157,7 @@ def test_settlements_are_the_matrix_times_the_pressures(x):
 @pytest.mark.parametrize("edge", ["singular", "constant"])
 def test_rough_settlements_by_moments(edge, monkeypatch):
     """In cells, beside them and far off; constant pressures more closely the farther cells are
-    integrated, to rounding errors of single precision."""
+    integrated."""
     footprint = Footprint.from_basis(SOIL, DualMesh.from_mesh(disc(4)).basis(), edge)
     rng = np.random.default_rng(0)
     x = np.hstack([footprint.collocation_points[:, ::9], rng.uniform(-1.5, 1.5, (2, 100))])
@@ -170,14 +170,13 @@ def test_rough_settlements_by_moments(edge, monkeypatch):
         errors.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
     # slopes are dipoles beyond 2.5 radii in what is called exact
     assert errors[0] < (5e-5 if edge == "singular" else 1e-5)
-    assert edge == "singular" or errors[1] < min(2e-7, errors[0] / 4)
+    assert edge == "singular" or errors[1] < errors[0] / 10
     one = footprint.settlements(x, pressure[:, 0], rough=True)
     assert one == pytest.approx(found[:, 0], rel=1e-14)
 
 
 @pytest.mark.parametrize(("size", "force"), [(1e-12, 1e30), (1e15, 1e-30), (1.0, 0.0)])
 def test_rough_settlements_in_any_units(size, force):
-    """Single precision has a narrow range, and few digits at site coordinates."""
     rng = np.random.default_rng(1)
     x, pressure = rng.uniform(-1.5, 1.5, (2, 50)), force * rng.random((145, 2))
     at = np.array([[4.5e5], [5.4e6]])

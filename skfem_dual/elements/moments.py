@@ -118,12 +118,9 @@ def far_influence(dx, dy, square, terms, k):
 
 @inlined
 def arms(dx, dy, square):
-    """The inverse of the distance, zero in a circle, and products of the direction.
-
-    All in the precision of the arm, which constants would make double.
-    """
+    """The inverse of the distance, zero in a circle, and products of the direction."""
     r2 = dx * dx + dy * dy
-    f = np.sqrt(r2) / r2 if r2 >= square else r2 - r2
+    f = 1 / np.sqrt(r2) if r2 >= square else 0.0
     x, y = f * dx, f * dy
     return f, x, y, x * x, x * y
 
