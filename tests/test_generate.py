@@ -13,6 +13,7 @@ from skfem_dual.grids.general import general_triangulation
 from skfem_dual.grids.generate import annulus, disc, polar, polygon, rectangle
 from skfem_dual.grids.partition import Partition
 from skfem_dual.grids.preprocess import Quality, relocate
+from skfem_dual.grids.quality import smallest_angles
 
 EXCISED = np.array(
     [
@@ -352,3 +353,29 @@ def test_senses_of_small_outlines_far_from_the_origin(sense):
 def test_a_plan_all_of_whose_triangles_are_flat(width):
     with pytest.raises(MeshError, match="no triangulation with a valid dual grid found"):
         rectangle(1.0, width, n=30)
+
+
+@pytest.mark.parametrize("short", [0.1, 0.01, 1e-3])
+@pytest.mark.parametrize("n", [100, 800])
+def test_short_sides_have_small_triangles_around(short, n):
+    """A step, a slot and a chamfer; triangles as long as the others would be slivers."""
+    outline = [(0, 0), (4, 0), (4, 0.5), (4 + short, 0.5), (4 + short, 0), (10 - short, 0)]
+    outline += [(10, short), (10, 6), (5, 6), (5, 6 - short), (0, 6 - short)]
+    mesh = polygon(outline, n=n)
+    assert np.degrees(smallest_angles(mesh.p, mesh.t).min()) > 10
+    assert mesh.nvertices < max(1.02 * n, 600)
+    length = np.hypot(*np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0])
+    assert 0.3 * short < length.min() <= 1.01 * short
+    assert length.max() > 0.5 * np.sqrt(60 / n)
+
+
+def test_small_holes_have_small_triangles_around():
+    """Of the area of the plan, whose arcs have nodes in unequal distances."""
+    holes = [Plan.circle((2, 2), 0.03), Plan.circle((7, 3), 0.4)]
+    quarter = np.tan(np.pi / 8)
+    outline = [(0, 0), (9.9, 0, quarter), (10, 0.1), (10, 5), (9, 6, -0.2), (0, 6)]
+    plan = Plan.from_polygon(outline, holes)
+    mesh = plan.mesh(n=400)
+    assert np.degrees(smallest_angles(mesh.p, mesh.t).min()) > 15
+    assert area(mesh) == pytest.approx(plan.area, rel=1e-13)
+    assert [len(mesh.boundaries[name]) >= 12 for name in ("hole0", "hole1")] == [True, True]

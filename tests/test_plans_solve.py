@@ -174,6 +174,29 @@ def test_something_else_than_a_plan():
         solve_plan([(0, 0), (1, 0), (0, 1)], SOIL, 1.0)
 
 
+def trimmed(cut, bulge):
+    """A rectangle of 10 x 6 with its corners cut off or, with a bulge, rounded."""
+    a, b, c = 10 - cut, 6 - cut, cut
+    outline = [(c, 0, 0), (a, 0, bulge), (10, c, 0), (10, b, bulge)]
+    return Plan.from_polygon([*outline, (a, 6, 0), (c, 6, bulge), (0, b, 0), (0, c, bulge)])
+
+
+@pytest.mark.parametrize("bulge", [0.0, np.tan(np.pi / 8)])
+def test_small_fillets_and_chamfers(bulge):
+    """They take small triangles in the corners alone, and count as little as they should."""
+    whole = solve_plan(Plan.from_polygon([(0, 0), (10, 0), (10, 6), (0, 6)]), SOIL, 1.0)
+    settled = {cut: solve_plan(trimmed(cut, bulge), SOIL, 1.0) for cut in (0.3, 0.05, 0.002)}
+    for solution in settled.values():
+        assert solution.accuracy.reached
+        assert solution.accuracy.cells < 1000
+    close = solve_plan(trimmed(0.3, bulge), SOIL, 1.0, accuracy=2e-5)
+    assert settled[0.3].settlement == pytest.approx(close.settlement, rel=2e-4)
+    rise = [s.settlement / whole.settlement - 1 for s in settled.values()]
+    assert 1e-3 < rise[0] < 6e-3
+    assert rise[1] < rise[0] / 5
+    assert abs(rise[2]) < 2e-4
+
+
 @pytest.mark.slow
 def test_accuracy_is_kept():
     """Of 200 random plans and loads 98 % keep it; what it costs is in benchmarks/plan_cost.py."""

@@ -1,5 +1,6 @@
 """Closed boundaries of domains: circles and polygons."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +13,14 @@ from ..kernels.once import computed_once
 from ..messages import place
 from .outline import distance_to_segments, inside_loops
 from .planar import cross
+
+#: how far apart nodes should be in points of shape (2, n)
+Width = Callable[[ndarray], ndarray]
+#: shares of a side at which that is asked: closer at the ends, as short sides are beyond these
+ASKED = np.concatenate([[0.0], np.geomspace(1e-8, 0.02, 24), np.linspace(0.03, 0.5, 48)])
+ASKED = np.concatenate([ASKED, 1 - ASKED[-2::-1]])
+#: widths that differ by a smaller part are even
+EVEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -37,7 +46,7 @@ class Circle:
         """Lower left and upper right corner as columns."""
         return np.array(self.centre)[:, None] + self.radius * np.array([-1, 1])
 
-    def points(self, k: int) -> ndarray:
+    def points(self, k: int, width: "Width | None" = None) -> ndarray:
         """``k`` equally spaced points, counter-clockwise; shape (2, k)."""
         step = 2 * np.pi / k
         radius = self.radius * (1.0 if self.inscribed else np.sqrt(step / np.sin(step)))
@@ -78,13 +87,15 @@ class Polygon:
         """Lower left and upper right corner as columns."""
         return np.stack([self.corners.min(axis=1), self.corners.max(axis=1)], axis=1)
 
-    def points(self, k: int) -> ndarray:
-        """``k`` points, equally spaced on each side, counter-clockwise; shape (2, k)."""
-        parts = shares(k, self._lengths, np.ones(self.least, dtype=int))
-        side = np.repeat(np.arange(self.least), parts)
-        first = np.cumsum(parts) - parts
-        s = (np.arange(parts.sum()) - first[side]) / parts[side]
-        return self.corners[:, side] * (1 - s) + self._ends[:, side] * s
+    def points(self, k: int, width: "Width | None" = None) -> ndarray:
+        """``k`` points, equally spaced on each side, or some as far apart as ``width`` has it,
+        counter-clockwise; shape (2, k)."""
+        least = np.ones(self.least, dtype=int)
+        return self._at(*along(k, self._lengths, least, self._at, width))
+
+    def _at(self, side: ndarray, share: ndarray) -> ndarray:
+        """Points on sides, at shares of their lengths; shape (2, n)."""
+        return self.corners[:, side] * (1 - share) + self._ends[:, side] * share
 
     def depth(self, x: ndarray) -> ndarray:
         """Distance of points to the boundary, negative outside."""
@@ -107,8 +118,8 @@ class Curve(Protocol):
     def box(self) -> ndarray:
         """Lower left and upper right corner as columns."""
 
-    def points(self, k: int) -> ndarray:
-        """``k`` points, counter-clockwise; shape (2, k)."""
+    def points(self, k: int, width: "Width | None" = None) -> ndarray:
+        """``k`` points, or as many as distances of ``width`` take, counter-clockwise."""
 
     def depth(self, x: ndarray) -> ndarray:
         """Distance of points to the boundary, negative outside."""
@@ -121,6 +132,40 @@ def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
     rest = max(0, total - parts.sum())
     parts[np.argsort(parts - exact, kind="stable")[:rest]] += 1
     return parts
+
+
+def along(
+    k: int,
+    lengths: ndarray,
+    least: ndarray,
+    at: Callable[[ndarray, ndarray], ndarray],
+    width: Width | None = None,
+) -> tuple[ndarray, ndarray]:
+    """Sides and the shares of them where ``k`` points lie, the first of each side in its start.
+
+    With a ``width`` as many as that takes: each side in parts of which all are as many widths
+    long. ``at`` tells the points of sides and shares.
+    """
+    if width is None:
+        parts = shares(k, lengths, least)
+    else:
+        number = np.repeat(np.arange(len(lengths)), len(ASKED))
+        widths = width(at(number, np.tile(ASKED, len(lengths)))).reshape(-1, len(ASKED))
+        low, high = widths[:, :-1], widths[:, 1:]
+        even = np.abs(high - low) < EVEN * low
+        # the mean of 1 / width where that is linear
+        rise = np.where(even, 1.0, high - low)
+        mean = np.where(even, 2 / (low + high), np.log(high / low) / rise)
+        passed = np.cumsum(np.diff(ASKED) * mean * lengths[:, None], axis=1)
+        parts = np.maximum(least, np.rint(passed[:, -1]).astype(int))
+    side = np.repeat(np.arange(len(parts)), parts)
+    first = np.cumsum(parts) - parts
+    share = (np.arange(parts.sum()) - first[side]) / parts[side]
+    if width is not None:
+        for i in np.nonzero(parts > 1)[0]:
+            own = side == i
+            share[own] = np.interp(share[own] * passed[i, -1], np.append(0.0, passed[i]), ASKED)
+    return side, share
 
 
 def corners_of(name: str, corners: ArrayLike) -> ndarray:

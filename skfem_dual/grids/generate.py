@@ -221,7 +221,9 @@ def polygon(
     holes : sequence of (2, k) arrays of float, or of sequences of pairs
         Corners of the holes.
     size, n, nboundary
-        As for `disc`; ``nboundary`` counts the nodes on outline and holes.
+        As for `disc`; ``nboundary`` counts the nodes on outline and holes. Without it triangles
+        around sides far shorter than the others are as small as these, and grow by 0.4 for every
+        unit of distance, which may take more than ``n`` nodes.
     graded : float, optional
         The length of boundary facets over ``size``, as for `disc`.
 

@@ -1,6 +1,8 @@
 """Triangles of a wanted size in a domain bounded by circles and polygons."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy import ndarray
@@ -22,6 +24,8 @@ from .relocation import to_means
 MOST = 10**8
 #: growth of the size of triangles per distance from the boundary
 GROWTH = 0.2
+#: the same around facets on it that are far shorter than the mean: so many times as long or less
+STEEPER, SHORT = 0.4, 0.5
 #: where lattices start, over their spacing: out of symmetry, so that counts change by ones
 STARTS = 0.137 + 0.071j, 0.31 + 0.22j, 0.05 + 0.4j, 0.43 + 0.13j
 #: smallest angle in degrees with which no better start of the lattice is looked for
@@ -138,6 +142,7 @@ def _wanted(
 ) -> tuple[ndarray, ndarray]:
     """Points of the size that gives about ``n`` of them."""
     low, high = 0.0, np.inf  # sizes that give too many and too few
+    largest = np.ptp(curves[0].box, axis=1).max()
     size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
     least = sum(c.length for c in curves) / (ratio * n)  # with less the boundary alone has more
     if nboundary is None and least > FAR * size:
@@ -149,6 +154,8 @@ def _wanted(
             best = points, loops
         # one node more or less takes a step of 1 / (2 n) of the size
         if abs(excess) <= n // 2000 or high < low * (1 + 1 / (8 * n)):
+            break
+        if excess > 0 and size > largest:  # so many are on the boundary and around short facets
             break
         low, high = (size, high) if excess > 0 else (low, size)
         inner, wanted = points.shape[1] - loops[-1], n - loops[-1]
@@ -172,8 +179,12 @@ def _points(
     least = np.array([c.least for c in curves])
     total = nboundary or round(lengths.sum() / (ratio * size))
     counts = shares(total, lengths, least)
-    edge = lengths.sum() / counts.sum()
     boundary = [c.points(k) for c, k in zip(curves, counts)]
+    edge, short = lengths.sum() / counts.sum(), None
+    if nboundary is None and (short := Short.of(boundary, edge)) is not None:
+        edge = ratio * size
+        boundary = [c.points(k, partial(short.width, most=edge)) for c, k in zip(curves, counts)]
+        counts = np.array([x.shape[1] for x in boundary])
     boundary[1:] = [q[:, ::-1] for q in boundary[1:]]
 
     def depth(x: ndarray) -> ndarray:
@@ -182,20 +193,64 @@ def _points(
 
     near = min(edge, 1.5 * size)  # boundary facets may be long
     # apexes of equilateral triangles on the boundary facets, thinned out at corners
-    onward = [np.diff(q, axis=1, append=q[:, :1]) for q in boundary]
-    row = np.hstack(
-        [
-            q + d / 2 + HEIGHT * near / edge * np.stack([-d[1], d[0]])
-            for q, d in zip(boundary, onward)
-        ]
-    )
-    row = row[:, depth(row) > 0.75 * HEIGHT * near]
+    onward = np.hstack([np.diff(q, axis=1, append=q[:, :1]) for q in boundary])
+    long = edge if short is None else np.hypot(*onward)
+    high = near if short is None else np.minimum(long, near)
+    row = np.hstack(boundary) + onward / 2
+    row += HEIGHT * high / long * np.stack([-onward[1], onward[0]])
+    high = np.broadcast_to(high, row.shape[1:])
+    kept = depth(row) > 0.75 * HEIGHT * high
+    row, high = row[:, kept], high[kept]
     close = cKDTree(row.T).query_pairs(0.65 * near, output_type="ndarray")
+    if short is not None:
+        apart = np.hypot(*(row[:, close[:, 0]] - row[:, close[:, 1]]))
+        close = close[apart < 0.65 * high[close].min(axis=1)]
     row = np.delete(row, np.unique(close.max(axis=1, initial=0)), axis=1) if len(close) else row
 
-    inside = _lattice(curves, depth, size, near, start)
+    inside = _lattice(curves, depth, size, near, start, short)
     points = np.ascontiguousarray(np.hstack([*boundary, row, inside]))
     return points, np.cumsum([0, *counts])
+
+
+@dataclass(frozen=True, eq=False)
+class Short:
+    """Facets on the boundary that are shorter than those around, as sides may be.
+
+    Attributes
+    ----------
+    classes : list of pairs
+        Trees of middles of facets and their lengths, of each size some.
+    least : float
+        The shortest length.
+    """
+
+    classes: list[tuple[cKDTree, ndarray]]
+    least: float
+
+    @classmethod
+    def of(cls, boundary: Sequence[ndarray], edge: float) -> "Short | None":
+        """Of boundaries whose facets have the mean length ``edge``; None where none is short."""
+        onward = np.hstack([np.diff(q, axis=1, append=q[:, :1]) for q in boundary])
+        length, middle = np.hypot(*onward), np.hstack(boundary) + onward / 2
+        least = float(length.min())
+        if least > SHORT * edge:
+            return None
+        size = np.floor(2 * np.log2(length / least)).astype(int)
+        some = [np.nonzero((size == k) & (length < edge))[0] for k in range(size.max() + 1)]
+        trees = [(cKDTree(middle[:, own].T), length[own]) for own in some if len(own)]
+        return cls(trees, least)
+
+    def width(self, x: ndarray, most: float) -> ndarray:
+        """Lengths of facets in points of shape (2, n): growing from those of short ones."""
+        width = np.full(x.shape[1], most)
+        for tree, length in self.classes:
+            reach = (most - length.min()) / STEEPER + length.max()
+            if reach > 0:
+                far, nearest = tree.query(x.T, distance_upper_bound=reach)
+                own = np.append(length, most)[nearest]
+                grown = own + STEEPER * np.maximum(far - own / 2, 0.0)
+                width = np.minimum(width, grown)
+        return width
 
 
 def _lattice(
@@ -204,23 +259,29 @@ def _lattice(
     size: float,
     edge: float,
     start: complex,
+    short: Short | None,
 ) -> ndarray:
-    """Hexagonal lattice behind the row, refined towards the boundary if ``edge`` is small.
+    """Hexagonal lattice behind the row, refined towards the boundary if ``edge`` is small, and
+    around short facets.
 
     Each refinement adds the middles of the triangles, so distances shrink by sqrt(3).
     """
+    least = min(edge, size) if short is None else min(edge, size, short.least)
+    steepest = GROWTH if short is None else STEEPER
 
-    def wanted(d: ndarray) -> ndarray | float:
-        return np.minimum(edge + GROWTH * d, size) if edge < size else size
+    def wanted(x: ndarray, d: ndarray) -> ndarray:
+        width = np.minimum(edge + GROWTH * np.maximum(d, 0), size)
+        return width if short is None else np.minimum(width, short.width(x, size))
 
-    def level_of(d: ndarray) -> ndarray:
-        return np.floor(0.5 - 2 * np.log(wanted(np.maximum(d, 0)) / size) / np.log(3))
+    def level_of(width: ndarray | float) -> ndarray:
+        return np.floor(0.5 - 2 * np.log(width / size) / np.log(3))
 
-    def chosen(z: ndarray, d: ndarray, level: int) -> ndarray:
-        here = d > HEIGHT * edge + 0.5 * wanted(d)
+    def chosen(x: ndarray, d: ndarray, width: ndarray, level: int) -> ndarray:
+        facing = edge if short is None else np.clip(width - STEEPER * d, least, edge)
+        here = d > HEIGHT * facing + 0.5 * width
         if level:
-            here &= level_of(d) >= level
-        return _plane(z[here])
+            here &= level_of(width) >= level
+        return x[:, here]
 
     (left, right), (bottom, top) = curves[0].box
     middle = complex((left + right) / 2, (bottom + top) / 2)
@@ -230,15 +291,18 @@ def _lattice(
     basis = complex(size)
     z = middle + size * start + basis * (columns + rows % 2 / 2 + 1j * HEIGHT * rows).ravel()
     d = depth(_plane(z))
-    points = [chosen(z, d, 0)]
-    for level in range(1, int(np.max(level_of(np.zeros(1)))) + 1):
+    width = wanted(_plane(z), d)
+    points = [chosen(_plane(z), d, width, 0)]
+    for level in range(1, int(level_of(least)) + 1):
         reach = 2 * abs(basis)
-        near = (d > -reach) & (level_of(d - reach) >= level)
+        near = (d > -reach) & (level_of(np.maximum(width - steepest * reach, least)) >= level)
         basis *= (1 + np.exp(1j * np.pi / 3)) / 3  # to the middle of a triangle
         new = np.concatenate([z[near] + basis, z[near] + 2 * basis])
         d_new = depth(_plane(new))
-        points.append(chosen(new, d_new, level))
+        width_new = wanted(_plane(new), d_new)
+        points.append(chosen(_plane(new), d_new, width_new, level))
         z, d = np.concatenate([z[near], new]), np.concatenate([d[near], d_new])
+        width = np.concatenate([width[near], width_new])
     return np.hstack(points)
 
 

@@ -6,13 +6,13 @@ from functools import cached_property
 import numpy as np
 from numpy import ndarray
 
-from ..grids.curves import shares
+from ..grids.curves import Width, along
 from ..grids.planar import cross
 from ..grids.polygons import readonly
 from .sides import Sides
 
 #: an arc has a node for so much of its angle at least
-COARSEST = np.pi / 4
+COARSEST = np.pi / 6
 #: directions that differ by less, in radians, make no corner
 SMOOTH = 1e-4
 
@@ -100,19 +100,22 @@ class Ring:
         """Smallest number of points."""
         return int(self._least.sum())
 
-    def points(self, k: int) -> ndarray:
-        """``k`` points, equally spaced on each side, in its sense; shape (2, k)."""
+    def points(self, k: int, width: Width | None = None) -> ndarray:
+        """``k`` points, equally spaced on each side, or some as far apart as ``width`` has it, in
+        its sense; shape (2, k)."""
         if self.is_circle:
-            angle = 2 * np.pi * np.arange(k) / k
-            arm = self.corners[:, :1] - self.sides.centre[:, :1]
-            turned = np.stack([-arm[1], arm[0]]) * np.sign(self.bulges[0])
-            x = self.sides.centre[:, :1] + np.cos(angle) * arm + np.sin(angle) * turned
-            return self.moved_to_area(x, np.zeros(k, dtype=int))
-        parts = shares(k, self.sides.length, self._least)
-        side = np.repeat(np.arange(len(parts)), parts)
-        first = np.cumsum(parts) - parts
-        x = self.sides.at(side, (np.arange(parts.sum()) - first[side]) / parts[side])
-        return self.moved_to_area(x, side)
+            least = np.array([self.least])
+            _, share = along(k, np.array([self.length]), least, self._around, width)
+            return self.moved_to_area(self._around(0, share), np.zeros(len(share), dtype=int))
+        side, share = along(k, self.sides.length, self._least, self.sides.at, width)
+        return self.moved_to_area(self.sides.at(side, share), side)
+
+    def _around(self, _side: object, share: ndarray) -> ndarray:
+        """Points of a circle, at shares of all of it; shape (2, n)."""
+        angle, centre = 2 * np.pi * share, self.sides.centre[:, :1]
+        arm = self.corners[:, :1] - centre
+        turned = np.stack([-arm[1], arm[0]]) * np.sign(self.bulges[0])
+        return centre + np.cos(angle) * arm + np.sin(angle) * turned
 
     def moved_to_area(self, x: ndarray, side: ndarray) -> ndarray:
         """Points in order along the ring, those inside arcs moved along their radii.
