@@ -167,6 +167,18 @@ def test_hertz_on_a_regular_grid():
     assert np.abs(errors[1]).max() < 0.5 * np.abs(errors[0]).max()
 
 
+@pytest.mark.parametrize("rtol", [0.0, 1e-10])
+def test_few_cells_are_solved_by_their_matrix_whatever_the_tolerance(rtol):
+    """With the law of the line of contact: by products alone it was 34 times as far off."""
+    basis, gap = square(15), Paraboloid(1.0)
+    usual, asked = (
+        RigidPunch(HalfSpace(1.0, 0.0), basis, gap=gap, rtol=value).solve(0.3, tilt=(0.0, 0.0))
+        for value in (None, rtol)
+    )
+    assert usual.line is not None
+    assert asked.settlement == pytest.approx(usual.settlement, rel=1e-12)
+
+
 def test_transforms_that_go_wrong_are_found_out(monkeypatch):
     """Solutions are checked on exact rows, not by the products that found them."""
     punch = RigidPunch(HalfSpace(1.0, 0.0), square(20, 1.25), gap=Paraboloid(1.0))

@@ -6,10 +6,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from plans import disc, perturbed, rectangle
 from scipy.sparse.linalg import aslinearoperator
-from skfem import MeshTri
+from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
 from skfem_dual import (
     Cone,
+    ConvergenceError,
     ConvergenceWarning,
     DualMesh,
     GradedHalfSpace,
@@ -426,3 +427,39 @@ def test_a_line_of_cells_bears_no_load_beside_it():
         if bears:
             assert planes @ found.pressure == pytest.approx(load, abs=1e-12)
             assert found.motion[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def in_a_row(n, turn=0.0, at=0.0):
+    """Squares in a row, and how far points are along it and beside it."""
+    way = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    mesh = MeshQuad.init_tensor(np.linspace(-1, 1, n + 1), np.array([-1, 1]) / n)
+    cells = CellBasis(MeshQuad(way @ mesh.p + at, mesh.t), ElementQuad0())
+    return cells, lambda x: np.einsum("ij,j...->i...", way.T, x - at)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+@pytest.mark.parametrize("method", ["auto", "cg", "active-set"])
+def test_cells_in_a_row_do_not_resist_turning_about_it(method, turn):
+    """Once their arms of 1e-17 did, by tilts of 1e14, with success."""
+    cells, seen = in_a_row(300, turn)
+    with pytest.raises(ConvergenceError, match="can move without resistance"):
+        RigidPunch(UNIT, cells, edge="constant").solve(0.01, method=method)
+    punch = RigidPunch(UNIT, cells, gap=lambda x: seen(x)[0] ** 2)
+    guided = punch.solve(0.01, tilt=(0.0, 0.0), method=method)
+    free = punch.solve(0.01, method=method)
+    assert free.success
+    assert free.settlement == pytest.approx(guided.settlement, rel=1e-8)
+    np.testing.assert_allclose(free.tilt, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.3, 4.5e5])
+@pytest.mark.parametrize("method", ["auto", "cg", "active-set"])
+def test_contact_in_a_row_amid_other_cells(method, at):
+    """Of a ridge along a row of a grid, wherever the origin is."""
+    sides = np.linspace(-1, 1, 22) + at
+    cells = CellBasis(MeshQuad.init_tensor(sides, sides), ElementQuad0())
+    ridge = lambda x: np.abs(x[1] - at) + 0.02 * (x[0] - at) ** 2  # noqa: E731
+    s = RigidPunch(UNIT, cells, gap=ridge, origin=(at, at)).solve(0.02, method=method)
+    assert s.success
+    assert len(s.contact) == 21
+    assert np.abs(s.tilt).max() < 1e-10

@@ -18,6 +18,8 @@ from .problem import ContactProblem, Product
 
 #: few equations are told apart from singular ones by the determinant over the diagonal
 CLEAR = 1e-8
+#: squares of arms, over those of all cells, that are rounding: of cells in a row
+NIL = 1e-16
 #: decreases of so much of that without resultants to keep are rounding: they are a tenth and more
 ROUNDING = 1e-16
 #: forces that are summed up one after the other
@@ -231,7 +233,8 @@ def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
         return rhs
     # a third of the time of numpy's, which copies and checks
     factors, _, solution, failed = dgesv(matrix, rhs)
-    pivots, diagonal = (prod(a.diagonal().tolist()) for a in (factors, matrix))
-    if not failed and abs(pivots) > CLEAR * diagonal:
+    pivots, diagonal = (a.diagonal().tolist() for a in (factors, matrix))
+    clear = abs(prod(pivots)) > CLEAR * prod(diagonal) and min(diagonal) > NIL * max(diagonal)
+    if not failed and clear:
         return solution
     return np.linalg.pinv(matrix) @ rhs

@@ -35,6 +35,9 @@ from .region import PlanTriangles
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
 
+#: arms of so much of the size of a plan, or of coordinates, are rounding
+NIL, ROUNDING = 1e-12, 1e-15
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Footprint(LoadedCells):
@@ -119,9 +122,18 @@ class Footprint(LoadedCells):
 
     @computed_once
     def centre(self) -> ndarray:
-        """Centroid of the plan, about which all is computed: no cancellation far from it."""
-        areas = self.partition.areas
-        return self.partition.centroids @ areas / areas.sum()
+        """Centroid of the plan, about which all is computed: no cancellation far from it.
+
+        Where it is the origin but for rounding it is that: loads there have no moments.
+        """
+        areas, origin = self.partition.areas, np.array(self.origin, dtype=float)
+        centre = self.partition.centroids @ areas / areas.sum()
+        return np.where(np.abs(centre - origin) <= self._nil(centre), origin, centre)
+
+    def _nil(self, x: ndarray) -> float:
+        """Distances in the plan, and of points at ``x``, that are rounding."""
+        size = np.ptp(self.partition.polygons.p, axis=1).max()
+        return max(NIL * size, ROUNDING * np.abs(x).max(initial=0.0))
 
     def load_matrix(self, basis: AbstractBasis, **options: Any) -> csr_matrix:
         """Loads on finite elements by unit mean pressures; where cells have slopes, by unit slopes
@@ -147,8 +159,14 @@ class Footprint(LoadedCells):
         return hulls([self], self.centre)
 
     def planes(self, x: ndarray) -> ndarray:
-        """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts."""
-        return np.vstack([np.ones(x.shape[1]), x - self.centre[:, None]])
+        """Settlement at ``x`` by unit settlement of the plan's centroid and unit tilts.
+
+        Arms that are rounding, of points in a row along an axis, are none: no tilt is resisted by
+        them.
+        """
+        arms = x - self.centre[:, None]
+        arms[np.abs(arms).max(axis=1, initial=0.0) <= self._nil(x)] = 0.0
+        return np.vstack([np.ones(x.shape[1]), arms])
 
     @computed_once
     def resultants(self) -> ndarray:

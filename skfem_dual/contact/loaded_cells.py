@@ -186,7 +186,8 @@ class LoadedCells:
         if not self.few and not self.regular and rtol >= EXACT:  # a matrix is refused below
             require_memory(len(self), rtol, self.substrate.remainder is not None)
         operator = self.fast_operator(self.collocation_points, rtol)
-        return operator.to_dense() if self.few and operator.method == "dense" else operator
+        sooner = operator.method == "dense" or (operator.method == "toeplitz" and not self.regular)
+        return operator.to_dense() if self.few and sooner else operator
 
     def symmetric_matrix(self, symmetry: Symmetry) -> SymmetricMatrix:
         """The matrix by the rows of one cell of each orbit."""

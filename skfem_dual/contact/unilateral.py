@@ -30,6 +30,9 @@ COARSEST = 1e-2
 MOST = 1000
 #: condition number of a stiffness from which on some motion meets no resistance
 FREE = 1e13
+#: tilts that cells resist with arms shorter than this, over those of all, are not resisted: they
+#: lie in a row, as near as coordinates have digits
+ARM = 1e-10
 #: parts of what a load does, and of the largest load, that are rounding
 TURNED, ROUNDING = 1e-9, 1e-14
 #: why conjugate gradients end before contact is found
@@ -269,7 +272,7 @@ def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
     if len(given) == 0:
         return np.zeros(given.shape)
     rows = np.abs(stiffness).max(axis=1)
-    fixed = np.isfinite(stiffness).all() and rows.all()
+    fixed = np.isfinite(stiffness).all() and rows.min() > ARM * rows.max()
     if fixed:
         left, sizes, right = np.linalg.svd(stiffness / rows[:, None])
         fixed = sizes[0] <= FREE * sizes[-1]
