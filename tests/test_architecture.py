@@ -218,6 +218,7 @@ LAYERS = [
         "post.laws",
         "post.mixture",
         "post.conserve",
+        "post.checks",
         "post.postprocess",
         "post.fields",
         "post.smooth",

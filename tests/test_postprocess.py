@@ -26,6 +26,7 @@ from skfem_dual import (
     Paraboloid,
     Plan,
     RigidPunch,
+    estimate_error,
     evaluate,
     rectangular_couple,
 )
@@ -526,3 +527,54 @@ def test_solutions_of_two_problems_are_refused():
     shaped = RigidPunch(HalfSpace(1.0, 0.3), grid.primal_basis(), gap=Paraboloid(9.0))
     with pytest.raises(ValueError, match="a flat and a shaped one"):
         postprocess(first, shaped.solve(1.0))
+
+
+def test_gaps_and_layers_of_two_problems_are_refused():
+    """Made twice they are the same."""
+    grid = DualMesh.from_mesh(generate.disc(n=60))
+    layers = lambda h: LayeredHalfSpace([Layer(h, 1.0, 0.3)], "bonded")  # noqa: E731
+    first = RigidPunch(layers(1.0), grid.basis(), gap=Paraboloid(9.0)).solve(0.3)
+    couple = [(layers(h), Paraboloid(r)) for h, r in ((1.0, 9.0), (0.5, 9.0), (1.0, 4.0))]
+    same, thinner, curved = (
+        RigidPunch(ground, grid.primal_basis(), gap=gap).solve(0.3) for ground, gap in couple
+    )
+    assert postprocess(first, same)
+    with pytest.raises(ValueError, match=r"on one ground.*0\.5.*Remedy: solve one problem"):
+        postprocess(first, thinner)
+    with pytest.raises(ValueError, match=r"under one punch, got gaps of .* at node \d+"):
+        postprocess(first, curved)
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ({"settlement": 2.0}, r"got the settlement \[1\.0\] and \[2\.0\]"),
+        ({"settlement": 1.0, "tilt": (0.0, 0.0)}, "the settlement with the point of the reaction"),
+        ({"settlement": 1.0, "at": (0.1, 0.0)}, "got the point of the reaction"),
+        ({"force": 1.0}, "the settlement with .* and forces and first moments imposed"),
+    ],
+)
+def test_solutions_with_other_positions_imposed_are_refused(other, message):
+    grid = DualMesh.from_mesh(generate.disc(n=60))
+    first = RigidPunch(HalfSpace(1.0, 0.3), grid.basis()).solve(settlement=1.0)
+    above = RigidPunch(HalfSpace(1.0, 0.3), grid.primal_basis())
+    assert postprocess(first, above.solve(settlement=1.0))
+    for function in (postprocess, estimate_error):
+        with pytest.raises(ValueError, match=message):
+            function(first, above.solve(**other))
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+def test_one_solution_with_a_law_of_the_line_of_contact_and_one_of_the_edge():
+    """A shaped punch that touches the edge on one of the grids only."""
+    grid = DualMesh.from_mesh(generate.annulus(0.4, 1.0, n=100, hole=(0.3, 0.0)))
+    first, second = (
+        RigidPunch(HalfSpace(1.0, 0.0), basis, gap=Paraboloid(3.0)).solve(0.3, at=(-0.1, 0.0))
+        for basis in (grid.basis(), grid.primal_basis())
+    )
+    assert (first.punch.edge, second.punch.edge) == ("constant", "singular")
+    basis, values = postprocess(first, second)
+    assert values.min() >= 0.0
+    assert Functional(lambda w: w["p"]).assemble(
+        basis, p=basis.interpolate(values)
+    ) == pytest.approx(0.3, rel=1e-12)

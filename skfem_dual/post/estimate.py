@@ -9,7 +9,7 @@ from ..arguments import checked_array, checked_number
 from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
 from ..solutions.punch_solution import PunchSolution
-from .postprocess import check_couple
+from .checks import check_couple
 
 #: how many times the relative distance of both settlements that of bracketing tilts may be: they
 #: are two to four times as far apart where the load tilts the punch; others differ by anything

@@ -96,7 +96,7 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
     factor moves the result by more than `AGREE` of what it corrects, neither is trusted: the
     closer solution keeps its pressures, with the law inside its cells.
     """
-    weighted = [s.footprint.weights is not None for s in solutions]
+    weighted = [s.punch.weights is not None for s in solutions]
     raw = [Law(_edge_weighted(s), s.pressure) for s in solutions]
     cells = raw[0].cells, raw[1].cells
     if any(weighted):
@@ -152,9 +152,9 @@ def _sharpened(
 def _edge_weighted(solution: PunchSolution, ground: Substrate | None = None) -> Footprint:
     """The cells of a solution, as if their pressure followed the law of the edge, on its ground
     or on another one."""
-    if solution.footprint.weights is not None:
-        return solution.footprint
     punch = solution.punch
+    if punch.weights is not None:
+        return solution.footprint
     ground = punch.substrate if ground is None else ground
     return Footprint.from_basis(ground, punch.basis, origin=punch.origin)
 

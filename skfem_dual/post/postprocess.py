@@ -11,12 +11,11 @@ from skfem import CellBasis, ElementTriP1
 from ..arguments import checked_choice, checked_flag
 from ..contact.footprint import Footprint
 from ..elements.balance import balanced, field_resultant
-from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
-from ..messages import shown
 from ..solutions.punch_solution import PunchSolution
+from .checks import check_couple
 from .conserve import Balance
 from .functional import CoupleFunctional, Weights
 from .laws import mixed
@@ -138,7 +137,8 @@ def postprocess(
     TypeError
         If a solution is not on the grids of a `DualMesh`, or weights are something else.
     ValueError
-        If the solutions are not on the two grids of one `DualMesh`, or have different origins.
+        If the solutions are not on the two grids of one `DualMesh`, or of two problems: with
+        other origins, grounds, loads, gaps, or one on ground that pulls.
     ConvergenceError
         If the weights are so far apart that the minimum is not found, or hardly any pressures are
         left to conserve force and moments.
@@ -192,8 +192,6 @@ def postprocess(
 
 
 _NONE = np.empty(0, np.int32)
-#: loads that differ by so much of their size are the same
-SAME = 1e-9
 #: pressures of dual cells, of triangles, and of the field
 Grids = tuple[ndarray, ndarray, ndarray]
 
@@ -245,47 +243,6 @@ def _loads(couple: RegularCouple, cells: Footprint) -> ndarray:
         part = slice(n) if cells.on_dual_cells else slice(n, None)
         return cells.planes(couple.acting[:, part]) * couple.areas[part]
     return cells.resultants
-
-
-def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
-    """Refuse what is not a couple of solutions on the two grids of one `DualMesh`."""
-    for solution, grid in ((on_cells, "dual"), (on_triangles, "primal")):
-        if not isinstance(solution, PunchSolution):
-            raise TypeError(f"expected a PunchSolution, got {shown(solution)}")
-        basis = solution.punch.basis
-        if not (isinstance(basis, CellwiseBasis) and basis.grid == grid):
-            raise TypeError(
-                "expected solutions on dual.basis() and dual.primal_basis() of one DualMesh, in "
-                f"this order; got one on {solution.punch.grid_description} for the {grid} grid"
-            )
-    first, second = (s.punch.basis.dual.mesh for s in (on_cells, on_triangles))
-    if not (np.array_equal(first.p, second.p) and np.array_equal(first.t, second.t)):
-        raise ValueError("expected solutions on the two grids of one DualMesh, got two meshes")
-    if on_cells.punch.origin != on_triangles.punch.origin:
-        raise ValueError(
-            f"expected solutions with one origin, got {on_cells.punch.origin} and "
-            f"{on_triangles.punch.origin}"
-        )
-    grounds = [s.punch.substrate for s in (on_cells, on_triangles)]
-    if type(grounds[0]) is not type(grounds[1]) or grounds[0].surface != grounds[1].surface:
-        raise ValueError(
-            f"expected solutions on one ground, got {shown(grounds[0])} and {shown(grounds[1])}"
-        )
-    if (on_cells.punch.gap is None) != (on_triangles.punch.gap is None):
-        raise ValueError("expected solutions under one punch, got a flat and a shaped one")
-    loads = on_cells.load, on_triangles.load
-    forces = [load.force for load in loads if load.force is not None and load.tilt is None]
-    if len(forces) == 2:
-        one, other = (
-            np.append(force, force * np.array(load.at or (0.0, 0.0)) + load.first_moments)
-            for force, load in zip(forces, loads, strict=True)
-        )
-        size = abs(one[0]) * np.array([1.0, *np.ptp(first.p, axis=1)])
-        if (np.abs(one - other) > SAME * np.maximum(size, np.abs(one))).any():
-            raise ValueError(
-                "expected solutions under the same load, got forces and first moments "
-                f"{one.tolist()} and {other.tolist()}. Remedy: solve both under one of them"
-            )
 
 
 def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:

@@ -1,0 +1,103 @@
+"""Whether two solutions are those of one problem on the two grids of one `DualMesh`."""
+
+import numpy as np
+from numpy import ndarray
+
+from ..grids.cellwise import CellwiseBasis
+from ..messages import shown
+from ..solutions.punch_solution import PunchSolution
+
+#: loads and gaps that differ by so much of their size are the same
+SAME = 1e-9
+ALIKE = "Remedy: solve one problem on both grids"
+
+
+def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
+    """Refuse what is not a couple of solutions on the two grids of one `DualMesh`.
+
+    Raises
+    ------
+    TypeError
+        If one is no solution, or not on its grid.
+    ValueError
+        If the meshes, origins, grounds, gaps or loads are two.
+    """
+    for solution, grid in ((on_cells, "dual"), (on_triangles, "primal")):
+        if not isinstance(solution, PunchSolution):
+            raise TypeError(f"expected a PunchSolution, got {shown(solution)}")
+        basis = solution.punch.basis
+        if not (isinstance(basis, CellwiseBasis) and basis.grid == grid):
+            raise TypeError(
+                "expected solutions on dual.basis() and dual.primal_basis() of one DualMesh, in "
+                f"this order; got one on {solution.punch.grid_description} for the {grid} grid"
+            )
+    first, second = (s.punch.basis.dual.mesh for s in (on_cells, on_triangles))
+    if not (np.array_equal(first.p, second.p) and np.array_equal(first.t, second.t)):
+        raise ValueError("expected solutions on the two grids of one DualMesh, got two meshes")
+    if on_cells.punch.origin != on_triangles.punch.origin:
+        raise ValueError(
+            f"expected solutions with one origin, got {on_cells.punch.origin} and "
+            f"{on_triangles.punch.origin}"
+        )
+    grounds = [s.punch.substrate for s in (on_cells, on_triangles)]
+    if grounds[0] != grounds[1]:
+        raise ValueError(
+            f"expected solutions on one ground, got {grounds[0]} and {grounds[1]}. {ALIKE}"
+        )
+    _check_gaps(on_cells, on_triangles, first.p)
+    _check_loads(on_cells, on_triangles)
+
+
+def _check_gaps(one: PunchSolution, other: PunchSolution, x: ndarray) -> None:
+    """Gaps must be one; arrays, with values in other points on each grid, are not compared."""
+    gaps = one.punch.gap, other.punch.gap
+    if (gaps[0] is None) != (gaps[1] is None):
+        raise ValueError("expected solutions under one punch, got a flat and a shaped one")
+    if gaps[0] is gaps[1] or not (callable(gaps[0]) and callable(gaps[1])):
+        return
+    a, b = (np.asarray(gap(x), dtype=float) for gap in gaps)
+    off = np.abs(a - b)
+    if not off.max() <= SAME * np.abs([a, b]).max():
+        i = int(np.argmax(off))
+        raise ValueError(
+            f"expected solutions under one punch, got gaps of {a[i]:.6g} and {b[i]:.6g} at node "
+            f"{i}. {ALIKE}"
+        )
+
+
+def _check_loads(one: PunchSolution, other: PunchSolution) -> None:
+    """What is imposed must be the same, however it is said."""
+    imposed = [_imposed(solution) for solution in (one, other)]
+    if imposed[0].keys() != imposed[1].keys():
+        raise ValueError(
+            f"expected solutions under the same load, got {' with '.join(imposed[0])} and "
+            f"{' with '.join(imposed[1])} imposed. {ALIKE}"
+        )
+    size = np.ptp(one.punch.basis.dual.mesh.p, axis=1).max()
+    for name, value in imposed[0].items():
+        second, lever = imposed[1][name], np.array([1.0, size, size])[: len(value)]
+        scale = np.maximum(np.abs([value, second]).max(axis=0), abs(value[0]) * lever)
+        if (np.abs(value - second) > SAME * scale).any():
+            raise ValueError(
+                f"expected solutions under the same load, got {name} {value.tolist()} and "
+                f"{second.tolist()}. Remedy: solve both under one of them"
+            )
+
+
+def _imposed(solution: PunchSolution) -> dict[str, ndarray]:
+    """Names and values of what a load imposes."""
+    load = solution.load
+    found = {}
+    if load.settlement is not None:
+        found["the settlement"] = np.array([load.settlement])
+    if load.tilt is not None:
+        found["the tilt"] = np.array(load.tilt)
+    if load.force is not None:
+        moments = load.force * np.array(load.at or (0.0, 0.0)) + load.first_moments
+        if load.tilt is not None:
+            found["the force"] = np.array([load.force])
+        else:
+            found["forces and first moments"] = np.array([load.force, *moments])
+    elif load.tilt is None:
+        found["the point of the reaction"] = np.array(load.at or (0.0, 0.0))
+    return found
