@@ -174,6 +174,25 @@ def test_something_else_than_a_plan():
         solve_plan([(0, 0), (1, 0), (0, 1)], SOIL, 1.0)
 
 
+@pytest.mark.parametrize(
+    "lost",
+    [
+        Load(-100.0),
+        Load(0.0, moments=(1.0, 0.0)),
+        Load(-10.0, at=(0.99, 0.0)),
+        Load(0.0, horizontal=(1.0, 0.0)),
+        Load(1.0, at=(5.0, 0.0)),
+    ],
+)
+def test_loads_that_cannot_be_balanced_do_not_govern(lost):
+    """In any order; if all are such, this is told."""
+    plan, how = Plan.circle((0, 0), 1.0), ((0.0, 0.0), True, False)
+    for loads in ((lost, Load(50.0)), (Load(50.0), lost)):
+        assert governing(Problem(plan, SOIL, loads, *how)).loads == (Load(50.0),)
+    with pytest.raises(ValueError, match="got 2 of which none is; the first: expected a"):
+        governing(Problem(plan, SOIL, (lost, lost), *how))
+
+
 def trimmed(cut, bulge):
     """A rectangle of 10 x 6 with its corners cut off or, with a bulge, rounded."""
     a, b, c = 10 - cut, 6 - cut, cut

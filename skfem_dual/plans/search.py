@@ -15,6 +15,7 @@ from ..contact.system import DENSE
 from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
+from ..kernels.once import computed_once
 from ..operators.resources import whole
 from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
@@ -161,6 +162,22 @@ class Problem:
         if self.time_limit is not None:
             checked_number("time_limit", self.time_limit, above=0)
 
+    @computed_once
+    def _hull(self) -> Hull:
+        return Hull(self.plan.around)
+
+    def fault(self, load: Load) -> str:
+        """Why no mesh can balance a load, empty if some may."""
+        if not self.unilateral:
+            return ""
+        if load.shear is not None and load.force == 0:
+            return "expected a positive force with horizontal forces and torsion, got 0"
+        try:
+            require_compression(load, np.array(self.origin), (self._hull, self._hull), True)
+        except ValueError as error:
+            return str(error)
+        return ""
+
     def on_coarsest(self) -> Attempt:
         """On the coarsest mesh that will do.
 
@@ -170,10 +187,9 @@ class Problem:
             If that has many cells and takes longer than the time limit, or than a minute without
             one: a solution takes about as long as its mesh.
         """
-        if self.unilateral:  # what no mesh can balance
-            hull = Hull(self.plan.around)
-            for load in self.loads:
-                require_compression(load, np.array(self.origin), (hull, hull), True)
+        for load in self.loads:
+            if fault := self.fault(load):
+                raise ValueError(fault)
         size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
         for coarser in LARGEST_STEP ** np.arange(TRIES):
             begin = perf_counter()
@@ -255,13 +271,23 @@ def governing(problem: Problem) -> Problem:
     """The same with fewer loads: that which acts farthest from the origin, and those that govern.
 
     These are the ones with the largest pressure, settlement and tilt and the least contact on the
-    coarsest mesh. Loads that turn the plan over have no say, unless all do.
+    coarsest mesh. Loads that pull or turn the plan over have no say.
+
+    Raises
+    ------
+    ValueError
+        If all loads do.
     """
     if len(problem.loads) == 1:
         return problem
-    hull = Hull(problem.plan.around - np.reshape(problem.origin, (2, 1)))
+    faults = [problem.fault(load) for load in problem.loads]
+    if all(faults):
+        raise ValueError(
+            f"expected a load that pressures balance, got {len(faults)} of which none is; the "
+            f"first: {faults[0]}"
+        )
     points = np.array([load.point or (0.0, 0.0) for load in problem.loads])
-    stands = np.array([not problem.unilateral or hull.holds(x) for x in points])
+    stands = np.array([not fault for fault in faults])
     farthest = int(np.argmax(np.where(stands, np.hypot(*points.T), -1.0)))
     first = replace(problem, loads=(problem.loads[farthest],))
     with warnings_kept():
