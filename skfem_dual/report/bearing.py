@@ -60,8 +60,8 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
         "fifth of that of the largest circle that fits into the plan, or the mean pressure where "
         "contact is narrower than that: under the sharp edge of a "
         "stiff base on elastic ground the pressure grows beyond all bounds, the ground yields "
-        "there, and what a cell at the edge bears depends on its size; the mean on a circle does "
-        "not. The strength of the ground itself is not checked."
+        "there, and what a cell at the edge bears depends on its size; the mean on a circle "
+        "hardly does. The strength of the ground itself is not checked."
     )
     return section(
         "Bearing pressure", table(rows, head, "", numeric=True), *limit, paragraph(what)

@@ -2,8 +2,8 @@
 
 Under the sharp edge of a rigid body the pressure of elastic ground grows beyond all bounds; the
 ground yields there and passes its load on to what is beside, and the largest pressure of a cell
-depends on its size. What is compared is the largest mean pressure on a circle, which does not; or
-that on all of the contact where it is narrower than the circle.
+depends on its size. What is compared is the largest mean pressure on a circle, which hardly does,
+or that on all of the contact where it is narrower than the circle.
 """
 
 from dataclasses import dataclass
@@ -155,7 +155,8 @@ def bearing_pressure(solution: CellPressures) -> float:
     """Largest mean pressure on a circle, to compare with an allowable pressure.
 
     Under the sharp edge of a rigid body the pressure of elastic ground grows beyond all bounds,
-    and the largest pressure of a cell depends on its size. The mean on a circle does not. Of all
+    and the largest pressure of a cell depends on its size. The mean on a circle hardly does, but
+    on layers thinner than the cells, where they take smaller ones to be right to percents. Of all
     circles in the plan whose radius is a fifth of that of the largest one, that with the largest
     mean is taken; it may touch the edge. Where contact has become narrower than the circle the
     mean on it tells nothing: it is never less than the force over the area in contact.
