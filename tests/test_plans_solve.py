@@ -1,5 +1,7 @@
 """Answers from outlines, as accurate as asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from random_plans import KINDS, error, in_plan, random_case, random_plan
@@ -191,6 +193,26 @@ def test_loads_that_cannot_be_balanced_do_not_govern(lost):
         assert governing(Problem(plan, SOIL, loads, *how)).loads == (Load(50.0),)
     with pytest.raises(ValueError, match="got 2 of which none is; the first: expected a"):
         governing(Problem(plan, SOIL, (lost, lost), *how))
+
+
+def test_the_search_ends_where_products_will_not_do(monkeypatch):
+    """On thin layers that keep their volume finer meshes went on failing until memory ended."""
+    on = Problem.on
+
+    def failing(self, mesh, size, begin):
+        attempt = on(self, mesh, size, begin)
+        if attempt.cells < 150:
+            return attempt
+        bad = [replace(s, success=False, message="by 1e-8") for s in attempt.solutions]
+        return replace(attempt, solutions=tuple(bad))
+
+    monkeypatch.setattr(Problem, "on", failing)
+    monkeypatch.setattr("skfem_dual.plans.search.DENSE", 100)
+    with pytest.warns(ResolutionWarning, match=r"not reached: the error is .* with \d+, by 1e-8"):
+        solution = solve_plan(Plan.circle((0, 0), 1.0), SOIL, 1.0, accuracy=1e-5)
+    assert solution.success
+    assert not solution.accuracy.reached
+    assert solution.accuracy.cells == len(solution.pressure) < 150
 
 
 def trimmed(cut, bulge):

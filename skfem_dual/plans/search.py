@@ -333,6 +333,14 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
         finer, step = problem.finer(last, step)
+        if last.found and not finer.found and finer.cells > DENSE:
+            # it is the tolerance of products without a matrix that will not do
+            failed = next(s.message for s in finer.solutions if not s.success)
+            message = (
+                f"the accuracy of {accuracy:.1e} is not reached: the error is about {error:.1e} "
+                f"with {last.cells} cells; with {finer.cells}, {failed}"
+            )
+            break
         first = len(trials) == 1
         order, share = (FIRST_ORDER, FIRST_SHARE) if first else (LEAST_ORDER, SHARE)
         left = change * step**ORDER
