@@ -102,6 +102,46 @@ def test_force_and_moments_go_along(target):
     assert field_resultant(target, found) == pytest.approx(expected, abs=1e-12)
 
 
+def warped(n):
+    """Quadrilaterals of the unit square that are no parallelograms."""
+    mesh = MeshQuad().refined(n)
+    x, inner = mesh.p.copy(), mesh.interior_nodes()
+    x[:, inner] += 0.24 / 2**n * np.random.default_rng(0).uniform(-1, 1, (2, len(inner)))
+    return MeshQuad(x, mesh.t)
+
+
+@pytest.mark.parametrize("element", [ElementQuad1(), ElementQuad2()])
+@pytest.mark.parametrize("intorder", [1, None, 8])
+def test_planes_stay_planes_on_any_quadrilaterals(element, intorder):
+    """Whatever the quadrature of the target."""
+    source = CellBasis(MeshTri().refined(2), ElementTriP1())
+    target = CellBasis(warped(2), element, intorder=intorder)
+    found = transfer(source, plane(source.doflocs), target)
+    assert found == pytest.approx(plane(target.doflocs), abs=1e-12)
+
+
+@pytest.mark.parametrize("element", [ElementQuad1(), ElementQuad2()])
+@pytest.mark.parametrize("scale", [1.0, 1.3])  # where the target is larger it has zeros beside
+def test_force_and_moments_go_along_on_any_quadrilaterals(element, scale):
+    rng = np.random.default_rng(2)
+    source = CellBasis(warped(2), element)
+    values = rng.uniform(0, 1, source.N)
+    force, *moments = field_resultant(source, values)
+    wide = MeshTri().refined(3).scaled(scale)
+    cells = CellBasis(wide, ElementTriP0())
+    areas = cells.dx.sum(axis=1)
+    assert transfer(source, values, cells) @ areas == pytest.approx(force, rel=1e-13)
+    for target in (CellBasis(wide, ElementTriP1()), CellBasis(warped(3).scaled(scale), element)):
+        found = field_resultant(target, transfer(source, values, target))
+        assert found == pytest.approx([force, *moments], rel=1e-12)
+
+
+def test_fields_on_quadrilaterals_are_nearly_those_they_were():
+    basis = CellBasis(warped(2), ElementQuad1())
+    values = np.random.default_rng(3).uniform(0, 1, basis.N)
+    assert transfer(basis, values, basis) == pytest.approx(values, abs=1e-6)
+
+
 def test_a_refinement_takes_the_field_as_it_is():
     basis = CellBasis(SQUARE, ElementTriP1())
     values = np.random.default_rng(1).uniform(0, 1, basis.N)

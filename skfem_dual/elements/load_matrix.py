@@ -255,6 +255,15 @@ def _missing(
 ) -> ndarray:
     """What is added to values in points, (k,), linear in each cell, for their integrals times
     planes to be those given, (3, n), in whole cells."""
+    factor = missing_planes(points, planes, whole, values, given)
+    return np.sum(planes * factor[:, points.cell], axis=0)
+
+
+def missing_planes(
+    points: Points, planes: ndarray, whole: ndarray, values: ndarray, given: ndarray
+) -> ndarray:
+    """How much of each plane, (3, n), is added to values in points, (k,), for their integrals
+    times planes to be those given, (3, n), in whole cells."""
     n = len(whole)
 
     def total(values: ndarray) -> ndarray:
@@ -264,5 +273,4 @@ def _missing(
     matrix = np.array([[total(a * b) for a in planes] for b in planes], dtype=float)
     missing = given - np.array([total(values * a) for a in planes])
     matrix[..., ~whole], missing[:, ~whole] = np.eye(3)[..., None], 0.0
-    factor = np.linalg.solve(matrix.transpose(2, 0, 1), missing.T[..., None])[..., 0].T
-    return np.sum(planes * factor[:, points.cell], axis=0)
+    return np.linalg.solve(matrix.transpose(2, 0, 1), missing.T[..., None])[..., 0].T

@@ -1,22 +1,33 @@
-"""Fields of scikit-fem at points, and carried over to other bases."""
+"""Fields of scikit-fem at points, and carried over to other bases.
 
-from dataclasses import replace
+On quadrilaterals that are no parallelograms shape functions are no polynomials of the coordinates,
+and no rule on pieces of elements is exact. What of a field is linear in a whole element, and its
+force and first moments there, are integrated in the reference element instead, where they are: the
+pieces decide on the rest alone.
+"""
+
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
-from skfem import BilinearForm, CellBasis
+from skfem import BilinearForm, CellBasis, LinearForm
+from skfem.mapping import MappingAffine
 
 from ..arguments import checked_array, checked_choice, checked_instance
 from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
+from ..grids.mappings import middle_of
 from ..grids.partition import Partition
 from .influence import flat_points
-from .load_matrix import points_in_pieces
+from .load_matrix import HIGHEST, MISSING, Points, missing_planes, points_in_pieces
 from .overlaps import overlaps
-from .shape_functions import ShapeFunctions
+from .shape_functions import ShapeFunctions, picklable
+
+#: points at which functions are evaluated at a time
+CHUNK = 2**14
 
 
 def _checked(basis: CellBasis, values: ArrayLike) -> ndarray:
@@ -115,7 +126,7 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     _checked(target, np.zeros(target.N))
     if isinstance(target, CellwiseBasis) or target.elem.maxdeg == 0:
         return _loads_of_cells(basis, values, target) / Partition.from_basis(target).areas
-    mass = BilinearForm(lambda u, v, w: u * v).assemble(target)
+    mass = BilinearForm(lambda u, v, w: u * v).assemble(_exact(target))
     return splu(mass.tocsc()).solve(_loads(basis, values, target))
 
 
@@ -126,14 +137,22 @@ def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     pieces = overlaps(fan.p[:, fan.t], there.cells)
     covered = np.bincount(pieces.first, pieces.share, len(fan.cell))
     _require_covered(fan.areas, covered * fan.areas)
-    order = basis.elem.maxdeg + target.elem.maxdeg
+    order = min(_degree(source) + _degree(there), HIGHEST)
     points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), order)
+    field = _field(source, values, points)
+    points = replace(points, cell=pieces.second[points.piece])
     out = np.zeros(target.N)
-    for part in points.chunks(2**14):
-        field = source.values(part.cell, part.x) * values[basis.element_dofs[:, part.cell]]
-        element = pieces.second[part.piece]
-        loads = there.values(element, part.x) * (part.weight * field.sum(axis=0))
-        out += np.bincount(target.element_dofs[:, element].ravel(), loads.ravel(), target.N)
+    if not isinstance(there.mapping, MappingAffine):
+        elements = _Elements.of(target)
+        linear = elements.linear_part(points, field)
+        field = field - np.sum(linear[:, points.cell] * elements.planes(points), axis=0)
+        out += elements.loads(linear)
+    start = 0
+    for part in points.chunks(CHUNK):
+        force = part.weight * field[start : start + CHUNK]
+        loads = there.values(part.cell, part.x) * force
+        out += np.bincount(target.element_dofs[:, part.cell].ravel(), loads.ravel(), target.N)
+        start += CHUNK
     return out
 
 
@@ -145,13 +164,99 @@ def _loads_of_cells(basis: CellBasis, values: ndarray, target: CellBasis) -> nda
     areas = np.bincount(elements.cell, elements.areas)
     shares = pieces.share * fan.areas[pieces.first]
     _require_covered(areas, np.bincount(pieces.second, shares, len(areas)))
-    points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), basis.elem.maxdeg)
-    out = np.zeros(target.N)
-    for part in points.chunks(2**14):
-        element = pieces.second[part.piece]
-        field = source.values(element, part.x) * values[basis.element_dofs[:, element]]
-        out += np.bincount(part.cell, part.weight * field.sum(axis=0), target.N)
-    return out
+    order = min(_degree(source), HIGHEST)
+    points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), order)
+    field = _field(source, values, replace(points, cell=pieces.second[points.piece]))
+    return np.bincount(points.cell, points.weight * field, target.N)
+
+
+def _degree(functions: ShapeFunctions) -> int:
+    """Of polynomials that are integrated on pieces of elements."""
+    affine = isinstance(functions.mapping, MappingAffine)
+    return functions.basis.elem.maxdeg + (0 if affine else 2)
+
+
+def _field(source: ShapeFunctions, values: ndarray, points: Points) -> ndarray:
+    """A field at points, with its force and first moments in each element."""
+    dofs = source.basis.element_dofs
+    parts = [
+        np.sum(source.values(part.cell, part.x) * values[dofs[:, part.cell]], axis=0)
+        for part in points.chunks(CHUNK)
+    ]
+    field = np.concatenate([*parts, np.empty(0)])
+    if isinstance(source.mapping, MappingAffine):
+        return field
+    elements = _Elements.of(source.basis)
+    return field + np.sum(
+        elements.missing(points, field, values)[:, points.cell] * elements.planes(points), axis=0
+    )
+
+
+def _exact(basis: CellBasis) -> CellBasis:
+    """The basis about the middle of its mesh, with a rule for products of its functions."""
+    mesh, degree = basis.mesh, 2 * basis.elem.maxdeg
+    degree = min(degree if mesh.affine else degree + 2, HIGHEST)
+    return CellBasis(
+        mesh.translated(-middle_of(mesh)),
+        picklable(basis).elem,
+        intorder=degree,
+        elements=basis.tind,
+        dofs=basis.dofs,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Elements:
+    """Integrals of fields over elements in the reference element, where they are exact.
+
+    Planes are one and both coordinates of points from the middle of their element, over its size.
+    """
+
+    basis: CellBasis
+    shift: ndarray
+    middle: ndarray
+    size: ndarray
+
+    @classmethod
+    def of(cls, basis: CellBasis) -> "_Elements":
+        exact = _exact(basis)
+        x = exact.global_coordinates()
+        size = np.ptp(x, axis=2).max(axis=0)
+        return cls(exact, middle_of(basis.mesh), x.mean(axis=2), size)
+
+    def planes(self, points: Points) -> ndarray:
+        """At points in elements; shape (3, k)."""
+        x = points.x - self.shift[:, None] - self.middle[:, points.cell]
+        return np.vstack([np.ones(x.shape[1]), x / self.size[points.cell]])
+
+    def _planes(self) -> ndarray:
+        """At the points of the rule in each element; shape (3, n, q)."""
+        x = self.basis.global_coordinates() - self.middle[..., None]
+        return np.stack([np.ones(x.shape[1:]), *(x / self.size[:, None])])
+
+    def _whole(self, points: Points) -> ndarray:
+        """Which elements the points fill."""
+        areas = self.basis.dx.sum(axis=1)
+        filled = np.bincount(points.cell, points.weight, len(areas))
+        return np.abs(filled - areas) <= MISSING * areas
+
+    def missing(self, points: Points, field: ndarray, values: ndarray) -> ndarray:
+        """Planes by which a field at points misses its force and first moments; shape (3, n)."""
+        there = self.basis.dx * np.asarray(self.basis.interpolate(values))
+        given = np.sum(there * self._planes(), axis=2)
+        return missing_planes(points, self.planes(points), self._whole(points), field, given)
+
+    def linear_part(self, points: Points, field: ndarray) -> ndarray:
+        """Planes nearest to a field at points in each whole element, else none; shape (3, n)."""
+        planes, whole = self.planes(points), self._whole(points)
+        force = points.weight * field
+        given = np.stack([np.bincount(points.cell, force * each, len(whole)) for each in planes])
+        return missing_planes(points, planes, whole, np.zeros(len(field)), given)
+
+    def loads(self, linear: ndarray) -> ndarray:
+        """Integrals of planes times the test functions."""
+        field = np.sum(linear[..., None] * self._planes(), axis=0)
+        return LinearForm(lambda v, w: v * w["field"]).assemble(self.basis, field=field)
 
 
 def _require_covered(areas: ndarray, covered: ndarray) -> None:
