@@ -248,6 +248,12 @@ def checked_mask(
     return np.asarray(array, dtype=bool, order="C")
 
 
+def require_unmasked(name: str, value: Any) -> None:
+    """Refuse an array some of whose values are masked, with a ValueError: numpy forgets that."""
+    if np.ma.is_masked(value):
+        raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
+
+
 def checked_text(name: str, value: Any) -> str:
     """``value`` itself, if it is text, or a TypeError."""
     if not isinstance(value, str):
@@ -378,8 +384,7 @@ def _numeric(name: str, value: Any, kinds: str, wanted: str) -> ndarray:
         raise TypeError(
             f"expected {name} as an array of {wanted}, got {shown(value)}, of unequal parts"
         ) from None
-    if np.ma.is_masked(value):
-        raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
+    require_unmasked(name, value)
     # an empty list is an array of floats
     if array.dtype.kind not in kinds and (array.size or array.dtype.kind not in "iuf"):
         raise TypeError(f"expected {name} as an array of {wanted}, got {_unlike(value, array)}")

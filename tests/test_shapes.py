@@ -133,6 +133,8 @@ def test_bad_shapes(make, error, message):
         (np.zeros(3), ValueError, "a gap for each of the 41 collocation points"),
         (lambda x: x, ValueError, r"got shape \(2, 41\)"),
         (lambda x: x[0] / 0 * 0, ValueError, "finite gaps; the first that is not"),
+        (np.ma.masked_less(np.arange(41), 1), ValueError, "gap without masked values, got some"),
+        (lambda x: np.ma.masked_less(x[0], 0), ValueError, "gap without masked values, got some"),
         ("sphere", TypeError, "function of x or numbers"),
         ([[1], [2, 3]], TypeError, "gap as an array of numbers"),
         ((1, 2), TypeError, "pair of a skfem CellBasis"),

@@ -19,6 +19,7 @@ from ..arguments import (
     checked_number,
     checked_pair,
     checked_size,
+    require_unmasked,
 )
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
@@ -38,7 +39,7 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
     TypeError
         If ``gap`` is neither a function nor values nor a field.
     ValueError
-        If there is not one finite value for each point.
+        If there is not one finite value for each point, or some are masked.
     """
     if isinstance(gap, tuple):
         if len(gap) != 2 or not isinstance(gap[0], CellBasis):
@@ -48,6 +49,7 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
     if isinstance(gap, type):
         raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
     values = gap(x) if callable(gap) else gap
+    require_unmasked("gap", values)
     values = checked_array("gap", values, None) if isinstance(values, list) else np.asarray(values)
     if values.dtype.kind not in "iuf":
         raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
