@@ -290,11 +290,25 @@ def test_data_must_fit(tmp_path):
             TypeError, match=f"real numbers by their names for cell_data, got {got}"
         ):
             write_polygons(tmp_path / "x.vtu", square, data)
+    with pytest.raises(ValueError, match=r"1 numbers or vectors of cell data 's', got .*1, 3, 3"):
+        write_polygons(tmp_path / "x.vtu", square, {"s": np.zeros((1, 3, 3))})
+    masked = np.ma.masked_equal([0.0, 1.0, 2.0, 3.0], 2.0)
+    with pytest.raises(ValueError, match="point data 'w' without masked values, got some"):
+        write_polygons(tmp_path / "x.vtu", square, None, {"w": masked})
     with pytest.raises(TypeError, match="a Mapping for cell_data, got 3"):
         write_polygons(tmp_path / "x.vtu", square, 3)
     with pytest.raises(ValueError, match=r"ending in \.vtu"):
         write_polygons(tmp_path / "x.vtk", square)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.longdouble, np.float32, ">f8", bool, np.uint8])
+def test_data_of_any_precision(tmp_path, kind):
+    square = Polygons([[0, 1, 1, 0], [0, 0, 1, 1]], [0, 1, 2, 3], [0, 4])
+    given = np.array([[1, 0, 0]], dtype=kind)
+    write_polygons(tmp_path / "x.vtu", square, {"p": given})
+    _, found, _ = read_polygons(tmp_path / "x.vtu")
+    assert np.array_equal(found["p"], given)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..arguments import checked_instance
+from ..arguments import checked_instance, require_unmasked
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons
@@ -145,8 +145,8 @@ def write_polygons(
     TypeError
         If the polygons are something else, or data no numbers by their names.
     ValueError
-        If the suffix is not ``.vtu``, the length of the data does not fit, or they are called
-        ``cell``.
+        If the suffix is not ``.vtu``, the shape of the data does not fit, some are masked, or
+        they are called ``cell``.
     """
     import meshio
 
@@ -170,9 +170,10 @@ def write_polygons(
 
 
 def _checked_data(kind: str, data: Mapping[str, Any] | None, n: int) -> dict[str, ndarray]:
-    """Numbers for each of n cells or points by their names."""
+    """Numbers or vectors for each of n cells or points by their names."""
     out = {}
     for name, values in checked_instance(f"{kind}_data", data or {}, Mapping).items():
+        require_unmasked(f"{kind} data {shown(name)}", values)
         values = np.asarray(values)
         if not isinstance(name, str) or values.dtype.kind not in "biuf":
             raise TypeError(
@@ -184,8 +185,20 @@ def _checked_data(kind: str, data: Mapping[str, Any] | None, n: int) -> dict[str
                 f"expected {n} values of {kind} data {name!r}, got "
                 f"{len(values) if values.ndim else values}"
             )
-        out[name] = values.astype(np.int8) if values.dtype.kind == "b" else values
+        if values.ndim > 2 or 0 in values.shape[1:]:
+            raise ValueError(
+                f"expected {n} numbers or vectors of {kind} data {name!r}, got an array of shape "
+                f"{values.shape}. Remedy: tensors as vectors of their components"
+            )
+        out[name] = values.astype(_written(values.dtype), copy=False)
     return out
+
+
+def _written(dtype: np.dtype) -> np.dtype:
+    """The type of numbers in a VTU file, which has neither half nor long doubles nor booleans."""
+    if dtype.kind == "f" and dtype.itemsize not in (4, 8):
+        return np.dtype(np.float64)
+    return np.dtype(np.int8) if dtype.kind == "b" else dtype
 
 
 def blocks_of(polygons: Polygons) -> Iterator[tuple[ndarray, ndarray]]:
