@@ -5,7 +5,7 @@ import meshio
 import numpy as np
 import pytest
 from plans import annulus, disc, polar
-from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshQuad, MeshTri
 
 from skfem_dual import (
     DualMesh,
@@ -295,10 +295,44 @@ def test_data_must_fit(tmp_path):
     masked = np.ma.masked_equal([0.0, 1.0, 2.0, 3.0], 2.0)
     with pytest.raises(ValueError, match="point data 'w' without masked values, got some"):
         write_polygons(tmp_path / "x.vtu", square, None, {"w": masked})
+    with pytest.raises(ValueError, match="a name of data in one printed line, got ''"):
+        write_polygons(tmp_path / "x.vtu", square, {"": [0.0]})
     with pytest.raises(TypeError, match="a Mapping for cell_data, got 3"):
         write_polygons(tmp_path / "x.vtu", square, 3)
     with pytest.raises(ValueError, match=r"ending in \.vtu"):
         write_polygons(tmp_path / "x.vtk", square)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "name", ["p < q", "a & b", 'the "real" p', "p > 0", "Δσ in µN/m²", "&lt;"]
+)
+def test_names_of_data_come_back(tmp_path, name):
+    pyvista = pytest.importorskip("pyvista")
+    path, triangles = tmp_path / "x.vtu", CellBasis(MESH, ElementTriP1())
+    dual = DualMesh.from_mesh(MESH)
+    write_polygons(path, dual.polygons, {name: dual.areas}, {name: dual.polygons.p[0]})
+    _, cell_data, point_data = read_polygons(path)
+    assert cell_data[name] == pytest.approx(dual.areas)
+    assert name in point_data
+    write_field(path, triangles, triangles.doflocs[0], name)
+    assert name in pyvista.read(path).point_data
+    write_field(path, dual.basis(), dual.areas, name)
+    assert name in pyvista.read(path).cell_data
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "message"),
+    [
+        (3, TypeError, "text for the name of data, got 3"),
+        ("", ValueError, "a name of data in one printed line, got ''"),
+        ("p\n", ValueError, r"a name of data in one printed line, got 'p\\n'"),
+    ],
+)
+def test_names_that_cannot_be_written(tmp_path, name, error, message):
+    basis = CellBasis(MESH, ElementTriP1())
+    with pytest.raises(error, match=message):
+        write_field(tmp_path / "x.vtu", basis, basis.doflocs[0], name)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -9,7 +9,7 @@ from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTr
 from ..arguments import checked_array, checked_instance
 from ..grids.cellwise import CellwiseBasis
 from .polygons import write_polygons
-from .writing import require_vtu, write_whole
+from .writing import require_vtu, vtu_name, write_whole
 
 
 def write_field(
@@ -32,14 +32,16 @@ def write_field(
     Raises
     ------
     TypeError
-        If the basis or the elements are others, or values are no numbers.
+        If the basis or the elements are others, values are no numbers, or the name no text.
     ValueError
-        If the suffix or the number of values does not fit, or a value is not finite.
+        If the suffix or the number of values does not fit, a value is not finite, or the name
+        is empty or cannot be printed.
     """
     import meshio
 
     checked_instance("basis", basis, CellBasis)
     require_vtu(path)
+    written = vtu_name(name)
     values = checked_array("values", values, (basis.N,), each="DOF")
     if isinstance(basis, CellwiseBasis):
         write_polygons(path, basis.partition.polygons, {name: values})
@@ -61,7 +63,7 @@ def write_field(
     mesh = meshio.Mesh(
         np.vstack([p, np.zeros(p.shape[1])]).T,
         [(kind, cells.T)],
-        point_data={name: values} if at_points else {},
-        cell_data={} if at_points else {name: [values]},
+        point_data={written: values} if at_points else {},
+        cell_data={} if at_points else {written: [values]},
     )
     write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))

@@ -17,7 +17,7 @@ from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
 from .guarded import read_through_meshio
-from .writing import PathLike, require_vtu, write_whole
+from .writing import PathLike, require_vtu, vtu_name, write_whole
 
 
 def write_dual(path: PathLike, dual: DualMesh) -> None:
@@ -146,7 +146,7 @@ def write_polygons(
         If the polygons are something else, or data no numbers by their names.
     ValueError
         If the suffix is not ``.vtu``, the shape of the data does not fit, some are masked, or
-        they are called ``cell``.
+        they are called ``cell``, nothing or what cannot be printed.
     """
     import meshio
 
@@ -163,8 +163,8 @@ def write_polygons(
     mesh = meshio.Mesh(
         np.vstack([polygons.p, np.zeros(polygons.p.shape[1])]).T,
         [("polygon", vertices) for _, vertices in blocks],
-        point_data=point_data,
-        cell_data={k: [v[cells] for cells, _ in blocks] for k, v in cell_data.items()},
+        point_data={vtu_name(k): v for k, v in point_data.items()},
+        cell_data={vtu_name(k): [v[cells] for cells, _ in blocks] for k, v in cell_data.items()},
     )
     write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))
 

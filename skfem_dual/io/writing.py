@@ -6,8 +6,9 @@ import stat
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from xml.sax.saxutils import escape
 
-from ..arguments import checked_instance
+from ..arguments import checked_instance, checked_text
 from ..messages import shown
 
 PathLike = str | os.PathLike[str]
@@ -17,6 +18,21 @@ def require_vtu(path: PathLike) -> None:
     """Refuse names of files that do not end in .vtu, with a ValueError, and what is no path."""
     if Path(checked_path(path)).suffix != ".vtu":
         raise ValueError(f"expected a file name ending in .vtu, got {shown(path)}")
+
+
+def vtu_name(name: str) -> str:
+    """The name of data as it stands in a VTU file, in which meshio writes it as it is.
+
+    Raises
+    ------
+    TypeError
+        If it is no text.
+    ValueError
+        If it is empty, or has characters that are not printed.
+    """
+    if not checked_text("the name of data", name).strip() or not name.isprintable():
+        raise ValueError(f"expected a name of data in one printed line, got {shown(name)}")
+    return escape(name, {'"': "&quot;"}).encode("ascii", "xmlcharrefreplace").decode()
 
 
 def checked_path(path: PathLike) -> PathLike:
