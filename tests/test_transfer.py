@@ -256,3 +256,24 @@ def test_fields_in_files(tmp_path):
         write_field(tmp_path / "field.vtu", morley, np.zeros(morley.N))
     with pytest.raises(ValueError, match=r"\.vtu"):
         write_field(tmp_path / "field.vtk", dual.basis(), np.zeros(len(dual)))
+
+
+@pytest.mark.parametrize(
+    "whole",
+    [
+        CellBasis(SQUARE, ElementTriP0()),
+        CellBasis(SQUARE, ElementTriP1()),
+        CellBasis(QUADRILATERALS, ElementQuad0()),
+        DualMesh.from_mesh(SQUARE).basis(),
+        DualMesh.from_mesh(SQUARE).primal_basis(),
+    ],
+)
+def test_fields_on_some_elements_in_files(tmp_path, whole):
+    left = whole.mesh.elements_satisfying(lambda x: x[0] < 0)[::-1]
+    basis = whole.with_elements(left)
+    values = np.arange(float(basis.N))
+    write_field(tmp_path / "field.vtu", basis, values, "p")
+    found = meshio.read(tmp_path / "field.vtu")
+    assert np.array_equal(found.cells[0].data.T, basis.mesh.t[:, left])
+    if not isinstance(basis.elem, ElementTriP1):
+        assert np.array_equal(found.cell_data["p"][0], values[basis.element_dofs[0]])

@@ -23,7 +23,8 @@ def write_field(
         Name of the file, ending in ``.vtu``.
     basis : CellBasis
         Constants on cells of any kind, dual cells too; ElementTriP1, ElementTriP2 or
-        ElementQuad1.
+        ElementQuad1. Of a basis on some elements these are written, of dual cells the triangles
+        of the common refinement.
     values : (N,) array of float
         Its vector.
     name : str
@@ -43,13 +44,14 @@ def write_field(
     require_vtu(path)
     written = vtu_name(name)
     values = checked_array("values", values, (basis.N,), each="DOF")
-    if isinstance(basis, CellwiseBasis):
+    if isinstance(basis, CellwiseBasis) and basis.tind is None:
         write_polygons(path, basis.partition.polygons, {name: values})
         return
     kind = {3: "triangle", 4: "quad"}[len(basis.mesh.t)]
     p, cells, at_points = basis.mesh.p, basis.mesh.t, True
     if isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
         at_points = False
+        cells = cells if basis.tind is None else cells[:, basis.tind]
         values = values[basis.element_dofs[0]]
     elif isinstance(basis.elem, (ElementTriP1, ElementTriP2, ElementQuad1)):
         # scikit-fem and VTK number vertices and middles of sides alike
