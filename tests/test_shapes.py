@@ -75,6 +75,11 @@ def test_scattered_points_are_triangulated_once(monkeypatch):
     assert len(made) == 1
 
 
+def test_points_measured_twice_have_one_height():
+    twice = np.hstack([X, X[:, :7]])
+    assert MeasuredProfile(twice, twice[0])(X) == pytest.approx(X[0])
+
+
 def test_a_gap_in_every_form():
     """A function, one value per cell and a field of scikit-fem are the same punch."""
     dual = DualMesh.from_mesh(disc(4))
@@ -104,6 +109,23 @@ def test_a_gap_in_every_form():
         ),
         (lambda: MeasuredProfile(X, [[1], [2, 3]]), TypeError, "height as an array of numbers"),
         (lambda: MeasuredProfile(X, [0.0]), ValueError, r"height of shape \(50,\), got \(1,\)"),
+        (
+            lambda: MeasuredProfile(
+                [[0, 1, 0, 1, 0.5, 0.5], [0, 0, 1, 1, 0.5, 0.5]], [0] * 5 + [9]
+            ),
+            ValueError,
+            r"one height at each point, got 0 and 9 at \(0.5, 0.5\), points 4 and 5",
+        ),
+        (
+            lambda: MeasuredProfile(4e6 + np.array([[1.0], [2.0]]) * X[0], X[0]),
+            ValueError,
+            r"got all on a line from \(3999999.005, 3999998.011\) to",
+        ),
+        (
+            lambda: MeasuredProfile([[1, 1, 1], [2, 2, 2]], [0, 0, 0]),
+            ValueError,
+            r"all on a line from \(1, 2\) to \(1, 2\). Remedy: for a shape",
+        ),
         (lambda: MeasuredProfile(X, np.zeros((5, 10))), TypeError, "coordinates of a grid"),
         (
             lambda: MeasuredProfile(AXES, np.zeros((5, 4))),

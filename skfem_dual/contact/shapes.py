@@ -21,6 +21,7 @@ from ..arguments import (
     checked_size,
     require_unmasked,
 )
+from ..elements.balance import LINE, can_balance
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..messages import apart, place, shown
@@ -200,8 +201,8 @@ class MeasuredProfile:
     Raises
     ------
     TypeError, ValueError
-        If something is no number, there are less than three points or not as many heights, or
-        the coordinates of a grid do not ascend.
+        If something is no number, there are less than three points or not as many heights, the
+        points lie on a line or have two heights, or the coordinates of a grid do not ascend.
 
     Examples
     --------
@@ -222,6 +223,7 @@ class MeasuredProfile:
         else:
             x = checked_array("x", self.x, (2, "m"), least=3, each="point")
             checked_array("height", height, x.shape[1:])
+            _require_surface(x, height)
             object.__setattr__(self, "x", readonly(x))
         object.__setattr__(self, "height", readonly(height))
 
@@ -325,6 +327,27 @@ class MeasuredProfile:
         return (
             f"MeasuredProfile({' x '.join(map(str, self.height.shape))} heights, "
             f"{self.height.min():.6g} to {self.height.max():.6g}, at x {', y '.join(extent)})"
+        )
+
+
+def _require_surface(x: ndarray, height: ndarray) -> None:
+    """Refuse points on a line, and those with two heights."""
+    if not can_balance(x, np.ones(len(height), dtype=bool), LINE):
+        first, last = x[:, np.lexsort(x)[[0, -1]]].T
+        raise ValueError(
+            f"expected points around a plan for x, got all on a line from {place(first)} to "
+            f"{place(last)}. Remedy: for a shape that is the same across the line, its heights on "
+            "both sides of the plan"
+        )
+    order = np.lexsort((np.arange(len(height)), *x))
+    same = (np.diff(x[:, order]) == 0).all(axis=0)
+    twice = np.nonzero(same & (np.diff(height[order]) != 0))[0]
+    if len(twice):
+        i, j = order[twice[0]], order[twice[0] + 1]
+        one, other = apart(height[i], height[j])
+        raise ValueError(
+            f"expected one height at each point, got {one} and {other} at {place(x[:, i])}, "
+            f"points {i} and {j}. Remedy: keep one of them, or their mean"
         )
 
 
