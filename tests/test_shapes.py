@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from plans import disc
 from scipy import interpolate
-from skfem import CellBasis, ElementTriP1
+from skfem import (
+    CellBasis,
+    ElementQuad1,
+    ElementTetP1,
+    ElementTriP1,
+    ElementVector,
+    MeshQuad,
+    MeshTet,
+    MeshTri,
+)
 
 from skfem_dual import (
     Cone,
@@ -94,6 +103,22 @@ def test_a_gap_in_every_form():
     assert three.settlement == pytest.approx(one.settlement, rel=1e-2)
 
 
+def test_a_gap_on_quadrilaterals_at_site_coordinates():
+    """scikit-fem's own interpolation does not converge there."""
+    at = np.array([5e5, 4e6])
+    dual = DualMesh.from_mesh(disc(3).translated(at))
+    basis = CellBasis(MeshQuad().refined(3).scaled(3.0).translated(at - 1.5), ElementQuad1())
+    field = basis.doflocs[0] - at[0] + 2 * (basis.doflocs[1] - at[1])
+    punch = RigidPunch(HalfSpace(1.0, 0.3), dual.basis(), gap=(basis, field))
+    x = punch.collocation_points - at[:, None]
+    assert punch.initial_gap == pytest.approx(x[0] + 2 * x[1], abs=1e-8)
+
+
+def zeros(mesh, element):
+    basis = CellBasis(mesh, element)
+    return basis, np.zeros(basis.N)
+
+
 @pytest.mark.parametrize(
     ("make", "error", "message"),
     [
@@ -160,6 +185,21 @@ def test_bad_shapes(make, error, message):
         ("sphere", TypeError, "function of x or numbers"),
         ([[1], [2, 3]], TypeError, "gap as an array of numbers"),
         ((1, 2), TypeError, "pair of a skfem CellBasis"),
+        (
+            zeros(MeshTri().refined(2), ElementTriP1()),
+            ValueError,
+            r"covers the plan for gap; the first .* is 3 at \(-0.95234.* in all. Remedy: a mesh",
+        ),
+        (
+            zeros(MeshTri().refined(2), ElementVector(ElementTriP1())),
+            TypeError,
+            "scalar field on a 2-D mesh for gap, got a basis of ElementVector on a MeshTri1",
+        ),
+        (
+            zeros(MeshTet(), ElementTetP1()),
+            TypeError,
+            "scalar field on a 2-D mesh for gap, got a basis of ElementTetP1 on a MeshTet1",
+        ),
     ],
 )
 def test_bad_gaps(gap, error, message):

@@ -22,6 +22,7 @@ from ..arguments import (
     require_unmasked,
 )
 from ..elements.balance import LINE, can_balance
+from ..elements.transfer import evaluate
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from ..messages import apart, place, shown
@@ -38,15 +39,15 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
     Raises
     ------
     TypeError
-        If ``gap`` is neither a function nor values nor a field.
+        If ``gap`` is neither a function nor values nor a scalar field.
     ValueError
-        If there is not one finite value for each point, or some are masked.
+        If there is not one finite value for each point, some are masked, or a field does not
+        cover the points.
     """
     if isinstance(gap, tuple):
         if len(gap) != 2 or not isinstance(gap[0], CellBasis):
             raise TypeError("expected a pair of a skfem CellBasis and its vector for gap")
-        basis, vector = gap
-        gap = basis.interpolator(checked_array("gap[1]", vector, (basis.N,), each="DOF"))
+        return _field_values(*gap, x)
     if isinstance(gap, type):
         raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
     values = gap(x) if callable(gap) else gap
@@ -65,6 +66,26 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         raise ValueError(
             f"expected finite gaps; the first that is not: collocation point {bad[0]} at "
             f"{place(x[:, bad[0]])}"
+        )
+    return values
+
+
+def _field_values(basis: CellBasis, vector: ndarray, x: ndarray) -> ndarray:
+    """Gap at points of a field that covers them."""
+    vector = checked_array("gap[1]", vector, (basis.N,), each="DOF")
+    try:
+        values = evaluate(basis, vector, x)
+    except TypeError as error:
+        raise TypeError(
+            "expected a scalar field on a 2-D mesh for gap, got a basis of "
+            f"{type(basis.elem).__name__} on a {type(basis.mesh).__name__}"
+        ) from error
+    if np.isnan(values).any():
+        bad = np.nonzero(np.isnan(values))[0]
+        raise ValueError(
+            "expected a field that covers the plan for gap; the first collocation point outside "
+            f"its mesh is {bad[0]} at {place(x[:, bad[0]])}, {len(bad)} in all. Remedy: a mesh of "
+            "the whole plan"
         )
     return values
 
