@@ -9,7 +9,7 @@ import pytest
 from skfem_dual import MeasuredProfile
 
 HEIGHTS = np.arange(12.0).reshape(3, 4) ** 1.5
-SCALE = {"m": 1.0, "mm": 1e-3}
+SCALE = {"m": 1.0, "mm": 1e-3, "\u00b5m": 1e-6}
 SPACING, ORIGIN = (0.5, 0.25), (-1.0, 2.0)
 
 
@@ -147,6 +147,22 @@ def test_bad_files(tmp_path, name, content, options, message):
     file.write_text(content)
     with pytest.raises(ValueError, match=message):
         MeasuredProfile.read(file, **options)
+
+
+def test_a_text_in_latin_1_is_told_as_that_alone(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_bytes("x;y;Höhe\n1;2;3\n".encode("latin-1"))
+    with pytest.raises(ValueError, match=r"^expected text in UTF-8 in ") as error:
+        MeasuredProfile.read(file)
+    assert str(error.value).count("Remedy") == 1
+
+
+@pytest.mark.parametrize("unit", ["um", "\u00b5m", "\u03bcm"])
+def test_micrometres_in_any_spelling(tmp_path, monkeypatch, unit):
+    file = tmp_path / "surface.x3p"
+    file.write_bytes(b"...")
+    fake(monkeypatch, topography(unit="mm"))
+    assert MeasuredProfile.read(file, unit=unit).height.max() == pytest.approx(1e3 * HEIGHTS.max())
 
 
 def test_bad_arrays(tmp_path):

@@ -29,6 +29,8 @@ from ..messages import apart, place, shown
 
 #: points so many distances of heights beyond a grid of them are on its rim
 OUTSIDE = 1e-9
+#: other ways to write µm: without the sign, and with the Greek letter that looks like it
+MICROMETRES = "um", "\u03bcm"
 
 Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
 
@@ -273,8 +275,8 @@ class MeasuredProfile:
             Corner of the rectangle of which the heights of a grid are in the middles of equal
             parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on.
         unit : str
-            The unit wanted, "m", "mm" or "µm"; files that tell theirs, as ``.x3p`` does, are
-            changed to it. The others are taken as they are.
+            The unit wanted, "m", "mm" or "µm", also as "um"; files that tell theirs, as ``.x3p``
+            does, are changed to it. The others are taken as they are.
         peaks : bool
             Whether the highest points touch first, as of a surface measured face up that is then
             turned over: the gap is the largest height less the height. If not, heights are gaps.
@@ -288,6 +290,8 @@ class MeasuredProfile:
         """
         from ..io.surfaces import read_heights
 
+        if isinstance(unit, str) and unit in MICROMETRES:
+            unit = "µm"
         checked_choice("unit", unit, ("m", "mm", "µm"))
         x, height = read_heights(path, spacing, checked_pair("origin", origin), unit)
         return cls(x, height.max() - height if checked_flag("peaks", peaks) else height)

@@ -78,8 +78,9 @@ def _array(file: Any) -> ndarray:
 
 def _text(file: Any) -> ndarray:
     """Numbers of a text, in columns; a first line of words is skipped, and what begins with #."""
+    text = text_of(file)
     try:
-        numbered = enumerate(text_of(file).splitlines(), 1)
+        numbered = enumerate(text.splitlines(), 1)
         lines = {k: line for k, line in numbered if line.strip() and line.lstrip()[0] != "#"}
         first = next(iter(lines.values()), "")
         separator = next((mark for mark in SEPARATORS if mark in first), None)
