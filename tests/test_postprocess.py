@@ -493,6 +493,13 @@ def test_field_of_rectangular_couples(around):
     assert area == pytest.approx(20.0)
     with pytest.raises(TypeError, match="DualMesh or a GridCouple"):
         smooth_couple(p[0], q[0], MeshTri())
+    for weights, message in (
+        ((1e-300, 1e300), r"expected weights\[1\] from 0 to 6.25e\+98, got 1e\+300"),
+        ((1.0, 1e100), r"expected weights\[1\] from 0 to 6.25e\+98, got 1e\+100"),
+        ((0.0, 1.0), r"expected weights\[0\] above 0 and of at most 1e\+100, got 0"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            smooth_couple(p[0], q[0], grids, weights)
 
 
 @pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")

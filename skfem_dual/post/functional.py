@@ -97,7 +97,7 @@ class Weights:
         (256.0, 16.0)
         """
         weight = LAST[checked_choice("last", last, LAST)]
-        weight *= checked_number("new", new, at_least=0, at_most=LARGEST)
+        weight *= checked_number("new", new, at_least=0, at_most=LARGEST / weight)
         return cls(old, old, middle, middle, 0.0, 0.0, weight, weight)
 
 

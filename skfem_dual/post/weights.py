@@ -3,9 +3,9 @@
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_number
+from ..arguments import LARGEST, checked_number
 from ..messages import shown
-from .functional import CoupleFunctional, Neighbours, Weights
+from .functional import LAST, CoupleFunctional, Neighbours, Weights
 
 #: weights by hand, the paper's pair (W1, W2) with B = 16, or the name of a rule
 Choice = Weights | tuple[float, float] | str
@@ -76,7 +76,7 @@ def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> t
     Raises
     ------
     TypeError, ValueError
-        If they are neither `Weights` nor a pair nor ``"gcv"``.
+        If they are neither `Weights` nor a pair nor ``"gcv"``, or one is out of range.
     """
     if isinstance(weights, Weights):
         return weights, "weights given"
@@ -92,4 +92,6 @@ def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> t
         raise TypeError(
             f"expected weights as a pair W1, W2 or Weights, got {shown(weights)}"
         ) from None
+    checked_number("weights[0]", old, above=0, at_most=LARGEST)
+    checked_number("weights[1]", new, at_least=0, at_most=LARGEST / LAST["sums"])
     return Weights.init_paper(old, new), "W1, W2 given, B = 16, D = 16 W2"
