@@ -88,6 +88,19 @@ def test_what_is_not_reached_is_told(capsys):
     assert len(err.splitlines()) == 1
 
 
+def test_warnings_of_the_run_are_remarks(capsys, tmp_path):
+    """The page and the data have those told on the terminal."""
+    page, data = tmp_path / "out.html", tmp_path / "out.json"
+    load = ["--force", "100", "--accuracy", "1e-2", "--origin", "5", "5", "--at", "-3.9", "-3.9"]
+    arguments = ["--corners", CORNERS, *GROUND, *load, "--json", data, "--report", page]
+    code, _, err = run(capsys, "solve", *arguments)
+    assert code == 0
+    (remark,) = json.loads(data.read_text())["remarks"]
+    assert remark.startswith("the origin (5, 5) is 4.24 off the plan")
+    assert remark in err
+    assert remark in page.read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -201,12 +201,18 @@ def test_a_single_structure_as_data(group, tmp_path):
         write_report(tmp_path / "out.json", raft, plates={"": 0.4})
 
 
-def test_a_thickness_in_another_unit_is_suspected(capsys, raft):
+def test_a_thickness_in_another_unit_is_suspected(capsys, raft, tmp_path):
+    """On the terminal, on the page and as data."""
     load = ["--force", "300", "--cells", "20"]
-    code, _, err = run(capsys, *raft, "--plate", "400,30e6,0.2", *load)
+    files = ["--json", "out.json", "--report", "out.html"]
+    code, _, err = run(capsys, *raft, "--plate", "400,30e6,0.2", *load, *files)
     assert code == 0
-    assert "thickness of the plate is 6.67e+03 % of the extent of the plan" in err[0]
+    told = "thickness of the plate is 6.67e+03 % of the extent of the plan"
+    assert told in err[0]
     assert "Remedy: check the unit of the thickness in --plate" in err[0]
+    assert told in (tmp_path / "out.html").read_text()
+    (remark,) = json.loads((tmp_path / "out.json").read_text())["remarks"]
+    assert told in remark
     assert run(capsys, *raft, *PLATE, *load)[::2] == (0, [])
 
 

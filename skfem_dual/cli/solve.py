@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -13,6 +14,7 @@ import numpy as np
 
 from .. import ElasticPunch, ElasticSolution, PunchSolution, RigidPunch
 from ..contact.system import DENSE
+from ..errors import MeshWarning
 from ..io import write_solution, write_structure
 from ..io.cases import write_rows
 from ..messages import shortened
@@ -112,9 +114,11 @@ def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
         if not isinstance(body, Structure) or body.plate is None:
             continue
         if (thick := body.plate.thickness / body.standing.size) > THICK:
-            tell(
-                f"warning: the thickness of the plate is {100 * thick:.3g} % of the extent of the "
-                "plan, which is no plate. Remedy: check the unit of the thickness in --plate"
+            warnings.warn(
+                f"the thickness of the plate is {100 * thick:.3g} % of the extent of the plan, "
+                "which is no plate. Remedy: check the unit of the thickness in --plate",
+                MeshWarning,
+                stacklevel=1,
             )
     most = max((body.deformation for body in bodies), default=0.0)
     if details.units.named and most > DEFORMED:
@@ -209,4 +213,5 @@ def _write_data(
         write_rows(options.table, rows)
     if options.json:
         found = report_data(bodies)
-        write_data(options.json, found | {"condition_number": condition, "seconds": times})
+        known = {"condition_number": condition, "seconds": times, "remarks": options.warned}
+        write_data(options.json, found | known)
