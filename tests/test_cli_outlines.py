@@ -1,6 +1,7 @@
 """Outlines on the command line."""
 
 import json
+import re
 
 import ezdxf
 import numpy as np
@@ -99,6 +100,59 @@ def test_warnings_of_the_run_are_remarks(capsys, tmp_path):
     assert remark.startswith("the origin (5, 5) is 4.24 off the plan")
     assert remark in err
     assert remark in page.read_text()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--force", "1e6", "--accuracy", "1e-2"],
+        ["--plate", "0.5,30e9,0.2", "--cells", "60", "--loads", "all_over.csv"],
+    ],
+)
+def test_points_on_the_outline(capsys, tmp_path, monkeypatch, options):
+    """On arcs they are outside the polygon of the mesh; corners are rounded at sites."""
+    monkeypatch.chdir(tmp_path)
+    ring, out = tmp_path / "ring.csv", tmp_path / "out.json"
+    ring.write_text("53,70,1\n47,70,1\n\n52,70,1\n48,70,1\n")
+    (tmp_path / "all_over.csv").write_text("name,force,q\nsnow,0,1e4\n")
+    places = [(50, 73), (50 + 3 / np.sqrt(2), 70 + 3 / np.sqrt(2)), (50, 68), (53.001, 70)]
+    points = [word for x, y in places for word in ("--point", f"{x},{y}")]
+    code, _, err = run(capsys, "solve", ring, *GROUND, *options, *points, "--json", out)
+    assert (code, err) == (0, "")
+    found = json.loads(out.read_text())
+    ((body,),) = filter(None, (found["footings"], found["structures"]))
+    wanted = [(p["x"], p["y"]) for p in body["points"] if p["name"].startswith("P")]
+    assert wanted == places
+    case = body["cases"][0]
+    first, second, *_ = case["settlements"][-4:]  # the ring is round
+    assert first == pytest.approx(second, rel=1e-2)
+    assert first == pytest.approx(case["settlements"][0], rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("plan", "point", "off"),
+    [(["--corners", CORNERS], "2,1.1", "0.1"), (["{mesh}"], "0,1.1", "0.1")],
+)
+def test_points_off_the_plan_are_refused_before_the_work(
+    capsys, request, monkeypatch, plan, point, off
+):
+    monkeypatch.setattr("skfem_dual.cli.footings.solve_outline", None)  # a call is a TypeError
+    monkeypatch.setattr("skfem_dual.cli.footings.RigidPunch", None)
+    mesh = request.path.parent / "data" / "disc.msh"
+    plan = [a.format(mesh=mesh) for a in plan]
+    code, _, err = run(capsys, "solve", *plan, *GROUND, "--force", "1", "--point", point)
+    assert code == 2
+    assert re.search(f"expected points on the plan, got .*, {off}.* off it", err)
+
+
+def test_points_between_the_nodes_of_a_round_mesh(capsys, request, tmp_path):
+    mesh, out = request.path.parent / "data" / "disc.msh", tmp_path / "out.json"
+    angles = np.linspace(0.0, 2 * np.pi, 50)
+    points = [word for a in angles for word in ("--point", f"{np.cos(a)},{np.sin(a)}")]
+    code, _, err = run(capsys, "solve", mesh, *GROUND, "--force", "1", *points, "--json", out)
+    assert (code, err) == (0, "")
+    (footing,) = json.loads(out.read_text())["footings"]
+    assert sum(point["name"].startswith("P") for point in footing["points"]) == len(angles)
 
 
 @pytest.mark.parametrize(

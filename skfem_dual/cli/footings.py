@@ -25,9 +25,11 @@ from ..arguments import Pair
 from ..contact.load import Hull
 from ..errors import MeshWarning
 from ..grids.corners import signed_areas
+from ..grids.outline import ROUNDED, distance_to_segments, inside_loops, near_edge
 from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
 from ..messages import place
+from ..report.footing import point_beside
 from ..terminal import is_watched
 from ..units import LENGTHS, Units
 from .messages import in_options
@@ -82,19 +84,17 @@ def read_bases(
 
     Outlines get a mesh that is fine enough for their loads, those named in ``grids`` theirs.
     """
-    names = names_of(options)
-    bases = []
-    for name, path in zip(names, options.mesh, strict=True):
-        begin = perf_counter()
-        plan = plan_of(options, path) if is_outline(path) else None
-        if plan is None:
-            mesh = read_mesh(path)
-            edge, centre = mesh.p, centroid(mesh)
+    names, bases, begin = names_of(options), [], perf_counter()
+    plans = [plan_of(options, p) if is_outline(p) else read_mesh(p) for p in options.mesh]
+    times["import"] = perf_counter() - begin
+    _require_points_on(plans, options.point)
+    for name, path, plan in zip(names, options.mesh, plans, strict=True):
+        read = perf_counter()
+        if isinstance(plan, MeshTri):
+            edge, centre = plan.p, centroid(plan)
         else:
             x, y = plan.centroid.tolist()
             edge, centre = plan.around, (x, y)
-        read = perf_counter()
-        times["import"] = times.get("import", 0.0) + read - begin
         origin = centre if options.origin is None else tuple(options.origin)
         chosen = "centroid of the plan" if options.origin is None else "from --origin"
         if options.drawn_in is None:
@@ -111,8 +111,8 @@ def read_bases(
                 stacklevel=1,
             )
         accuracy = None
-        if plan is None:
-            dual = DualMesh.from_mesh(mesh)
+        if isinstance(plan, MeshTri):
+            dual = DualMesh.from_mesh(plan)
         elif name in grids:
             dual = grids[name](plan)
         else:
@@ -125,6 +125,32 @@ def read_bases(
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
         bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
     return bases
+
+
+def _require_points_on(plans: Sequence[Plan | MeshTri], points: Sequence[Pair]) -> None:
+    """Refuse points beside all plans, before any is solved.
+
+    Raises
+    ------
+    ValueError
+        If there is one; says how far it is off the nearest.
+    """
+    for point in points:
+        x = np.reshape(point, (2, 1))
+        placed = [_placed(plan, x) for plan in plans]
+        if not any(on for on, _ in placed):
+            raise point_beside(x[:, 0], min(distance for _, distance in placed))
+
+
+def _placed(plan: Plan | MeshTri, x: np.ndarray) -> tuple[bool, float]:
+    """Whether a point, (2, 1), is on a plan, and how far from its edge."""
+    if isinstance(plan, Plan):
+        distance = float(min(ring.sides.distance(x)[0] for ring in plan.rings))
+        near = distance <= ROUNDED * np.ptp(plan.bounds, axis=1).max()
+        return bool(plan.contains(x)[0] or near), distance
+    a, b = plan.p[:, plan.facets[:, plan.boundary_facets()]].transpose(1, 0, 2)
+    on = inside_loops(x, a, b) | near_edge(x, a, b)
+    return bool(on[0]), float(distance_to_segments(x, a, b)[0])
 
 
 def _tell_of_size(units: Units, path: str, edge: np.ndarray) -> None:

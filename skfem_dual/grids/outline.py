@@ -21,6 +21,9 @@ ONE_BY_ONE = 2**22
 CANDIDATES = 4
 #: points from which on threads look for the nearest, as starting them takes its time
 MANY = 5000
+#: points so far off an edge are on it: over a facet, as an arc of 30 degrees rises over its chord,
+#: and over the extent of the plan, as coordinates are rounded
+RISE, ROUNDED = 0.066, 1e-3
 #: cosine of the angle between a segment and the way to it below which it faces a point
 POINTING = 0.82
 
@@ -69,6 +72,20 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     return distance
 
 
+def near_edge(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """Whether points, (2, m), are on an edge of segments ``ab`` but for what facets cut off arcs
+    and for rounded coordinates."""
+    reach = RISE * np.hypot(*(b - a)) + ROUNDED * np.ptp(a, axis=1).max()
+    return np.array([(_distance(i[:, None], a, b) <= reach).any() for i in x.T], dtype=bool)
+
+
+def onto_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """The nearest points on segments ``ab`` of points of shape (2, m)."""
+    k = [int(np.argmin(_distance(i[:, None], a, b))) for i in x.T]
+    a, b = a[:, k], b[:, k]
+    return a + _share(x, a, b) * (b - a)
+
+
 def inside_loops(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     """Whether a ray from each point, of shape (2, m), meets an odd number of segments ``ab``."""
     inside = np.zeros(x.shape[1], dtype=bool)
@@ -89,9 +106,14 @@ def _met_by_rays(x, a, b, odd):
 
 def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     """Distance of each point to its segment."""
-    along, offset = b - a, x - a
-    s = np.sum(offset * along, axis=0) / np.sum(along**2, axis=0).clip(np.finfo(float).tiny)
-    return np.hypot(*(offset - np.clip(s, 0, 1) * along))
+    return np.hypot(*(x - a - _share(x, a, b) * (b - a)))
+
+
+def _share(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
+    """Share of each segment up to where it is nearest to its point."""
+    along = b - a
+    s = np.sum((x - a) * along, axis=0) / np.sum(along**2, axis=0).clip(np.finfo(float).tiny)
+    return np.clip(s, 0, 1)
 
 
 @vectorised

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import Pair
 from ..contact.footprint import Footprint
-from ..grids.outline import distance_to_segments, edge_ribs
-from ..grids.partition import Partition
+from ..grids.outline import distance_to_segments, edge_ribs, near_edge
 from ..messages import place
 from ..plans.search import Accuracy
 from ..plans.solve import PlanSolution
@@ -143,7 +141,7 @@ class Footing:
         x = self.details.own_points
         if not x.size:
             return {}
-        on = np.nonzero(self.cases.footprint.fan.locate(x) >= 0)[0].tolist()
+        on = np.nonzero(points_on(self.plan, x))[0].tolist()
         return {f"P{i + 1}": x[:, i] for i in on}
 
     @cached_property
@@ -209,20 +207,32 @@ class Footing:
 
 def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:
     """Refuse points, (2, k), beside all plans."""
-    on = np.array([plan.fan.locate(points) >= 0 for plan in plans]).any(axis=0)
-    for x, y in points[:, ~on].T[:1]:
-        edge = min(_distance(plan.partition, (x, y)) for plan in plans)
-        raise ValueError(
-            f"expected points on the plan, got {place((x, y))}, {edge:.3g} off it. Remedy: "
-            "coordinates of the plan; the settlement of the ground beside it is "
-            "solution.ground_displacement(x)"
-        )
+    on = np.array([points_on(plan, points) for plan in plans]).any(axis=0)
+    for x in points[:, ~on].T[:1]:
+        edges = [distance_to_segments(x[:, None], *edge_of(plan))[0] for plan in plans]
+        raise point_beside(x, min(edges))
 
 
-def _distance(partition: Partition, point: Pair) -> float:
-    """Of a point from the edge of the plan."""
-    a, b = partition.ends(edge_ribs(partition))
-    return float(distance_to_segments(np.reshape(point, (2, 1)), a, b)[0])
+def points_on(plan: Footprint, points: ndarray) -> ndarray:
+    """Whether points, (2, k), lie on a plan, or on the edge that its facets and rounded
+    coordinates stand for."""
+    on = plan.fan.locate(points) >= 0
+    on[~on] = near_edge(points[:, ~on], *edge_of(plan))
+    return on
+
+
+def point_beside(x: ndarray, distance: float) -> ValueError:
+    """The error of a point on no plan, so far off the nearest."""
+    return ValueError(
+        f"expected points on the plan, got {place(x)}, {distance:.3g} off it. Remedy: "
+        "coordinates of the plan; the settlement of the ground beside it is "
+        "solution.ground_displacement(x)"
+    )
+
+
+def edge_of(plan: Footprint) -> tuple[ndarray, ndarray]:
+    """Ends of the segments around a plan."""
+    return plan.partition.ends(edge_ribs(plan.partition))
 
 
 @dataclass(frozen=True)

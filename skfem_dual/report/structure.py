@@ -8,6 +8,7 @@ from numpy import ndarray
 
 from ..bodies.plates import Plate
 from ..grids.cellwise import nodal_mesh
+from ..grids.outline import onto_segments
 from ..solutions.bearing import Circles, bearing_pressure
 from ..solutions.elastic_solution import ElasticSolution
 from ..units import Units
@@ -16,7 +17,7 @@ from .checks import DEFORMED, ROUNDING, UNBALANCED, notices, solver_section
 from .depth import depth_section
 from .details import Details
 from .figures import deflection_picture
-from .footing import require_points_on
+from .footing import edge_of, require_points_on
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, shape_of
 from .numbers import Plan
 from .page import (
@@ -227,8 +228,13 @@ def deflection_figure(solution: ElasticSolution, plan: Plan, why: str = "") -> H
 
 
 def a_little_inside(plan: Plan, x: ndarray) -> ndarray:
-    """Points of the plan, those of the edge where rounding does not leave them outside."""
-    centroids = plan.solution.punch.partition.centroids
+    """Points of the plan, those of the edge where neither rounding nor facets in place of arcs
+    leave them outside."""
+    footprint = plan.solution.punch.footprint
+    off = np.nonzero(footprint.fan.locate(x) < 0)[0]
+    x = x.copy()
+    x[:, off] = onto_segments(x[:, off], *edge_of(footprint))
+    centroids = footprint.partition.centroids
     nearest = np.argmin(np.hypot(*(x[:, :, None] - centroids[:, None])), axis=1)
     return x + INSIDE * (centroids[:, nearest] - x)
 

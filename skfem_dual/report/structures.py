@@ -17,6 +17,7 @@ from ..solutions.cases_solution import Extreme
 from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
 from .details import Details
+from .footing import points_on
 from .input import mesh_figure
 from .numbers import Plan
 from .page import (
@@ -100,8 +101,8 @@ class Structure:
         """Corners and extremes of the plan, and the points wanted on it, by their names."""
         wanted = self.details.own_points
         corners = dict(zip(point_names(self.standing), self.standing.points.T, strict=True))
-        on = self.plan.fan.locate(wanted) >= 0 if wanted.size else np.zeros(0, dtype=bool)
-        return corners | {f"P{i + 1}": wanted[:, i] for i in np.nonzero(on)[0]}
+        on = np.nonzero(points_on(self.plan, wanted))[0].tolist() if wanted.size else []
+        return corners | {f"P{i + 1}": wanted[:, i] for i in on}
 
     @cached_property
     def settlements(self) -> ndarray:
