@@ -259,6 +259,8 @@ def test_two_footings(capsys, tmp_path):
     [
         (["--loads", DISC, "--force", "1"], "either --loads or --force"),
         (["--force", "1", "--table", "x.csv"], "--loads with --table"),
+        (["--force", "1", "--profile", "0", "0"], "--report or --json with --profile"),
+        (["--force", "1", "--title", "T"], "--report or --json with --title, got neither"),
         (["--force", "1", "--units", "kN"], "FORCE,LENGTH"),
         (["--force", "1", "--point", "1;2"], "two numbers X,Y"),
         (["--force", "1", "--point", "7,0", "--units", "kN,m"], "points on the plan"),

@@ -127,6 +127,9 @@ def test_one_force_on_a_mesh(capsys, raft, tmp_path):
     (case,) = structure["cases"]
     assert case["point"] == pytest.approx([SITE[0] + 4, SITE[1] + 2.5])
     assert structure["grid"].startswith(f"{mesh.nelements} ")
+    code, _, err = run(capsys, *command, "--cells", 30)
+    assert code == 2
+    assert re.search(r"--cells with an outline \(.*\), got the mesh mesh.msh", err[0])
 
 
 @pytest.mark.parametrize(

@@ -280,6 +280,17 @@ def require_one_load(options: argparse.Namespace) -> None:
         raise ValueError("expected --loads with --table, got one load. Remedy: --json")
 
 
+def require_report(options: argparse.Namespace) -> None:
+    """Refuse what only pages and data tell where there are none."""
+    if options.report is not None or options.json is not None:
+        return
+    for name in ("title", "project", "author", "date", "profile"):
+        if getattr(options, name) is not None:
+            raise ValueError(
+                f"expected --report or --json with --{name}, got neither. Remedy: leave it out"
+            )
+
+
 def solve_one(options: argparse.Namespace, punch: RigidPunch) -> PunchSolution:
     """The one load of the options."""
     return punch.solve(

@@ -10,8 +10,10 @@ from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_
 from ..arguments import checked_integer
 from ..bodies.plates import require_memory
 from ..io import CaseRow
+from ..plans.read import SUFFIXES
 from ..terminal import is_watched
 from .footings import Base, CaseRows, names_of, only, punches_of, single_load
+from .outlines import is_outline
 
 #: of the outline of a plate
 CELLS = 600
@@ -41,6 +43,11 @@ def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
         if options.cells is not None:
             raise ValueError("expected --plate with --cells, got none. Remedy: --accuracy")
         return found
+    meshes = [path for name, path in zip(names, options.mesh) if name in found]
+    if options.cells is not None and not any(map(is_outline, meshes)):
+        raise ValueError(
+            f"expected --cells with an outline ({', '.join(SUFFIXES)}), got the mesh {meshes[0]}"
+        )
     usual = {"moments": None, "settlement": None, "tilt": None, "horizontal": None}
     for name, value in (usual | {"torsion": None, "collocation": "centroid"}).items():
         if getattr(options, name) != value:

@@ -35,6 +35,7 @@ from .footings import (
     read_loads,
     require_names,
     require_one_load,
+    require_report,
     solve_cases,
     solve_one,
 )
@@ -53,6 +54,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     take_corners(options)
     require_names(options)
     require_one_load(options)
+    require_report(options)
     details, plates = _details(options), plates_of(options)
     times: dict[str, float] = {}
     ground = ground_of(options)
