@@ -193,6 +193,7 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.dxf", "what", "expected a DXF drawing in"),
         ("a.dxf", "0\nSECTION\n", "expected a DXF drawing in .*: the file ends too soon"),
         ("a.xyz", "", "a file ending in .csv, .txt, .wkt"),
+        ("a.csv", "x [m],y [cm]\n0,0\n2,0\n2,90\n", r"x and y in one unit .*, got m and cm\. Rem"),
     ],
 )
 def test_files_that_have_no_outline(tmp_path, name, text, message):

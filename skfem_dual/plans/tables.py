@@ -39,7 +39,13 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
     if not filled:
         raise MeshError(f"expected corners in {path}, got an empty file")
     delimiter = _delimiter(filled[0])
-    columns = _columns(_fields(filled[0], delimiter))
+    heads = _fields(filled[0], delimiter)
+    columns = _columns(heads)
+    if len(units := _units(heads, columns)) > 1:
+        raise MeshError(
+            f"expected x and y in one unit in the header of {path}, got {' and '.join(units)}. "
+            "Remedy: change one of them"
+        )
     header = filled[0] if columns else None
     rings: list[list[Row]] = [[]]
     for number, line in lines:
@@ -61,12 +67,11 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
 
 
 def unit_of_table(path: Path) -> str | None:
-    """Unit of the first coordinate by the header of a table of corners, if it has one."""
+    """Unit of the coordinates by the header of a table of corners, if it has one."""
     lines = (line.strip() for line in text_of(path).splitlines())
     first = next((line for line in lines if line.strip(EMPTY) and not line.startswith("#")), "")
     fields = _fields(first, _delimiter(first))
-    columns = _columns(fields)
-    return (Heading.of(fields[columns[0]]).unit or None) if columns else None
+    return next(iter(_units(fields, _columns(fields))), None)
 
 
 def corners_of_text(text: str) -> list[Corner]:
@@ -102,6 +107,12 @@ def _columns(fields: list[str]) -> list[int]:
     words = [re.sub(r"[\s\[(].*", "", field.lower()) for field in fields]
     found = {NAMES[word]: i for i, word in reversed(list(enumerate(words))) if word in NAMES}
     return [found[k] for k in sorted(found)] if {0, 1} <= set(found) else []
+
+
+def _units(heads: list[str], columns: list[int]) -> list[str]:
+    """The units that x and y have in a header, each once."""
+    units = (Heading.of(heads[i]).unit for i in columns[: COLUMNS[0]])
+    return list(dict.fromkeys(unit for unit in units if unit))
 
 
 def _corner(fields: list[str], where: str) -> Corner:
