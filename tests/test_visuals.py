@@ -961,3 +961,13 @@ def test_backends_share_their_options():
     for name in ("draw", "plot", "isobars"):
         options = [inspect.signature(getattr(v, name)).parameters for v in BACKENDS]
         assert options[0].keys() - {"ax"} == options[1].keys() - {"off_screen"}
+
+
+def test_site_coordinates_are_written_with_all_digits():
+    """No power of ten beside the axes, none subtracted."""
+    axes = with_matplotlib.draw(DISC.translated((451204.0, 5411903.0)))
+    axes.figure.canvas.draw()
+    for axis, amid in ((axes.xaxis, 451204), (axes.yaxis, 5411903)):
+        assert axis.get_offset_text().get_text() == ""
+        ticks = [float(label.get_text()) for label in axis.get_ticklabels()]
+        assert np.abs(np.array(ticks) - amid).max() < 2

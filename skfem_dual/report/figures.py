@@ -233,8 +233,6 @@ def _embedded(
     """What is drawn into axes for the points ``p`` and a scalar bar so wide."""
     with _axes(p, bar) as (figure, ax):
         drawn(ax)
-        if np.abs(p).max() > 1e4:  # far from the origin all digits matter
-            ax.ticklabel_format(style="plain")
         _legend(figure, ax)
         return _written(figure, vector)
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.colorbar import Colorbar
     from matplotlib.tri import Triangulation
 
+#: powers of ten between which coordinates are written with all their digits, as those of sites
+PLAIN = -5, 9
+
 
 def pyplot() -> Any:
     """matplotlib.pyplot, or an error that names the remedy."""
@@ -63,7 +66,7 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     ax.spines[:].set_visible(False)
     for axis, extent in zip((ax.xaxis, ax.yaxis), np.ptp(p, axis=1) / np.ptp(p, axis=1).max()):
         axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
-    ax.ticklabel_format(useOffset=False)
+    ax.ticklabel_format(useOffset=False, scilimits=PLAIN)
     ax.tick_params(labelsize=letter(0.9))
     ax.show = plt.show  # type: ignore[union-attr]
     return ax
