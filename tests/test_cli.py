@@ -164,6 +164,35 @@ def test_pictures(capsys, tmp_path):
     assert sorted(tmp_path.iterdir()) == sorted(files)
 
 
+def test_axes_of_pictures_have_the_unit(capsys, tmp_path, monkeypatch):
+    from skfem_dual.visuals import pyvista
+
+    shown = []
+
+    def isobars(*args, **options):
+        plotter = original(*args, **options)
+        written = plotter.screenshot
+
+        def screenshot(path):
+            texts = [a for a in plotter.actors.values() if hasattr(a, "GetInput")]
+            shown.extend(a.GetInput() for a in texts if isinstance(a.GetInput(), str))
+            return written(path)
+
+        plotter.screenshot = screenshot
+        return plotter
+
+    original = pyvista.isobars
+    monkeypatch.setattr(pyvista, "isobars", isobars)
+    files = ["--png", tmp_path / "x.png", "--svg", tmp_path / "x.svg"]
+    load = ["--young", "30e3", "--poisson", "0.3", "--force", "100", *files]
+    assert run(capsys, "solve", DISC, *load, "--units", "kN,cm")[::2] == (0, [])
+    assert "x, y [cm]" in shown
+    assert "x [cm]" in (tmp_path / "x.svg").read_text()
+    shown.clear()
+    assert run(capsys, "solve", DISC, *load)[0] == 0
+    assert not any("x, y" in text for text in shown)
+
+
 def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
     """Without a force the mean is next to nothing, and no measure."""
     from skfem_dual.visuals import matplotlib

@@ -15,8 +15,11 @@ def draw(
     """
     if options.png:
         from ..visuals import pyvista
+        from ..visuals.scene import name_axes
 
         plotter = getattr(pyvista, what)(*args, **kwargs)
+        if length:
+            name_axes(plotter, f"x, y [{length}]")
         write_whole(options.png, plotter.screenshot)
         plotter.close()
     if options.svg:

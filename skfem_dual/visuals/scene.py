@@ -132,6 +132,17 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     return plotter
 
 
+def name_axes(plotter: Any, text: str) -> None:
+    """What the axes of a plan are, in the corner that both leave free."""
+    plotter.add_text(
+        text,
+        position=(0.15 * LEFT, 0.15 * BELOW),
+        font_size=LETTER // 2,  # pyvista takes half the pixels
+        color="black",
+        font="arial",
+    )
+
+
 def with_bar(plotter: Any, colored: Any, title: str, p: ndarray, origin: ndarray) -> Any:
     """The view of the plan ``p`` with a scalar bar of the actor ``colored`` on its right."""
     right = max(190, 40 + 10 * len(title))
