@@ -694,3 +694,26 @@ def test_what_is_not_known_is_not_kept():
     text = report_html(punch.solve_many({"tips": loads["tips"]}), allowable=99.0)
     assert "Whether it is kept is not known" in text
     assert "It is kept" not in text
+
+
+@pytest.mark.parametrize("site", [(0.0, 0.0), (451000.0, 5411000.0)])
+def test_pictures_of_slender_plans_have_room(monkeypatch, site):
+    """Without a warning of matplotlib, and the legend below everything else."""
+    drawn = []
+
+    def written(figure, vector):
+        picture = original(figure, vector)
+        for legend in figure.legends:
+            top = legend.get_window_extent().y1
+            drawn.append(min(ax.get_tightbbox().y0 for ax in figure.axes) - top)
+        return picture
+
+    original = figures._written
+    monkeypatch.setattr(figures, "_written", written)
+    mesh = polygon([[0.0, 40.0, 40.0, 0.0], [0.0, 0.0, 1.5, 1.5]], n=80).translated(site)
+    punch = RigidPunch(
+        SOIL, DualMesh.from_mesh(mesh).basis(), origin=(site[0] + 20, site[1] + 0.75)
+    )
+    report_html(punch.solve(5e3), units="kN,m")
+    assert len(drawn) == 3
+    assert min(drawn) >= 0

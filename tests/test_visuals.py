@@ -3,6 +3,7 @@ import sys
 import time
 from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -971,3 +972,14 @@ def test_site_coordinates_are_written_with_all_digits():
         assert axis.get_offset_text().get_text() == ""
         ticks = [float(label.get_text()) for label in axis.get_ticklabels()]
         assert np.abs(np.array(ticks) - amid).max() < 2
+
+
+@pytest.mark.parametrize(("width", "height"), [(40.0, 1.5), (3.0, 2.0), (1.5, 40.0)])
+def test_numbers_and_names_of_slender_plans_do_not_overlap(width, height):
+    mesh = MeshTri.init_tensor(np.linspace(0, width, 11), np.linspace(0, height, 11))
+    axes = with_matplotlib.draw(mesh.translated((451000.0, 5411000.0)))
+    axes.figure.canvas.draw()
+    numbers = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert all(a.x1 <= b.x0 for a, b in pairwise(numbers))
+    below = axes.get_legend().get_window_extent().y1
+    assert all(box.y0 >= below for box in numbers)

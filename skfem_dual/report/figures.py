@@ -41,6 +41,10 @@ LINES = 20_000
 RESOLUTION = 110
 #: so far beyond the plan, in parts of its size, the point of the force is still drawn
 BEYOND = 0.25
+#: inches of the height of a plan, where it is far longer than high, with names beside its points
+FLAT = 0.6
+#: margins around its names, over width and height, and at least over the longer of them
+MARGIN, LEAST = 0.09, 0.03
 #: directions in which a plan is looked for, and how far away, in parts of its size
 AROUND, NEAR = 32, 1e-3
 #: lines of equal deflection, about
@@ -134,7 +138,8 @@ def plan_picture(standing: Standing, names: list[str], wanted: Mapping[str, ndar
         for name, (x, y) in wanted.items():
             ax.plot(x, y, "x", color=OUTLINE, markersize=5)
             ax.annotate(name, (x, y), (4, 4), textcoords="offset points", fontsize=9)
-        ax.margins(0.09)
+        extents = np.ptp(standing.hull, axis=1)
+        ax.margins(*np.maximum(MARGIN, LEAST * extents.max() / extents))
         _name_axes(ax, standing)
 
     return _embedded(drawn, standing.hull)
@@ -266,7 +271,7 @@ def _axes(p: ndarray, bar: float) -> Iterator[tuple[Figure, Axes]]:
     side = 4.2 * min(1.5, np.sqrt(max(width, height) / min(width, height))) / max(width, height)
     # the scalar bar of a wide plan is below it
     beside, below = (0.0, bar) if width > 2 * height else (bar, 0.0)
-    size = (max(side * width, 3.0) + 0.6 + beside, side * height + 1.0 + 0.8 * below)
+    size = (max(side * width, 3.0) + 0.6 + beside, max(side * height, FLAT) + 1.0 + 0.8 * below)
     settings = {"svg.hashsalt": "skfem_dual", "figure.constrained_layout.h_pad": 0.1}
     with plt.style.context("default"), plt.rc_context(settings):
         figure = Figure(figsize=size, layout="compressed")

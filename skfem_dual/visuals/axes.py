@@ -10,6 +10,7 @@ from numpy import ndarray
 from ..contact.region import ContactRegion
 from ..messages import shown
 from .field import Field
+from .levels import roundest
 from .style import MISSING
 
 if TYPE_CHECKING:
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
 #: powers of ten between which coordinates are written with all their digits, as those of sites
 PLAIN = -5, 9
+#: heights of the letters of a legend that the ticks above it take
+BELOW = 2.4
+#: width of a plan over its height below which there is no room for the numbers of two ticks
+NARROW = 0.15
 
 
 def pyplot() -> Any:
@@ -64,8 +69,11 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
         ax = plt.figure(figsize=size, layout="compressed").add_subplot()
     ax.set_aspect("equal")
     ax.spines[:].set_visible(False)
-    for axis, extent in zip((ax.xaxis, ax.yaxis), np.ptp(p, axis=1) / np.ptp(p, axis=1).max()):
+    extents = np.ptp(p, axis=1) / np.ptp(p, axis=1).max()
+    for axis, extent in zip((ax.xaxis, ax.yaxis), extents):
         axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
+    if extents[0] < NARROW:  # two numbers would lie on each other
+        ax.set_xticks([roundest(float(p[0].min()), float(p[0].max()))])
     ax.ticklabel_format(useOffset=False, scilimits=PLAIN)
     ax.tick_params(labelsize=letter(0.9))
     ax.show = plt.show  # type: ignore[union-attr]
@@ -109,9 +117,10 @@ def data_per_point(ax: Axes) -> float:
 
 
 def legend_below(ax: Axes, columns: int) -> None:
-    """Names of the lines under a plan."""
-    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.07)}
-    ax.legend(**place, ncols=columns, frameon=False, fontsize=letter(0.9))
+    """Names of the lines under a plan and its ticks, however high it is."""
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
+    style: dict[str, Any] = {"frameon": False, "fontsize": letter(0.9)}
+    ax.legend(**place, borderaxespad=BELOW, ncols=columns, **style)
 
 
 def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:
