@@ -10,6 +10,12 @@ from ..messages import one_line
 
 #: x, y and the bulge of the side that starts there
 Corner = tuple[float, float, float]
+#: how corners are written in a file, and in a text
+IN_FILE = (
+    "one corner a line, with a header that names x and y of more columns, and an empty line "
+    "between rings"
+)
+IN_TEXT = "commas inside corners and blanks between them alone, such as 0,0 12,0 12,8"
 #: where it is, and its cells
 Row = tuple[str, list[str]]
 
@@ -63,7 +69,7 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
             make_numbers([row for ring in rings for row in ring], range(COLUMNS[-1]), delimiter)
         except ValueError as error:
             raise MeshError(str(error)) from error
-    return [[_corner(fields, where) for where, fields in ring] for ring in rings if ring]
+    return [[_corner(fields, where, IN_FILE) for where, fields in ring] for ring in rings if ring]
 
 
 def unit_of_table(path: Path) -> str | None:
@@ -80,15 +86,17 @@ def corners_of_text(text: str) -> list[Corner]:
     Raises
     ------
     MeshError
-        If an item is not two or three numbers.
+        If there are no items, or one is not two or three numbers.
 
     Examples
     --------
     >>> corners_of_text("0,0 2,0,1 2,2 0,2")
     [(0.0, 0.0, 0.0), (2.0, 0.0, 1.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)]
     """
-    items = enumerate(text.split(), 1)
-    return [_corner(cells_of(item, ","), f"the corners, number {i}") for i, item in items]
+    items = [cells_of(item, ",") for item in text.split()]
+    if not items:
+        raise MeshError(f"expected corners, got none. Remedy: {IN_TEXT}")
+    return [_corner(item, f"the corners, number {i}", IN_TEXT) for i, item in enumerate(items, 1)]
 
 
 def _delimiter(line: str) -> str:
@@ -115,7 +123,7 @@ def _units(heads: list[str], columns: list[int]) -> list[str]:
     return list(dict.fromkeys(unit for unit in units if unit))
 
 
-def _corner(fields: list[str], where: str) -> Corner:
+def _corner(fields: list[str], where: str, remedy: str) -> Corner:
     shown = one_line(repr(",".join(fields)), 60)
     while len(fields) > COLUMNS[0] and not fields[-1]:
         fields = fields[:-1]
@@ -124,8 +132,5 @@ def _corner(fields: list[str], where: str) -> Corner:
     except ValueError:
         values = ()
     if len(values) not in COLUMNS:
-        raise MeshError(
-            f"{where}: expected x, y or x, y, bulge, got {shown}. Remedy: one corner a line, with "
-            "a header that names x and y of more columns, and an empty line between rings"
-        )
+        raise MeshError(f"{where}: expected x, y or x, y, bulge, got {shown}. Remedy: {remedy}")
     return values[0], values[1], values[2] if len(values) == 3 else 0.0
