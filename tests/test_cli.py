@@ -314,7 +314,7 @@ LOAD = [*GROUND, "--force", "1"]
         (["dual", DISC, "--colour", "red"], "unrecognized arguments"),
         ([], "arguments are required"),
         (["bake", DISC], "invalid choice: 'bake'"),
-        (["check", DRAWING], "; outlines are for the command solve"),
+        (["check", DRAWING], "; outlines, for the command solve, end in .csv"),
     ],
 )
 def test_errors_take_one_line_and_exit_with_2(capsys, args, message):

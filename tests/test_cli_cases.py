@@ -275,6 +275,22 @@ def test_wrong_options(capsys, args, message):
     assert message in err[0]
 
 
+@pytest.mark.parametrize("begin", [b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"])
+def test_workbooks_are_told_as_such(capsys, tmp_path, begin):
+    """As loads and as ground; as outlines it is told which files these are."""
+    path = tmp_path / "book.xlsx"
+    path.write_bytes(begin + b"\x14\x00\xfe\xff")
+    said = f"expected text in {path}, got a workbook or another archive. Remedy: save its table"
+    for arguments, told in (
+        ([DISC, *GROUND, "--loads", path], said),
+        ([DISC, "--substrate", path, "--force", "1"], said),
+        ([path, *GROUND, "--force", "1"], "outlines, for the command solve, end in .csv, .wkt"),
+    ):
+        code, _, err = run(capsys, "solve", *arguments)
+        assert (code, len(err)) == (2, 1)
+        assert told in err[0]
+
+
 def test_several_meshes(capsys):
     other = str(DATA / "eccentric_annulus.msh")
     for meshes, options, message in (

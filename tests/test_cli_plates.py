@@ -148,7 +148,10 @@ def test_one_force_on_a_mesh(capsys, raft, tmp_path):
         ([*PLATE], "--force or --loads with --plate, got neither"),
         ([*PLATE, "--force", "-5"], "case load: expected loads that pressures"),
         ([*PLATE, "--force", "5", "--at", "4", "0"], "--force: expected a column on the plate"),
-        ([*PLATE, "--loads", "turn.csv"], "line 2: expected a side along x of the column"),
+        (
+            [*PLATE, "--loads", "turn.csv"],
+            "line 2: expected a side along x .* Remedy: bx and by in",
+        ),
         ([*PLATE, "--loads", "slide.csv"], "line 2: expected vertical loads of a plate"),
         (["--loads", "cases.csv"], r"line 1: expected headings .* got 'bx', for plates only"),
     ],

@@ -20,7 +20,11 @@ OPTIONS = (
     (r", or tol= greater than it, now \S+", ""),
     (r"\. Remedy: stiffness\(full=True\) for a base without weight", ""),
     (r"\. Remedy: quads=\"keep\"", ""),
-    (r"outlines are read by Plan\.read", "outlines are for the command solve"),
+    (
+        r"outlines are read by Plan\.read",
+        "outlines, for the command solve, end in .csv, .wkt, .geojson or .dxf",
+    ),
+    (r"sides=, over which it is spread", "bx and by in the table, over which it is spread"),
     (r"RigidPunch\.solve for each by itself", "a run for each of them"),
     (r"method=\"cg\"", "a coarser mesh"),
     (r"time_limit=?", "--time-limit"),

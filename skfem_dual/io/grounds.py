@@ -68,8 +68,9 @@ def read_substrate(
     units = units if isinstance(units, Units) else Units(units)
     if path.suffix.lower() == ".csv":
         return _from_csv(path, units)
+    text = text_of(path)
     try:
-        found = tomllib.loads(text_of(path))
+        found = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"expected TOML in {path}: {one_line(str(error), 160)}") from error
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})

@@ -40,6 +40,8 @@ HEADERS = {
 #: the other data sets of VTK hold no triangles, but take memory for what they promise
 UNSTRUCTURED = re.compile(rb"^\s*DATASET\s+UNSTRUCTURED_GRID\b", re.MULTILINE | re.IGNORECASE)
 ENDLESS = "its reader does not come to an end; the file is damaged or cut off"
+#: what files begin with that are workbooks or other archives, new and old
+ARCHIVES = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 #: reasons longer than this are cut
 REASON = 160
 
@@ -80,6 +82,11 @@ def text_of(path: Path) -> str:
         If it is something else.
     """
     content = path.read_bytes()
+    if content.startswith(ARCHIVES):
+        raise ValueError(
+            f"expected text in {path}, got a workbook or another archive. Remedy: save its table "
+            "as CSV"
+        )
     marked = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
     try:
         return content.decode("utf-16" if marked else "utf-8-sig")
