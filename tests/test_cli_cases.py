@@ -6,6 +6,7 @@ import json
 import re
 import shlex
 import sys
+from datetime import date, datetime
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from test_cli import DATA, DISC, GROUND, run
 import skfem_dual
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.cli.messages import OPTIONS, in_options
-from skfem_dual.cli.parser import EXAMPLES
+from skfem_dual.cli.parser import EXAMPLES, day
 from skfem_dual.report import figures
 
 UNITS = ["--young", "30e3", "--poisson", "0.3", "--units", "kN,m"]
@@ -273,6 +274,15 @@ def test_wrong_options(capsys, args, message):
     code, out, err = run(capsys, "solve", DISC, *GROUND, *args)
     assert (code, out, len(err)) == (2, [], 1)
     assert message in err[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("2024-01-02", date(2024, 1, 2)), ("2024-01-02 10:30", datetime(2024, 1, 2, 10, 30))],
+)
+def test_dates(text, found):
+    assert day(text) == found
+    assert type(day(text)) is type(found)
 
 
 @pytest.mark.parametrize("begin", [b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"])

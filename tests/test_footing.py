@@ -2,7 +2,7 @@
 
 import json
 import sys
-from datetime import datetime
+from datetime import date, datetime
 
 import numpy as np
 import pytest
@@ -149,10 +149,24 @@ def test_a_ring_around_a_footing_has_no_angular_distortion_to_it():
     assert "Angular distortion" not in report_html(found, mesh_name="pad and ring")
 
 
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(
+    ("when", "page", "data"),
+    [
+        (date(2024, 5, 6), "2024-05-06 · ", "2024-05-06"),
+        (datetime(2024, 5, 6), "2024-05-06 00:00 · ", "2024-05-06T00:00:00"),
+    ],
+)
+def test_a_date_has_the_time_of_day_that_was_given(cases, when, page, data):
+    details = Details(date=when, **SAID)
+    assert f" · {page}" in report_html(cases, details=details)
+    assert report_data(bodies_of(cases, details))["date"] == data
+
+
 def test_data_is_the_page(cases):
     """Every number of the JSON file, against the solutions."""
-    date = datetime(2024, 5, 6, 7, 8)
-    details = Details(points=[(-1.0, -1.0)], date=date, **SAID)
+    when = datetime(2024, 5, 6, 7, 8)
+    details = Details(points=[(-1.0, -1.0)], date=when, **SAID)
     footings = bodies_of(cases, details)
     data = json.loads(json.dumps(report_data(footings), allow_nan=False))
     assert data["schema"] == SCHEMA == "skfem-dual/1"

@@ -1,7 +1,8 @@
 """The commands and their options."""
 
 import argparse
-from datetime import datetime
+from contextlib import suppress
+from datetime import date, datetime
 from functools import partial
 from typing import Any
 
@@ -33,8 +34,10 @@ was not reached; 130 if interrupted.
 """
 
 
-def day(text: str) -> datetime:
-    """A date of the command line."""
+def day(text: str) -> date:
+    """A date of the command line, with the time of day if it has one."""
+    with suppress(ValueError):
+        return date.fromisoformat(text)
     try:
         return datetime.fromisoformat(text)
     except ValueError:

@@ -166,7 +166,7 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
     title = title if details.title is None else details.title
     failed = "" if success else "NOT CONVERGED: "
     who = [text for text in (details.project, details.author) if text is not None]
-    subtitle = " · ".join([*who, f"{details.date:%Y-%m-%d %H:%M}", mesh_name])
+    subtitle = " · ".join([*who, details.told_date, mesh_name])
     return page(failed + title, f"{subtitle} · skfem_dual {__version__}", joined(parts))
 
 

@@ -1,5 +1,6 @@
 """All of a report for other programs, as plain data under a schema with a version."""
 
+import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -114,11 +115,18 @@ def _said(details: Details) -> dict[str, Any]:
         "title": details.title,
         "project": details.project,
         "author": details.author,
-        "date": None if details.date is None else details.date.isoformat(timespec="seconds"),
+        "date": _written(details.date),
         "mesh": details.mesh_name,
         "allowable": details.allowable,
         "remarks": list(details.remarks),
     }
+
+
+def _written(date: datetime.date | None) -> str | None:
+    """In the format of ISO 8601, with the time of day if it has one."""
+    if isinstance(date, datetime.datetime):
+        return date.isoformat(timespec="seconds")
+    return None if date is None else date.isoformat()
 
 
 def _footing(footing: Footing) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """What a report says beyond the solution: who, what, units, and what the ground may bear."""
 
+import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,8 @@ class Details:
     ----------
     title, project, author : str, optional
         As they stand on top.
-    date : datetime, optional
-        Now by default.
+    date : date or datetime, optional
+        With the time of day if it has one; now by default.
     mesh_name : str, optional
         Where the mesh is from, such as the name of its file; names by commas of several.
     units : Units or str
@@ -58,7 +58,7 @@ class Details:
     title: str | None = None
     project: str | None = None
     author: str | None = None
-    date: datetime | None = None
+    date: datetime.date | None = None
     mesh_name: str | None = None
     units: Units = PLAIN
     allowable: float | None = None
@@ -75,7 +75,7 @@ class Details:
                 checked_text(name, text)
         date = self.date
         if date is not None:
-            checked_instance("date", date, datetime)
+            checked_instance("date", date, datetime.date)
         if not isinstance(self.units, Units):
             object.__setattr__(self, "units", Units(self.units))
         for of, kind in (("accuracy", Accuracy), ("plates", Plate)):
@@ -89,7 +89,7 @@ class Details:
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
         found: dict[str, Any] = {
-            "date": datetime.now().astimezone() if date is None else date,
+            "date": datetime.datetime.now().astimezone() if date is None else date,
             "allowable": self.allowable,
             "points": tuple(checked_pair(f"points[{i}]", x) for i, x in enumerate(points)),
             "remarks": tuple(checked_text("remarks", remark) for remark in remarks),
@@ -100,6 +100,12 @@ class Details:
             found["allowable"] = checked_size("allowable", self.allowable)
         for name, value in found.items():
             object.__setattr__(self, name, value)
+
+    @property
+    def told_date(self) -> str:
+        """The date as it stands on a page."""
+        time = " %H:%M" if isinstance(self.date, datetime.datetime) else ""
+        return f"{self.date:%Y-%m-%d{time}}"
 
     @property
     def own_points(self) -> ndarray:
