@@ -24,6 +24,8 @@ FORCES = {
 SQUARE_FOOT = 0.3048**2
 #: mN and mPa, which are hardly meant
 THOUSANDTHS = re.compile(r"\s*m(?i:n|pa)")
+#: what stands between the units of a product, and before powers
+PRODUCT = re.compile(r"[\s·⋅*^]|(?<=[A-Za-z])[.-](?=[A-Za-z])")
 #: in pascals, beside forces over squares of lengths
 PRESSURES = {
     "Pa": 1.0,
@@ -116,7 +118,7 @@ class Units:
         Parameters
         ----------
         symbol : str
-            Such as MPa, kN/m², cm or kNm.
+            Such as MPa, kN/m², cm, kNm or kip-ft.
         quantity : {"length", "force", "pressure", "moment"}
             What it measures.
 
@@ -137,7 +139,7 @@ class Units:
             "pressure": f"{self.force.symbol}/{self.length.symbol}2",
             "moment": self.force.symbol + self.length.symbol,
         }[quantity]
-        wanted = re.sub(r"[\s·*^]", "", symbol.replace("²", "2")).casefold()
+        wanted = PRODUCT.sub("", symbol.replace("²", "2")).casefold()
         if wanted not in known:
             raise ValueError(f"expected a unit of {quantity} such as {own}, got {symbol!r}")
         if THOUSANDTHS.match(symbol):

@@ -82,6 +82,13 @@ def test_layers(tmp_path):
     assert read_substrate(alone) == HalfSpace(60e6, 0.2)
 
 
+@pytest.mark.parametrize("mark", ["'", "\N{RIGHT SINGLE QUOTATION MARK}"])
+def test_apostrophes_of_any_kind(tmp_path, mark):
+    text = f"épaisseur,module d{mark}Young,nu\n2,1,0.2\n,3,0.2\n"
+    found = read_substrate(write(tmp_path, text, "g.csv"))
+    assert repr(found) == repr(LayeredHalfSpace([Layer(2.0, 1.0, 0.2)], HalfSpace(3.0, 0.2)))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -58,11 +58,24 @@ def test_wrong_units(text, message):
         ("MPa", "pressure", 1e3),
         ("kN/m²", "pressure", 1.0),
         ("MN m", "moment", 1e3),
+        ("kN-m", "moment", 1.0),
+        ("kN.m", "moment", 1.0),
+        ("kN⋅m", "moment", 1.0),
+        ("kip-ft", "moment", 1.3558179483314004),
         ("mm", "length", 1e-3),
     ],
 )
 def test_factors_of_other_units(symbol, quantity, factor):
     assert Units("kN,m").factor(symbol, quantity) == pytest.approx(factor, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "quantity"),
+    [("kN/m-2", "pressure"), ("kN.m-2", "pressure"), ("kN-", "force"), ("m-1", "length")],
+)
+def test_signs_are_not_taken_for_products(symbol, quantity):
+    with pytest.raises(ValueError, match=f"expected a unit of {quantity} such as"):
+        Units("kN,m").factor(symbol, quantity)
 
 
 @pytest.mark.parametrize(

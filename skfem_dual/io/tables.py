@@ -36,6 +36,7 @@ class Heading(NamedTuple):
         found = HEADING.fullmatch(text)
         name, *units = found.groups() if found else (text,)
         unit = next((unit.strip() for unit in units if unit), "")
+        name = name.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
         return cls(" ".join(name.lower().split()), "" if unit in ("-", "–", "1") else unit)
 
 
