@@ -41,7 +41,7 @@ from skfem_dual.report.numbers import (
     outline_corners,
     reach,
 )
-from skfem_dual.report.page import NONE, Html, coordinate, escaped, number, one_to
+from skfem_dual.report.page import NONE, STYLE, Html, coordinate, escaped, number, one_to
 
 SOIL = HalfSpace(30e6, 0.25)
 DISC = DualMesh.from_mesh(disc(3))
@@ -717,3 +717,13 @@ def test_pictures_of_slender_plans_have_room(monkeypatch, site):
     report_html(punch.solve(5e3), units="kN,m")
     assert len(drawn) == 3
     assert min(drawn) >= 0
+
+
+def test_exponents_are_within_their_line():
+    """WeasyPrint has letters nearly as large for them: they touched the rule above."""
+    (rule,) = re.findall(r"^sup {(.*)}$", STYLE, re.MULTILINE)
+    size = float(re.search(r"font-size: (\S+)em", rule)[1])
+    rise = float(re.search(r"vertical-align: (\S+)em", rule)[1])
+    figure, ascent = 0.75, 0.9  # heights over the size of letters
+    assert size * (rise + figure) <= ascent
+    assert size * rise > 0.2

@@ -269,7 +269,7 @@ table:not(.numeric) td:last-child { width: 4rem; min-width: 2.6rem; padding-righ
 .numeric td, .numeric thead th:not(:first-child) { text-align: right; }
 .numeric th:last-child, .numeric td:last-child { padding-right: 0; }
 data, .share { white-space: nowrap; }
-sup { line-height: 0; }
+sup { font-size: .7em; line-height: 0; vertical-align: .45em; }
 .short { display: flex; flex-wrap: wrap; gap: .8rem 2.2rem; margin: 1rem 0; padding: .9rem 1.1rem;
   background: #f4f5f6; }
 .short dt { color: #555; font-size: .875rem; }
