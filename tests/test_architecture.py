@@ -44,6 +44,7 @@ LAYERS = [
         "grids.relocation",
         "grids.preprocess",
         "grids.curves",
+        "grids.short_facets",
         "grids.sizing",
         "grids.surroundings",
         "grids.generate",

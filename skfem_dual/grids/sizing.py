@@ -1,7 +1,6 @@
 """Triangles of a wanted size in a domain bounded by circles and polygons."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -19,13 +18,12 @@ from .planar import cross
 from .preprocess import silent
 from .quality import smallest_angles
 from .relocation import to_means
+from .short_facets import STEEPER, ShortFacets
 
 #: nodes of the largest triangulations that are tried
 MOST = 10**8
 #: growth of the size of triangles per distance from the boundary
 GROWTH = 0.2
-#: the same around facets on it that are far shorter than the mean: so many times as long or less
-STEEPER, SHORT = 0.4, 0.5
 #: where lattices start, over their spacing: out of symmetry, so that counts change by ones
 STARTS = 0.137 + 0.071j, 0.31 + 0.22j, 0.05 + 0.4j, 0.43 + 0.13j
 #: smallest angle in degrees with which no better start of the lattice is looked for
@@ -181,7 +179,7 @@ def _points(
     counts = shares(total, lengths, least)
     boundary = [c.points(k) for c, k in zip(curves, counts)]
     edge, short = lengths.sum() / counts.sum(), None
-    if nboundary is None and (short := Short.of(boundary, edge)) is not None:
+    if nboundary is None and (short := ShortFacets.of(boundary, edge)) is not None:
         edge = ratio * size
         boundary = [c.points(k, partial(short.width, most=edge)) for c, k in zip(curves, counts)]
         counts = np.array([x.shape[1] for x in boundary])
@@ -212,54 +210,13 @@ def _points(
     return points, np.cumsum([0, *counts])
 
 
-@dataclass(frozen=True, eq=False)
-class Short:
-    """Facets on the boundary that are shorter than those around, as sides may be.
-
-    Attributes
-    ----------
-    classes : list of pairs
-        Trees of middles of facets and their lengths, of each size some.
-    least : float
-        The shortest length.
-    """
-
-    classes: list[tuple[cKDTree, ndarray]]
-    least: float
-
-    @classmethod
-    def of(cls, boundary: Sequence[ndarray], edge: float) -> "Short | None":
-        """Of boundaries whose facets have the mean length ``edge``; None where none is short."""
-        onward = np.hstack([np.diff(q, axis=1, append=q[:, :1]) for q in boundary])
-        length, middle = np.hypot(*onward), np.hstack(boundary) + onward / 2
-        least = float(length.min())
-        if least > SHORT * edge:
-            return None
-        size = np.floor(2 * np.log2(length / least)).astype(int)
-        some = [np.nonzero((size == k) & (length < edge))[0] for k in range(size.max() + 1)]
-        trees = [(cKDTree(middle[:, own].T), length[own]) for own in some if len(own)]
-        return cls(trees, least)
-
-    def width(self, x: ndarray, most: float) -> ndarray:
-        """Lengths of facets in points of shape (2, n): growing from those of short ones."""
-        width = np.full(x.shape[1], most)
-        for tree, length in self.classes:
-            reach = (most - length.min()) / STEEPER + length.max()
-            if reach > 0:
-                far, nearest = tree.query(x.T, distance_upper_bound=reach)
-                own = np.append(length, most)[nearest]
-                grown = own + STEEPER * np.maximum(far - own / 2, 0.0)
-                width = np.minimum(width, grown)
-        return width
-
-
 def _lattice(
     curves: Sequence[Curve],
     depth: Callable[[ndarray], ndarray],
     size: float,
     edge: float,
     start: complex,
-    short: Short | None,
+    short: ShortFacets | None,
 ) -> ndarray:
     """Hexagonal lattice behind the row, refined towards the boundary if ``edge`` is small, and
     around short facets.
