@@ -20,6 +20,7 @@ OPTIONS = (
     (r", or tol= greater than it, now \S+", ""),
     (r"\. Remedy: stiffness\(full=True\) for a base without weight", ""),
     (r"\. Remedy: quads=\"keep\"", ""),
+    (r"\. Remedy: solve the group on dual\.basis\(\) and on .*, and compare", ""),
     (
         r"outlines are read by Plan\.read",
         "outlines, for the command solve, end in .csv, .wkt, .geojson or .dxf",
