@@ -258,7 +258,14 @@ LAYERS = [
         "io.cases",
         "io",
     ],
-    ["plans.tables", "plans.drawings", "plans.read", "plans.search", "plans.solve"],
+    [
+        "plans.tables",
+        "plans.drawn_curves",
+        "plans.drawings",
+        "plans.read",
+        "plans.search",
+        "plans.solve",
+    ],
     ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.run"],
     [
         "report.details",

@@ -7,6 +7,7 @@ import ezdxf
 import numpy as np
 import pytest
 import shapely
+from scipy.interpolate import BSpline
 
 from skfem_dual import MeshError, MeshWarning, Plan
 from skfem_dual.plans.tables import corners_of_text
@@ -122,6 +123,80 @@ def test_lines_and_arcs_that_join(tmp_path):
     assert plan.corners.shape == (2, 0)
 
 
+@pytest.mark.parametrize("ratio", [1.0, 0.5, 0.1])
+@pytest.mark.parametrize("up", [1, -1])
+def test_ellipses(tmp_path, ratio, up):
+    """A whole one, turned, and a half with a line, both from above and from below."""
+    axis, side = (1.8, 2.4), {"extrusion": (0, 0, up)}
+    for half in (False, True):
+
+        def draw(space, layer, half=half):
+            turn = (0, np.pi) if half else (0, 2 * np.pi)
+            space.add_ellipse((5, 6), axis, ratio, *turn, dxfattribs=layer | side)
+            if half:
+                space.add_line((6.8, 8.4), (3.2, 3.6), dxfattribs=layer)
+
+        plan = Plan.read(drawing(tmp_path / "a.dxf", draw))
+        assert plan.area == pytest.approx(9 * np.pi * ratio / (1 + half), rel=2e-4)
+        assert plan.corners.shape[1] == 2 * half
+        if not half:
+            assert plan.centroid == pytest.approx([5, 6])
+
+
+def test_splines(tmp_path):
+    """Through points of a circle, and with kinks, which are corners."""
+    angle = np.linspace(0, 2 * np.pi, 25)
+
+    def round_one(space, layer):
+        space.add_spline(np.stack([np.cos(angle), np.sin(angle)], axis=1), dxfattribs=layer)
+
+    plan = Plan.read(drawing(tmp_path / "a.dxf", round_one))
+    assert plan.area == pytest.approx(np.pi, rel=2e-3)
+
+    def kinked(space, layer):
+        points = [(0, 0), (3, 0), (3, 2), (0, 2), (0, 0)]
+        space.add_open_spline(points, degree=1, dxfattribs=layer)
+
+    plan = Plan.read(drawing(tmp_path / "a.dxf", kinked))
+    assert plan.area == pytest.approx(6.0, rel=1e-12)
+    assert plan.corners.shape[1] == 4
+
+    def without_ends(space, layer):  # of knots that are equally far apart; one without length
+        spline = space.add_spline(dxfattribs=layer)
+        spline.set_closed([(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0)], degree=3)
+        space.add_open_spline([(9, 9)] * 4, dxfattribs=layer)
+
+    with pytest.warns(MeshWarning, match="left out 1 of the shapes, without length"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", without_ends))
+    assert plan.corners.shape[1] == 0
+    assert plan.centroid == pytest.approx([1.5, 1.0])
+    around = np.array([(0, 0), (3, 0), (3, 2), (0, 2)] * 2)[:7]
+    x, y = BSpline(np.arange(11), around, 3)(np.linspace(3, 7, 10001)).T
+    assert plan.area == pytest.approx(abs(np.sum(x[:-1] * np.diff(y))), rel=1e-3)
+
+
+def test_outlines_in_blocks(tmp_path):
+    """Where nothing else is drawn there; on their layer, turned, scaled, in blocks of blocks."""
+
+    def draw(space, layer):
+        inner, outer = (space.doc.blocks.new(name) for name in ("inner", "outer"))
+        inner.add_lwpolyline([(0, 0), (3, 0), (3, 2, 0, 0, 1.0), (0, 2)], close=True)
+        outer.add_blockref("inner", (1, 1), dxfattribs={"xscale": -2, "yscale": 2})
+        space.add_blockref("outer", SITE, dxfattribs=layer | {"rotation": 30})
+        space.add_text("raft", dxfattribs=layer)
+
+    with pytest.warns(MeshWarning, match="left out 1 TEXT"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", draw), layer="F")
+    assert plan.area == pytest.approx(4 * (6 + np.pi * 9 / 8), rel=1e-9)
+
+    def beside(space, layer):
+        draw(space, layer)
+        space.add_circle((0, 0), 1, dxfattribs=layer)
+
+    with pytest.warns(MeshWarning, match="left out 1 INSERT, 1 TEXT"):
+        assert Plan.read(drawing(tmp_path / "a.dxf", beside)).area == pytest.approx(np.pi)
+
+
 def test_layers(tmp_path):
     def draw(space, layer):
         space.add_circle((0, 0), 1, dxfattribs=layer)
@@ -219,7 +294,7 @@ def test_damaged_entities(tmp_path):
     with pytest.raises(MeshError, match=r"expected a LINE with end in .*a.dxf, got one without"):
         Plan.read(path)
     path.write_text(text.replace("AcDbEntity\n  8\n0\n100\nAcDbLine", "?").replace("LINE", "?"))
-    with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles on the layer '0'"):
+    with pytest.raises(MeshError, match=r"arcs, circles or other curves on the layer '0'"):
         Plan.read(path, layer="0")
 
 
@@ -235,7 +310,7 @@ def test_whole_arcs_are_circles(tmp_path):
 
 def test_a_drawing_without_an_outline(tmp_path):
     path = drawing(tmp_path / "a.dxf", lambda space, layer: space.add_text("A"))
-    with pytest.raises(MeshError, match=r"polylines, lines, arcs or circles in .*, got 1 TEXT"):
+    with pytest.raises(MeshError, match=r"arcs, circles or other curves in .*, got 1 TEXT"):
         Plan.read(path)
 
 

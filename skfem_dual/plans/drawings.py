@@ -10,12 +10,13 @@ from scipy.spatial import cKDTree
 
 from ..errors import MeshError, MeshWarning, warn
 from ..messages import place
+from .drawn_curves import arcs_of
 from .tables import Corner
 
 #: ends of lines nearer to each other than this part of the drawing are joined
 NEAR = 1e-6
 #: shapes that make rings
-SHAPES = {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"}
+SHAPES = {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE"}
 #: what some of them must have
 NEEDED = {
     "LINE": ("start", "end"),
@@ -37,7 +38,10 @@ def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[l
     MeshError
         If there are none, a line is not closed or branches, or the layer is not told.
     """
-    entities = _on_layer(list(_drawing(path).modelspace()), layer, path)
+    entities = list(_drawing(path).modelspace())
+    if not any(e.dxftype() in SHAPES and _is_on(e, layer) for e in entities):
+        entities = _exploded(entities, path)
+    entities = _on_layer(entities, layer, path)
     found = [_piece(entity, path) for entity in entities]
     if tol is None:
         tol = NEAR * float(np.ptp(np.hstack([x for x, *_ in found]), axis=1).max())
@@ -76,15 +80,45 @@ def _drawing(path: Path) -> Any:
         raise MeshError(f"expected a DXF drawing in {path}: {why}") from error
 
 
+def _is_on(entity: Any, layer: str | None) -> bool:
+    """Whether an entity is on a layer, or on any."""
+    if layer is None:
+        return True
+    return entity.dxf.is_supported("layer") and entity.dxf.layer.lower() == layer.lower()
+
+
+def _exploded(entities: list[Any], path: Path) -> list[Any]:
+    """Entities with blocks replaced by what they consist of, which is on their layer where it is
+    on none."""
+    from ezdxf.math import InsertTransformationError
+
+    found = []
+    for entity in entities:
+        if entity.dxftype() != "INSERT":
+            found.append(entity)
+            continue
+        try:
+            parts = [part for each in entity.multi_insert() for part in each.virtual_entities()]
+        except InsertTransformationError as error:
+            raise MeshError(
+                f"expected blocks without skewed arcs in {path}, got {entity.dxf.name!r}. Remedy: "
+                "explode it"
+            ) from error
+        for part in parts:
+            if part.dxf.layer == "0":
+                part.dxf.layer = entity.dxf.layer
+        found += _exploded(parts, path)
+    return found
+
+
 def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
     """The shapes of the layer; others there are told."""
     shapes = [e for e in entities if e.dxftype() in SHAPES]
     layers = Counter(e.dxf.layer for e in shapes)
     had = ", ".join(f"{name!r} ({n} shape{'s' * (n > 1)})" for name, n in sorted(layers.items()))
     if layer is not None:
-        shapes = [e for e in shapes if e.dxf.layer.lower() == layer.lower()]
-        known = [e for e in entities if e.dxf.is_supported("layer")]
-        entities = [e for e in known if e.dxf.layer.lower() == layer.lower()]
+        shapes = [e for e in shapes if _is_on(e, layer)]
+        entities = [e for e in entities if _is_on(e, layer)]
     elif len(layers) > 1:
         raise MeshError(
             f"expected the layer of the outline in {path}, which has {had}. Remedy: layer= with "
@@ -95,12 +129,12 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
     if not shapes:
         wanted = "" if layer is None else f" on the layer {layer!r}"
         raise MeshError(
-            f"expected polylines, lines, arcs or circles{wanted} in {path}, got "
+            f"expected polylines, lines, arcs, circles or other curves{wanted} in {path}, got "
             f"{had or left or 'none'}. Remedy: "
             + ("layer= with one of these names" if layers else "draw the outline with them")
         )
     if others:
-        warn(f"{path}: left out {left}; only lines, arcs and circles are read", MeshWarning)
+        warn(f"{path}: left out {left}; only lines and curves are read", MeshWarning)
     return shapes
 
 
@@ -114,6 +148,8 @@ def _piece(entity: Any, path: Path) -> Shape:
             f"expected a plan in the x, y plane, got a {kind} out of it in {path}. Remedy: draw "
             "the outline in the plane"
         )
+    if kind in ("ELLIPSE", "SPLINE"):
+        return arcs_of(entity)
     if kind == "LINE":
         return _plane([entity.dxf.start, entity.dxf.end]), np.zeros(2), False
     turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360 if kind == "ARC" else 0.0

@@ -39,7 +39,8 @@ def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = N
         DXF (``.dxf``). CSV has a corner on each line, ``x, y`` or ``x, y, bulge``, with or without
         a header, separated by commas, semicolons (then with decimal commas, too), tabs or blanks,
         and an empty line between rings. WKT and GeoJSON have polygons and multipolygons. DXF has
-        closed polylines with bulges, circles, and lines and arcs that join.
+        closed polylines with bulges, circles, ellipses, splines, and open ones, lines and arcs
+        that join; what blocks hold if nothing else is drawn.
     layer : str, optional
         The layer of a drawing; needed if it has shapes on several.
     tol : float, optional
