@@ -186,6 +186,8 @@ class LoadedCells:
         if not self.few and not self.regular and rtol >= EXACT:  # a matrix is refused below
             require_memory(len(self), rtol, self.substrate.remainder is not None)
         operator = self.fast_operator(self.collocation_points, rtol)
+        if isinstance(self.substrate, PeriodicGround):  # by transforms alone
+            return operator
         sooner = operator.method == "dense" or (operator.method == "toeplitz" and not self.regular)
         return operator.to_dense() if self.few and sooner else operator
 
