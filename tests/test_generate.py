@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skfem_dual import DualMesh, Plan
-from skfem_dual.errors import MeshError
+from skfem_dual.errors import MeshError, MeshWarning
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.curves import corners_of
 from skfem_dual.grids.general import general_triangulation
@@ -367,6 +367,15 @@ def test_short_sides_have_small_triangles_around(short, n):
     length = np.hypot(*np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0])
     assert 0.3 * short < length.min() <= 1.01 * short
     assert length.max() > 0.5 * np.sqrt(60 / n)
+
+
+def test_far_more_nodes_than_asked_for_are_told():
+    """Corners so near each other that each pair takes hundreds of triangles."""
+    angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    angle = np.sort(np.append(angle, angle + 1e-5))
+    outline = np.stack([5 * np.cos(angle), 4 * np.sin(angle)])
+    with pytest.warns(MeshWarning, match=r"about 300 nodes, got \d+: facets as short as 4.*e-05"):
+        polygon(outline, n=300)
 
 
 def test_small_holes_have_small_triangles_around():

@@ -20,6 +20,7 @@ from skfem import (
 
 from skfem_dual import (
     DualMesh,
+    GradedHalfSpace,
     HalfSpace,
     Layer,
     LayeredHalfSpace,
@@ -569,6 +570,26 @@ def test_solutions_with_other_positions_imposed_are_refused(other, message):
     for function in (postprocess, estimate_error):
         with pytest.raises(ValueError, match=message):
             function(first, above.solve(**other))
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"settlement": 1e-6, "at": (0.3 - 0.1 * 3, 0.1)}, {"settlement": 1e-6, "at": (0, 0.1)}),
+        ({"settlement": 1e-6, "at": (1e-12, 0.0)}, {"settlement": 1e-6}),
+        ({"force": 1.0, "tilt": (0.3 - 0.1 * 3, 1e-9)}, {"force": 1.0, "tilt": (0.0, 1e-9)}),
+        ({"settlement": 1.0, "tilt": (1e-20, 0.0)}, {"settlement": 1.0, "tilt": (0.0, 0.0)}),
+    ],
+)
+def test_loads_that_differ_by_rounding_are_one(one, other):
+    """On grounds by functions that were made twice."""
+    grid = DualMesh.from_mesh(generate.disc(n=60))
+    ground = lambda a: GradedHalfSpace(lambda z: a * (1 + z), 0.3, 10.0)  # noqa: E731
+    first = RigidPunch(ground(1.0), grid.basis()).solve(**one)
+    assert postprocess(first, RigidPunch(ground(1.0), grid.primal_basis()).solve(**other))
+    steeper = GradedHalfSpace(lambda z: 1.0 + 2 * z, 0.3, 10.0)
+    with pytest.raises(ValueError, match="on one ground"):
+        postprocess(first, RigidPunch(steeper, grid.primal_basis()).solve(**other))
 
 
 @pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")

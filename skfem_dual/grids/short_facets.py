@@ -19,7 +19,7 @@ class ShortFacets:
     Attributes
     ----------
     classes : list of pairs
-        Trees of middles of facets and their lengths, of each size some.
+        Trees of middles of facets and their lengths, ascending, of each size some.
     least : float
         The shortest length.
     """
@@ -35,7 +35,7 @@ class ShortFacets:
         least = float(length.min())
         if least > SHORT * edge:
             return None
-        size = np.floor(2 * np.log2(length / least)).astype(int)
+        size = np.floor(np.log2(length / least)).astype(int)
         some = [np.nonzero((size == k) & (length < edge))[0] for k in range(size.max() + 1)]
         trees = [(cKDTree(middle[:, own].T), length[own]) for own in some if len(own)]
         return cls(trees, least)
@@ -43,11 +43,12 @@ class ShortFacets:
     def width(self, x: ndarray, most: float) -> ndarray:
         """Lengths of facets in points of shape (2, n): growing from those of short ones."""
         width = np.full(x.shape[1], most)
-        for tree, length in self.classes:
-            reach = (most - length.min()) / STEEPER + length.max()
-            if reach > 0:
-                far, nearest = tree.query(x.T, distance_upper_bound=reach)
+        for tree, length in self.classes:  # the shortest first: fewer and fewer points are asked
+            (wide,) = np.nonzero(width > length.min())
+            if len(wide):
+                reach = (most - length.min()) / STEEPER + length.max()
+                far, nearest = tree.query(x.T[wide], distance_upper_bound=reach)
                 own = np.append(length, most)[nearest]
                 grown = own + STEEPER * np.maximum(far - own / 2, 0.0)
-                width = np.minimum(width, grown)
+                width[wide] = np.minimum(width[wide], grown)
         return width

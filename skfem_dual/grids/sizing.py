@@ -9,7 +9,7 @@ from scipy.spatial import Delaunay, cKDTree
 from skfem import MeshTri
 
 from ..arguments import checked_integer, checked_number, checked_size
-from ..errors import MeshError
+from ..errors import MeshError, MeshWarning, warn
 from .checks import crossing_condition
 from .corners import Corners, numbered, signed_areas, unit
 from .curves import Curve, shares
@@ -32,6 +32,10 @@ GOOD = 30.0
 MANY = 20000
 #: areas over squares of lengths, and sines of angles, that rounding may make of nothing
 ROUND = 1e-10
+#: sizes so many times as large that leave so many of the nodes: there are no fewer
+GROWN, KEPT = 1.3, 0.97
+#: nodes over those aimed at that short facets take alone; how many are told of, over and beyond
+MANY_MORE, TOLD, BEYOND = 1.5, 4, 1000
 #: first sizes may be so many times too small; points are found again for each step from there
 FAR = 10.0
 #: sparse systems solved for the means of neighbours
@@ -75,7 +79,16 @@ def generated(
     if nboundary is not None:
         least = sum(c.least for c in curves)
         nboundary = checked_integer("nboundary", nboundary, at_least=least, at_most=MOST)
-    return triangulated(curves, size, n or 0, ratio, nboundary)
+    mesh = triangulated(curves, size, n or 0, ratio, nboundary)
+    if n is not None and (found := mesh.nvertices) > max(TOLD * n, n + BEYOND):
+        ends = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]]
+        shortest = np.hypot(*(ends[:, 1] - ends[:, 0])).min()
+        warn(
+            f"expected about {n} nodes, got {found}: facets as short as {shortest:.3g} have small "
+            "triangles around them. Remedy: leave out corners that are so near each other",
+            MeshWarning,
+        )
+    return mesh
 
 
 def triangulated(
@@ -119,7 +132,8 @@ def triangulated(
             except MeshError as error:
                 trouble = error
                 continue
-            missed = max(abs(points.shape[1] - n) - 1, 0) / n if size is None else 0.0
+            met = size is not None or points.shape[1] > MANY_MORE * n
+            missed = 0.0 if met else max(abs(points.shape[1] - n) - 1, 0) / n
             # a node of a hundred too many is as bad as twenty degrees
             if angle - 2000 * missed > merit:
                 best, merit = (mesh, loops), angle - 2000 * missed
@@ -140,7 +154,7 @@ def _wanted(
 ) -> tuple[ndarray, ndarray]:
     """Points of the size that gives about ``n`` of them."""
     low, high = 0.0, np.inf  # sizes that give too many and too few
-    largest = np.ptp(curves[0].box, axis=1).max()
+    before = np.inf, 0
     size = float(np.sqrt(np.prod(np.ptp(curves[0].box, axis=1)) / n))
     least = sum(c.length for c in curves) / (ratio * n)  # with less the boundary alone has more
     if nboundary is None and least > FAR * size:
@@ -153,8 +167,10 @@ def _wanted(
         # one node more or less takes a step of 1 / (2 n) of the size
         if abs(excess) <= n // 2000 or high < low * (1 + 1 / (8 * n)):
             break
-        if excess > 0 and size > largest:  # so many are on the boundary and around short facets
+        # so many are on the boundary and around short facets, whatever the size
+        if excess > 0 and size > GROWN * before[0] and points.shape[1] > KEPT * before[1]:
             break
+        before = size, points.shape[1]
         low, high = (size, high) if excess > 0 else (low, size)
         inner, wanted = points.shape[1] - loops[-1], n - loops[-1]
         guess = size * min(max(float(np.sqrt(max(inner, 1) / max(wanted, 1))), 0.5), 2.0)
