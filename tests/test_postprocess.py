@@ -24,6 +24,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    MeasuredProfile,
     Paraboloid,
     Plan,
     RigidPunch,
@@ -549,8 +550,21 @@ def test_gaps_and_layers_of_two_problems_are_refused():
     assert postprocess(first, same)
     with pytest.raises(ValueError, match=r"on one ground.*0\.5.*Remedy: solve one problem"):
         postprocess(first, thinner)
-    with pytest.raises(ValueError, match=r"under one punch, got gaps of .* at node \d+"):
+    with pytest.raises(ValueError, match=r"under one punch, got gaps of .* at \("):
         postprocess(first, curved)
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+def test_profiles_of_the_points_of_cells_alone_are_compared_there():
+    """Made twice; they do not reach the nodes on the edge."""
+    grid = DualMesh.from_mesh(generate.rectangle(n=60))
+    x = np.linspace(-0.97, 0.97, 40)
+    profile = lambda k: MeasuredProfile((x, x), k * np.add.outer(x**2, x**2))  # noqa: E731
+    first = RigidPunch(HalfSpace(1.0, 0.0), grid.basis(), gap=profile(1.0)).solve(0.3)
+    above = [RigidPunch(HalfSpace(1.0, 0.0), grid.primal_basis(), gap=profile(k)) for k in (1, 2)]
+    assert postprocess(first, above[0].solve(0.3))
+    with pytest.raises(ValueError, match="under one punch, got gaps of"):
+        postprocess(first, above[1].solve(0.3))
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ class Circle:
         return np.array(self.centre)[:, None] + self.radius * np.array([-1, 1])
 
     def points(self, k: int, width: "Width | None" = None) -> ndarray:
-        """``k`` equally spaced points, counter-clockwise; shape (2, k)."""
+        """``k`` equally spaced points, whatever the width, counter-clockwise; shape (2, k)."""
         step = 2 * np.pi / k
         radius = self.radius * (1.0 if self.inscribed else np.sqrt(step / np.sin(step)))
         angle = step * np.arange(k)
