@@ -11,6 +11,7 @@ from which ``skfem_dual`` is imported.
 """
 
 import argparse
+import contextlib
 import importlib
 import json
 import os
@@ -18,6 +19,7 @@ import queue
 import resource
 import subprocess
 import sys
+import tempfile
 import threading
 from collections import Counter
 from collections.abc import Iterator
@@ -62,11 +64,13 @@ def work(kind: str, seed: int, part: float, first: int) -> None:
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
-    for i, (label, run) in enumerate(made(kind, seed, part)):
-        if i >= first:
-            out.write(json.dumps([i, label]) + "\n")
-            outcome, note = run()
-            out.write(json.dumps([outcome, label, " ".join(note.split())[:200]]) + "\n")
+    # words among the arguments may be taken for files to write
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        for i, (label, run) in enumerate(made(kind, seed, part)):
+            if i >= first:
+                out.write(json.dumps([i, label]) + "\n")
+                outcome, note = run()
+                out.write(json.dumps([outcome, label, " ".join(note.split())[:200]]) + "\n")
     out.write(json.dumps(["done"]) + "\n")
 
 
