@@ -195,6 +195,16 @@ def test_loads_that_cannot_be_balanced_do_not_govern(lost):
         governing(Problem(plan, SOIL, (lost, lost), *how))
 
 
+def test_loads_that_coarse_meshes_cannot_carry_leave_the_others():
+    plan, soil = Plan.from_polygon([(0, 0), (12, 0), (12, 8), (0, 8)]), HalfSpace(30e3, 0.3)
+    how = (6.0, 4.0), True, False
+    on_edge, near, inside = (Load(4000.0, at=(x, 0.0)) for x in (6.0, -5.99, 1.0))
+    for loads in ((on_edge, inside), (inside, near), (near, inside, on_edge)):
+        assert governing(Problem(plan, soil, loads, *how)).loads == (inside,)
+    with pytest.raises(ValueError, match=r"got one at .6, 0.*nearer to the edge"):
+        governing(Problem(plan, soil, (near, on_edge), *how))
+
+
 def test_the_search_ends_where_products_will_not_do(monkeypatch):
     """On thin layers that keep their volume finer meshes went on failing until memory ended."""
     on = Problem.on

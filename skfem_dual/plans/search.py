@@ -271,7 +271,8 @@ def governing(problem: Problem) -> Problem:
     """The same with fewer loads: that which acts farthest from the origin, and those that govern.
 
     These are the ones with the largest pressure, settlement and tilt and the least contact on the
-    coarsest mesh. Loads that pull or turn the plan over have no say.
+    coarsest mesh. Loads that pull or turn the plan over have no say, nor have those so near its
+    edge that the first meshes carry none there.
 
     Raises
     ------
@@ -288,16 +289,29 @@ def governing(problem: Problem) -> Problem:
         )
     points = np.array([load.point or (0.0, 0.0) for load in problem.loads])
     stands = np.array([not fault for fault in faults])
-    farthest = int(np.argmax(np.where(stands, np.hypot(*points.T), -1.0)))
-    first = replace(problem, loads=(problem.loads[farthest],))
+    inwards = np.argsort(-np.hypot(*points.T), kind="stable")
     with warnings_kept():
-        punch = first.on_coarsest().solutions[0].punch
+        farthest, punch = _first_solved(problem, [int(k) for k in inwards if stands[k]])
         cases = punch.solve_many(problem.loads, unilateral=problem.unilateral)
     judged = {farthest}
     if cases.success.any():
         judged |= {extreme.number for extreme in cases.envelope()}
         judged = _with_contact_elsewhere(judged, cases.solutions, problem.plan.area)
     return replace(problem, loads=tuple(problem.loads[k] for k in sorted(judged)))
+
+
+def _first_solved(problem: Problem, numbers: Sequence[int]) -> tuple[int, RigidPunch]:
+    """The first of some loads that a coarse mesh carries, and the punch on that mesh."""
+    trouble = None
+    for k in numbers:
+        try:
+            alone = replace(problem, loads=(problem.loads[k],))
+            return k, alone.on_coarsest().solutions[0].punch
+        except MeshError:  # whatever the load
+            raise
+        except ValueError as error:
+            trouble = trouble or error
+    raise trouble or ValueError("expected one load or more, got none")
 
 
 def _with_contact_elsewhere(
