@@ -59,6 +59,7 @@ def checked_number(
     Traceback (most recent call last):
     ValueError: expected poisson from 0 to 0.5, got 0.7
     """
+    require_unmasked(name, value)
     try:
         number = float(_scalar(value, "__float__"))
     except (TypeError, ValueError):
@@ -99,6 +100,7 @@ def checked_integer(
     ValueError
         If it is beyond a limit.
     """
+    require_unmasked(name, value)
     try:
         number = int(_scalar(value, "__index__"))
     except (TypeError, ValueError):
@@ -249,8 +251,8 @@ def checked_mask(
 
 
 def require_unmasked(name: str, value: Any) -> None:
-    """Refuse an array some of whose values are masked, with a ValueError: numpy forgets that."""
-    if np.ma.is_masked(value):
+    """Refuse masked values, a number too, with a ValueError: numpy forgets that they are."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
 
 

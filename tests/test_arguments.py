@@ -190,6 +190,19 @@ def test_arrays_name_the_first_place():
         checked_points("x", np.ma.masked_greater(GRID, 2))
 
 
+def test_masked_numbers_are_no_zeros():
+    """What is missing in a table of loads was taken for 0, or for the value under the mask."""
+    pair = np.ma.masked_array([0.2, 0.3], [False, True])
+    for value in (np.ma.masked, pair[1], np.ma.masked_array(5, True)):
+        with pytest.raises(ValueError, match="expected force without masked values"):
+            checked_number("force", value)
+        with pytest.raises(ValueError, match="expected n without masked values"):
+            checked_integer("n", value)
+    with pytest.raises(ValueError, match=r"expected at\[1\] without masked values"):
+        checked_pair("at", pair)
+    assert checked_number("force", np.ma.masked_array(5.0, False)) == 5.0
+
+
 def test_shapes_have_names():
     assert checked_array("m", np.eye(3), ("n", "n")).shape == (3, 3)
     for value, text in (

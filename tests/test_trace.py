@@ -57,3 +57,6 @@ def test_refused():
     for nothing in (np.array([], dtype=int), [], ()):
         with pytest.raises(ValueError, match="got none"):
             trace(solid, nothing)
+    for unknown in (["base", "bottom"], 2.5, {}, b"base", solid, [[]]):
+        with pytest.raises(ValueError, match=r"a boundary by its name, one of \['base'.*, got"):
+            trace(solid, unknown)

@@ -89,7 +89,15 @@ def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
         raise TypeError(f"expected a boundary by its name or facets, got {shown(boundary)}")
     facets = boundary
     if not isinstance(boundary, (list, tuple)) or boundary:  # which scikit-fem would concatenate
-        facets = mesh.normalize_facets(boundary)
+        try:
+            facets = mesh.normalize_facets(boundary)
+        except (NotImplementedError, ValueError) as error:  # of scikit-fem, the first without text
+            if callable(boundary):
+                raise
+            raise ValueError(
+                f"expected a boundary by its name, one of {sorted(known)}, or facets, got "
+                f"{shown(boundary)}"
+            ) from error
     facets = np.unique(checked_indices("boundary", facets, mesh.nfacets, each="place"))
     if len(facets) == 0:
         raise ValueError("expected facets that face the ground, got none")
