@@ -131,7 +131,7 @@ def dual_nodes(dual: DualMesh) -> ndarray:
     Returns
     -------
     (ndualnodes,) array of int
-        ``general_triangulation(dual).p[:, dual_nodes(dual)]`` equals ``dual.p``.
+        ``general_triangulation(dual).p[:, dual_nodes(dual)]`` equals ``dual.p`` to rounding.
 
     Raises
     ------
