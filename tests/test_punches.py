@@ -12,12 +12,17 @@ from skfem_dual import (
     ElasticPunch,
     GradedHalfSpace,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
     Load,
+    Plate,
     Punches,
     RigidPunch,
     RigidPunches,
     Sphere,
+    column_load,
 )
+from skfem_dual.grids.generate import rectangle
 
 BESIDE = 2.3
 
@@ -307,3 +312,17 @@ def test_loads_are_read_once():
     assert both.solve(load for load in loads)[0].pressure == pytest.approx(
         both.solve(loads)[0].pressure
     )
+
+
+def test_a_body_held_where_it_is_beside_a_structure():
+    """A settlement of 0 is a position as others are: the pad keeps ground down that heaves."""
+    soil = LayeredHalfSpace([Layer(0.4, 1.0, 0.5)], "bonded")
+    bends = Plate(0.3, 200.0, 0.2).on(soil, DualMesh.from_mesh(rectangle(2.0, 1.3, n=60)).basis())
+    f = column_load(bends.structure, (0.0, 0.0), 1.0, sides=(1.0, 1.0))
+    pad = DualMesh.from_mesh(rectangle(0.5, 0.5, n=40).translated((1.5, 0.0))).basis()
+    both = Punches([bends, RigidPunch(soil, pad, origin=(1.5, 0.0))])
+    held, near = (
+        both.solve([f, {"settlement": w, "tilt": (0.0, 0.0)}])[1].force for w in (0.0, 1e-12)
+    )
+    assert held == pytest.approx(near, rel=1e-6)
+    assert held > 0.01

@@ -8,8 +8,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from elastic_shapes import SOIL, block, plate
+from scipy.sparse import csr_matrix
+from skfem import CellBasis, ElementTriMorley
 
-from skfem_dual import DualMesh, HalfSpace, Punches, RigidPunch, bearing_pressure
+from skfem_dual import (
+    DualMesh,
+    ElasticPunch,
+    HalfSpace,
+    Plate,
+    Punches,
+    RigidPunch,
+    bearing_pressure,
+    column_load,
+)
 from skfem_dual.grids.generate import polygon, rectangle
 from skfem_dual.report import report_html
 from skfem_dual.report.figures import off_the_plan
@@ -173,3 +184,18 @@ def test_names_of_corners_stand_off_the_plan():
     assert np.count_nonzero(outer) == np.count_nonzero(~outer) == 4
     expected = np.where(outer, 1, -1) * middle / np.hypot(*middle)
     assert towards == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_structure_that_may_settle_and_not_turn():
+    """Where its loads act is not known, since a spring takes part of their moments."""
+    mesh = rectangle(8.0, 5.0, n=60)
+    basis = CellBasis(mesh, ElementTriMorley())
+    ends = basis.probes(np.array([[0.5, -0.5], [0.0, 0.0]])).toarray()
+    spring = 1e5 * np.outer(ends[0] - ends[1], ends[0] - ends[1])
+    stiffness = Plate(0.5, 30e6, 0.2).stiffness(basis) + csr_matrix(spring)
+    raft = ElasticPunch(HalfSpace(30e3, 0.3), DualMesh.from_mesh(mesh).basis(), basis, stiffness)
+    solution = raft.solve(column_load(basis, (1.0, 0.5), 900.0, sides=(0.5, 0.5)))
+    assert np.isnan(imposed_on(solution)).tolist() == [False, True, False]
+    page = report_html(solution)
+    assert "Resultant of the loads" in page
+    assert page.count("acting at") == 1

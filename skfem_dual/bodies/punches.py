@@ -315,7 +315,8 @@ class Punches:
             areas = punch.partition.areas
             alone = ContactSystem(self.operator, planes, resultants, gap, areas)
             try:
-                if len(planes) and not (constraints.fixed.any() or constraints.given.any()):
+                loaded = constraints.fixed.any() or constraints.given.any()
+                if len(planes) and not loaded and len(constraints.given) == len(constraints.fixed):
                     raise ValueError("expected a force. Remedy: leave out bodies without a load")
                 if isinstance(punch, RigidPunch):
                     origin, flat = punch.origin - punch.centre, punch.gap is None

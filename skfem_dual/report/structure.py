@@ -270,7 +270,7 @@ def _balance(solution: ElasticSolution, plan: Plan) -> Html:
     if np.isfinite(imposed[0]):
         loads = amount(imposed[0], plan.units.force, 7)
         rows.append(("Resultant of the loads", loads, symbol(plan.units.force)))
-        if plan.force_point is not None:
+        if plan.force_point is not None and np.isfinite(imposed).all():
             at = plan.origin + imposed[1:] / imposed[0]
             rows.append(("acting at", place(at, plan.size), symbol(plan.units.length)))
     if len(held):
