@@ -1,6 +1,7 @@
 """Punches against exact solutions and trusted numbers (references of the project)."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,15 @@ from hypothesis import strategies as st
 from plans import annulus, disc, ellipse, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshQuad, MeshTri
 
-from skfem_dual import ConvergenceError, DualMesh, HalfSpace, MeshError, PunchSolution, RigidPunch
+from skfem_dual import (
+    ConvergenceError,
+    DualMesh,
+    HalfSpace,
+    MeshError,
+    Paraboloid,
+    PunchSolution,
+    RigidPunch,
+)
 from skfem_dual.contact import exact
 
 SOIL = HalfSpace(1.0, 0.25)
@@ -373,3 +382,22 @@ def test_slips():
         solution.punch_displacement([0.5, 0.2, 0.1])
     with pytest.raises(ConvergenceError):
         RigidPunch(UNIT, dual.basis()).solve(10.0, (1e308, 1e308), unilateral=False)
+
+
+def test_variants_have_the_edge_of_their_own_shape():
+    """`replace` hands the default on, which was then taken for chosen."""
+    basis = DualMesh.from_mesh(disc(4)).basis()
+    shaped = RigidPunch(HalfSpace(1.0, 0.3), basis, gap=Paraboloid(1.0))
+    flat = RigidPunch(HalfSpace(1.0, 0.3), basis)
+    for variant, fresh, force in (
+        (replace(shaped), shaped, 2.0),
+        (pickle.loads(pickle.dumps(replace(shaped, symmetry=None))), shaped, 2.0),
+        (replace(flat, gap=Paraboloid(1.0)), shaped, 0.5),
+        (replace(shaped, gap=None), flat, 1.0),
+    ):
+        assert variant.edge == fresh.edge
+        found, expected = variant.solve(force), fresh.solve(force)
+        assert found.pressure == pytest.approx(expected.pressure, rel=1e-12)
+    chosen = replace(shaped, edge="constant")
+    assert not chosen.edge_by_contact
+    assert replace(chosen, gap=None).edge == "constant"

@@ -20,6 +20,11 @@ from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 
 
+class Unchosen(str):
+    """An ``edge`` that follows from the shape, which it does anew where another is given:
+    `dataclasses.replace` hands on what stands in the fields."""
+
+
 class Body(ABC):
     """What stands on a footprint shows its cells."""
 

@@ -53,7 +53,7 @@ from ..operators.compliance import BalancedCompliance, Compliance
 from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures, checked_solution
-from .body import Body
+from .body import Body, Unchosen
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 
 #: deflections of the ground's surface below so many times the largest are none, and below so many
@@ -145,8 +145,9 @@ class ElasticPunch(Body):
 
     def __post_init__(self) -> None:
         checked_substrate(self.substrate)
-        if self.edge is None:
-            object.__setattr__(self, "edge", "singular" if self.gap is None else "constant")
+        if self.edge is None or isinstance(self.edge, Unchosen):
+            edge = Unchosen("singular" if self.gap is None else "constant")
+            object.__setattr__(self, "edge", edge)
             object.__setattr__(self, "edge_by_contact", self.gap is not None)
         remedy = "name the facets of a solid by boundary="
         checked_instance("structure", self.structure, CellBasis, remedy)

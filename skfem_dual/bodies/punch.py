@@ -31,7 +31,7 @@ from ..operators.symmetry import Symmetry
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.pressures import CellPressures, checked_solution
 from ..solutions.punch_solution import PunchSolution
-from .body import Movable
+from .body import Movable, Unchosen
 from .cases import Cases, named, solve_cases
 from .kern import kern
 from .rigid import RigidBodies
@@ -122,9 +122,9 @@ class RigidPunch(Movable, RigidBodies):
     edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        if self.edge is None:
+        if self.edge is None or isinstance(self.edge, Unchosen):
             flat = self.gap is None and not self._periodic
-            object.__setattr__(self, "edge", "singular" if flat else "constant")
+            object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
             at_nodes = self.collocation == "node"
             object.__setattr__(self, "edge_by_contact", not (flat or self._periodic or at_nodes))
         symmetry = self.symmetry
