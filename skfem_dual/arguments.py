@@ -252,7 +252,7 @@ def checked_mask(
 
 def require_unmasked(name: str, value: Any) -> None:
     """Refuse masked values, a number too, with a ValueError: numpy forgets that they are."""
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    if np.ma.is_masked(value):
         raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
 
 

@@ -199,3 +199,12 @@ def test_a_structure_that_may_settle_and_not_turn():
     page = report_html(solution)
     assert "Resultant of the loads" in page
     assert page.count("acting at") == 1
+
+
+def test_a_plate_without_a_load():
+    """It has no point where pressures act, which ended the page."""
+    raft = Plate(0.5, 30e6, 0.2).on(SOIL, DualMesh.from_mesh(rectangle(8.0, 5.0, n=60)).basis())
+    nothing = np.zeros(raft.structure.N)
+    some = column_load(raft.structure, (1.0, 0.5), 900.0, sides=(0.5, 0.5))
+    assert "<html" in report_html(raft.solve(nothing))
+    assert "<html" in report_html({"none": raft.solve(nothing), "some": raft.solve(some)})

@@ -86,8 +86,9 @@ class Accuracy:
         The error allowed.
     error : float
         The error estimated: of the settlement of any point of the plan, over the settlement
-        under the force. If a settlement is imposed, of the force and of the moments, over the
-        force and that times the distance of the farthest point of the plan.
+        under the force, or over the largest of the plan where the resultant is so far off that
+        this is less. If a settlement is imposed, of the force and of the moments, over the
+        pressures, all taken positive, and that times the distance of the farthest point.
     reached : bool
         Whether it is at most what was asked for.
     message : str
@@ -302,7 +303,6 @@ def governing(problem: Problem) -> Problem:
 
 def _first_solved(problem: Problem, numbers: Sequence[int]) -> tuple[int, RigidPunch]:
     """The first of some loads that a coarse mesh carries, and the punch on that mesh."""
-    trouble = None
     for k in numbers:
         try:
             alone = replace(problem, loads=(problem.loads[k],))
@@ -310,8 +310,8 @@ def _first_solved(problem: Problem, numbers: Sequence[int]) -> tuple[int, RigidP
         except MeshError:  # whatever the load
             raise
         except ValueError as error:
-            trouble = trouble or error
-    raise trouble or ValueError("expected one load or more, got none")
+            trouble = error
+    raise trouble
 
 
 def _with_contact_elsewhere(
@@ -400,7 +400,7 @@ def difference(one: PunchSolution, other: PunchSolution) -> float:
     apart = _moved(one, one.positions[0] - other.positions[0])
     reaction = np.abs(one.resultant - other.resultant)
     reaction[1:] /= np.hypot(*_vertices(one)).max()
-    return max(apart, _over(reaction.max(), abs(one.force)))
+    return max(apart, _over(reaction.max(), np.abs(one.pressure) @ one.footprint.partition.areas))
 
 
 def inner_difference(solution: PunchSolution) -> float:
@@ -409,10 +409,13 @@ def inner_difference(solution: PunchSolution) -> float:
 
 
 def _moved(solution: PunchSolution, motion: np.ndarray) -> float:
-    """The farthest a point of the plan moves, over the settlement under the force."""
-    under = solution.settlement + solution.tilt @ np.nan_to_num(solution.centre_of_pressure)
-    farthest = np.abs(motion[0] + motion[1:] @ _vertices(solution)).max()
-    return _over(farthest, abs(under))
+    """The farthest a point of the plan moves, over the settlement under the force, or over the
+    largest of the plan where that is less: moments may be those of a force far off, or of none."""
+    vertices = _vertices(solution)
+    largest = np.abs(solution.settlement + solution.tilt @ vertices).max()
+    under = abs(solution.settlement + solution.tilt @ solution.centre_of_pressure)
+    farthest = np.abs(motion[0] + motion[1:] @ vertices).max()
+    return _over(farthest, float(np.fmin(under, largest)))
 
 
 def _vertices(solution: PunchSolution) -> np.ndarray:

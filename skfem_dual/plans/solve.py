@@ -74,7 +74,8 @@ def solve_plan(
         of the answer refer; by default the plan's centroid.
     accuracy : float
         Error allowed, from 1e-5 to 0.1: the largest error of the settlement of any point of the
-        plan, over the settlement under the force.
+        plan, over the settlement under the force; under moments whose resultant is off the
+        plan, over the largest settlement.
     time_limit : float, optional
         Seconds within which no mesh is begun that would not be ready.
     memory : float, optional

@@ -120,6 +120,8 @@ def pair(x: Sequence[float] | ndarray, digits: int = 5) -> Html:
 
 def coordinate(value: float, size: float) -> Html:
     """A coordinate of a point of something so large: as many digits as that needs, no noise."""
+    if not np.isfinite(value):
+        return DASH
     if abs(value) <= 1e-9 * size:
         return number(0.0)
     return number(value, 5 + max(0, int(np.floor(np.log10(abs(value) / size)))))
