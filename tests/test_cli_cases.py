@@ -80,6 +80,49 @@ def test_horizontal_loads_of_neighbours(capsys, tmp_path):
     assert "how bases beside each other slide is not known" in err[-1]
 
 
+def test_columns_of_zeros_are_no_horizontal_loads(capsys, tmp_path):
+    """Cells of tables say 0 where there is none: of neighbours, of no force, on smooth ground."""
+    left, right = tmp_path / "left.msh", tmp_path / "right.msh"
+    rectangle(4, 1.0, 1.0).save(left)
+    rectangle(4, 1.0, 1.0).translated((2.0, 0.0)).save(right)
+    zeros = "name,footing,force,hx,hy,torsion\na,left,1,0,0,0\na,right,1,0,0,0\n"
+    cases = cases_in(tmp_path, zeros)
+    assert run(capsys, "solve", left, right, *UNITS, "--loads", cases)[0] == 0
+    cases = cases_in(tmp_path, "name,force,hx,hy\nnone,0,0,0\nsome,1,0,0\n")
+    assert run(capsys, "solve", left, *UNITS, "--loads", cases)[0] == 0
+    cases = cases_in(tmp_path, "name,force,hx,hy\nnone,0,0,0\nsome,1,0.1,0\n")
+    assert run(capsys, "solve", left, *UNITS, "--loads", cases)[0] == 0
+
+
+def test_pictures_of_nothing_are_told(capsys, tmp_path, footing):
+    """The rest is written: the table and the page were lost, and pictures left out unsaid."""
+    png, page, vtu = (tmp_path / f"out.{kind}" for kind in ("png", "html", "vtu"))
+    files = ["--png", png, "--report", page, "--vtu", vtu]
+    code, out, err = run(capsys, "solve", footing[0], *UNITS, "--settlement", "0", *files)
+    assert code == 2
+    assert out
+    assert err == [f"skfem-dual: not written, as there is no pressure to draw: {png}"]
+    assert page.exists()
+    assert vtu.exists()
+    assert not png.exists()
+    loads = cases_in(tmp_path, "name,force\nlift,-1\n")
+    code, _, err = run(capsys, "solve", footing[0], *UNITS, "--loads", loads, *files)
+    assert code == 3
+    assert err[-2] == f"skfem-dual: not written, as no case has a solution: {png}, {vtu}"
+
+
+def test_settlements_as_of_another_unit_are_remarks(capsys, tmp_path, footing):
+    """Once each, in the data and on the page."""
+    page, data = tmp_path / "out.html", tmp_path / "out.json"
+    soft = ["--young", "3", "--poisson", "0.3", "--units", "kN,m", "--force", "100"]
+    code, _, err = run(capsys, "solve", footing[0], *soft, "--report", page, "--json", data)
+    assert code == 0
+    assert "far beyond small deformations" in err[0]
+    (remark,) = json.loads(data.read_text())["remarks"]
+    assert "far beyond small deformations" in remark
+    assert page.read_text().count("far beyond small deformations") == 1
+
+
 def test_the_centroid_is_the_origin(capsys, footing):
     path, _ = footing
     code, out, err = run(capsys, "solve", path, *UNITS, "--force", "500")

@@ -19,6 +19,7 @@ from skfem_dual import (
 )
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.contact.load import Load
+from skfem_dual.elements.resolution import crusted
 from skfem_dual.plans.search import Problem, governing
 from skfem_dual.plans.solve import reached
 
@@ -207,6 +208,36 @@ def test_loads_that_coarse_meshes_cannot_carry_leave_the_others():
         governing(Problem(plan, soil, (near, on_edge), *how))
 
 
+def test_cells_of_the_next_mesh_are_foreseen():
+    """Where few cells touch, meshes grew by more than was reckoned with: 213 s for 20 allowed."""
+    square = Plan.from_polygon([(0, 0), (2, 0), (2, 2), (0, 2)])
+    for at, whole in ((0.0, 0.0), True), ((0.95, 0.95), False):
+        problem = Problem(square, SOIL, (Load(1.0, at=at),), (1.0, 1.0), True, False)
+        last = problem.on_coarsest()
+        for _ in range(3):
+            assert (problem.halved(last) is None) == whole
+            foreseen = problem.cells_next(last, 0.7)
+            last, step = problem.finer(last, 0.7)
+            assert foreseen == pytest.approx(last.cells, rel=0.35)
+            assert whole or step == 0.5
+
+
+def test_errors_on_crusts_are_doubted():
+    """What a crust does at the edge of contact is seen by finer cells only: told a third."""
+    square = Plan.from_polygon([(0, 0), (2, 0), (2, 2), (0, 2)])
+    crust = LayeredHalfSpace([Layer(0.02, 20.0, 0.3)], HalfSpace(1.0, 0.3))
+    solution = solve_plan(square, crust, 1.0, at=(1.2, 1.1), accuracy=2e-3)
+    # by 8755 cells, for which 1.9e-4 are estimated
+    corners = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
+    motion = solution.settlement - 0.37190036, *(solution.tilt - [0.07644199, 0.03822247])
+    apart = np.abs(motion[0] + np.array(motion[1:]) @ corners).max() / 0.3910
+    assert apart < 1.6 * solution.accuracy.error
+    assert crusted(crust, solution.footprint.partition)
+    assert not crusted(HalfSpace(1.0, 0.3), solution.footprint.partition)
+    soft = LayeredHalfSpace([Layer(0.02, 1.0, 0.3)], HalfSpace(20.0, 0.3))
+    assert not crusted(soft, solution.footprint.partition)
+
+
 def test_the_search_ends_where_products_will_not_do(monkeypatch):
     """On thin layers that keep their volume finer meshes went on failing until memory ended."""
     on = Problem.on
@@ -220,7 +251,9 @@ def test_the_search_ends_where_products_will_not_do(monkeypatch):
 
     monkeypatch.setattr(Problem, "on", failing)
     monkeypatch.setattr("skfem_dual.plans.search.DENSE", 100)
-    with pytest.warns(ResolutionWarning, match=r"not reached: the error is .* with \d+, by 1e-8"):
+    with pytest.warns(
+        ResolutionWarning, match=r"not reached: the error is .* with \d+, after \S+ s, by 1e-8"
+    ):
         solution = solve_plan(Plan.circle((0, 0), 1.0), SOIL, 1.0, accuracy=1e-5)
     assert solution.success
     assert not solution.accuracy.reached

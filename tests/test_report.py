@@ -491,6 +491,24 @@ def test_large_deformations_are_told():
     assert "far beyond small deformations" in page(solved(force=1.2e8)).said()
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_cautions_of_several_cases():
+    """Pages of one case had them, those of several had not."""
+    punch = RigidPunch(SOIL, DISC.basis())
+    loads = {
+        "small": {"force": 1.2e6},
+        "far": {"force": 1.2e6, "at": (2.0, 0.0)},
+        "large": {"force": 1.2e8},
+        "very large": {"force": 1.3e8},
+    }
+    said = page(punch.solve_many(loads, unilateral=False)).said()
+    assert "far: The ground would have to pull on" in said
+    assert "far: The resultant acts beyond the convex hull of the plan" in said
+    assert "large: The largest settlement is" in said
+    assert "So in the case very large." in said
+    assert "small: " not in said
+
+
 # ---------------------------------------------------------------- error and grids
 
 

@@ -379,7 +379,7 @@ class RigidPunch(Movable, RigidBodies):
         load = loads[0]
         if load.shear is not None:
             holding(self.footprint)
-            if load.force == 0:
+            if load.force == 0 and load.shear.any():
                 raise ValueError(
                     "expected a positive force with horizontal forces and torsion, which cells in "
                     "contact carry, got 0. Remedy: stiffness(full=True) for a base without weight"

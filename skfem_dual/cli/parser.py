@@ -28,9 +28,9 @@ examples:
     skfem-dual solve left.msh right.msh --young 30e3 --poisson 0.3 --units kN,m \\
       --loads pair.csv --json results.json
 
-exit codes: 0; 2 after an error, told in one line on stderr; 3 if the numbers do not solve the
-problem, which the table, stderr and the files then say; 4 if they do, but the accuracy asked for
-was not reached; 130 if interrupted.
+exit codes: 0; 2 after an error, or where a picture asked for has nothing to show, told in one line
+on stderr; 3 if the numbers do not solve the problem, which the table, stderr and the files then
+say; 4 if they do, but the accuracy asked for was not reached; 130 if interrupted.
 """
 
 

@@ -90,18 +90,20 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         for standing in standings:
             _ = standing.bounds  # known from here on
         times["bounds"] = perf_counter() - begin
-    _tell_of_units(details, bodies)
+    _tell_of_plates(bodies)
+    before = len(options.warned)
+    _tell_of_units(details, bodies)  # which reports say of themselves
+    said = options.warned[before:]
     _write_data(options, bodies, times, condition)
-    if governing := _governing(bodies):
-        _write_fields(options, governing, details)
+    missing = _write_fields(options, _governing(bodies), details)
     if options.report:
-        details = replace(bodies[0].details, remarks=tuple(options.warned))
-        write_report(options.report, solution, details=details)
+        remarks = tuple(text for text in options.warned if text not in said)
+        write_report(options.report, solution, details=replace(bodies[0].details, remarks=remarks))
     failed = _failed(bodies)
     if failed:
         tell(f"no solution{failed}")
     short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
-    code = 3 if failed else 4 if short else 0
+    code = 3 if failed else 2 if missing else 4 if short else 0
     if options.quiet:
         return code, ""
     if isinstance(solution, PunchSolution):
@@ -109,9 +111,8 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     return code, case_table(bodies, bases, times)
 
 
-def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
-    """Tell of plates as thick as wide, and, of numbers with units, of settlements as of a thousand
-    times too soft a ground."""
+def _tell_of_plates(bodies: Sequence[Body]) -> None:
+    """Warn of plates as thick as wide."""
     for body in bodies:
         if not isinstance(body, Structure) or body.plate is None:
             continue
@@ -122,25 +123,41 @@ def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
                 MeshWarning,
                 stacklevel=1,
             )
+
+
+def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
+    """Warn, of numbers with units, of settlements as of a thousand times too soft a ground."""
     most = max((body.deformation for body in bodies), default=0.0)
     if details.units.named and most > DEFORMED:
-        tell(
-            f"warning: a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
-            "small deformations. Remedy: check the units of lengths, loads and moduli"
+        warnings.warn(
+            f"a settlement is {100 * most:.3g} % of the extent of the plan, far beyond "
+            "small deformations. Remedy: check the units of lengths, loads and moduli",
+            MeshWarning,
+            stacklevel=1,
         )
 
 
 def _write_fields(
     options: argparse.Namespace, governing: list[PunchSolution | ElasticSolution], details: Details
-) -> None:
-    """VTU and pictures of the solutions of all bodies in one case."""
+) -> bool:
+    """VTU and pictures of the solutions of all bodies in one case; whether one could not be
+    made, which is told."""
+    pictures = [path for path in (options.png, options.svg) if path]
+    if not governing:
+        if fields := [*pictures, *filter(None, [options.vtu])]:
+            tell(f"not written, as no case has a solution: {', '.join(fields)}")
+        return bool(fields)
     first, *beside = governing
     if options.vtu and isinstance(first, ElasticSolution) and not beside:
         write_structure(options.vtu, first, plate=details.plates[""])
     elif options.vtu:
         write_solution(options.vtu, *governing)
-    if options.png or options.svg:
-        draw(options, "isobars", governing, **_scale(details.units))
+    if not any(solution.pressure.any() for solution in governing):
+        if pictures:
+            tell(f"not written, as there is no pressure to draw: {', '.join(pictures)}")
+        return bool(pictures)
+    draw(options, "isobars", governing, **_scale(details.units))
+    return False
 
 
 def _failed(bodies: Sequence[Body]) -> str:

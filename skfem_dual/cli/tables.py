@@ -31,15 +31,17 @@ def solution_table(
     rows |= solution.table() | rows  # whose origin is told with why it is there
     del rows["Time [s]"]  # the solution's share of it
     units, e = footing.details.units, solution.centre_of_pressure
-    size = np.ptp(base.mesh.p)
+    size, where = np.ptp(base.mesh.p), "at no point"
+    if not np.isnan(e).any():
+        e = np.where(np.abs(e) < NOISE * size, 0.0, e)
+        where = f"{_pair(e, units.length)} off the origin"
     if units.named:
         pressures = solution.pressure.min(), solution.pressure.max()
         low, high = (f"{p * units.pressure.factor:.6g}" for p in pressures)
         rows |= {
             "Settlement W0": _read(solution.settlement, units.displacement),
             "Tilt (Lx, Ly)": _pair(solution.tilt * units.slope.factor, units.slope),
-            "Force, acting at": f"{_read(solution.force, units.force)}, "
-            + f"{_pair(np.where(np.abs(e) < NOISE * size, 0.0, e), units.length)} off the origin",
+            "Force, acting at": f"{_read(solution.force, units.force)}, {where}",
             **_sliding(solution, units),
             "Contact area": _read(solution.contact_area, units.area),
             "Pressure mean": _read(solution.mean_pressure, units.pressure),

@@ -136,7 +136,7 @@ class Load:
 
 def require_vertical(name: str, load: Load) -> None:
     """Refuse horizontal loads, with a ValueError, of bodies beside others."""
-    if load.shear is not None:
+    if load.shear is not None and load.shear.any():
         raise ValueError(
             f"expected a vertical load and moments for {name}, got a horizontal force or torsion: "
             "how bases beside each other slide is not known. Remedy: RigidPunch.solve for each "

@@ -30,6 +30,8 @@ FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
 #: and rings of 150 to 600 cells on bonded layers of 0.06 to 0.3, with Poisson's ratios of 0 to 0.5
 MARGIN, SQUARE = 3e-4, 2.0
+#: how many times as stiff to short waves as to ones four times as long ground with a crust is
+CRUST = 1.5
 #: how many times as soft as the ground under a cell a surface without end would be where the error
 #: is that of the whole; and the same of triangles
 CANCELLED, IN_TRIANGLES = 150.0, 100.0
@@ -60,9 +62,24 @@ def coarseness(substrate: Stratified, h: ndarray) -> ndarray:
 def growth(substrate: Stratified, h: ndarray) -> ndarray:
     """By how much of it the compliance grows to waves of cells of sizes ``h`` from ones four times
     as long, (n,) array; not negative."""
+    return np.maximum(1 / _stiffening(substrate, h) - 1, 0)
+
+
+def crusted(substrate: Substrate, partition: Partition) -> bool:
+    """Whether the ground is much stiffer to waves half as long as the cells than to longer ones:
+    what a crust does at the edge of contact is then seen by finer cells only."""
+    if not isinstance(substrate, Stratified):
+        return False
+    h = np.array([mean_size(partition, 1)])
+    return bool(_stiffening(substrate, h / 2)[0] > CRUST)
+
+
+def _stiffening(substrate: Stratified, h: ndarray) -> ndarray:
+    """Compliance to waves four times as long as cells of sizes ``h``, over that to ones as short,
+    (n,) array."""
     k = np.pi / np.concatenate([h, 4 * h])
     short, long = (k * substrate.symbol(k)).reshape(2, -1)
-    return np.maximum(short / long - 1, 0)
+    return long / short
 
 
 def margin(substrate: Substrate, partition: Partition) -> float:

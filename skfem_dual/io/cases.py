@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +128,9 @@ def read_cases(
         for name, head in zip(heads, headings, strict=True)
     }
     cases = tuple(_case(factors, cells, place) for place, cells in rows)
+    if not any(any(case.horizontal or ()) or case.torsion for case in cases):
+        # columns are there, but no such loads
+        cases = tuple(replace(case, horizontal=None, torsion=None) for case in cases)
     if checked_flag("parts", parts):
         return cases
     seen: dict[tuple[str, str], str] = {}

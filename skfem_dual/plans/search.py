@@ -12,6 +12,7 @@ from ..arguments import Pair, checked_number
 from ..bodies.punch import RigidPunch
 from ..contact.load import Hull, Load, require_compression
 from ..contact.system import DENSE
+from ..elements.resolution import crusted
 from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
@@ -28,10 +29,13 @@ FIRST = 0.6
 LEAST_ORDER, ORDER = 1.5, 2.0
 #: share of the distance between the positions by work and by collocation that errors have at least
 SHARE = 0.25
-#: the same of the first two answers, which may be near each other by chance
+#: the same of the first two answers, which may be near each other by chance, and on crusts that
+#: bend between cells
 FIRST_ORDER, FIRST_SHARE = 1.0, 0.5
 #: steps from one length to the next
 SMALLEST_STEP, LARGEST_STEP = 0.5, 0.71
+#: step where only the triangles that touch are made smaller
+HALVED = 0.5
 #: the longest that a step counts for where there are hardly more cells
 LONGEST_STEP = 0.95
 #: share of the accuracy asked for that the next mesh aims at
@@ -110,7 +114,7 @@ class Accuracy:
 
     @property
     def seconds(self) -> float:
-        """Seconds on all meshes."""
+        """Seconds on the meshes of `trials`."""
         return sum(trial.seconds for trial in self.trials)
 
     def __str__(self) -> str:
@@ -171,7 +175,7 @@ class Problem:
         """Why no mesh can balance a load, empty if some may."""
         if not self.unilateral:
             return ""
-        if load.shear is not None and load.force == 0:
+        if load.force == 0 and load.shear is not None and load.shear.any():
             return "expected a positive force with horizontal forces and torsion, got 0"
         try:
             require_compression(load, np.array(self.origin), (self._hull, self._hull), True)
@@ -232,20 +236,33 @@ class Problem:
         little more cells on coarse meshes: theirs is the step that cells tell.
         """
         begin = perf_counter()
-        cells = last.solutions[0].footprint.partition
-        touching = np.unique(np.concatenate([s.contact for s in last.solutions]))
-        if 2 * cells.areas[touching].sum() > self.plan.area:
+        if (near := self.halved(last)) is None:
             size = step * last.size
             mesh = self.mesh(size)
             step = max(step, min((last.cells / mesh.p.shape[1]) ** (1 / GROWTH), LONGEST_STEP))
         else:
-            mesh, step = last.mesh, 0.5
+            step = HALVED
             size = step * last.size
-            for _ in range(2):  # the triangles that touch and those around
-                near = np.isin(mesh.t, touching).any(axis=0)
-                touching = np.unique(mesh.t[:, near])
-            mesh = self.plan.refine(mesh, np.nonzero(near)[0])
+            mesh = self.plan.refine(last.mesh, near)
         return self.on(mesh, size, begin), step
+
+    def halved(self, last: Attempt) -> np.ndarray | None:
+        """The triangles that touch and those around, if the next mesh halves only these."""
+        touching = np.unique(np.concatenate([s.contact for s in last.solutions]))
+        areas = last.solutions[0].footprint.partition.areas
+        if 2 * areas[touching].sum() > self.plan.area:
+            return None
+        t = last.mesh.t
+        for _ in range(2):
+            near = np.isin(t, touching).any(axis=0)
+            touching = np.unique(t[:, near])
+        return np.nonzero(near)[0]
+
+    def cells_next(self, last: Attempt, step: float) -> int:
+        """About how many cells the mesh of `finer` has."""
+        if (near := self.halved(last)) is None:
+            return round(last.cells * step**-GROWTH)
+        return round(last.cells + len(near) * (HALVED**-2 - 1) / 2)
 
     def mesh(self, size: float) -> MeshTri:
         """Of this length of facets, or little less where there is none."""
@@ -343,7 +360,8 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
     while not (error <= accuracy and last.trusted):
         aim = np.sqrt(AIM * accuracy / error) if error > accuracy else LARGEST_STEP
         step = float(np.clip(aim if len(trials) > 1 else 1, SMALLEST_STEP, LARGEST_STEP))
-        if reason := _beyond(trials, step, problem.time_limit, memory, layered):
+        cells = problem.cells_next(last, step)
+        if reason := _beyond(trials, cells, problem.time_limit, memory, layered):
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
         finer, step = problem.finer(last, step)
@@ -352,11 +370,13 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
             failed = next(s.message for s in finer.solutions if not s.success)
             message = (
                 f"the accuracy of {accuracy:.1e} is not reached: the error is about {error:.1e} "
-                f"with {last.cells} cells; with {finer.cells}, {failed}"
+                f"with {last.cells} cells; with {finer.cells}, after {finer.seconds:.3g} s, "
+                f"{failed}"
             )
             break
-        first = len(trials) == 1
-        order, share = (FIRST_ORDER, FIRST_SHARE) if first else (LEAST_ORDER, SHARE)
+        first, cells = len(trials) == 1, finer.solutions[0].footprint.partition
+        doubted = first or crusted(problem.substrate, cells)
+        order, share = (FIRST_ORDER, FIRST_SHARE) if doubted else (LEAST_ORDER, SHARE)
         left = change * step**ORDER
         pairs = zip(finer.solutions, last.solutions, strict=True)
         change = max(difference(a, b) for a, b in pairs) / (step**-order - 1)
@@ -369,16 +389,15 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
 
 
 def _beyond(
-    trials: list[Trial], step: float, time_limit: float | None, memory: float, layered: bool
+    trials: list[Trial], cells: int, time_limit: float | None, memory: float, layered: bool
 ) -> str:
-    """Why a mesh with facets ``step`` times as long is too much; empty if it is not."""
+    """Why a mesh with so many cells is too much; empty if it is not."""
     last = trials[-1]
     so_far = f"the error is about {last.error:.1e} with {last.cells} cells"
     if len(trials) == 1:
         so_far = f"one answer, with {last.cells} cells, tells no error"
     if len(trials) == MESHES:
         return f"{so_far} on the last of {MESHES} meshes"
-    cells = round(last.cells * step**-GROWTH)
     needed = ENTRY * cells**2 if cells <= DENSE else whole(cells, RTOL, layered)
     if needed > memory:
         return (

@@ -9,7 +9,14 @@ from ..messages import listed
 from ..solutions.elastic_solution import ElasticSolution
 from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
-from .checks import ROUNDING, error_section, solver_section
+from .checks import (
+    ROUNDING,
+    cautions_of,
+    cautions_of_bounds,
+    error_section,
+    pulled,
+    solver_section,
+)
 from .depth import depth_of_footing
 from .footing import Between, Footing
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, signs_of_moments
@@ -33,10 +40,10 @@ from .page import (
 )
 from .results import in_words, isobars_figure, plan_figure, read
 from .sliding import sliding_section
+from .structure import cautions_of as cautions_of_structure
 from .structure import imposed_on, moments_section
 from .structures import (
     Structure,
-    cautions,
     columns_table,
     deflections_section,
     depth_of_structure,
@@ -111,12 +118,37 @@ def _notices(bodies: Sequence[Body]) -> Html:
         for k in np.nonzero(~body.success)[0]:
             heading = f"NO SOLUTION in the case {body.called(body.names[k])}"
             shown.append(notice("fault", heading, f"{messages[k]}."))
-        if isinstance(body, Structure):
-            shown += [notice("caution", "Caution", caution) for caution in cautions(body)]
+        shown += _cautions(body)
     for remark in dict.fromkeys(bodies[0].details.remarks):
         if not any(remark in message for message in told):
             shown.append(notice("caution", "Caution", remark))
     return joined(shown)
+
+
+def _cautions(body: Body) -> list[Html]:
+    """What a reader must know of cases that were found: the first, and how many others."""
+    found: dict[str, list[tuple[str, tuple[Any, ...]]]] = {}
+    for name, solution, ok in zip(body.names, body.solutions, body.success, strict=True):
+        if solution is None or not ok:
+            continue
+        if isinstance(solution, ElasticSolution):
+            plan = Plan(solution, body.details.units)
+            cautions = cautions_of_structure(solution, plan)
+        else:
+            plan = Standing(solution, body.details.units)
+            cautions = cautions_of(plan)
+        for parts in (*pulled(plan), *cautions):
+            found.setdefault(parts[0], []).append((body.called(name), parts))
+    if isinstance(body, Footing) and body.standing is not None:
+        governing = body.called(body.names[body.governing])
+        for parts in cautions_of_bounds(body.standing):
+            found.setdefault(parts[0], []).append((governing, parts))
+    shown = []
+    for (called, parts), *others in found.values():
+        more = f" So in {len(others)} more cases." if len(others) > 1 else ""
+        more = f" So in the case {others[0][0]}." if len(others) == 1 else more
+        shown.append(notice("caution", "Caution", f"{called}: ", *parts, more))
+    return shown
 
 
 def _in_short(bodies: Sequence[Body], pairs: Sequence[Between]) -> Html:

@@ -45,20 +45,26 @@ def notices(
     if not solution.success:
         heading = "NOT CONVERGED: do not use these results"
         shown.append(notice("fault", heading, f"The {what} was not found: {solution.message}."))
-    if plan.pulled_area > 0:
-        share = percent(plan.pulled_area / plan.plan_area)
-        pulled = "The ground would have to pull on ", share, " of the plan, which soil does not."
-        cautions = [pulled, *cautions]
+    cautions = [*pulled(plan), *cautions]
     told = [(remark,) for remark in dict.fromkeys(remarks) if remark != solution.message]
     return joined([*shown, *(notice("caution", "Caution", *c) for c in (*cautions, *told))])
 
 
+def pulled(plan: Plan) -> Iterator[tuple[Any, ...]]:
+    """What the ground cannot do, in parts of a sentence."""
+    if plan.pulled_area > 0:
+        share = percent(plan.pulled_area / plan.plan_area)
+        yield "The ground would have to pull on ", share, " of the plan, which soil does not."
+
+
 def warnings_of(standing: Standing, remarks: Sequence[str]) -> Html:
     """Notices about a punch."""
-    return notices(standing, "contact", _cautions(standing), remarks)
+    of_both = *cautions_of(standing), *cautions_of_bounds(standing)
+    return notices(standing, "contact", of_both, remarks)
 
 
-def _cautions(standing: Standing) -> Iterator[tuple[Any, ...]]:
+def cautions_of(standing: Standing) -> Iterator[tuple[Any, ...]]:
+    """What does not look right, in parts of sentences."""
     if standing.edge_distance < 0:
         yield ("The resultant acts beyond the convex hull of the plan: the punch turns over.",)
     if standing.deformation > DEFORMED:
@@ -68,6 +74,10 @@ def _cautions(standing: Standing) -> Iterator[tuple[Any, ...]]:
         )  # fmt: skip
     if np.nan_to_num(standing.imbalance).max() > UNBALANCED:
         yield ("The pressures do not balance the load, see the check of the resultant.",)
+
+
+def cautions_of_bounds(standing: Standing) -> Iterator[tuple[Any, ...]]:
+    """The same of the error of discretisation, which takes another solution."""
     if standing.bounds is not None:
         low, high = standing.bounds.settlement
         scale = np.abs(standing.settlement_of_hull).max()

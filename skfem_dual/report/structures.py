@@ -34,7 +34,7 @@ from .page import (
     table,
 )
 from .results import axes_of, in_words, isobars_figure, point_names
-from .structure import a_little_inside, cautions_of, deflection_figure, input_rows
+from .structure import a_little_inside, deflection_figure, input_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,15 +208,6 @@ class Structure:
     def standing(self) -> Plan:
         """Plan and resultant of the governing case."""
         return self.standings[self.governing]
-
-
-def cautions(body: Structure) -> list[Html]:
-    """What a reader must know of cases."""
-    return [
-        joined([f"{body.called(name)}: ", *parts])
-        for name, plan in zip(body.names, body.standings, strict=True)
-        for parts in cautions_of(plan.solution, plan)
-    ]
 
 
 def structure_table(body: Structure, mesh_name: str) -> Html:

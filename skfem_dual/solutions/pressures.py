@@ -81,9 +81,12 @@ class CellPressures:
 
     @property
     def centre_of_pressure(self) -> ndarray:
-        """Point through which the resultant acts, from the origin; NaN without a force."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return readonly(self.resultant[1:] / self.resultant[0])
+        """Point through which the resultant acts, from the origin; NaN without a force that is
+        more than rounding of the pressures."""
+        pressed = np.abs(self.pressure) @ self.footprint.partition.areas
+        if abs(self.force) <= ROUNDING * pressed:
+            return readonly(np.full(2, np.nan))
+        return readonly(self.resultant[1:] / self.force)
 
     @property
     def contact(self) -> ndarray:
@@ -327,12 +330,15 @@ class CellPressures:
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, those that all bodies have."""
         p, e = self.pressure, self.centre_of_pressure
+        where = "at no point"
         size = np.ptp(self.footprint.partition.polygons.p, axis=1).max()
-        e = np.where(np.abs(e) <= ROUNDING * size, 0.0, e)
+        if not np.isnan(e).any():
+            e = np.where(np.abs(e) <= ROUNDING * size, 0.0, e)
+            where = f"({e[0]:.4g}, {e[1]:.4g})"
         return {
             "Grid": self.footprint.description,
             "Substrate": str(self.footprint.substrate),
-            "Force, acting at": f"{self.force:.6g}, ({e[0]:.4g}, {e[1]:.4g})",
+            "Force, acting at": f"{self.force:.6g}, {where}",
             "Contact area": f"{self.contact_area:.6g}",
             "Pressure mean": f"{self.mean_pressure:.6g}",
             "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",

@@ -212,7 +212,7 @@ class PunchSolution(CellPressures):
             If fewer than two cells touch.
         """
         load = self.load.shear
-        if load is None:
+        if load is None or not (load.any() or self.pressure.any()):
             return None
         touching, full = self.pressure != 0, self.punch.relaxed_motions
         return sliding(self.footprint, self.contact_region, touching, load, full)
@@ -238,7 +238,10 @@ class PunchSolution(CellPressures):
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, without the condition number."""
-        rows, scale = super().table(), max(abs(self.settlement), TINY)
+        rows = super().table()
+        points = self.footprint.partition.centroids
+        scale = max(np.abs(self.punch_displacement(points)).max(), TINY)
+        misfit = abs(self.displacement_residual) / scale
         areas = self.footprint.partition.areas
         size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])
         load = np.abs(self.pressure) @ areas
@@ -250,9 +253,7 @@ class PunchSolution(CellPressures):
             "Tilt (Lx, Ly)": f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})",
         }
         residuals = {
-            "Residuals": (
-                f"load {residual:.0e}, displacement {self.displacement_residual / scale:.0e}"
-            )
+            "Residuals": f"load {residual:.0e}, displacement {misfit:.0e}",
         }
         if self.shear is not None:
             position |= self.shear.table()
