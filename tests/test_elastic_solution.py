@@ -283,6 +283,20 @@ def test_answer_of_a_pickled_plate(punch):
     np.testing.assert_array_equal(t.deflection([0.2, 0.1]), s.deflection([0.2, 0.1]))
 
 
+def test_arrays_changed_later_are_none_of_the_plate(punch):
+    """Pickles were of the stiffness and the camber that stand in the arrays now."""
+    K, gap = punch.stiffness.copy(), np.linspace(0.0, 1e-3, len(punch.partition))
+    held = punch.structure.nodal_dofs[0, :2].copy()
+    plate = replace(punch, stiffness=K, gap=gap, D=held)
+    f = point_load(punch, ECCENTRIC)
+    expected = plate.solve(f).displacement
+    K.data *= 3
+    gap *= 2
+    held[:] = 5
+    assert np.array_equal(pickle.loads(pickle.dumps(plate)).solve(f).displacement, expected)
+    assert replace(plate).solve(f).displacement == pytest.approx(expected, abs=1e-12)
+
+
 def test_answer_of_a_pickle(block):
     s = block.solve(point_load(block, (0.2, 0.1)))
     t = pickle.loads(pickle.dumps(s))

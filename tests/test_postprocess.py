@@ -28,6 +28,7 @@ from skfem_dual import (
     Paraboloid,
     Plan,
     RigidPunch,
+    RigidPunches,
     estimate_error,
     evaluate,
     rectangular_couple,
@@ -467,6 +468,28 @@ def test_solutions_under_other_loads_are_refused(other):
     assert postprocess(first, punch.solve(**said))
     with pytest.raises(ValueError, match="expected solutions under the same load, got forces"):
         postprocess(first, punch.solve(**other))
+
+
+def test_neighbours_must_be_the_same():
+    """Two solutions of groups were mixed whatever stood beside them."""
+
+    def solved(grid, away=2.5, force=1.0):
+        meshes = [disc(2).translated((x, 0.0)) for x in (0.0, away)]
+        bases = [getattr(DualMesh.from_mesh(mesh), grid)() for mesh in meshes]
+        punches = [RigidPunch(SOIL, basis) for basis in bases]
+        loads = {"force": 1.0}, {"force": force, "at": (away, 0.0)}
+        return RigidPunches(punches).solve(loads).solutions[0]
+
+    one = solved("basis")
+    low, high = estimate_error(one, solved("primal_basis")).settlement
+    assert low < high
+    with pytest.raises(ValueError, match="same loads, got forces of 1 and 2 of body 0 beside"):
+        estimate_error(one, solved("primal_basis", force=2.0))
+    with pytest.raises(ValueError, match=r"same bodies, got body 0 .* one of .* at \(3.5, 0\)"):
+        estimate_error(one, solved("primal_basis", away=3.5))
+    alone = RigidPunch(SOIL, DualMesh.from_mesh(disc(2)).primal_basis()).solve(1.0)
+    with pytest.raises(ValueError, match="same bodies, got 1 and 0 beside"):
+        estimate_error(one, alone)
 
 
 def test_measured_values_on_two_grids(dual):

@@ -401,3 +401,14 @@ def test_variants_have_the_edge_of_their_own_shape():
     chosen = replace(shaped, edge="constant")
     assert not chosen.edge_by_contact
     assert replace(chosen, gap=None).edge == "constant"
+
+
+def test_a_shape_changed_later_is_none_of_the_punch():
+    """Variants and pickles were of the values that stand in the array now."""
+    basis = DualMesh.from_mesh(disc(2)).basis()
+    gap = np.linspace(0.0, 0.1, len(RigidPunch(SOIL, basis).partition))
+    punch = RigidPunch(SOIL, basis, gap=gap)
+    expected = punch.solve(0.2).settlement
+    gap[:] = 0.0
+    assert pickle.loads(pickle.dumps(punch)).solve(0.2).settlement == expected
+    assert replace(punch, rtol=1e-9).solve(0.2).settlement == pytest.approx(expected, rel=1e-9)

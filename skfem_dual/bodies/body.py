@@ -6,6 +6,7 @@ from typing import Any, Self, cast
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import issparse
 
 from ..arguments import checked_flag
 from ..contact.edges import presses_over
@@ -25,8 +26,29 @@ class Unchosen(str):
     `dataclasses.replace` hands on what stands in the fields."""
 
 
+def owned(value: Any) -> Any:
+    """What a body is made of, copied where it could be changed in place: pickles and variants are
+    made of it again."""
+    if isinstance(value, np.ndarray):
+        value = np.array(value, subok=True)
+        value.flags.writeable = False
+        return value
+    if issparse(value):
+        return value.copy()
+    if type(value) in (list, tuple):
+        return type(value)(map(owned, value))
+    if isinstance(value, dict):
+        return {name: owned(each) for name, each in value.items()}
+    return value
+
+
 class Body(ABC):
     """What stands on a footprint shows its cells."""
+
+    def _own(self, *names: str) -> None:
+        """Keep copies of these fields."""
+        for name in names:
+            object.__setattr__(self, name, owned(getattr(self, name)))
 
     gap: Gap | None
     #: whether it was left to the contact what edge there is

@@ -145,6 +145,7 @@ class ElasticPunch(Body):
 
     def __post_init__(self) -> None:
         checked_substrate(self.substrate)
+        self._own("stiffness", "boundary", "D", "gap", "edge_boundaries")
         if self.edge is None or isinstance(self.edge, Unchosen):
             edge = Unchosen("singular" if self.gap is None else "constant")
             object.__setattr__(self, "edge", edge)

@@ -122,6 +122,7 @@ class RigidPunch(Movable, RigidBodies):
     edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
+        self._own("gap", "edge_boundaries")
         if self.edge is None or isinstance(self.edge, Unchosen):
             flat = self.gap is None and not self._periodic
             object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))

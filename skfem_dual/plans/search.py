@@ -360,8 +360,8 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
     while not (error <= accuracy and last.trusted):
         aim = np.sqrt(AIM * accuracy / error) if error > accuracy else LARGEST_STEP
         step = float(np.clip(aim if len(trials) > 1 else 1, SMALLEST_STEP, LARGEST_STEP))
-        cells = problem.cells_next(last, step)
-        if reason := _beyond(trials, cells, problem.time_limit, memory, layered):
+        foreseen = problem.cells_next(last, step)
+        if reason := _beyond(trials, foreseen, problem.time_limit, memory, layered):
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
         finer, step = problem.finer(last, step)

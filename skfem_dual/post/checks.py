@@ -3,6 +3,7 @@
 import numpy as np
 from numpy import ndarray
 
+from ..contact.footprint import Footprint
 from ..contact.shapes import gap_values
 from ..grids.cellwise import CellwiseBasis
 from ..ground.periodic import PeriodicGround
@@ -12,6 +13,8 @@ from ..solutions.punch_solution import PunchSolution
 
 #: loads and gaps that differ by so much of their size are the same
 SAME = 1e-9
+#: forces of neighbours on two grids whose settlements are imposed differ by less than this
+ABOUT = 0.1
 #: wave numbers times the size of the plan at which grounds are compared
 WAVES = np.array([0.3, 1.0, 3.0, 10.0, 30.0])
 #: what to do where two problems are given
@@ -52,6 +55,7 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
         )
     _check_gaps(on_cells, on_triangles)
     _check_loads(on_cells, on_triangles)
+    _check_neighbours(on_cells, on_triangles)
 
 
 def _are_one(one: Substrate, other: Substrate, size: float) -> bool:
@@ -102,6 +106,41 @@ def _check_loads(one: PunchSolution, other: PunchSolution) -> None:
                 f"expected solutions under the same load, got {name} {value.tolist()} and "
                 f"{second.tolist()}. Remedy: solve both under one of them"
             )
+
+
+def _check_neighbours(one: PunchSolution, other: PunchSolution) -> None:
+    """The bodies beside must be as many, on the same plans, and pressed about as much: where their
+    settlement is imposed, forces are as far apart as their two grids are."""
+    beside = one.others, other.others
+    if len(beside[0]) != len(beside[1]):
+        raise ValueError(
+            f"expected solutions beside the same bodies, got {len(beside[0])} and "
+            f"{len(beside[1])} beside them. Remedy: solve the whole group on both grids"
+        )
+    for k, (first, second) in enumerate(zip(*beside, strict=True)):
+        plans = first.body.footprint, second.body.footprint
+        areas = [plan.partition.areas.sum() for plan in plans]
+        size = np.sqrt(max(areas))
+        apart = np.abs(plans[0].centre - plans[1].centre).max()
+        if abs(areas[0] - areas[1]) > SAME * size**2 or apart > SAME * _far(plans[0], size):
+            raise ValueError(
+                f"expected solutions beside the same bodies, got body {k} beside them on a plan "
+                f"of area {areas[0]:.6g} at {place(plans[0].centre)} and on one of "
+                f"{areas[1]:.6g} at {place(plans[1].centre)}. Remedy: solve the whole group on both grids"
+            )
+        forces = [float(each.pressure @ each.cells.partition.areas) for each in (first, second)]
+        total = max(float(np.abs(b.pressure) @ b.cells.partition.areas) for b in (first, second))
+        if abs(forces[0] - forces[1]) > ABOUT * total:
+            raise ValueError(
+                f"expected solutions beside the same loads, got forces of {forces[0]:.6g} and "
+                f"{forces[1]:.6g} of body {k} beside them. Remedy: solve the whole group under "
+                "the same loads on both grids"
+            )
+
+
+def _far(plan: Footprint, size: float) -> float:
+    """What rounding of coordinates refers to."""
+    return max(size, float(np.abs(plan.centre).max()))
 
 
 def _rounded(name: str, solution: PunchSolution, value: ndarray, size: float) -> ndarray | float:
