@@ -126,7 +126,8 @@ def _check_neighbours(one: PunchSolution, other: PunchSolution) -> None:
             raise ValueError(
                 f"expected solutions beside the same bodies, got body {k} beside them on a plan "
                 f"of area {areas[0]:.6g} at {place(plans[0].centre)} and on one of "
-                f"{areas[1]:.6g} at {place(plans[1].centre)}. Remedy: solve the whole group on both grids"
+                f"{areas[1]:.6g} at {place(plans[1].centre)}. Remedy: solve the whole group on "
+                "both grids"
             )
         forces = [float(each.pressure @ each.cells.partition.areas) for each in (first, second)]
         total = max(float(np.abs(b.pressure) @ b.cells.partition.areas) for b in (first, second))
