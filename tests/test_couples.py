@@ -197,6 +197,7 @@ def test_a_missing_cell():
         polygons=polygons,
         facets=np.where(turned, dual.b.facets[::-1], dual.b.facets),
         f2c=f2c,
+        nodes=dual.b.nodes[:, keep],
     )
     wrong = violated(replace(dual, b=b, node_in_b=keep))
     assert wrong["Definition 3, condition 1", "node of A"] == [inner]

@@ -3,7 +3,7 @@ import pickle
 import numpy as np
 import pytest
 from plans import disc, rectangle, sin_graded
-from skfem import MeshTri
+from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -14,6 +14,7 @@ from skfem_dual import (
     LayeredHalfSpace,
     Load,
     Paraboloid,
+    PeriodicGround,
     Punches,
     ResolutionWarning,
     RigidPunch,
@@ -268,6 +269,11 @@ def test_bad_groups():
         RigidPunches(
             [punch(disc(1)), punch(disc(1).translated((3.0, 0)), substrate=HalfSpace(2.0, 0.0))]
         )
+    square = CellBasis(MeshQuad().refined(2), ElementQuad0())
+    waves = PeriodicGround(HalfSpace(1.0, 0.3), (1.0, 1.0))
+    wavy = RigidPunch(waves, square, gap=lambda x: 0.01 * np.cos(2 * np.pi * x[0]))
+    with pytest.raises(ValueError, match=r"without a period, .* one RigidPunch on all cells"):
+        RigidPunches([wavy])
     for joined in ([(0, 1), (1, 0)], [(0, 2)]):
         with pytest.raises(ValueError, match="numbers of punches from 0 to 1, each once"):
             RigidPunches(pair(3.0).punches, joined)

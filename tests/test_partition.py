@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plans import disc, polar
@@ -109,6 +111,23 @@ def test_shared_middle_of_a_polar_grid():
     t = np.where(np.isin(grid.t, middle), middle[0], grid.t)
     with pytest.raises(MeshError, match="its own node in the middle"):
         Partition.from_mesh(MeshQuad(grid.p, t))
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        ({"facets": [[0], [1]]}, r"facets of shape \(2, 9\), got \(2, 1\)"),
+        ({"f2c": np.full((2, 9), 7)}, "f2c from -1 to 3, got 7 at index 0, 0"),
+        ({"nodes": np.zeros((2, 3))}, r"nodes of shape \(2, 4\), got \(2, 3\)"),
+        ({"boundary": [0.5] * 9}, "boundary as an array of integers"),
+        ({"polygons": None}, "a Polygons for polygons"),
+    ],
+)
+def test_partitions_by_hand(part, message):
+    """They ended in an IndexError of the check that uses them."""
+    cells = Partition.from_mesh(MeshTri.init_tensor(*[np.linspace(0, 1, n) for n in (3, 2)]))
+    with pytest.raises((TypeError, MeshError), match=message):
+        replace(cells, **part)
 
 
 def test_other_meshes():

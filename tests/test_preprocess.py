@@ -173,6 +173,7 @@ def test_fixed_nodes_stay(to):
     assert report.success
     assert np.array_equal(moved.p[:, fixed], mesh.p[:, fixed])
     assert (moved.p != mesh.p).any(axis=0).sum() == len(mesh.interior_nodes()) - len(fixed)
+    assert relocate(mesh, to, fixed=mesh.interior_nodes())[1].message == "all nodes are fixed"
 
 
 def test_iterations_do_not_grow():

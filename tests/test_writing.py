@@ -28,6 +28,14 @@ def test_nothing_is_left_of_a_failure(tmp_path, error):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_what_is_no_mapping_and_no_function(tmp_path):
+    with pytest.raises(TypeError, match=r"expected a Mapping for outputs, got .*names of files"):
+        require_outputs([tmp_path / "a.vtu"])
+    with pytest.raises(TypeError, match="expected a function of a file name for write, got None"):
+        write_whole(tmp_path / "a.txt", None)
+    assert not list(tmp_path.iterdir())
+
+
 def test_mode_and_symbolic_links_are_kept(tmp_path):
     path, link = tmp_path / "folder" / "result.txt", tmp_path / "link.txt"
     path.parent.mkdir()

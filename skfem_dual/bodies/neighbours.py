@@ -19,6 +19,7 @@ from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import covered_twice, cross
 from ..grids.polygons import some
+from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate, checked_substrate
 from .punch import RigidPunch
 
@@ -106,7 +107,12 @@ def over_edges(
 
 
 def require_one_ground(punches: Sequence[Any], names: Sequence[str]) -> None:
-    """Refuse bodies on different substrates."""
+    """Refuse bodies on different substrates, and on ground with a period."""
+    if isinstance(punches[0].substrate, PeriodicGround):
+        raise ValueError(
+            "expected bodies on ground without a period, got a PeriodicGround. Remedy: one "
+            "RigidPunch on all cells, with a gap that is the shape of all of them"
+        )
     for name, punch in zip(names, punches, strict=True):
         if punch.substrate != punches[0].substrate:
             raise ValueError(
@@ -202,7 +208,8 @@ def require_balance(
             continue
         if load.force == 0 and len(group.bodies) > 1:
             raise ValueError(
-                f"{called}: expected a positive force. Remedy: leave out bodies without a load"
+                f"{called}: expected a positive force. Remedy: leave out bodies without a load, "
+                "or give them their weight"
             )
         members = [group.punches[i] for i in body]
         around = hulls([punch.footprint for punch in members], centre)

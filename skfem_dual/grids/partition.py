@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
+from ..arguments import checked_indices, checked_instance
 from ..errors import MeshError
 from ..kernels.once import computed_once, remember
 from .checks import array_conditions, check_type, triangulation_conditions
@@ -33,6 +34,11 @@ class Partition:
         Node of the dual grid in each cell: where ``collocation="node"`` collocates.
     boundary : (nribs,) array of int
         Facet of the mesh on whose boundary each rib lies, -1 for ribs inside.
+
+    Raises
+    ------
+    MeshError
+        If numbers are out of range, or lengths do not agree.
     """
 
     polygons: Polygons
@@ -42,10 +48,20 @@ class Partition:
     boundary: ndarray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "facets", readonly(self.facets, np.int32))
-        object.__setattr__(self, "f2c", readonly(self.f2c, np.int32))
+        checked_instance("polygons", self.polygons, Polygons)
+        ribs, n = np.shape(self.f2c)[-1:] or (0,), len(self.polygons)
+        for name, size, shape, least in (
+            ("facets", self.polygons.p.shape[1], (2, *ribs), 0),
+            ("f2c", n, (2, *ribs), -1),
+            ("boundary", np.iinfo(np.int32).max, ribs, -1),
+        ):
+            value = checked_indices(
+                name, getattr(self, name), size, shape, least=least, error=MeshError
+            )
+            object.__setattr__(self, name, readonly(value, np.int32))
         object.__setattr__(self, "nodes", readonly(self.nodes, float))
-        object.__setattr__(self, "boundary", readonly(self.boundary, np.int32))
+        if self.nodes.shape != (2, n):
+            raise MeshError(f"expected nodes of shape (2, {n}), got {self.nodes.shape}")
 
     def __len__(self) -> int:
         return len(self.polygons)

@@ -327,6 +327,8 @@ def relocated(
     # the caches of a mesh belong to its places: a new one
     moved = replace(mesh, doflocs=np.ascontiguousarray(p), t=mesh.t.copy())
     message = failure or f"inner nodes are at the {MEANING[to]}"
+    if not free.any():
+        message = "all nodes are fixed"
     return moved, PreprocessReport(
         Quality.of(mesh), Quality.of(moved), iterations, 0, not failure, message
     )

@@ -51,10 +51,14 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
 
     Raises
     ------
+    TypeError
+        If one is no path, the other no function.
     OSError
         If ``path`` is a folder, a pipe or a device, or its folder cannot be written to.
     """
     target = Path(os.path.realpath(checked_path(path)))
+    if not callable(write):
+        raise TypeError(f"expected a function of a file name for write, got {shown(write)}")
     mode = _mode_of(target)
     part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}"
     try:
@@ -83,12 +87,17 @@ def require_outputs(
 
     Raises
     ------
+    TypeError
+        If they are no mappings of paths.
     OSError
         If a folder is missing or cannot be written to, or a file is a folder, a pipe, a device
         or not writable.
     ValueError
         If an output is an input or another output, also through links.
     """
+    checked_instance("outputs", outputs, Mapping, "names of files by what they are called")
+    if inputs is not None:
+        checked_instance("inputs", inputs, Mapping, "names of files by what they are called")
     taken = dict(inputs or {})
     for name, path in outputs.items():
         target = Path(os.path.realpath(path))

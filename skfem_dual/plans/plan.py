@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+#: plans farther from (0, 0) than so many times their size have four digits left, or fewer
+FARTHEST = 1e12
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan:
@@ -70,6 +73,13 @@ class Plan:
         names = _names(self.parts)
         require_simple(self.rings, [name for part in names for name in part])
         require_parts(list(self.parts), names)
+        size, away = np.ptp(self.bounds, axis=1).max(), np.abs(self.bounds).max()
+        if away > FARTHEST * size:
+            raise MeshError(
+                f"expected an outline not farther from (0, 0) than {FARTHEST:g} times its size, "
+                f"whose coordinates have digits left, got a size of {size:.3g} at {away:.3g}. "
+                "Remedy: coordinates from a point nearby"
+            )
 
     @classmethod
     def from_polygon(
@@ -98,8 +108,8 @@ class Plan:
         TypeError
             If something is no number.
         MeshError
-            If corners repeat or lie on one line, sides cross or touch, or a hole is not inside
-            or meets another one.
+            If corners repeat or lie on one line, sides cross or touch, a hole is not inside or
+            meets another one, or the outline is too far from (0, 0) for its size.
 
         Examples
         --------
