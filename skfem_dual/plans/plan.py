@@ -71,8 +71,6 @@ class Plan:
             raise ValueError("expected at least one part, got none")
         object.__setattr__(self, "parts", parts)
         names = _names(self.parts)
-        require_simple(self.rings, [name for part in names for name in part])
-        require_parts(list(self.parts), names)
         size, away = np.ptp(self.bounds, axis=1).max(), np.abs(self.bounds).max()
         if away > FARTHEST * size:
             raise MeshError(
@@ -80,6 +78,8 @@ class Plan:
                 f"whose coordinates have digits left, got a size of {size:.3g} at {away:.3g}. "
                 "Remedy: coordinates from a point nearby"
             )
+        require_simple(self.rings, [name for part in names for name in part])
+        require_parts(list(self.parts), names)
 
     @classmethod
     def from_polygon(
