@@ -24,10 +24,12 @@ from skfem import (
     ElementQuad0,
     ElementTriMorley,
     ElementTriP1,
+    ElementTriP2,
     ElementVector,
     LinearForm,
     MeshTri,
 )
+from skfem.helpers import ddot, dot, grad, sym_grad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import (
@@ -227,6 +229,46 @@ def test_supports_carry_the_rest(unilateral):
     same = punch.solve(f, x=alone.displacement, unilateral=unilateral)
     assert same.reactions == pytest.approx(np.zeros(len(f)), abs=1e-8)
     assert same.displacement == pytest.approx(alone.displacement, abs=1e-8)
+
+
+def mindlin(mesh):
+    """Rotations as a vector before the deflection."""
+    basis = CellBasis(mesh, ElementVector(ElementTriP2()) * ElementTriP2(), intorder=4)
+
+    @BilinearForm
+    def form(t, w, p, v, _):
+        return ddot(sym_grad(t), sym_grad(p)) + dot(grad(w) - t, grad(v) - p)
+
+    load = LinearForm(lambda p, v, w: v).assemble(basis)
+    return basis, form.assemble(basis), load
+
+
+@pytest.mark.parametrize("kind", ["morley", "mindlin", "block"])
+def test_vertical_forces_that_hold_a_structure(kind, block):
+    """All DOFs on one side are held, slopes and horizontal displacements with them."""
+    mesh = disc(3)
+    if kind == "block":
+        basis, cells, load = block.structure, block.basis, -2.0 / 4
+        f = LinearForm(lambda v, w: load * v[2]).assemble(basis)
+        load = -load * basis.dx.sum()
+        held = replace(block, D=basis.get_dofs(lambda x: np.isclose(x[0], basis.mesh.p[0].min())))
+    else:
+        if kind == "mindlin":
+            basis, K, f = mindlin(mesh)
+        else:
+            basis = CellBasis(mesh, ElementTriMorley(), intorder=2)
+            K, f = (
+                Plate(0.1, 1e3, 0.2).stiffness(basis),
+                LinearForm(lambda v, w: v).assemble(basis),
+            )
+        cells, load = DualMesh.from_mesh(mesh).basis(), basis.dx.sum()
+        side = basis.get_dofs(lambda x: x[0] < -0.8)
+        held = ElasticPunch(SOIL, cells, basis, K, D=side)
+    s = held.solve(f)
+    assert s.success, s.message
+    assert abs(s.vertical_reaction) > 1e-3 * load
+    assert abs(s.vertical_reaction - s.reactions.sum()) > 1e-4 * load
+    assert s.force == pytest.approx(load + s.vertical_reaction, rel=1e-9)
 
 
 def test_displacements_imposed_step_by_step(block):

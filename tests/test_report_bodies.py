@@ -113,6 +113,9 @@ def test_what_holds_a_structure_takes_part_of_its_loads():
     assert np.isnan(imposed_on(solution)[0])
     row = tables(report_html({"held": solution}), "Check of the resultants")
     assert row["held: force [F]"] == [solution.force]
+    row = tables(report_html(solution), "Check of the equilibrium")
+    total = imposed_on(plate())[0]
+    assert row["Vertical force that holds it"] == pytest.approx([solution.force - total], rel=1e-6)
 
 
 def test_a_case_without_a_solution_is_glaring(cases):

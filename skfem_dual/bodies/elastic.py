@@ -42,7 +42,7 @@ from ..contact.unilateral import How, Method
 from ..contact.verify import verified
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import values_inside
-from ..elements.shape_functions import picklable
+from ..elements.shape_functions import picklable, settling
 from ..grids.mappings import inverting
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
@@ -246,6 +246,12 @@ class ElasticPunch(Body):
         """Displacements without resistance of the structure that move it against the ground,
         shape (N, m): settlement and tilts of a free one."""
         return self._motions[0]
+
+    @computed_once
+    def settling(self) -> ndarray:
+        """DOFs of a settlement of the whole structure by one, shape (N,)."""
+        moved = settling(self.structure, self.component)
+        return readonly(-moved if self._upward else moved)
 
     @computed_once
     def _motions(self) -> tuple[ndarray, ndarray]:

@@ -7,7 +7,16 @@ from typing import TypeVar
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, Element, ElementGlobal, ElementH1, ElementVector, FacetBasis, Mesh
+from skfem import (
+    CellBasis,
+    Element,
+    ElementComposite,
+    ElementGlobal,
+    ElementH1,
+    ElementVector,
+    FacetBasis,
+    Mesh,
+)
 from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
@@ -180,20 +189,52 @@ class ShapeFunctions:
     def _worked_on(self, fields: tuple) -> tuple[tuple[int, tuple[int, ...]], ndarray | None]:
         """The field that the pressure works on, its component, and with which factor."""
         shapes = [np.shape(field)[:-2] for field in fields]
-        places = [(k, at) for k, shape in enumerate(shapes) for at in np.ndindex(*shape)]
-        if self.component is not None:
-            last = len(places) - 1
-            component = checked_integer("component", self.component, at_least=0, at_most=last)
-            return places[component], None
-        scalars = [(k, ()) for k, shape in enumerate(shapes) if shape == ()]
-        vectors = [(k, (2,)) for k, shape in enumerate(shapes) if shape == (3,)]
-        wanted = vectors + scalars if self.up is not None else scalars + vectors
-        if not wanted:
-            raise TypeError(
-                "expected a scalar field or a vector of three components for the pressure to "
-                f"work on, got {type(self.basis.elem).__name__}. Remedy: say which, component="
-            )
-        return wanted[0], self.up if wanted[0][1] else None
+        place = place_worked_on(shapes, self.basis.elem, self.component, self.up is not None)
+        return place, self.up if self.component is None and place[1] else None
+
+
+def place_worked_on(
+    shapes: list[tuple[int, ...]], element: Element, component: int | None, solid: bool
+) -> tuple[int, tuple[int, ...]]:
+    """The field, and its component, that the pressure works on, of fields of such shapes."""
+    places = [(k, at) for k, shape in enumerate(shapes) for at in np.ndindex(*shape)]
+    if component is not None:
+        last = len(places) - 1
+        return places[checked_integer("component", component, at_least=0, at_most=last)]
+    scalars = [(k, ()) for k, shape in enumerate(shapes) if shape == ()]
+    vectors = [(k, (2,)) for k, shape in enumerate(shapes) if shape == (3,)]
+    wanted = vectors + scalars if solid else scalars + vectors
+    if not wanted:
+        raise TypeError(
+            "expected a scalar field or a vector of three components for the pressure to "
+            f"work on, got {type(element).__name__}. Remedy: say which, component="
+        )
+    return wanted[0]
+
+
+def settling(basis: CellBasis, component: int | None) -> ndarray:
+    """DOFs of a displacement by one of all of a structure, (N,), along the component that the
+    pressure works on, see `load_matrix`.
+
+    Raises
+    ------
+    TypeError
+        If that is one of a field whose DOFs are not those of its components.
+    """
+    fields, solid = [np.shape(field)[:-2] for field in basis.basis[0]], basis.mesh.dim() == 3
+    field, at = place_worked_on(fields, basis.elem, component, solid)
+    part, dofs = basis, np.arange(basis.N)
+    for split, number in ((ElementComposite, field), *((ElementVector, k) for k in at)):
+        if isinstance(part.elem, split):
+            part, dofs = part.split_bases()[number], dofs[part.split_indices()[number]]
+    if np.shape(part.basis[0][0])[:-2] != ():
+        raise TypeError(f"expected a scalar deflection, got one of {type(part.elem).__name__}")
+    moved = np.zeros(basis.N)
+    # with points enough for products of its functions, whatever the basis is assembled with
+    order = 2 * part.elem.maxdeg
+    exact = CellBasis(part.mesh, part.elem, basis.mapping, intorder=order, elements=basis.tind)
+    moved[dofs] = exact.project(1.0)
+    return moved
 
 
 def _parts(element: Element) -> Iterator[Element]:

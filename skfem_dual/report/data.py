@@ -222,7 +222,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         "load": dict(zip(("force", "mx", "my"), imposed_on(solution)[[0, 2, 1]], strict=True)),
         "force": solution.force,
         "point": body.standings[k].force_point,
-        "reactions": solution.reactions.sum(),
+        "reactions": solution.vertical_reaction,
         "deflection": {"least": body.deflections[k, 0], "largest": body.deflections[k, 1]},
         "mean_settlement": body.mean_settlement[k],
         "largest_gap": solution.gap.max(),

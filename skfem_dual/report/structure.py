@@ -277,6 +277,9 @@ def _balance(solution: ElasticSolution, plan: Plan) -> Html:
         largest = np.abs(solution.reactions).max()
         scale = max(np.abs(solution.f).max(), np.finfo(float).tiny)
         shown = largest if largest > ROUNDING * scale else 0.0
+        sum_ = solution.vertical_reaction
+        vertical = amount(sum_ if abs(sum_) > ROUNDING * plan.load else 0.0, plan.units.force, 7)
+        rows.append(("Vertical force that holds it", vertical, symbol(plan.units.force)))
         rows.append((f"Largest reaction of the {len(held)} DOFs held", number(shown), NONE))
     note = small("largest force on a free DOF that is not balanced, over the largest load")
     rows.append((joined(["Residual", note]), number(solution.equilibrium_residual, 2), NONE))

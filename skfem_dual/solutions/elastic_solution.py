@@ -125,6 +125,14 @@ class ElasticSolution(CellPressures):
             others=others,
         )
 
+    @property
+    def vertical_reaction(self) -> float:
+        """Sum of the vertical forces that hold the structure, positive into the ground: with the
+        loads it is the force on the ground, less what springs in the stiffness take. In
+        ``reactions`` are those of all DOFs, moments of slopes and horizontal forces among them.
+        """
+        return float(self.reactions @ self.punch.settling) if self.reactions.any() else 0.0
+
     def deflection(self, x: ArrayLike) -> ndarray:
         """Deflection of the structure at points of the plan, positive into the ground.
 
