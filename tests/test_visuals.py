@@ -983,3 +983,16 @@ def test_numbers_and_names_of_slender_plans_do_not_overlap(width, height):
     assert all(a.x1 <= b.x0 for a, b in pairwise(numbers))
     below = axes.get_legend().get_window_extent().y1
     assert all(box.y0 >= below for box in numbers)
+
+
+@pytest.mark.parametrize("height", [3.0, 9.0, 30.0])
+def test_scalar_bars_of_slender_plans_are_as_high(height):
+    """Sizes of bars are parts of the width of the axes: they were a third as high."""
+    dual = DualMesh.from_mesh(rectangle(1.0, height, n=80))
+    solution = RigidPunch(HalfSpace(1.0, 0.3), dual.basis()).solve(1.0)
+    figure = with_matplotlib.isobars(solution).figure
+    figure.canvas.draw()
+    plan, bar = (axes.get_window_extent() for axes in figure.axes)
+    assert bar.height > 0.8 * plan.height
+    assert bar.x0 > plan.x1
+    assert bar.width < 0.1 * plan.height

@@ -126,10 +126,16 @@ def legend_below(ax: Axes, columns: int) -> None:
 def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)
+    slender = max(1.0, height / (4 * width))  # sizes are parts of the width
     place: dict[str, Any] = (
         {"location": "bottom", "pad": 0.1, "aspect": 40, "fraction": 0.4}
         if width > 2 * height
-        else {"location": "right", "pad": 0.03, "aspect": 25}
+        else {
+            "location": "right",
+            "pad": 0.03 * slender,
+            "aspect": 25 * max(1.0, 0.4 * slender),
+            "fraction": min(0.15 * slender, 0.5),
+        }
     )
     bar = ax.figure.colorbar(colored, ax=ax, label=title, **place, **options)
     bar.ax.tick_params(labelsize=letter(0.9))
