@@ -12,17 +12,22 @@ from scipy.sparse import csr_matrix
 from skfem import CellBasis, ElementTriMorley
 
 from skfem_dual import (
+    ConvergenceWarning,
     DualMesh,
     ElasticPunch,
     HalfSpace,
     Plate,
     Punches,
     RigidPunch,
+    RigidPunches,
     bearing_pressure,
     column_load,
 )
 from skfem_dual.grids.generate import polygon, rectangle
 from skfem_dual.report import report_html
+from skfem_dual.report.bodies import bodies_of
+from skfem_dual.report.data import report_data
+from skfem_dual.report.details import Details
 from skfem_dual.report.figures import off_the_plan
 from skfem_dual.report.numbers import Standing
 from skfem_dual.report.page import THIN, number, table
@@ -211,3 +216,35 @@ def test_a_plate_without_a_load():
     some = column_load(raft.structure, (1.0, 0.5), 900.0, sides=(0.5, 0.5))
     assert "<html" in report_html(raft.solve(nothing))
     assert "<html" in report_html({"none": raft.solve(nothing), "some": raft.solve(some)})
+
+
+def test_loads_of_joined_footings():
+    """Each was told to carry the force of both, and the load stood nowhere."""
+    soil, origins = HalfSpace(30e3, 0.3), ((-2.0, 0.0), (2.0, 0.0))
+    duals = [DualMesh.from_mesh(rectangle(2.0, 2.0, n=60).translated(x)) for x in origins]
+    punches = [RigidPunch(soil, d.basis(), origin=x) for d, x in zip(duals, origins, strict=True)]
+    pair = RigidPunches(punches, joined=[(0, 1)], names=["left", "right"])
+    load = {"force": 400.0, "at": (3.0, 0.0)}
+    alone = pair.solve([load])
+    with pytest.warns(ConvergenceWarning, match="'gone': body left"):
+        left, right = pair.solve_many({"wind": [load], "gone": [{**load, "at": (30.0, 0.0)}]})
+    for k, cases in enumerate((left, right)):
+        assert cases.force[0] == pytest.approx(alone[k].force, rel=1e-12)
+        assert np.isnan(cases.force[1])
+        resultant = alone[k].centre_of_pressure + origins[k]
+        assert cases.point[:, 0] == pytest.approx(resultant, rel=1e-9, abs=1e-9)
+    assert left.force[0] + right.force[0] == pytest.approx(400.0, rel=1e-12)
+    moment = left.force[0] * left.point[0, 0] + right.force[0] * right.point[0, 0]
+    assert moment == pytest.approx(400.0 * 1.0, rel=1e-9)  # at 3 from the origin of the first
+    many = {"left": left, "right": right}
+    for found in (alone, many):
+        for each in report_data(bodies_of(found, Details()))["footings"]:
+            case = each["cases"][0]
+            assert set(case["load"].values()) == {None}
+            assert case["load_of_body"]["punches"] == ["left", "right"]
+            assert case["load_of_body"]["force"] == 400.0
+            assert case["load_of_body"]["at"] == [3.0, 0.0]
+        assert "These are loads of left and right together" in report_html(found)
+    assert "of which this takes what is found" in report_html(alone[1])
+    framed = RigidPunches(punches, stiffness=np.eye(6)).solve([{"force": 1.0}, {"force": 2.0}])
+    assert "The frame takes part of these loads" in report_html(framed)

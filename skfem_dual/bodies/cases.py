@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from ..arguments import checked_instance, checked_sequence
 from ..contact.footprint import Footprint
-from ..contact.load import Constraints, Load
+from ..contact.load import Constraints, Load, Share
 from ..contact.many import ManyLoads
 from ..contact.one_sign import solved_each
 from ..contact.problem import Contact, rough_under
@@ -49,9 +49,13 @@ class CaseAnswers:
     rough: tuple[str, ...]
 
     def of(self, number: int, cells: Footprint, loads: Sequence[Load]) -> CasesSolution:
-        """Those of one punch."""
+        """Those of one punch, with the positions found where it has only a share of a load."""
         mine = tuple(None if answer is None else answer[number] for answer in self.answers)
-        return CasesSolution(cells, self.names, tuple(loads), mine, self.messages)
+        own = tuple(
+            load if solution is None or not isinstance(load, Share) else solution.load
+            for load, solution in zip(loads, mine, strict=True)
+        )
+        return CasesSolution(cells, self.names, own, mine, self.messages)
 
     def warn(self) -> None:
         """Warn the caller of a solver of cases without success, and of rough ones."""

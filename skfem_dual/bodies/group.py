@@ -11,7 +11,7 @@ from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..contact.by_work import added_by_work
-from ..contact.load import Constraints, Load, load_of
+from ..contact.load import Constraints, Load, Share, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
 from ..contact.problem import Contact, warn_of
@@ -319,11 +319,19 @@ class RigidPunches(RigidBodies):
         tell_of_coarse(self)
         found = solve_cases(self, names, loads, how, checked_flag("progress", progress))
         found.warn()
-        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        return tuple(
-            found.of(i, punch.footprint, [case[body_of[i]] for case in loads])
-            for i, punch in enumerate(self.punches)
-        )
+        answers: dict[int, CasesSolution] = {}
+        for number, body in enumerate(self.bodies):
+            own = [case[number] for case in loads]
+            if len(body) > 1:  # what each of them takes is found
+                own = [self.share_of(number, load) for load in own]
+            answers |= {i: found.of(i, self.punches[i].footprint, own) for i in body}
+        return tuple(answers[i] for i in range(len(self.punches)))
+
+    def share_of(self, number: int, load: Load) -> Share:
+        """What its punches take of the load of a body, with a position yet to be found."""
+        first = self.punches[self.bodies[number][0]]
+        names = tuple(self.names[i] for i in self.bodies[number])
+        return Share(settlement=0.0, tilt=(0, 0), body=load, names=names, origin=first.origin)
 
     def _given(self, name: str, loads: Sequence[Load | Mapping]) -> tuple[Load, ...]:
         loads = checked_sequence(name, loads)

@@ -1,7 +1,7 @@
 """What is imposed on a rigid punch: a load, a position, or a mixture of both."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 import scipy
@@ -132,6 +132,26 @@ class Load:
                 moments = self.force * lever + self.first_moments
             fixed, given = [0.0, 0.0, 0.0], np.array([self.force, *moments])
         return Constraints(motions, np.array(fixed), balance.T, given)
+
+
+@dataclass(frozen=True)
+class Share(Load):
+    """Of a punch that is joined to others or under a frame: the position it has, which is found,
+    not imposed.
+
+    Attributes
+    ----------
+    body : Load
+        What was imposed on its body.
+    names : tuple of str
+        The punches that are that body.
+    origin : pair of float
+        To which it refers, in the coordinates of the mesh.
+    """
+
+    body: Load = field(kw_only=True)
+    names: tuple[str, ...] = field(kw_only=True)
+    origin: Pair = field(kw_only=True)
 
 
 def require_vertical(name: str, load: Load) -> None:

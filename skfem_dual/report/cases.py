@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contact.load import Share
 from ..messages import listed
 from ..solutions.elastic_solution import ElasticSolution
 from .bearing import Borne, bearing_section, differences_section, points_section
@@ -228,16 +229,25 @@ def _loads(footing: Footing) -> Html:
     cases, units = footing.cases, footing.details.units
     size = 1.0 if footing.standing is None else footing.standing.size
     rows = []
+    note, origin = NONE, np.array(cases.footprint.origin)
     for name, load in zip(cases.names, cases.loads):
+        if isinstance(load, Share):
+            note = paragraph(
+                f"These are loads of {listed(load.names)} together, of which this footing takes "
+                "what is found."
+                if len(load.names) > 1
+                else "The frame takes part of these loads."
+            )
+            origin, load = np.array(load.origin), load.body
         force = DASH if load.force is None else amount(load.force, units.force)
         m1, m2 = load.moments or (0.0, 0.0)
-        at = np.array(load.at or (0.0, 0.0)) + cases.footprint.origin
+        at = np.array(load.at or (0.0, 0.0)) + origin
         where = joined([place(at, size)]) if load.tilt is None else DASH
         moments = (amount(m, units.moment) if m else "0" for m in (m2, -m1))
         rows.append((name, force, where, *moments))
     head = ["Case", f"Force [{units.force.symbol}]", f"acting at [{units.length.symbol}]"]
     head += [f"M{axis} [{units.moment.symbol}]" for axis in "xy"]
-    return table(rows, head, f"Load cases {footing.name}".rstrip(), numeric=True)
+    return joined([table(rows, head, f"Load cases {footing.name}".rstrip(), numeric=True), note])
 
 
 def _results(footing: Footing) -> Html:

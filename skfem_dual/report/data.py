@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..contact.load import Load, Share
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
@@ -260,10 +261,9 @@ def _pressed(body: Body, k: int, solution: CellPressures) -> dict[str, Any]:
     }
 
 
-def _case(footing: Footing, k: int) -> dict[str, Any]:
-    cases = footing.cases
-    solution, load = cases.solutions[k], cases.loads[k]
-    given = {
+def _given(load: Load) -> dict[str, Any]:
+    """What was imposed."""
+    return {
         "force": load.force,
         "at": load.at,
         "moments": None if load.moments is None else (load.moments[1], -load.moments[0]),
@@ -272,11 +272,21 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
         "horizontal": load.horizontal,
         "torsion": load.torsion,
     }
+
+
+def _case(footing: Footing, k: int) -> dict[str, Any]:
+    cases = footing.cases
+    solution, load = cases.solutions[k], cases.loads[k]
+    imposed, body = _given(load), {}
+    if isinstance(load, Share):
+        imposed = dict.fromkeys(imposed)
+        body = {"load_of_body": {"punches": load.names, **_given(load.body)}}
     case: dict[str, Any] = {
         "name": cases.names[k],
         "success": bool(cases.success[k]),
         "message": cases.messages[k],
-        "load": given,
+        "load": imposed,
+        **body,
         "force": cases.force[k],
         "point": cases.point[:, k],
         **dict.fromkeys(FOUND),

@@ -5,10 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ..contact.load import Share
 from ..grids.cellwise import nodal_mesh
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import HalfSpace, Substrate
+from ..messages import listed
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
@@ -126,6 +128,12 @@ def shape_of(gap: Any) -> str:
 def _load_rows(solution: PunchSolution, standing: Standing) -> list[tuple]:
     load, units = solution.load, standing.units
     rows: list[tuple] = []
+    origin = "the origin"
+    if isinstance(load, Share):
+        whose = f"{listed(load.names)}, of which this takes what is found"
+        rows.append(("Loads of", whose, NONE))
+        origin = f"the origin of {load.names[0]}"
+        load = load.body
     if load.force is not None:
         rows.append(("Force P", amount(load.force, units.force), symbol(units.force)))
     if load.settlement is not None:
@@ -136,7 +144,7 @@ def _load_rows(solution: PunchSolution, standing: Standing) -> list[tuple]:
         rows.append(("Tilt (Lx, Ly), imposed", pair(tilt), symbol(units.slope)))
     else:
         at = place(load.at or (0.0, 0.0), standing.size)
-        rows.append(("acting at, from the origin", at, symbol(units.length)))
+        rows.append((f"acting at, from {origin}", at, symbol(units.length)))
     if load.moments is not None:
         m1, m2 = load.moments
         note = small(

@@ -1,6 +1,6 @@
 """Pressures under several punches and their positions."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -148,7 +148,8 @@ def answers_of(
             # joined punches and those under a frame have a position, not a load, of their own
             load = loads[number]
             if len(body) > 1 or punches.stiffness is not None:
-                load = Load(settlement=float(settlement), tilt=tuple(own[1:].tolist()))
+                found = {"settlement": float(settlement), "tilt": tuple(own[1:].tolist())}
+                load = replace(punches.share_of(number, load), **found)
             around = others[:i] + others[i + 1 :]
             member: Member | Beside | None = None
             if together is not None:
