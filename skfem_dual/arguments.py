@@ -5,7 +5,7 @@ byte order. Messages name the argument, what was expected and what came.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -239,6 +239,25 @@ def checked_indices(
         allowed = f"from {least} to {size - 1}" if size else "of nothing"
         raise error(f"expected {name} {allowed}, got {array[i]} at {_place(i, each)}")
     return np.asarray(array, dtype=np.intp, order="C")
+
+
+def called(name: str, function: Callable[[ndarray], Any], x: ndarray) -> Any:
+    """What a function returns at all points ``x``.
+
+    Raises
+    ------
+    ValueError
+        If it compares arrays as if they were single numbers.
+    """
+    try:
+        return function(x)
+    except ValueError as error:
+        if "truth value of an array" not in str(error):
+            raise
+        raise ValueError(
+            f"expected a function of an array of all points for {name}, got one that compares it "
+            "as a single number. Remedy: np.where for cases"
+        ) from error
 
 
 def checked_mask(

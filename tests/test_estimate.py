@@ -112,3 +112,8 @@ def test_adaptive_refinement_beats_uniform():
     assert mesh.nelements < uniform.nelements
     error = found.settlement[1] - SQUARE
     assert 0 < error < 0.8 * (reference.settlement[1] - SQUARE)
+
+
+def test_negative_indicators_are_refused():
+    with pytest.raises(ValueError, match="expected indicators from 0 on, got -2 of cell 1"):
+        marked(np.array([1.0, -2.0]), 0.5)

@@ -1,11 +1,15 @@
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from skfem_dual import Load
+from skfem_dual import DualMesh, HalfSpace, Load, RigidPunch
 from skfem_dual.contact.load import Constraints, Hull
+from skfem_dual.errors import warnings_kept
+from skfem_dual.grids.generate import rectangle
 
 ORIGIN = np.array([0.3, -0.2])
 LOADS = {
@@ -88,3 +92,18 @@ def test_points_on_a_line_have_no_hull():
     for points in (np.zeros((2, 1)), np.ones((2, 9)), np.array([[0.0, 1, 2], [0, 1, 2]])):
         assert Hull(points).beyond(np.array([5.0, 3.0])) == -np.inf
         assert Hull(points).holds(np.array([5.0, 3.0]))
+
+
+@pytest.mark.parametrize("at", [(5.0, 5.0), (0.98, 1.49), (0.0, 9.0), (1.0, 0.0)])
+def test_loads_moved_as_told_are_carried(at):
+    """The distance to the farthest line of a side was told, which off a corner is too little."""
+    punch = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(rectangle(2.0, 3.0, n=100)).basis())
+    with pytest.raises(ValueError, match="towards the middle") as error:
+        punch.solve(1.0, at=at)
+    distance = float(re.search(r"more than (\S+) towards", str(error.value))[1])
+    x = np.array(at)
+    moved = x * (1 - 1.02 * distance / np.hypot(*x))
+    with warnings_kept():  # on few cells
+        assert punch.solve(1.0, at=tuple(moved)).force == pytest.approx(1.0, rel=1e-9)
+    with pytest.raises(ValueError, match="towards the middle"):
+        punch.solve(1.0, at=tuple(x * (1 - 0.98 * distance / np.hypot(*x))))

@@ -206,3 +206,18 @@ def test_bad_gaps(gap, error, message):
     basis = DualMesh.from_mesh(disc(2)).basis()
     with np.errstate(all="ignore"), pytest.raises(error, match=message):
         RigidPunch(HalfSpace(1.0, 0.0), basis, gap=gap)
+
+
+@pytest.mark.parametrize(
+    ("gap", "message"),
+    [
+        (lambda x: 0.0 if x[0] < 0 else 1.0, "array of all points for gap, .* Remedy: np.where"),
+        (lambda x: 1j * x[0], "numbers for gap, got an array of complex128 .* from the function"),
+        (lambda x: None, "numbers for gap, got None from the function"),
+    ],
+)
+def test_what_functions_return_is_told(gap, message):
+    """They were blamed themselves, or numpy said that a truth value is ambiguous."""
+    basis = DualMesh.from_mesh(MeshTri().refined(2)).basis()
+    with pytest.raises((TypeError, ValueError), match=message):
+        RigidPunch(HalfSpace(1.0, 0.3), basis, gap=gap)

@@ -53,6 +53,21 @@ def test_three_lines_of_heights_with_spacing_are_a_grid(tmp_path):
     assert profile(points()[::-1]) == pytest.approx(HEIGHTS.max() - HEIGHTS)
 
 
+@pytest.mark.parametrize(
+    "first",
+    [",,", "NA,NA,NA", "BAD,BAD,BAD", '"7","8","9"', "7f,8f,9f", "--,--,--", "\u22121,2,x"],
+)
+def test_a_first_line_without_numbers_is_no_heading(tmp_path, first):
+    """It was left out without a word, and the heights moved by a line."""
+    path = tmp_path / "a.csv"
+    path.write_text(first + "\n1,2,3\n4,5,6\n7,8,9\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="expected numbers in columns"):
+        MeasuredProfile.read(path, spacing=1.0)
+    for heading in ("x,y,z", '"a","b",', "height, map of, sample A"):
+        path.write_text(heading + "\n1,2,3\n4,5,6\n7,8,9\n")
+        assert MeasuredProfile.read(path, spacing=1.0)
+
+
 def test_one_spacing_is_that_of_both_directions(tmp_path):
     file = tmp_path / "grid.npy"
     np.save(file, HEIGHTS)

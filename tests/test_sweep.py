@@ -18,6 +18,7 @@ from concurrent.futures import (
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -254,6 +255,25 @@ def test_a_failed_case_is_told_and_the_others_go_on(where, processes):
     assert "three will not do" in repr(found)
     assert isinstance(found, SweepResult)
     pools["threads"].shutdown()
+
+
+def halved(x):
+    found = SimpleNamespace(success=x > 1, message=f"{x} is too small", value=x / 2)
+    return found if x else SimpleNamespace(success=np.array([True, False]), message="one of two")
+
+
+@pytest.mark.parametrize("file", [None, "a.sweep"])
+def test_results_without_success_are_told(tmp_path, file):
+    """Also where they are from a file: the sweep said that every case has its result."""
+    file = None if file is None else tmp_path / file
+    for _ in range(2):
+        with pytest.warns(ConvergenceWarning, match="2 of 3 cases have success=False"):
+            found = sweep(halved, [2, 1, 0], file=file)
+        assert not found.success
+        assert found.unsolved == {1: "1 is too small", 2: "one of two"}
+        assert not found.errors
+        assert found.message.endswith("the first number 1: 1 is too small")
+    assert sweep(halved, [2, 3]).success
 
 
 def test_a_case_that_exits_has_failed():

@@ -19,6 +19,7 @@ from ..elements.point_values import value_matrix
 from ..grids.cellwise import CellwiseBasis
 from ..grids.mappings import mapping_about_middle, own_mapping
 from ..ground.substrates import Substrate
+from ..messages import place
 from ..operators.resources import available_memory
 from ..solutions.elastic_solution import ElasticSolution
 from .elastic import ElasticPunch
@@ -171,11 +172,17 @@ class Plate:
         Raises
         ------
         TypeError
-            If it is no solution of a structure.
+            If it is no solution of a structure, or that is no plate.
         """
         checked_instance("solution", solution, ElasticSolution)
         basis = solution.punch.structure
-        bent = np.asarray(dd(basis.interpolate(solution.displacement)))
+        field = basis.interpolate(solution.displacement)
+        if getattr(field, "hess", None) is None or np.ndim(field) != 2:
+            raise TypeError(
+                "expected a solution of a plate whose deflections have second derivatives, as of "
+                f"ElementTriMorley, got one of {type(basis.elem).__name__}"
+            )
+        bent = np.asarray(dd(field))
         nu = self.poisson
         m = -self.rigidity * ((1 - nu) * bent + nu * eye(trace(bent), 2))
         means = (m * basis.dx).sum(axis=-1) / basis.dx.sum(axis=-1)
@@ -246,7 +253,7 @@ def column_load(
         matrix = value_matrix(basis, middle[:, None] + arms)
     except ValueError as error:
         raise ValueError(
-            f"expected a column on the plate, got one at ({middle[0]:.6g}, {middle[1]:.6g}) with "
+            f"expected a column on the plate, got one at {place(middle)} with "
             f"sides {sides[0]:g} and {sides[1]:g}, in part beside it. Remedy: coordinates of the "
             "plan; shorter sides at its edge"
         ) from error

@@ -168,7 +168,8 @@ def load_of(name: str, value: Load | Mapping) -> Load:
     """A load, given as such or by its keyword arguments."""
     if isinstance(value, Load):
         return value
-    checked_instance(name, value, (Load, Mapping))
+    remedy = "row.load(origin) of a row of a table" if hasattr(value, "load") else ""
+    checked_instance(name, value, (Load, Mapping), remedy)
     known = {f.name for f in fields(Load)}
     if unknown := [key for key in value if key not in known]:
         raise TypeError(f"expected keys of {name} among {sorted(known)}, got {shown(unknown[0])}")
@@ -277,6 +278,17 @@ class Hull:
         normals, offsets = self.sides
         return float((normals @ x + offsets).max(initial=-np.inf))
 
+    def inwards(self, x: ndarray) -> float:
+        """How far ``x`` must move towards the middle of the points to lie in the hull."""
+        normals, offsets = self.sides
+        off = normals @ x + offsets
+        if not off.max(initial=-np.inf) > 0:
+            return 0.0
+        way = self.points.mean(axis=1) - x
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = off / -(normals @ way)
+        return float(share[off > 0].max() * np.hypot(*way))
+
     def beyond_ray(self, x: ndarray, along: ndarray) -> float:
         """The same for the point of the ray ``x + t along``, t >= 0, that is least far outside."""
         normals, offsets = self.sides
@@ -330,7 +342,7 @@ def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], f
             )
         return
     if load.point is not None and not hulls[0].holds(origin + load.point):
-        beyond, off = hulls[0].beyond(origin + load.point), hulls[1].beyond(origin)
+        beyond, off = hulls[0].inwards(origin + load.point), hulls[1].beyond(origin)
         there = f", or the origin, which is {off:.3g} off the plan, origin=" if off > 0 else ""
         raise ValueError(
             f"expected a resultant within the plan, got one at {place(load.point)} from the "
@@ -346,6 +358,7 @@ def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> 
     point, moved = origin + np.array([x, y]), load.first_moments
     beyond = hulls[0].beyond_ray(point, moved)
     if beyond > 1e-12 * np.ptp(hulls[0].sides[1]) if moved.any() else beyond > 0:
+        beyond = beyond if moved.any() else hulls[0].inwards(point)
         raise ValueError(
             f"expected the reaction to a settlement within the plan, got one at {place((x, y))} "
             f"from the origin{' and moments' * bool(moved.any())}, "

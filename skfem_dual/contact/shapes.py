@@ -13,6 +13,7 @@ from skfem import CellBasis
 
 from ..arguments import (
     Pair,
+    called,
     checked_array,
     checked_choice,
     checked_flag,
@@ -52,11 +53,14 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         return _field_values(*gap, x)
     if isinstance(gap, type):
         raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
-    values = gap(x) if callable(gap) else gap
+    values = called("gap", gap, x) if callable(gap) else gap
     require_unmasked("gap", values)
     values = checked_array("gap", values, None) if isinstance(values, list) else np.asarray(values)
     if values.dtype.kind not in "iuf":
-        raise TypeError(f"expected a function of x or numbers for gap, got {shown(gap)}")
+        whence = " from the function" if callable(gap) else ""
+        raise TypeError(
+            f"expected a function of x or numbers for gap, got {shown(values[()])}{whence}"
+        )
     values = np.asarray(values, dtype=float)
     if values.shape != x.shape[1:]:
         raise ValueError(

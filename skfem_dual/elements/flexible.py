@@ -8,7 +8,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem import CellBasis, ElementQuad0, ElementTriP0
 
-from ..arguments import checked_array
+from ..arguments import called, checked_array
 from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate, checked_substrate
@@ -65,7 +65,9 @@ def flexible_settlement(
     if isinstance(pressure, tuple) and len(pressure) == 2:
         pressure = transfer(*pressure, basis)
     if callable(pressure) and not isinstance(pressure, type):
-        some = checked_array("pressure", pressure(partition.centroids), None, each="point")
+        some = checked_array(
+            "pressure", called("pressure", pressure, partition.centroids), None, each="point"
+        )
         if some.shape not in ((), (len(partition),)):
             raise ValueError(
                 "expected a function that gives one pressure for each point, got shape "

@@ -164,8 +164,8 @@ def _require_covered(
         raise ValueError(
             f"expected a basis that covers all cells, but {outside:.4g} of their area "
             f"{areas.sum():.6g} lies outside ({share:.3g} %), the first in cell {bare[0]}. "
-            "Remedy: a mesh of the whole plan with the same boundary; or, of a load vector, "
-            "partial=True to leave out the load outside"
+            "Remedy: a mesh of the whole plan with the same boundary, facets on arcs too; or, of "
+            "a load vector, partial=True to leave out the load outside"
         )
 
 

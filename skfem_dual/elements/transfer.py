@@ -265,7 +265,8 @@ def _require_covered(areas: ndarray, covered: ndarray) -> None:
     if missing > 1e-9 * areas.sum():
         raise ValueError(
             f"expected a target that covers the field, but {missing:.4g} of its area "
-            f"{areas.sum():.6g} lies outside. Remedy: a mesh of the whole plan"
+            f"{areas.sum():.6g} lies outside. Remedy: a mesh of the whole plan, whose facets on "
+            "arcs are the same, or that reaches farther"
         )
 
 

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import checked_number, checked_size, checked_text
+from ..arguments import called, checked_number, checked_size, checked_text
 from ..kernels.once import computed_once
 from ..messages import shown
 from .strata import Strata, Stratum
@@ -218,7 +218,7 @@ def _require_profile(young: Callable, poisson: float | Callable) -> None:
 
 def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
     """A modulus at depths, also where it is not finite."""
-    values = np.asarray(profile(z) if callable(profile) else profile)
+    values = np.asarray(called(name, profile, z) if callable(profile) else profile)
     if values.dtype.kind not in "iuf" or values.shape not in ((), z.shape):
         raise TypeError(
             f"expected {name} as a function that returns one number for each depth, got "

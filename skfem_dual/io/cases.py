@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import LARGEST, SMALLEST, Pair, checked_flag, checked_instance, checked_sequence
-from ..messages import one_line
+from ..messages import one_line, shown
 from ..solutions.cases_solution import CasesSolution
 from ..units import PLAIN, Units
 from .tables import cell_number, read_table, unit_factor
-from .writing import PathLike, write_whole
+from .writing import PathLike, checked_path, write_whole
 
 #: columns of a table of loads; only the name and the force must be there
+#: endings of files that are read as something else than text
+OTHERS = (".xlsx", ".xls", ".ods", ".json", ".html", ".pdf", ".vtu", ".npy")
 KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
 #: and those of loads on parts of a plate
 PARTS = ("bx", "by", "q")
@@ -171,6 +173,8 @@ def write_cases(path: PathLike, *tables: CasesSolution, footings: Sequence[str] 
 
 def write_rows(path: PathLike, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write rows by the names of their columns to a CSV file, whole or not at all."""
+    if Path(checked_path(path)).suffix.lower() in OTHERS:
+        raise ValueError(f"expected a file name ending in .csv, got {shown(path)}")
     columns = dict.fromkeys(name for row in rows for name in row)  # some have more
 
     def write(part: str) -> None:

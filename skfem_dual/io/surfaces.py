@@ -14,6 +14,8 @@ from .writing import PathLike
 
 #: separators between the numbers of a text that are tried: the first that is in its first line
 SEPARATORS = ";", "\t", ","
+#: what stands where nothing was measured
+MISSING = {"na", "nan", "nil", "none", "null", "bad", "missing", "nodata", "void"}
 
 Points = ndarray | tuple[ndarray, ndarray]
 
@@ -84,8 +86,7 @@ def _text(file: Any) -> ndarray:
         lines = {k: line for k, line in numbered if line.strip() and line.lstrip()[0] != "#"}
         first = next(iter(lines.values()), "")
         separator = next((mark for mark in SEPARATORS if mark in first), None)
-        words = [word.strip().replace(",", ".") for word in first.split(separator)]
-        if not any(_is_number(word) for word in words):
+        if _is_heading(first.split(separator)):
             lines = dict(list(lines.items())[1:])
         if not lines:
             raise ValueError("there are none")
@@ -106,6 +107,13 @@ def _text(file: Any) -> ndarray:
             "Remedy: one decimal mark in all of it, a comma only between semicolons or tabs, and "
             "a number where nothing was measured"
         ) from error
+
+
+def _is_heading(cells: list[str]) -> bool:
+    """Whether a first line names columns: a row of which nothing was measured does not."""
+    words = [word for cell in cells if (word := cell.strip().strip("\"'"))]
+    named = all(word[0].isalpha() and word.casefold() not in MISSING for word in words)
+    return named and len(words) > 0 and (len(words) == 1 or len(set(words)) > 1)
 
 
 def _require_numbers(lines: dict[int, str], separator: str | None) -> None:

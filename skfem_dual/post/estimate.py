@@ -172,7 +172,7 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
     Raises
     ------
     ValueError
-        If ``fraction`` is not from 0 to 1 or an indicator is not finite.
+        If ``fraction`` is not from 0 to 1 or an indicator is negative or not finite.
 
     Examples
     --------
@@ -181,7 +181,10 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
     """
     indicator = checked_array("indicator", indicator, ("ncells",), least=1, each="cell")
     fraction = checked_number("fraction", fraction, above=0, at_most=1)
-    largest = np.abs(indicator).max(initial=0.0)
+    if (indicator < 0).any():
+        k = int(np.argmax(indicator < 0))
+        raise ValueError(f"expected indicators from 0 on, got {indicator[k]:g} of cell {k}")
+    largest = indicator.max(initial=0.0)
     squares = (indicator * np.ldexp(1.0, -int(np.frexp(largest)[1]))) ** 2
     order = np.argsort(squares)[::-1]
     sums = np.cumsum(squares[order])

@@ -66,14 +66,18 @@ def structure_sections(
     ]
 
 
-def _deflection(solution: ElasticSolution) -> ndarray:
-    """In the collocation points of the cells."""
-    return solution.punch.trace @ solution.displacement
+def deflections_on(solution: ElasticSolution, plan: Plan) -> tuple[ndarray, ndarray]:
+    """Collocation points and vertices of the cells, (2, m), and deflections there, (m,)."""
+    punch, partition = solution.punch, solution.punch.partition
+    x, ends = partition.polygons.p.copy(), np.unique(partition.facets[:, partition.f2c[1] < 0])
+    x[:, ends] = a_little_inside(plan, x[:, ends])
+    w = np.append(punch.trace @ solution.displacement, solution.deflection(x))
+    return np.hstack([punch.collocation_points, x]), w
 
 
 def cautions_of(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ...]]:
     """What does not look right, in parts of sentences."""
-    deepest = np.abs(_deflection(solution)).max() / plan.size
+    deepest = np.abs(deflections_on(solution, plan)[1]).max() / plan.size
     if deepest > DEFORMED:
         yield (
             "The largest deflection is ", percent(deepest), " of the extent of the plan, far "
@@ -84,7 +88,7 @@ def cautions_of(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ..
 
 
 def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
-    w = _deflection(solution)
+    _, w = deflections_on(solution, plan)
     return short_list(
         [
             ("Largest deflection", read(w.max(), plan.units.displacement)),
@@ -169,15 +173,14 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str, plate: Plate |
 def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html:
     """Of the base, its corners and extremes, and points that are wanted."""
     require_points_on([solution.footprint], wanted)
-    w, unit = _deflection(solution), plan.units.displacement
+    (at, w), unit = deflections_on(solution, plan), plan.units.displacement
     deepest, highest = (
-        value_at(w[i], solution.punch.collocation_points[:, i], plan)
-        for i in (int(np.argmax(w)), int(np.argmin(w)))
+        value_at(w[i], at[:, i], plan) for i in (int(np.argmax(w)), int(np.argmin(w)))
     )
     rows: list[tuple] = [
-        ("Largest deflection of a cell", deepest, symbol(unit)),
+        ("Largest deflection", deepest, symbol(unit)),
         (
-            "Smallest deflection of a cell",
+            "Smallest deflection",
             highest,
             symbol(unit),
         ),

@@ -34,7 +34,7 @@ from .page import (
     table,
 )
 from .results import axes_of, in_words, isobars_figure, point_names
-from .structure import a_little_inside, deflection_figure, input_rows
+from .structure import a_little_inside, deflection_figure, deflections_on, input_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +123,8 @@ class Structure:
     @cached_property
     def deflections(self) -> ndarray:
         """Least and largest of the points and the vertices of the cells, shape (k, 2)."""
-        partition = self.plan.partition
-        x, ends = partition.polygons.p.copy(), np.unique(partition.facets[:, partition.f2c[1] < 0])
-        x[:, ends] = a_little_inside(self.standing, x[:, ends])
-        found = [(*s.deflection_range, *s.deflection(x)) for s in self.cases.values()]
-        return np.array([(min(each), max(each)) for each in found])
+        found = [deflections_on(plan.solution, plan)[1] for plan in self.standings]
+        return np.array([(w.min(), w.max()) for w in found])
 
     @cached_property
     def mean_pressure(self) -> ndarray:

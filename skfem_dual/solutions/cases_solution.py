@@ -217,7 +217,9 @@ class CasesSolution:
         ['wind', 'wind', 'wind', 'wind']
         """
         if not self.success.any():
-            raise ValueError(f"expected a case with a solution, got {self.messages[0]}")
+            raise ValueError(
+                f"expected a case with a solution, got none; the first: {self.messages[0]}"
+            )
         signs = {"largest_pressure": 1, "largest_settlement": 1, "slope": 1, "contact_share": -1}
         extremes = []
         for quantity, sign in signs.items():

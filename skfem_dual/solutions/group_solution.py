@@ -12,6 +12,7 @@ from ..contact.load import Load
 from ..contact.pressed import Pressed
 from ..contact.problem import Contact
 from ..kernels.once import computed_once
+from ..messages import shortened
 from .elastic_solution import ElasticSolution
 from .punch_solution import PunchSolution
 
@@ -78,10 +79,14 @@ class PunchesSolution:
         return self[0].ground_displacement(x)
 
     def __repr__(self) -> str:
-        head = "  punch  force        settlement   tilt                      contact area"
+        names = [shortened(name, 14) for name in self.punches.names]
+        width = max(7, *(len(name) + 2 for name in names))
+        head = (
+            f"  {'punch':<{width}}force        settlement   tilt                      contact area"
+        )
         rows = [
-            f"  {i:<7}{s.force:<13.6g}{_moved(s):<39}{s.contact_area:.6g}"
-            for i, s in enumerate(self.solutions)
+            f"  {name:<{width}}{s.force:<13.6g}{_moved(s):<39}{s.contact_area:.6g}"
+            for name, s in zip(names, self.solutions, strict=True)
         ]
         return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from ..arguments import checked_flag, checked_instance, checked_integer, checked_sequence
@@ -89,20 +90,25 @@ class SweepResult:
         return {o.number: o.error for o in self.outcomes if o.error is not None}
 
     @property
+    def unsolved(self) -> dict[int, str]:
+        """What results say, by the numbers of the cases, whose own ``success`` is not True."""
+        return {o.number: _said(o.result) for o in self.outcomes if not _solved(o.result)}
+
+    @property
     def success(self) -> bool:
-        """Whether no case failed."""
-        return not self.errors
+        """Whether no case failed, and no result says that it is none: ``success`` of its own."""
+        return not (self.errors or self.unsolved)
 
     @property
     def message(self) -> str:
-        """How many cases failed, and the first of them."""
-        if not self.errors:
-            return "every case has its result"
-        number, text = next(iter(self.errors.items()))
-        return (
-            f"{len(self.errors)} of {len(self.outcomes)} cases failed, the first number "
-            f"{number}: {text.strip().splitlines()[-1]}"
-        )
+        """How many cases failed or are not solved, and the first of them."""
+        parts = [
+            f"{len(found)} of {len(self.outcomes)} cases {what}, the first number "
+            f"{next(iter(found))}: {(next(iter(found.values())).strip() or '-').splitlines()[-1]}"
+            for what, found in (("failed", self.errors), ("have success=False", self.unsolved))
+            if found
+        ]
+        return "; ".join(parts) or "every case has its result"
 
     def __repr__(self) -> str:
         resumed = sum(outcome.resumed for outcome in self.outcomes)
@@ -114,6 +120,17 @@ class SweepResult:
         ]
         lines = [f"  {name:<18}{value}" for name, value in rows]
         return "\n".join(["<skfem_dual SweepResult object>", *lines])
+
+
+def _solved(result: Any) -> bool:
+    """Whether a result tells no failure; of several in one all must be found."""
+    success = getattr(result, "success", True)
+    return not isinstance(success, (bool, np.bool_, np.ndarray)) or bool(np.all(success))
+
+
+def _said(result: Any) -> str:
+    said = getattr(result, "message", "")
+    return said if isinstance(said, str) else ""
 
 
 def sweep(
