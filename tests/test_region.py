@@ -5,7 +5,15 @@ from hypothesis import strategies as st
 from plans import disc, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
-from skfem_dual import ContactRegion, DualMesh, HalfSpace, Paraboloid, RigidPunch
+from skfem_dual import (
+    ContactRegion,
+    DualMesh,
+    HalfSpace,
+    Paraboloid,
+    PeriodicGround,
+    RigidPunch,
+    RoundedCylinder,
+)
 from skfem_dual.contact import region
 from skfem_dual.contact.planes import PlaneFit
 from skfem_dual.grids import generate
@@ -311,3 +319,34 @@ def test_the_order_of_the_cells_of_regular_grids(grid, case):
     for other in found[1:]:
         for one, two in zip(found[0], other, strict=True):
             assert two == pytest.approx(one, abs=1e-10 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("n", [32, 64])
+@pytest.mark.parametrize("pillars", [1, 8])
+def test_flat_tops_with_steep_sides(n, pillars):
+    """Gaps far too wide for the law of the edge drew it deep into cells in contact."""
+    q = np.linspace(0.0, 1.0, n + 1)
+    cells = CellBasis(MeshQuad.init_tensor(q, q), ElementQuad0())
+
+    def gap(x):
+        return np.where(((pillars * x) % 1 < 0.5).all(axis=0), 0.0, 0.1)
+
+    for ground, load in (
+        (PeriodicGround(HalfSpace(1.0, 0.0), (1.0, 1.0)), {}),
+        (HalfSpace(1.0, 0.0), {"tilt": (0.0, 0.0)}),
+    ):
+        s = RigidPunch(ground, cells, gap=gap).solve(force=1e-3, **load)
+        pressed = s.punch.partition.areas[s.pressure > 0].sum()
+        assert pressed == pytest.approx(0.25, rel=1e-9)
+        assert s.contact_area == pytest.approx(0.25, rel=0.05)
+        assert s.mean_pressure == pytest.approx(4e-3, rel=0.05)
+
+
+@pytest.mark.parametrize("size", [0.3, 3.0])
+def test_flat_ends_with_small_roundings(size):
+    """Contact ends within the rounding, which is less than a cell: 0.55 to 0.7 of the area."""
+    b, rounding = 0.6 * size, 1e-3 * size
+    cells = DualMesh.from_mesh(generate.disc(n=600, radius=size)).basis()
+    punch = RigidPunch(HalfSpace(1.0, 0.0), cells, gap=RoundedCylinder(b, rounding))
+    s = punch.solve(0.3 * size**2)
+    assert s.contact_area == pytest.approx(np.pi * b**2, rel=0.08)

@@ -41,6 +41,9 @@ SHOWN = 2
 WHOLE = 3**-0.5
 #: and how far outside the corners of cells that do not lie around nodes
 SLIGHT = 1e-6
+#: distance to the edge of contact by the gap beside, over that between cells, below which sides
+#: are steep where the square of the pressure is above this part of its largest around
+STEEP = 0.1, 0.5
 #: triangles are cut no nearer to a vertex than in so much of a side
 CUT = 1e-3
 
@@ -85,7 +88,8 @@ class ContactRegion:
             Contact modulus E* of the surface.
         """
         triangles = PlanTriangles.of(partition, mesh)
-        return triangles.with_thin(triangles.fitted(pressure, gap, modulus), pressure > 0)
+        fitted = triangles.fitted(pressure, gap, modulus)
+        return triangles.with_thin(fitted, pressure, gap * 0.75 * modulus)
 
     @classmethod
     def together(cls, regions: Sequence["ContactRegion"]) -> "ContactRegion":
@@ -321,21 +325,24 @@ class PlanTriangles:
         return [self._whole if all_of_it else own for own, all_of_it in zip(regions, whole)]
 
     def with_thin(
-        self, fitted: ContactRegion, inside: ndarray, even: bool = False
+        self, fitted: ContactRegion, pressure: ndarray, opening: ndarray, even: bool = False
     ) -> ContactRegion:
-        """With the edge drawn around cells of thin contact, where no law is seen.
+        """With the edge drawn around cells of thin contact, where no law is seen, and around
+        those that end at steep sides, where pressures do not vanish.
 
         Under an ``even`` base it is seen wherever the fitted region reaches: rows of cells in
         contact lie along the edge of the plan, not on crests.
         """
         if fitted is self._whole:
             return fitted
-        sides = self.partition.neighbours
+        sides, inside = self.partition.neighbours, pressure > 0
         cell = self._of_triangles
         held = fitted.level > 0
         if not self.own.all():
             held = np.bincount(cell, held[self.t].any(axis=0), len(inside)) > 0
         thin = _thin(sides, inside, held) & ~(even & held)
+        if not even:
+            thin |= self._on_steep(pressure, opening, inside, held)
         if not thin.any():
             return fitted
         beside = np.zeros(len(inside), dtype=bool)
@@ -350,6 +357,34 @@ class PlanTriangles:
         level[some] = np.maximum(level[some], SLIGHT * size)
         holes = ~inside[cell] & some[self.t].all(axis=0)
         return ContactRegion(self.p, self.t, readonly(level), readonly(holes))
+
+    def _on_steep(
+        self, pressure: ndarray, opening: ndarray, inside: ndarray, held: ndarray
+    ) -> ndarray:
+        """Cells in contact beside such as are too far from the ground for the law of the edge,
+        and the cells around that it takes out of contact."""
+        sides, n = self.partition.neighbours, len(inside)
+        unlike = sides[:, inside[sides[0]] != inside[sides[1]]]
+        i = np.where(inside[unlike[0]], *unlike)
+        j = unlike.sum(axis=0) - i
+        square = pressure.clip(0) ** 2
+        inner = square.copy()  # of the neighbours too
+        both = sides[:, inside[sides].all(axis=0)]
+        np.maximum.at(inner, both[0], square[both[1]])
+        np.maximum.at(inner, both[1], square[both[0]])
+        # by the law of an edge near i, with the gap in j, p^2 = (opening / across)^2 d / across
+        x = self.partition.centroids
+        across = np.hypot(*(x[:, i] - x[:, j]))
+        near = square[i] * across**2 < STEEP[0] * opening[j] ** 2
+        steep = np.zeros(n, dtype=bool)
+        steep[i[near & (square[i] > STEEP[1] * inner[i])]] = True
+        if not steep.any():
+            return steep
+        lost = steep.copy()
+        for _ in range(CELLS):
+            lost[sides[:, lost[sides[0]] != lost[sides[1]]]] = True
+            lost &= inside
+        return steep | (lost & ~held)
 
     def _corners(self, triangles: ndarray) -> ndarray:
         """Points that are corners of some triangles, by masks."""

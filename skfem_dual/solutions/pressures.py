@@ -103,7 +103,8 @@ class CellPressures:
     def region_of(self, fitted: ContactRegion) -> ContactRegion:
         """With the cells in which no law is seen, see `PlanTriangles.with_thin`."""
         triangles, even = self.punch.footprint.triangles, self.punch.gap is None
-        return triangles.with_thin(fitted, self.pressure_in_points > 0, even)
+        opening = self.gap * 0.75 * self.contact_modulus
+        return triangles.with_thin(fitted, self.pressure_in_points, opening, even)
 
     @property
     def pressure_in_points(self) -> ndarray:
