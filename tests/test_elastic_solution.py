@@ -271,6 +271,20 @@ def test_vertical_forces_that_hold_a_structure(kind, block):
     assert s.force == pytest.approx(load + s.vertical_reaction, rel=1e-9)
 
 
+def test_a_structure_that_touches_nowhere_has_no_position(punch):
+    """A weightless plate hinged on one side swung upwards by any amount, with success."""
+    basis = punch.structure
+    side = basis.nodal_dofs[0, basis.mesh.boundary_nodes()[:2]]
+    hinged, x = replace(punch, D=side), np.zeros(basis.N)
+    still = hinged.solve(np.zeros(basis.N))
+    assert still.success
+    assert not still.displacement.any()
+    x[side] = -0.01
+    with pytest.warns(ConvergenceWarning, match="nothing else tells its position"):
+        s = hinged.solve(np.zeros(basis.N), x=x)
+    assert not s.success
+
+
 def test_displacements_imposed_step_by_step(block):
     """A block pushed down at its top: forces grow with the settlement, those of the top too."""
     basis = block.structure

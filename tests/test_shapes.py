@@ -21,6 +21,7 @@ from skfem_dual import (
     HalfSpace,
     MeasuredProfile,
     Paraboloid,
+    ResolutionWarning,
     RigidPunch,
     RoundedCylinder,
     Sphere,
@@ -221,3 +222,12 @@ def test_what_functions_return_is_told(gap, message):
     basis = DualMesh.from_mesh(MeshTri().refined(2)).basis()
     with pytest.raises((TypeError, ValueError), match=message):
         RigidPunch(HalfSpace(1.0, 0.3), basis, gap=gap)
+
+
+def test_shapes_far_above_the_ground_are_told():
+    """Their digits are lost in the distance, and solvers blamed the load or the cells."""
+    basis = DualMesh.from_mesh(MeshTri().refined(2)).basis()
+    for above in (0.0, 1e3):
+        RigidPunch(HalfSpace(1.0, 0.3), basis, gap=lambda x, above=above: above + x[0])
+    with pytest.warns(ResolutionWarning, match=r"begins 1e\+05 .* varies by .* least value"):
+        RigidPunch(HalfSpace(1.0, 0.3), basis, gap=lambda x: 1e5 + x[0])

@@ -15,10 +15,14 @@ from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
 from ..elements.edge_weights import EdgeWeights
+from ..errors import ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
+
+#: shapes farther from the ground than so many times what they vary by lose their digits
+OFFSET = 3e4
 
 
 class Unchosen(str):
@@ -83,7 +87,15 @@ class Body(ABC):
     def initial_gap(self) -> ndarray:
         """Gap between the unloaded body and the ground in the collocation points."""
         x = self.collocation_points
-        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
+        gap = np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x)
+        if gap.min() > OFFSET * np.ptp(gap) > 0:
+            warn(
+                f"the shape begins {gap.min():.3g} above the ground and varies by "
+                f"{np.ptp(gap):.3g} only, of which hardly a digit is left in what is solved. "
+                "Remedy: less its least value, which then is part of the settlement",
+                ResolutionWarning,
+            )
+        return readonly(gap)
 
     @computed_once
     def sharp(self) -> Self:

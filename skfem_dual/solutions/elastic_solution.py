@@ -102,6 +102,13 @@ class ElasticSolution(CellPressures):
                 "its loads; likely cause: a stiffness of very different sizes together"
             )
             contact = replace(contact, success=False, message=message)
+        # without any load it stays where it is
+        if contact.success and not contact.touching.any() and moved.any():
+            message = (
+                "the structure touches the ground nowhere, and nothing else tells its position. "
+                "Remedy: loads that press it on the ground, or hold more of it, D="
+            )
+            contact = replace(contact, success=False, message=message)
         warn_of(contact)
         # of the ground: what remains of the gap, less the structure's shape and deflection
         settled = contact.gap - punch.initial_gap + punch.trace @ displacement
