@@ -13,6 +13,7 @@ from skfem_dual import (
     ElasticPunch,
     HalfSpace,
     Plate,
+    ResolutionWarning,
     RigidPunch,
     column_load,
     flexible_settlement,
@@ -196,3 +197,18 @@ def test_too_many_cells_are_refused_before_the_work(monkeypatch):
     monkeypatch.setattr(plates, "available_memory", lambda: 50 * 200.0 * 2**10)
     with pytest.raises(MemoryError, match=rf"9\.766 MiB.*plate on {basis.N} cells.*most 50 cells"):
         RAFT.on(SOIL, basis)
+
+
+def test_cells_too_large_for_how_a_plate_bends_are_told():
+    """Largest deflections of 253 mm were told where it is 40, and nothing said."""
+    soil, thin, thick = HalfSpace(30e3, 0.3), Plate(0.01, 210e6, 0.3), Plate(0.1, 210e6, 0.3)
+    dual = DualMesh.from_mesh(rectangle(10.0, 8.0, n=200))
+    for plate in (thin, thick):
+        raft = plate.on(soil, dual.basis())
+        f = column_load(raft.structure, (0.0, 0.0), 500.0, sides=(0.3, 0.3))
+        f = f + column_load(raft.structure, (3.0, 2.5), 300.0)
+        if plate is thick:
+            assert raft.solve(f).success
+            continue
+        with pytest.warns(ResolutionWarning, match="bends within cells: .* Remedy: smaller cells"):
+            assert raft.solve(f).success

@@ -220,6 +220,20 @@ class ElasticPunch(Body):
         """Work of unit mean pressures with their slopes, if cells may be flat; shape (N, n)."""
         return cells.with_slopes(self._work)
 
+    def bent_within(self, displacement: ndarray, touching: ndarray) -> tuple[float, int]:
+        """How far the mean deflection of a cell in contact is from that in its middle, over the
+        largest of these, and of which cell: where that is much the cells are too large for how
+        the structure bends. On the edge of the plan pressures act elsewhere."""
+        partition = self.partition
+        inner = touching.copy()
+        inner[partition.f2c[0, partition.f2c[1] < 0]] = False
+        middle = self.trace @ displacement
+        mean = (self._work[:, : len(partition)].T @ displacement) / partition.areas
+        off = np.where(inner, np.abs(mean - middle), 0.0)
+        largest = np.abs(middle[touching]).max(initial=0.0)
+        cell = int(off.argmax())
+        return (float(off[cell] / largest) if largest > 0 else 0.0), cell
+
     @computed_once
     def trace(self) -> csr_matrix:
         """T, deflection of each collocation point, positive into the ground, shape (n, N).

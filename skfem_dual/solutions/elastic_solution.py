@@ -12,8 +12,10 @@ from ..contact.pressed import Pressed
 from ..contact.problem import Contact, warn_of
 from ..elements.influence import flat_points
 from ..elements.point_values import value_matrix
+from ..errors import ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
+from ..messages import place
 from .pressures import CellPressures
 from .punch_solution import TINY
 
@@ -23,6 +25,8 @@ EQUILIBRIUM = 1e-6
 ROUNDING, LITTLE = 1e-10, 1e-3
 #: work of a stiffness on its own motions that is rounding, over that of its entries
 NOISE = 64 * float(np.finfo(float).eps)
+#: mean deflections of cells farther from those of their middles, over the largest, are told
+BENT = 0.05
 #: cells at the line of contact that tell what ground and structure yield together
 AT_LINE = 8
 
@@ -110,6 +114,15 @@ class ElasticSolution(CellPressures):
             )
             contact = replace(contact, success=False, message=message)
         warn_of(contact)
+        bent, cell = punch.bent_within(displacement, contact.touching)
+        if contact.success and bent > BENT:
+            at = place(cells.partition.centroids[:, cell])
+            warn(
+                f"the structure bends within cells: the mean deflection of cell {cell} at {at} is "
+                f"{100 * bent:.2g} % of the largest off that of its middle, and deflections are "
+                "rough. Remedy: smaller cells there",
+                ResolutionWarning,
+            )
         # of the ground: what remains of the gap, less the structure's shape and deflection
         settled = contact.gap - punch.initial_gap + punch.trace @ displacement
         scale = max(np.abs(settled).max(), TINY)
