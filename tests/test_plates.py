@@ -199,6 +199,7 @@ def test_too_many_cells_are_refused_before_the_work(monkeypatch):
         RAFT.on(SOIL, basis)
 
 
+@pytest.mark.filterwarnings("ignore:contact on")
 def test_cells_too_large_for_how_a_plate_bends_are_told():
     """Largest deflections of 253 mm were told where it is 40, and nothing said."""
     soil, thin, thick = HalfSpace(30e3, 0.3), Plate(0.01, 210e6, 0.3), Plate(0.1, 210e6, 0.3)
