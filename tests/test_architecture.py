@@ -36,6 +36,7 @@ LAYERS = [
         "grids.cellwise",
         "grids.fan",
         "grids.outline",
+        "grids.evening",
         "grids.nearest",
         "grids.lines",
         "grids.refinement",

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from plans import perturbed
+from scipy.special import ellipe, ellipk
 from skfem import CellBasis, ElementQuad0, ElementTriP2, MeshQuad, MeshTri
 
 from skfem_dual import (
@@ -20,7 +21,7 @@ from skfem_dual.contact.line_law import CellsOnLines
 from skfem_dual.contact.system import ContactSystem
 from skfem_dual.elements.line_weights import _mean_share
 from skfem_dual.errors import ConvergenceWarning
-from skfem_dual.grids.generate import disc
+from skfem_dual.grids.generate import disc, rectangle
 from skfem_dual.ground.layered import Layer, LayeredHalfSpace
 from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
@@ -107,6 +108,45 @@ def test_rough_shapes_do_not_pull():
     assert found.flat.any()
     assert not found.slopes[:, found.flat].any()
     assert found.pressure_at(np.random.default_rng(1).uniform(-1, 1, (2, 9999))).min() == 0
+
+
+def ellipse(a, b):
+    """Curvatures, settlement and force of contact on an ellipse, with the largest pressure 1.
+
+    Source: K. L. Johnson, Contact Mechanics (1985), section 4.2.
+    """
+    m = 1 - (b / a) ** 2
+    k, e = ellipk(m), ellipe(m)
+    return b / (a**2 * m) * np.array([k - e, (a / b) ** 2 * e - k]), b * k, 2 / 3 * np.pi * a * b
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_an_ellipse_on_stretched_cells(angle):
+    """What is near is so by cells: by plain distance it lies in a row across the contact."""
+    a, b = 0.8, 0.08
+    curvatures, settlement, force = ellipse(a, b)
+    turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    mesh = rectangle(2, 2, n=1000)
+    mesh = MeshTri(turned @ (mesh.p * [[1], [0.13]]), mesh.t)
+    shape = lambda x: curvatures @ np.tensordot(turned.T, x, 1) ** 2  # noqa: E731
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), gap=shape)
+    found = punch.solve(force)
+    assert found.settlement == pytest.approx(settlement, rel=2e-4)
+    assert found.pressure.max() == pytest.approx(1, rel=5e-3)
+    assert found.contact_area == pytest.approx(np.pi * a * b, rel=1e-2)
+
+
+def test_an_ellipse_on_cells_of_many_lengths():
+    """Cells that reach into the contact by a little, and rows a thousandth as wide as others."""
+    n, (a, b) = 35, (0.789, 0.458)
+    curvatures, settlement, force = ellipse(a, b)
+    x = np.linspace(-1, 1, n)
+    mesh = MeshTri.init_tensor(x, np.where(x < 0, x, x**3))
+    turn, middle = np.array([[0.790, 0.613], [-0.613, 0.790]]), np.array([-0.056, -0.142])
+    shape = lambda x: curvatures @ np.tensordot(turn, x - middle[:, None], 1) ** 2  # noqa: E731
+    found = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), gap=shape).solve(force, at=middle)
+    assert found.settlement == pytest.approx(settlement, rel=1e-4)
+    assert found.pressure.max() == pytest.approx(1, rel=1e-2)
 
 
 def test_loads_carry_the_same_law(pressed):

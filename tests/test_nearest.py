@@ -85,3 +85,15 @@ def test_more_tied_than_looked_for_first(one_by_one, monkeypatch):
     _, square, share = nearest(both, np.array([0, 60, 63]), np.zeros((2, 2)), np.arange(2), 7)
     assert share.sum(axis=1) == pytest.approx([7, 3])
     assert np.array_equal(np.isinf(square[1]), np.arange(60) >= 3)
+
+
+def test_the_side_at_sharp_bends():
+    """Where segments of very different lengths meet, the nearer middle is that of the shorter."""
+    line = np.array([[-1.0, 0.0, 0.001], [0.0, 0.0, 0.01]])
+    bend = Segments(line[:, :-1], line[:, 1:], np.array([0, 2]))
+    x = np.array([[0.2, -0.4, 0.3], [-0.001, 0.1, -0.1]])
+    assert np.array_equal(np.sign(bend.signed_distance(x)), [-1, 1, -1])
+    sharp = np.array([[-1.0, 0.0, -0.01], [0.0, 0.0, 0.001]])
+    bend = Segments(sharp[:, :-1], sharp[:, 1:], np.array([0, 2]))
+    beside = np.array([[0.01, 0.01, 0.001], [0.05, -0.05, 0.2]])
+    assert (bend.signed_distance(beside) < 0).all()

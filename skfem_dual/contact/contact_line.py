@@ -39,6 +39,7 @@ def edge_distance(
     sizes: ndarray,
     square: ndarray,
     gaps: ndarray,
+    even: ndarray,
 ) -> ndarray:
     """About the distance of cells to the edge of contact, positive in contact, in k pictures.
 
@@ -50,7 +51,7 @@ def edge_distance(
         Neighbours, one in contact and one not: their distances to the edge add up.
     starts : (k + 1,) array of int
         First pairs of the pictures.
-    x, sizes, square, gaps
+    x, sizes, square, gaps, even
         As of `moved_line`.
     """
     inside, k = square > 0, len(starts) - 1
@@ -59,8 +60,9 @@ def edge_distance(
     j = pairs.sum(axis=0) - i
     step, middle = x[:, i] - x[:, j], (x[:, i] + x[:, j]) / 2
     around = min(AROUND, np.diff(starts).min())
-    near = nearest(middle, starts, x, np.repeat(np.arange(k), n), around)
-    followed = nearest(x, firsts, middle, each, min(2 * AROUND, n))
+    centres, middles = even @ x, even @ middle
+    near = nearest(middles, starts, centres, np.repeat(np.arange(k), n), around)
+    followed = nearest(centres, firsts, middles, each, min(2 * AROUND, n))
     beside = followed.number
     used, distance = np.zeros(len(sizes), dtype=bool), np.empty(len(sizes))
     used[beside] = True
@@ -142,7 +144,13 @@ def _strength(f: float, g: float, across: float) -> float:
 
 
 def moved_line(
-    lines: Segments, starts: ndarray, x: ndarray, sizes: ndarray, square: ndarray, gaps: ndarray
+    lines: Segments,
+    starts: ndarray,
+    x: ndarray,
+    sizes: ndarray,
+    square: ndarray,
+    gaps: ndarray,
+    even: ndarray,
 ) -> tuple[ndarray, ndarray]:
     """Points on lines and how far beyond them contact ends.
 
@@ -159,6 +167,9 @@ def moved_line(
     square, gaps : (n,) array of float
         There the square of the pressure, and the power 2/3 of 3 E* / 4 times the gap, both over
         the law of the edge of the plan.
+    even : (2, 2) array of float
+        A map of determinant one under which cells are about as long as wide, see `evening`: what
+        is near is so there.
 
     Returns
     -------
@@ -167,14 +178,16 @@ def moved_line(
     """
     along, picture = lines.end - lines.begin, lines.picture
     points, tangents = (lines.begin + lines.end) / 2, along / np.hypot(*along)
-    near, _, share = nearest(x, starts, points, picture, min(FOLLOWED, np.diff(starts).min()))
+    centres, count = even @ x, min(FOLLOWED, np.diff(starts).min())
+    near, _, share = nearest(centres, starts, even @ points, picture, count)
     used = np.zeros(x.shape[1], dtype=bool)
     used[near] = True
     of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))[used]
     distance = np.empty(x.shape[1])
     distance[used] = lines.signed_distance(x[:, used], of)  # the region is to the left
     moved = np.empty(len(near))
-    _put_moved(*inputs(points, tangents, near, share, x, sizes, distance, square, gaps), moved)
+    known = near, share, x, sizes, distance, square, gaps, even
+    _put_moved(*inputs(points, tangents, *known), moved)
     return points, moved
 
 
@@ -199,6 +212,7 @@ def _put_moved(
     distance: ndarray,
     square: ndarray,
     gaps: ndarray,
+    even: ndarray,
     moved: ndarray,
 ) -> None:
     """How far beyond points contact ends, by polynomials in the cells ``near`` each, (m, k)."""
@@ -209,12 +223,19 @@ def _put_moved(
     for i in range(len(moved)):
         for k in range(count):
             areas[k], parts[k] = sizes[near[i, k]] ** 2, share[i, k]
-        size, strength, outside = np.sqrt(_median(areas, parts)), 0.0, 0.0
+        root, strength, outside = np.sqrt(_median(areas, parts)), 0.0, 0.0
+        # across the line, normal to its tangent, cells reach as far as this
+        nx, ny = -tangents[1, i], tangents[0, i]
+        size = root / np.hypot(
+            even[0, 0] * nx + even[0, 1] * ny, even[1, 0] * nx + even[1, 1] * ny
+        )
         for k in range(count):
             j = near[i, k]
-            ax, ay = (x[0, j] - points[0, i]) / size, (x[1, j] - points[1, i]) / size
-            s, along, inner = distance[j] / size, tangents[0, i] * ax, square[j] > 0
-            along += tangents[1, i] * ay
+            dx, dy = (x[0, j] - points[0, i]) / root, (x[1, j] - points[1, i]) / root
+            s, along, inner = distance[j] / size, tangents[0, i] * dx, square[j] > 0
+            along += tangents[1, i] * dy
+            ax = even[0, 0] * dx + even[0, 1] * dy
+            ay = even[1, 0] * dx + even[1, 1] * dy
             # cells beyond a ridge of the distance, between two lines, count little
             weights[k] = share[i, k] * np.exp(-(ax * ax + ay * ay) / 2)
             weights[k] *= INSIDE if inner else 1.0

@@ -20,9 +20,9 @@ EdgeBoundaries = str | Sequence[str] | Sequence[int] | ndarray
 #: part of the cells in contact that has contact all around: where less has, as on rough shapes, no
 #: law of a line or of an edge holds, and pressures are up to twice as far off with one
 INNER = 0.4
-#: part of the load on the cells at the edge from which on it matters that pressures grow there:
-#: settlements with constant ones are off by about a hundredth of so small a part
-COUNTS = 0.05
+#: part of the load on the cells at the edge up to which it does not matter that pressures grow
+#: there; it falls like the root of their size
+COUNTS = 0.01
 
 
 def weights_of(

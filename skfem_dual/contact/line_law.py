@@ -9,7 +9,7 @@ in their part of it what their neighbours do. Twice: the edge follows the better
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy import ndarray
@@ -33,6 +33,9 @@ from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
+#: pressures so many times those found by cells are peaks; and those of less than so much of their
+#: largest are no matter
+PEAK, LOW = 1.5, 0.2
 #: solutions more where cells beyond the line press, as on rough shapes
 STRAYS = 3
 
@@ -49,8 +52,8 @@ def with_line_law(
 
     They are those found by cells where contact covers the plans or fewer than 60 cells, or is as
     thin as on rough shapes, where the cells have another law or no matrix of up to 4000 of them,
-    and where no contact on such lines is found: ``lines`` of the contact tell. What is found and
-    does not obey the equations has no success.
+    and where no contact on such lines is found, or only with peaks: ``lines`` of the contact tell.
+    What is found and does not obey the equations has no success.
 
     Parameters
     ----------
@@ -68,11 +71,11 @@ def with_line_law(
         return found
     pressure, gap = contact.pressure, contact.clearance
     lines: tuple[LineWeights | None, ...] = ()
-    last: OnLines | None = None
+    last, peaks = cast(OnLines | None, None), np.zeros(len(pressure), dtype=bool)
     for number in range(TIMES + STRAYS):
         if number < TIMES:
             lines = _lines(problem, pressure, gap)
-        elif (others := _without_strays(problem, lines, gap)) is not None:
+        elif (others := _without_strays(problem, lines, gap, peaks)) is not None:
             lines = others
         else:
             break
@@ -81,9 +84,10 @@ def with_line_law(
         cells = CellsOnLines(problem, lines, np.zeros(len(pressure), dtype=bool))
         if (answer := cells.solved(solve, pressure > 0)) is None:
             break
-        last = answer
-        gap = last.contact.clearance
-        pressure = cells.at_points(last.contact.pressure, gap == 0)
+        peaks = _peaks(problem, answer.contact.pressure, contact.pressure)
+        last = last if peaks.any() else answer
+        gap = answer.contact.clearance
+        pressure = cells.at_points(answer.contact.pressure, gap == 0)
     if last is None:
         return found
     again = last.verified(verify)
@@ -91,16 +95,27 @@ def with_line_law(
     return replace(again, history=history, lines=last.cells.lines), last.position
 
 
+def _peaks(problem: Any, pressure: ndarray, by_cells: ndarray) -> ndarray:
+    """Cells with pressures far above those found by cells there and beside, (n,) array of bool."""
+    around = by_cells.copy()
+    for cells, own in zip(problem.footprints, problem.slices, strict=True):
+        i, j = cells.partition.neighbours + own.start
+        np.maximum.at(around, i, by_cells[j])
+        np.maximum.at(around, j, by_cells[i])
+    return np.asarray(pressure > PEAK * around.clip(LOW * by_cells.max()))
+
+
 def _without_strays(
-    problem: Any, lines: tuple[LineWeights | None, ...], gap: ndarray
+    problem: Any, lines: tuple[LineWeights | None, ...], gap: ndarray, peaks: ndarray
 ) -> tuple[LineWeights | None, ...] | None:
     """Lines with constant pressures in cells that press although their points lie beyond them:
-    in the little of these that the line leaves, pressures would be huge. None if there are none.
+    in the little of these that the line leaves, pressures would be huge, or are peaks. None if
+    there are none.
     """
     found, some = [], False
     for line, own in zip(lines, problem.slices, strict=True):
         if line is not None:
-            stray = line.tiny & ~line.in_contact & (gap[own] == 0)
+            stray = (line.tiny | (line.weighted & peaks[own])) & ~line.in_contact & (gap[own] == 0)
             some |= bool(stray.any())
             known = False if line.constant is None else line.constant
             line = replace(line, constant=readonly(stray | known))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
+from ..grids.evening import UNIT
 from ..grids.nearest import Nearest, nearest
 from ..kernels.compiled import inputs, vectorised
 
@@ -31,10 +32,12 @@ class PlaneFit:
     inverse: ndarray
 
     @classmethod
-    def to_nearest(cls, x: ndarray, at: ndarray) -> "PlaneFit":
-        """Planes at points ``at``, shape (2, m), each following the nearest of points ``x``."""
+    def to_nearest(cls, x: ndarray, at: ndarray, even: ndarray = UNIT) -> "PlaneFit":
+        """Planes at points ``at``, shape (2, m), each following the nearest of points ``x``, under
+        a linear map, (2, 2)."""
         n, of = x.shape[1], np.zeros(at.shape[1], dtype=int)
-        return cls.to(x, at, nearest(x, np.array([0, n]), at, of, min(AROUND, n)))
+        near = nearest(even @ x, np.array([0, n]), even @ at, of, min(AROUND, n))
+        return cls.to(x, at, near)
 
     @classmethod
     def to(cls, x: ndarray, at: ndarray, followed: Nearest) -> "PlaneFit":

@@ -18,6 +18,7 @@ from skfem import Mesh, MeshTri
 
 from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import signed_areas
+from ..grids.evening import evening
 from ..grids.lines import Segments
 from ..grids.mappings import own_mapping
 from ..grids.partition import Partition
@@ -271,7 +272,12 @@ class PlanTriangles:
     @computed_once
     def _planes(self) -> PlaneFit:
         """From the centroids of the cells to the points."""
-        return PlaneFit.to_nearest(self.partition.centroids, self.p)
+        return PlaneFit.to_nearest(self.partition.centroids, self.p, self._even)
+
+    @computed_once
+    def _even(self) -> ndarray:
+        """A linear map under which the cells are about as long as wide, see `evening`."""
+        return evening(self.partition.polygons)
 
     @computed_once
     def _sizes(self) -> ndarray:
@@ -425,8 +431,8 @@ class PlanTriangles:
             near, points = self._near(sides, pairs)
             pairs, n = np.searchsorted(near, pairs), len(near)
             x, sizes, square, gaps = x[:, near], sizes[near], square[:, near], gaps[:, near]
-            planes = PlaneFit.to_nearest(x, self.p[:, points])
-        cells = np.tile(x, k), np.tile(sizes, k), square.ravel(), gaps.ravel()
+            planes = PlaneFit.to_nearest(x, self.p[:, points], self._even)
+        cells = np.tile(x, k), np.tile(sizes, k), square.ravel(), gaps.ravel(), self._even
         starts = np.searchsorted(picture, np.arange(k + 1))
         distance = edge_distance(n, pairs + n * picture, starts, *cells)
         distance = np.clip(distance, -FAR * cells[1], FAR * cells[1])

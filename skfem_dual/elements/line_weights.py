@@ -27,7 +27,8 @@ VARIATION = 1.3
 VALUES = 2**14
 #: greatest value of the law over its mean in a cell of which a little is in contact
 TINY = 30.0
-#: cells farther from it than so many times their size are not looked at
+#: cells farther from it than so many times as far as they reach from their centroid are not
+#: looked at: over them the root varies by less
 REACH = 4.0
 
 _SQUARES = readonly(np.linspace(0, 1, VALUES)[None] ** 2)
@@ -70,9 +71,10 @@ class LineWeights(EdgeWeights):
         touching : (n,) array of bool
             Cells in contact, as far from the lines as they are not weighted.
         """
-        size = np.sqrt(partition.areas)
+        size, sides = np.sqrt(partition.areas), partition.neighbours
         in_points = lines.signed_distance(points)
-        near = np.abs(in_points) < REACH * size
+        near = np.abs(in_points) < REACH * partition.polygons.radii
+        near[sides[:, near[sides[0]] != near[sides[1]]]] = True  # these carry, or are carried
         in_points = np.where(near, in_points, np.where(touching, size.max(), -size.max()))
         own = near[fan.cell]
         used = np.unique(fan.t[:, own])

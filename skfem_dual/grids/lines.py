@@ -73,13 +73,11 @@ def _signed(x, of, starts, a, along, near, out):
             dx, dy = dx - s * lx, dy - s * ly
             square[at] = dx * dx + dy * dy
             least = min(least, square[at])
-        # where two segments meet, that with the nearer middle tells the side
-        nearest, side = np.inf, 1.0
+        # where two segments meet, the bisector of the angle between them tells the side
+        side = 0.0
         for at in range(first, last):
             if square[at] <= (1 + TIED) * least:
                 j = near[i, at] if k else at
-                dx, dy, lx, ly = x0 - a[0, j], y0 - a[1, j], along[0, j], along[1, j]
-                middle = (dx - lx / 2) ** 2 + (dy - ly / 2) ** 2
-                if middle < nearest:
-                    nearest, side = middle, lx * dy - ly * dx
+                dx, dy = x0 - a[0, j], y0 - a[1, j]
+                side += (along[0, j] * dy - along[1, j] * dx) * np.sqrt(inverse[j])
         out[i] = np.copysign(np.sqrt(least), side)

@@ -27,10 +27,10 @@ TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.5, 3.0), (0.3, 0.5), (2.0, 2.0), 0.4
 #: the same with constant pressures: in full contact, lifted off and of shaped punches
 FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 #: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
-#: contact, with edge-weighted ones, with these lifted off, with others, and where contact ends
-#: with the cells
-FLOOR, BY_WEIGHTED, WEIGHTED_LIFTED = 1e-5, (0.01, 0.02), (0.01, 0.08)
-BY_CELLS, ENDS_WITH_CELLS = (0.02, 0.01), (0.2, 0.5)
+#: contact, with edge-weighted ones, with these lifted off, with these of shaped punches, with
+#: others, and where contact ends with the cells
+FLOOR, BY_WEIGHTED, WEIGHTED_LIFTED, PRESSED_OVER = 1e-5, (0.01, 0.02), (0.01, 0.08), (0.2, 0.02)
+BY_CELLS, ENDS_WITH_CELLS = (0.02, 0.01), (0.3, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -154,6 +154,8 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
         closer = [False] * len(found)
     ends = shaped and not full and not any(closer[1:])
     least = ENDS_WITH_CELLS if ends else BY_CELLS
+    if shaped and full and solution.punch.edge == "singular":
+        least = PRESSED_OVER
     if weighted:
         least = BY_WEIGHTED if full else WEIGHTED_LIFTED
     half = np.zeros(3)
