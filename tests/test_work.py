@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from plans import disc, perturbed, rectangle
-from skfem import CellBasis, ElementTriP0
+from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact.sectors import sectors
 from skfem_dual.grids.generate import annulus
 from skfem_dual.grids.generate import disc as fine_disc
+from skfem_dual.grids.generate import rectangle as drawn_rectangle
 
 UNIT = HalfSpace(1.0, 0.0)
 #: side 2: settlement under a unit force, and tilt by a unit moment
@@ -42,6 +43,20 @@ def test_square(grid):
     found = punch(rectangle(16), grid).solve(1.0, at=(0.1, 0.0))
     assert found.settlement == pytest.approx(SQUARE[0], rel=8e-5)
     assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=3e-4)
+
+
+@pytest.mark.parametrize("stretched", [0.28, 0.1])
+def test_triangles_stretched_across_the_edge(stretched):
+    """Load that grows to the end of a long triangle acts at points inside it."""
+    even = drawn_rectangle(2, 2, n=800)
+    dual = DualMesh.from_mesh(MeshTri(even.p * [[1], [stretched]], even.t))
+    by_dual, by_triangles = (
+        RigidPunch(HalfSpace(1.0, 0.0), basis).solve(1.0).settlement
+        for basis in (dual.basis(), dual.primal_basis())
+    )
+    assert by_triangles == pytest.approx(by_dual, rel=1e-4)
+    x, *_ = sectors(RigidPunch(HalfSpace(1.0, 0.0), dual.primal_basis()).footprint.weights, True)
+    assert (np.abs(x) <= [[1], [stretched]]).all()
 
 
 @pytest.mark.parametrize("at", [(0.1, 0.05), (0.45, 0.2)])

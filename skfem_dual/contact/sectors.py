@@ -36,7 +36,7 @@ class Sectors(NamedTuple):
 
 def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     """Parts of the cells in elements of the mesh, or around the middles of elements; ``twofold``
-    with half of the load each on both sides of where it acts, along its longer axis, and none in
+    with a part of the load each on both sides of where it acts, along its longer axis, and none in
     cells over which the weight varies little."""
     fan, (mean, off) = weights.fan, weights.of_triangles
     least, most = weights.roots
@@ -51,9 +51,9 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     total = np.bincount(sector, load, m)
     x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
     if twofold:
-        spread = _spread(weights, own, sector, x) / np.sqrt(total)
-        x = np.hstack([x - spread, x + spread])
-        cell, total = np.tile(cell, 2), np.tile(0.5 * total, 2)
+        spread, part = _twofold(weights, own, sector, x)
+        x = np.hstack([x + spread[0], x + spread[1]])
+        cell, total = np.tile(cell, 2), np.append(part * total, (1 - part) * total)
     else:
         (inner,) = np.nonzero(weights.weighted & (most <= VARIATION * least))
         x = np.hstack([x, _thirds(weights, inner)])
@@ -79,13 +79,21 @@ def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
     return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)
 
 
-def _spread(weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray) -> ndarray:
-    """Root of the greater principal second moment of the load of sectors about ``x``, along its
-    axis, shape (2, m); ``own`` are the triangles of the fan in them."""
+def _twofold(
+    weights: EdgeWeights, own: ndarray, sector: ndarray, x: ndarray
+) -> tuple[ndarray, ndarray]:
+    """Two points of each sector from ``x`` on, (2, 2, m), the second first, and the part of its
+    load in the first, (m,): those of Gauss along the longer axis, which lie inside however the
+    load grows to an end; ``own`` are the triangles of the fan in them."""
     whole = np.repeat(np.eye(3)[..., None], len(own), axis=2)
-    points = points_in_pieces(weights, weights.fan, (own, whole), 2)
+    points = points_in_pieces(weights, weights.fan, (own, whole), 3)
     at = sector[points.piece]
-    arm = points.x - x[:, at]
-    moments = [[np.bincount(at, points.weight * a * b) for a in arm] for b in arm]
+    arm, total = points.x - x[:, at], np.bincount(at, points.weight)
+    moments = [[np.bincount(at, points.weight * a * b) / total for a in arm] for b in arm]
     value, axis = np.linalg.eigh(np.moveaxis(np.array(moments), -1, 0))
-    return np.sqrt(value[:, 1].clip(0.0)) * axis[:, :, 1].T
+    square, along = value[:, 1], axis[:, :, 1].T
+    third = np.bincount(at, points.weight * np.sum(along[:, at] * arm, axis=0) ** 3) / total
+    skew = np.divide(third, 2 * square, where=square > 0, out=np.zeros(len(square)))
+    far = np.sqrt(square.clip(0.0) + skew**2)
+    steps, span = np.array([skew + far, skew - far]), np.where(far > 0, 2 * far, 1.0)
+    return steps[:, None] * along, (far - skew) / span
