@@ -131,9 +131,24 @@ def test_an_ellipse_on_stretched_cells(angle):
     shape = lambda x: curvatures @ np.tensordot(turned.T, x, 1) ** 2  # noqa: E731
     punch = RigidPunch(SOIL, DualMesh.from_mesh(mesh).basis(), gap=shape)
     found = punch.solve(force)
-    assert found.settlement == pytest.approx(settlement, rel=2e-4)
+    assert found.settlement == pytest.approx(settlement, rel=4e-4)
     assert found.pressure.max() == pytest.approx(1, rel=5e-3)
     assert found.contact_area == pytest.approx(np.pi * a * b, rel=1e-2)
+
+
+def test_no_peaks_inside_uneven_cells():
+    """Rows and columns at random: largest pressures were up to 177 times too high in points."""
+    worst = []
+    for seed in range(14):
+        random = np.random.default_rng(seed)
+        x, y = (np.r_[-1, np.sort(random.uniform(-1, 1, 14)), 1] for _ in range(2))
+        basis = DualMesh.from_mesh(MeshTri.init_tensor(x, y)).basis()
+        found = RigidPunch(SOIL, basis, gap=Paraboloid(0.7)).solve(4 / 3 * 0.7**2)
+        inside = random.uniform(-0.6, 0.6, (2, 2000))
+        greatest = 2 / np.pi
+        worst.append(found.pressure_at(inside).max() / greatest)
+        assert found.settlement == pytest.approx(0.7, rel=3e-2)
+    assert max(worst) < 2.5
 
 
 def test_an_ellipse_on_cells_of_many_lengths():

@@ -33,9 +33,9 @@ from .union import rows_of
 
 #: solutions, and cells in contact from which on it has an edge along which pressures have the law
 TIMES, FEWEST = 2, 60
-#: pressures so many times those found by cells are peaks; and those of less than so much of their
-#: largest are no matter
-PEAK, LOW = 1.5, 0.2
+#: pressures so many times those found by cells are peaks, means over cells and the greatest in
+#: them; and those of less than so much of their largest are no matter
+PEAK, LOW = (1.5, 3.0), 0.2
 #: solutions more where cells beyond the line press, as on rough shapes
 STRAYS = 3
 
@@ -84,7 +84,7 @@ def with_line_law(
         cells = CellsOnLines(problem, lines, np.zeros(len(pressure), dtype=bool))
         if (answer := cells.solved(solve, pressure > 0)) is None:
             break
-        peaks = _peaks(problem, answer.contact.pressure, contact.pressure)
+        peaks = cells.peaks(answer.contact.pressure, contact.pressure)
         last = last if peaks.any() else answer
         gap = answer.contact.clearance
         pressure = cells.at_points(answer.contact.pressure, gap == 0)
@@ -95,27 +95,18 @@ def with_line_law(
     return replace(again, history=history, lines=last.cells.lines), last.position
 
 
-def _peaks(problem: Any, pressure: ndarray, by_cells: ndarray) -> ndarray:
-    """Cells with pressures far above those found by cells there and beside, (n,) array of bool."""
-    around = by_cells.copy()
-    for cells, own in zip(problem.footprints, problem.slices, strict=True):
-        i, j = cells.partition.neighbours + own.start
-        np.maximum.at(around, i, by_cells[j])
-        np.maximum.at(around, j, by_cells[i])
-    return np.asarray(pressure > PEAK * around.clip(LOW * by_cells.max()))
-
-
 def _without_strays(
     problem: Any, lines: tuple[LineWeights | None, ...], gap: ndarray, peaks: ndarray
 ) -> tuple[LineWeights | None, ...] | None:
-    """Lines with constant pressures in cells that press although their points lie beyond them:
-    in the little of these that the line leaves, pressures would be huge, or are peaks. None if
-    there are none.
+    """Lines with constant pressures in cells with peaks, and in those that press although their
+    points lie beyond them: in the little of these that the line leaves, pressures would be huge.
+    None if there are none.
     """
     found, some = [], False
     for line, own in zip(lines, problem.slices, strict=True):
         if line is not None:
-            stray = (line.tiny | (line.weighted & peaks[own])) & ~line.in_contact & (gap[own] == 0)
+            stray = line.tiny & ~line.in_contact & (gap[own] == 0)
+            stray = stray | (line.weighted & peaks[own])
             some |= bool(stray.any())
             known = False if line.constant is None else line.constant
             line = replace(line, constant=readonly(stray | known))
@@ -209,6 +200,20 @@ class CellsOnLines:
             if line is not None:
                 out[own] = np.where(touching[own], line.at_points(pressure[own]), 0.0)
         return out
+
+    def peaks(self, pressure: ndarray, by_cells: ndarray) -> ndarray:
+        """Cells with pressures far above those found by cells there and beside, in the mean or
+        somewhere in them, (n,) array of bool."""
+        around, most = by_cells.copy(), pressure.copy()
+        each = zip(self.problem.footprints, self.lines, self.problem.slices, strict=True)
+        for cells, line, own in each:
+            i, j = cells.partition.neighbours + own.start
+            np.maximum.at(around, i, by_cells[j])
+            np.maximum.at(around, j, by_cells[i])
+            if line is not None:
+                most[own] *= line.relative(np.arange(len(line.mean)), line.roots[1])
+        around = around.clip(LOW * by_cells.max())
+        return np.asarray((pressure > PEAK[0] * around) | (most > PEAK[1] * around))
 
     def solved(self, solve: Solve, touching: ndarray) -> "OnLines | None":
         """Contact and positions, beginning with some cells in contact; None if not found.
