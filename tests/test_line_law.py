@@ -136,19 +136,19 @@ def test_an_ellipse_on_stretched_cells(angle):
     assert found.contact_area == pytest.approx(np.pi * a * b, rel=1e-2)
 
 
-def test_no_peaks_inside_uneven_cells():
-    """Rows and columns at random: largest pressures were up to 177 times too high in points."""
-    worst = []
-    for seed in range(14):
-        random = np.random.default_rng(seed)
-        x, y = (np.r_[-1, np.sort(random.uniform(-1, 1, 14)), 1] for _ in range(2))
-        basis = DualMesh.from_mesh(MeshTri.init_tensor(x, y)).basis()
-        found = RigidPunch(SOIL, basis, gap=Paraboloid(0.7)).solve(4 / 3 * 0.7**2)
-        inside = random.uniform(-0.6, 0.6, (2, 2000))
-        greatest = 2 / np.pi
-        worst.append(found.pressure_at(inside).max() / greatest)
-        assert found.settlement == pytest.approx(0.7, rel=3e-2)
-    assert max(worst) < 2.5
+@pytest.mark.parametrize("seed", [227, 98])
+def test_no_peaks_inside_uneven_cells(seed):
+    """Rows and columns at random: pressures were up to 25 times too high in points."""
+    random = np.random.default_rng(seed)
+    nx, ny = random.integers(10, 18, 2)
+    x, y = (1.4 * np.r_[-1, np.sort(random.uniform(-1, 1, n - 1)), 1] for n in (nx, ny))
+    dual = DualMesh.from_mesh(MeshTri.init_tensor(x, y))
+    found = RigidPunch(SOIL, dual.basis(), gap=Paraboloid(1.0)).solve(4 / 3)
+    x = np.random.default_rng(0).uniform(-0.9, 0.9, (2, 4000))
+    greatest = found.pressure_at(x[:, np.hypot(*x) < 0.85]).max()
+    assert found.pressure.max() < 2 * (2 / np.pi)
+    assert greatest < 2.5 * (2 / np.pi)
+    assert found.settlement == pytest.approx(1, rel=3e-2)
 
 
 def test_an_ellipse_on_cells_of_many_lengths():
