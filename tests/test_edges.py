@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from elastic_bodies import point_load, raft
 from plans import disc, rectangle
+from scipy.special import ellipk
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad
 
 from skfem_dual import (
@@ -18,6 +19,7 @@ from skfem_dual import (
     load_path,
 )
 from skfem_dual.contact.edges import presses_over
+from skfem_dual.errors import ResolutionWarning
 from skfem_dual.grids import generate
 
 SOIL = HalfSpace(1.0, 0.0)
@@ -140,3 +142,16 @@ def test_presses_over():
     assert not presses_over(partition, np.where(out > 0.9, 1.0, np.where(out < 0.8, 50.0, 0.9)))
     thin = np.random.default_rng(0).random(len(partition)) < 0.2
     assert not presses_over(partition, out**4 * thin)
+
+
+def test_cells_too_thin_for_the_law_of_the_edge():
+    """Of the ellipse exact pressures are more than half of their mean everywhere."""
+    mesh = generate.disc(n=150, graded="sine").scaled((1.0, 1 / 174))
+    punch = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh).basis())
+    with pytest.warns(ResolutionWarning, match="have to pull on .* Remedy: edge=.constant"):
+        punch.solve(1.0, unilateral=False)
+    with pytest.warns(ResolutionWarning, match="have to pull"):
+        punch.stiffness()
+    constant = RigidPunch(HalfSpace(1.0, 0.0), punch.basis, edge="constant")
+    exact = ellipk(1 - 1 / 174**2) / np.pi
+    assert constant.solve(1.0, unilateral=False).settlement == pytest.approx(exact, rel=2e-2)

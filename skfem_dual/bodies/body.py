@@ -9,7 +9,7 @@ from numpy import ndarray
 from scipy.sparse import issparse
 
 from ..arguments import checked_flag
-from ..contact.edges import presses_over
+from ..contact.edges import presses_over, pulling
 from ..contact.footprint import Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
@@ -178,6 +178,11 @@ class Movable(Body):
             towards y; the force on the base and its moment likewise. Symmetric, the first three
             rows and columns up to the error of the discretisation if not ``full``.
 
+        Warns
+        -----
+        ResolutionWarning
+            If cells are too long and thin for the law of the edge.
+
         Raises
         ------
         ValueError
@@ -214,9 +219,17 @@ class Movable(Body):
         stiffness[:3, :3] = (vertical + vertical.T) / 2
         return shift.T @ stiffness @ shift
 
+    def warn_of_pulling(self) -> None:
+        """Warn where pressures under a mere settlement show that the law of the edge fails."""
+        if self.weights is None:
+            return
+        if message := pulling(self.partition.areas, self.system.unit_pressures[:, 0]):
+            warn(message, ResolutionWarning)
+
     @property
     def _vertical_stiffness(self) -> ndarray:
         """By motions of the plan's centroid."""
+        self.warn_of_pulling()
         by_work = self.gap is None and self.weights is not None
         return self.work.stiffness if by_work else self.system.stiffness
 

@@ -326,6 +326,8 @@ class RigidPunch(Movable, RigidBodies):
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(load, how, contact.pressure, progress)
         warn_of(contact)
+        if not how.unilateral or (self.cells.few and not contact.success):
+            self.warn_of_pulling()
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
         _ = solution.shear  # what does not hold is told now

@@ -69,6 +69,21 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
     return bool(counts and at_edge * areas[beside].sum() > inside * areas[rim].sum())
 
 
+def pulling(areas: ndarray, pressure: ndarray) -> str:
+    """A warning if pressures under a mere settlement, (n,), pull by more than they press in the
+    mean: cells too thin for the law of the edge make its equations nearly singular."""
+    mean = pressure @ areas / areas.sum()
+    if pressure.min() >= -abs(mean):
+        return ""
+    pulled = np.nonzero(pressure < 0)[0]
+    return (
+        f"under a mere settlement the ground would have to pull on {len(pulled)} cells, "
+        f"the first {pulled[:5].tolist()}, by up to {abs(pressure.min() / mean):.3g} times "
+        "the mean pressure: positions and stiffness are off; likely cause: cells too long and "
+        'thin for the law of the edge. Remedy: edge="constant", or cells about as long as wide'
+    )
+
+
 def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
     given = [names] if isinstance(names, str) else names
     if not isinstance(given, (Sequence, np.ndarray)) or getattr(given, "ndim", 1) != 1:
