@@ -23,6 +23,7 @@ from skfem_dual import (
     Layer,
     LayeredHalfSpace,
     Paraboloid,
+    Plate,
     PunchSolution,
     RigidPunch,
     flexible_settlement,
@@ -263,6 +264,12 @@ def bending() -> Rows:
     s = raft.solve(loads @ np.full(len(middle), 1 / middle.areas.sum()))
     found = float(s.deflection([0.0, 0.0]))
     yield Row("deflection in the middle, $w E^* a / P$", "1.381462", found, 1e-3)
+    thin = Plate(thickness=0.1 ** (1 / 3), young=1.0, poisson=nu)
+    morley = thin.on(UNIT, dual.basis())
+    loads = load_matrix(middle.partition, None, Fan.from_dual(middle), morley.structure)
+    bent_by = morley.solve(loads @ np.full(len(middle), 1 / middle.areas.sum()))
+    by_morley = float(bent_by.deflection([0.0, 0.0]))
+    yield Row("the same by `Plate`, of Morley's element", "1.381462", by_morley, 1e-2)
     found = float(np.sqrt(s.contact_area / np.pi))
     yield Row("radius of contact over $a$", "0.7114", found, 2e-2)
 

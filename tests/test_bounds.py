@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from plans import disc, perturbed, polar, rectangle
-from skfem import CellBasis, ElementQuad0, ElementTriP0
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
 from skfem_dual import (
     Bounds,
+    Cone,
     DualMesh,
     HalfSpace,
     Layer,
@@ -203,3 +204,16 @@ def test_triangles_without_a_dual_grid():
     with pytest.raises(MeshError):
         of.bounds  # noqa: B018
     assert "see solution.bounds" in repr(of)
+
+
+@pytest.mark.parametrize(
+    ("n", "half", "centre"), [((5, 38), 1.3, (0.0, 0.0)), ((6, 68), 1.6, (-0.07, 0.03))]
+)
+def test_contact_a_few_cells_across(n, half, centre):
+    """Those across tell how close its position is, not all of them."""
+    mesh = MeshTri.init_tensor(*(np.linspace(-half, half, k + 1) for k in n))
+    basis = DualMesh.from_mesh(mesh).primal_basis()
+    cone = RigidPunch(HalfSpace(1.0, 0.0), basis, gap=Cone(np.pi / 4, centre=centre))
+    low, high = cone.solve(np.pi / 2, at=centre).bounds.settlement
+    assert low < np.pi / 2 < high
+    assert high - low < 0.1

@@ -16,6 +16,8 @@ from .preconditioner import approximate_inverse
 
 #: columns of the structure's part of a dense matrix that are solved for together
 TOGETHER = 64
+#: samples of rounding errors, which differ by more than ten times
+SAMPLES = 4
 #: iterations need not be more accurate than this
 ROUNDING = 1e-12
 #: why they may not end, and what to do
@@ -68,11 +70,13 @@ class YieldingOperator:
 
     def rounding(self, pressure: ndarray) -> float:
         """How far deflections under the pressure are off by rounding: those under random parts of
-        the loads make up those under all of them but for that, one sample."""
+        the loads make up those under all of them but for that; the largest of some samples."""
         loads = self.loads @ pressure
-        part = loads * np.random.default_rng(0).random(len(loads))
-        found = self.structure.displacements(np.column_stack([loads, -part, part - loads]))
-        return float(np.abs(self.trace @ found.sum(axis=1)).max())
+        parts = loads[:, None] * np.random.default_rng(0).random((len(loads), SAMPLES))
+        whole, *others = self.structure.displacements(np.column_stack([loads, parts])).T
+        rest = self.structure.displacements(loads[:, None] - parts).T
+        off = [whole - part - left for part, left in zip(others, rest, strict=True)]
+        return float(np.abs(self.trace @ np.transpose(off)).max())
 
     def to_dense(self) -> ndarray:
         """The matrix."""

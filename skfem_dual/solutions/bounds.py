@@ -15,6 +15,7 @@ from ..elements.resolution import margin
 from ..errors import ConvergenceError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
+from ..grids.evening import evening
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..messages import shown
@@ -169,12 +170,23 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
     cells = solution.footprint
     length = np.sqrt(cells.partition.areas.sum())
     size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, np.hypot(*best[1:]))
-    floor = np.array(least)[[0, 1, 1]] / max(len(solution.contact), 1)
+    count = _all_around(solution) if shaped else len(solution.contact)
+    floor = np.array(least)[[0, 1, 1]] / max(count, 1)
     half = np.maximum(half, np.maximum(floor, max(FLOOR, cells.rtol or 0.0)) * size)
     # on thin layers that hardly change their volume both grids err alike
     return half + margin(cells.substrate, cells.partition) * np.abs(
         [best[0], *[np.hypot(*best[1:])] * 2]
     )
+
+
+def _all_around(solution: Any) -> float:
+    """So many cells contact as long as wide has, by cells, with as many across it."""
+    cells, contact = solution.footprint.partition, solution.contact
+    x = evening(cells.polygons) @ cells.centroids[:, contact]
+    if x.shape[1] < 3:
+        return x.shape[1]
+    short, long = np.linalg.eigvalsh(np.cov(x))
+    return float(x.shape[1] * np.sqrt(max(short, 0.0) / long))
 
 
 def why_none(solution: Any) -> str:
