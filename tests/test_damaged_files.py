@@ -244,3 +244,10 @@ def test_unknown_formats_are_named(tmp_path):
     path.write_text("x")
     with pytest.raises(MeshError, match="no format has such a name"):
         read_through_meshio(path)
+
+
+def test_files_without_a_byte(tmp_path):
+    empty = tmp_path / "plan.msh"
+    empty.touch()
+    with pytest.raises(MeshError, match=r"expected a mesh in .*plan.msh, which is empty"):
+        read_mesh(empty)

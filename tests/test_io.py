@@ -451,7 +451,8 @@ BASE = "[base]\nyoung = 1.0\npoisson = 0.2\n"
     ("text", "message"),
     [
         ("young = ", "expected TOML"),
-        ("young = 1.0", r"expected \['base'\] in the file"),
+        ("young = 1.0", r"expected a table \[base\] .* got young. Remedy"),
+        ("", r"expected a table \[base\] .* got nothing"),
         ('base = "bonded"', "expected layers on the base 'bonded'"),
         ('base = "glued"\n[[layers]]\nthickness=1\nyoung=1\npoisson=0.2', "got 'glued'"),
         ("[base]\nyoung = 1.0", r"expected \['poisson'\] in base"),

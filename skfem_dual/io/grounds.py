@@ -73,6 +73,12 @@ def read_substrate(
         found = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"expected TOML in {path}: {one_line(str(error), 160)}") from error
+    if "base" not in found:
+        had = one_line(", ".join(sorted(found)), 60) or "nothing"
+        raise ValueError(
+            f"expected a table [base] with young and poisson in {path}, got {had}. Remedy: a line "
+            '[base] before those of the ground below all layers, or base = "bonded"'
+        )
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})
     base, layers = found["base"], found.get("layers", [])
     if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):

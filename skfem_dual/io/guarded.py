@@ -112,6 +112,8 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
     import meshio
 
     path = require_file(path, "a mesh file")
+    if path.stat().st_size == 0:
+        raise MeshError(f"expected a mesh in {path}, which is empty")
     if path.suffix.lower() == ".msh" and file_format is None:  # meshio would try Ansys first
         file_format = "ansys" if _begins_with_bracket(path) else "gmsh"
     formats = {file_format} if file_format else _formats_of(path)
