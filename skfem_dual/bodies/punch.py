@@ -326,7 +326,7 @@ class RigidPunch(Movable, RigidBodies):
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(load, how, contact.pressure, progress)
         warn_of(contact)
-        if not how.unilateral or (self.cells.few and not contact.success):
+        if contact.success and not how.unilateral:
             self.warn_of_pulling()
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
