@@ -576,3 +576,15 @@ def test_messages():
     path = load_path(punch(disc(2)), [{"force": 1.0}, {"force": 2.0}])
     assert path.messages == tuple(s.message for s in path.solutions)
     assert "LoadPath object" in repr(path)
+
+
+def test_joined_with_their_centre_on_the_edge_between_them():
+    halves = [
+        RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(MeshTri.init_tensor(x, y)).basis())
+        for x, y in (
+            (np.linspace(-1, 0, 9), np.linspace(-1, 1, 9)),
+            (np.linspace(0, 1, 9), np.linspace(-1, 1, 9)),
+        )
+    ]
+    found = RigidPunches(halves, joined=[(0, 1)]).solve([{"force": 1.0}])
+    assert np.all(found.success)

@@ -163,7 +163,9 @@ def tell_of_coarse(group: Any) -> None:
         centre = sum(cells[i].centroids @ cells[i].areas for i in body) / area
         arm = centre[:, None] - begin
         foot = (np.sum(arm * along, axis=0) / square).clip(0, 1)
-        ratio = np.where(np.isin(of, body), 0.0, size / np.hypot(*(arm - foot * along)))
+        distance = np.hypot(*(arm - foot * along))
+        distance[np.isin(of, body)] = np.inf  # of joined ones the centre may lie on their edges
+        ratio = size / distance
         if ratio.max() > worst:
             worst, beside = ratio.max(), (int(of[np.argmax(ratio)]), body[0])
     if worst > COARSE:
