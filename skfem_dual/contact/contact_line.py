@@ -6,6 +6,8 @@ the line both are fitted to the cells around by polynomials in s, of second degr
 of its own on each side, and in the place along the line; their zero is the edge.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy import ndarray
 
@@ -31,16 +33,31 @@ HALF = 1e-9
 FARTHEST = 0.5
 
 
-def edge_distance(
-    n: int,
-    pairs: ndarray,
-    starts: ndarray,
-    x: ndarray,
-    sizes: ndarray,
-    square: ndarray,
-    gaps: ndarray,
-    even: ndarray,
-) -> ndarray:
+class Seen(NamedTuple):
+    """What is seen of the cells of k pictures, one picture after the other.
+
+    Attributes
+    ----------
+    x : (2, n) array of float
+        Collocation points of the cells.
+    sizes : (n,) array of float
+        Roots of their areas.
+    square, gaps : (n,) array of float
+        There the square of the pressure, and the power 2/3 of 3 E* / 4 times the gap, both over
+        the law of the edge of the plan.
+    even : (2, 2) array of float
+        A map of determinant one under which cells are about as long as wide, see `evening`: what
+        is near is so there.
+    """
+
+    x: ndarray
+    sizes: ndarray
+    square: ndarray
+    gaps: ndarray
+    even: ndarray
+
+
+def edge_distance(n: int, pairs: ndarray, starts: ndarray, cells: Seen) -> ndarray:
     """About the distance of cells to the edge of contact, positive in contact, in k pictures.
 
     Parameters
@@ -51,9 +68,10 @@ def edge_distance(
         Neighbours, one in contact and one not: their distances to the edge add up.
     starts : (k + 1,) array of int
         First pairs of the pictures.
-    x, sizes, square, gaps, even
-        As of `moved_line`.
+    cells : Seen
+        Of all pictures.
     """
+    x, sizes, square, gaps, even = cells
     inside, k = square > 0, len(starts) - 1
     firsts, each = n * np.arange(k + 1), np.repeat(np.arange(k), np.diff(starts))
     i = np.where(inside[pairs[0]], *pairs)
@@ -143,15 +161,7 @@ def _strength(f: float, g: float, across: float) -> float:
     return z
 
 
-def moved_line(
-    lines: Segments,
-    starts: ndarray,
-    x: ndarray,
-    sizes: ndarray,
-    square: ndarray,
-    gaps: ndarray,
-    even: ndarray,
-) -> tuple[ndarray, ndarray]:
+def moved_line(lines: Segments, starts: ndarray, cells: Seen) -> tuple[ndarray, ndarray]:
     """Points on lines and how far beyond them contact ends.
 
     Parameters
@@ -160,22 +170,15 @@ def moved_line(
         About where contact ends, in pictures.
     starts : (k + 1,) array of int
         First cells of the pictures.
-    x : (2, n) array of float
-        Collocation points of the cells.
-    sizes : (n,) array of float
-        Roots of their areas.
-    square, gaps : (n,) array of float
-        There the square of the pressure, and the power 2/3 of 3 E* / 4 times the gap, both over
-        the law of the edge of the plan.
-    even : (2, 2) array of float
-        A map of determinant one under which cells are about as long as wide, see `evening`: what
-        is near is so there.
+    cells : Seen
+        Of all pictures.
 
     Returns
     -------
     (2, m) and (m,) array of float
         Points and distances, positive where contact ends farther out.
     """
+    x, sizes, square, gaps, even = cells
     along, picture = lines.end - lines.begin, lines.picture
     points, tangents = (lines.begin + lines.end) / 2, along / np.hypot(*along)
     centres, count = even @ x, min(FOLLOWED, np.diff(starts).min())

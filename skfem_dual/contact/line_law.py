@@ -9,7 +9,7 @@ in their part of it what their neighbours do. Twice: the edge follows the better
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -71,7 +71,8 @@ def with_line_law(
         return found
     pressure, gap = contact.pressure, contact.clearance
     lines: tuple[LineWeights | None, ...] = ()
-    last, peaks = cast(OnLines | None, None), np.zeros(len(pressure), dtype=bool)
+    last: OnLines | None = None
+    peaks = np.zeros(len(pressure), dtype=bool)
     for number in range(TIMES + STRAYS):
         if number < TIMES:
             lines = _lines(problem, pressure, gap)

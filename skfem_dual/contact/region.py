@@ -26,7 +26,7 @@ from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.compiled import inputs
 from ..kernels.once import computed_once
-from .contact_line import AROUND, edge_distance, mean_of_nearest, moved_line
+from .contact_line import AROUND, Seen, edge_distance, mean_of_nearest, moved_line
 from .planes import PlaneFit
 
 #: sizes of a cell, farther than which the sign of the distance is all that counts
@@ -432,13 +432,14 @@ class PlanTriangles:
             pairs, n = np.searchsorted(near, pairs), len(near)
             x, sizes, square, gaps = x[:, near], sizes[near], square[:, near], gaps[:, near]
             planes = PlaneFit.to_nearest(x, self.p[:, points], self._even)
-        cells = np.tile(x, k), np.tile(sizes, k), square.ravel(), gaps.ravel(), self._even
+        tiled = np.tile(x, k), np.tile(sizes, k)
+        cells = Seen(*tiled, square.ravel(), gaps.ravel(), self._even)
         starts = np.searchsorted(picture, np.arange(k + 1))
-        distance = edge_distance(n, pairs + n * picture, starts, *cells)
-        distance = np.clip(distance, -FAR * cells[1], FAR * cells[1])
+        distance = edge_distance(n, pairs + n * picture, starts, cells)
+        distance = np.clip(distance, -FAR * cells.sizes, FAR * cells.sizes)
         level[:, points] = planes.values(distance.reshape(k, n))
         lines = self.edges(level)
-        moved = moved_line(lines, n * np.arange(k + 1), *cells)
+        moved = moved_line(lines, n * np.arange(k + 1), cells)
         # points farther from the edge keep their distance to where it was
         near = np.abs(level[:, points]) < MOVED * self._sizes[points]
         of, point = np.nonzero(near & (np.diff(lines.starts) > 0)[:, None])

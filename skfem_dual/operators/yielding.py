@@ -73,10 +73,11 @@ class YieldingOperator:
         the loads make up those under all of them but for that; the largest of some samples."""
         loads = self.loads @ pressure
         parts = loads[:, None] * np.random.default_rng(0).random((len(loads), SAMPLES))
-        whole, *others = self.structure.displacements(np.column_stack([loads, parts])).T
-        rest = self.structure.displacements(loads[:, None] - parts).T
-        off = [whole - part - left for part, left in zip(others, rest, strict=True)]
-        return float(np.abs(self.trace @ np.transpose(off)).max())
+        columns = np.column_stack([loads, parts, loads[:, None] - parts])
+        whole, one, other = np.split(
+            self.structure.displacements(columns), [1, 1 + SAMPLES], axis=1
+        )
+        return float(np.abs(self.trace @ (whole - one - other)).max())
 
     def to_dense(self) -> ndarray:
         """The matrix."""

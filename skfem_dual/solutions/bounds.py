@@ -170,7 +170,7 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
     cells = solution.footprint
     length = np.sqrt(cells.partition.areas.sum())
     size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, np.hypot(*best[1:]))
-    count = _all_around(solution) if shaped else len(solution.contact)
+    count = _as_if_round(solution) if shaped else len(solution.contact)
     floor = np.array(least)[[0, 1, 1]] / max(count, 1)
     half = np.maximum(half, np.maximum(floor, max(FLOOR, cells.rtol or 0.0)) * size)
     # on thin layers that hardly change their volume both grids err alike
@@ -179,8 +179,8 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
     )
 
 
-def _all_around(solution: Any) -> float:
-    """So many cells contact as long as wide has, by cells, with as many across it."""
+def _as_if_round(solution: Any) -> float:
+    """Cells of a contact as long as wide, with as many across it as this one has."""
     cells, contact = solution.footprint.partition, solution.contact
     x = evening(cells.polygons) @ cells.centroids[:, contact]
     if x.shape[1] < 3:
