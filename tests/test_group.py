@@ -567,6 +567,20 @@ def test_far_larger_cells_beside_a_small_body_are_told(solve):
     getattr(small_beside_large(0.1), solve)(loads)
 
 
+def beside(radius, x):
+    """A disc with its centre at (x, 0)."""
+    return punch(disc(2).scaled(radius).translated((x, 0.0)), origin=(x, 0.0))
+
+
+def test_a_ring_around_another_body_is_not_taken_for_a_small_one():
+    """Its centre is beside the other body, its cells are not."""
+    inner, ring = beside(0.2, 0.21), punch(generate.annulus(0.5, n=200))
+    found = RigidPunches([inner, ring]).solve([{"force": 1.0}, {"force": 2.0}])
+    assert found.success
+    with pytest.warns(ResolutionWarning, match=r"cells of punch 1 beside punch 0 are"):
+        RigidPunches([beside(0.01, 0.485), ring]).solve([{"force": 0.1}, {"force": 2.0}])
+
+
 def test_messages():
     """Those of all, each once; of a path one for each load."""
     group = pair(3.0)

@@ -159,9 +159,7 @@ def tell_of_coarse(group: Any) -> None:
     square = np.sum(along**2, axis=0)
     worst, beside = COARSE, (0, 0)
     for body in group.bodies:
-        area = sum(cells[i].areas.sum() for i in body)
-        centre = sum(cells[i].centroids @ cells[i].areas for i in body) / area
-        arm = centre[:, None] - begin
+        arm = _middle([cells[i] for i in body])[:, None] - begin
         foot = (np.sum(arm * along, axis=0) / square).clip(0, 1)
         distance = np.hypot(*(arm - foot * along))
         distance[np.isin(of, body)] = np.inf  # of joined ones the centre may lie on their edges
@@ -176,6 +174,17 @@ def tell_of_coarse(group: Any) -> None:
             f"hundredths. Remedy: cells of punch {large} that become smaller towards it",
             ResolutionWarning,
         )
+
+
+def _middle(body: Sequence[Partition]) -> ndarray:
+    """The centre of a plan, or of its cell next to that where it lies in a hole or a bay."""
+    x = np.concatenate([cells.centroids for cells in body], axis=1)
+    areas = np.concatenate([cells.areas for cells in body])
+    centre = x @ areas / areas.sum()
+    off = np.hypot(*(x - centre[:, None]))
+    nearest = np.argmin(off)
+    radius = np.concatenate([cells.polygons.radii for cells in body])[nearest]
+    return centre if off[nearest] <= radius else x[:, nearest]
 
 
 def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
