@@ -426,8 +426,10 @@ class PlanTriangles:
         k, n = square.shape
         picture, side = np.nonzero(unlike)
         pairs, points = sides[:, side], np.arange(level.shape[1])
-        x, sizes, planes = self.partition.centroids, np.sqrt(self.partition.areas), self._planes
-        if n > MANY:
+        x, sizes = self.partition.centroids, np.sqrt(self.partition.areas)
+        if n <= MANY:
+            planes = self._planes
+        else:
             near, points = self._near(sides, pairs)
             pairs, n = np.searchsorted(near, pairs), len(near)
             x, sizes, square, gaps = x[:, near], sizes[near], square[:, near], gaps[:, near]
