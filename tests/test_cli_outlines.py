@@ -69,6 +69,21 @@ def test_a_case_that_turns_over(capsys, tmp_path):
     assert record["trials"][-1]["cells"] == footing["cells"] == alone.accuracy.cells
 
 
+def test_cases_of_which_none_has_a_solution(capsys, tmp_path):
+    """As with a mesh: each is told, and the files are written."""
+    cases, table, out = (tmp_path / name for name in ("cases.csv", "table.csv", "out.json"))
+    for rows in ("a,1e6,5,5\nb,1e6,6,6\n", "a,-1,1,1\n"):
+        cases.write_text("name,force,x,y\n" + rows)
+        files = ["--loads", cases, "--table", table, "--json", out]
+        code, printed, err = run(capsys, "solve", "--corners", CORNERS, *GROUND, *files)
+        assert code == 3
+        assert "NO SOLUTION" in printed
+        assert "no solution" in err
+        (footing,) = json.loads(out.read_text())["footings"]
+        assert not any(case["success"] for case in footing["cases"])
+        assert table.read_text().count("expected a") == rows.count("\n")
+
+
 def test_origin_and_moments(capsys):
     """A moment about the y axis presses down the side of larger x."""
     load = ["--force", "1e6", "--moments", "0", "1e5", "--origin", "1", "1"]

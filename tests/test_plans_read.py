@@ -75,7 +75,8 @@ def test_wkt_and_geojson(tmp_path, shape):
     wkt, geojson = tmp_path / "plan.wkt", tmp_path / "plan.geojson"
     wkt.write_text("\ufeff" + shape.wkt)
     features = [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(shape)}]
-    collection = json.dumps({"type": "FeatureCollection", "features": features})
+    nowhere = {"type": "Feature", "properties": {"name": "no place"}, "geometry": None}
+    collection = json.dumps({"type": "FeatureCollection", "features": [*features, nowhere]})
     geojson.write_text("\ufeff" + collection)
     for path in (wkt, geojson):
         plan = Plan.read(path)
@@ -265,6 +266,14 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.geojson", "{}", "expected GeoJSON in"),
         ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),
+        ("a.geojson", "[]", "expected GeoJSON in .*: an object with a type"),
+        (
+            "a.geojson",
+            '{"type": "Feature", "geometry": null}',
+            "expected polygons in .*, got none",
+        ),
+        ("a.csv", "0,0\n1_0,0\n9,9\n", "line 2: expected x, y or x, y, bulge, got '1_0,0'"),
+        ("a.csv", "0,0\n\u0663,0\n9,9\n", "line 2: expected x, y or x, y, bulge, got '.,0'"),
         ("a.dxf", "what", "expected a DXF drawing in"),
         ("a.dxf", "0\nSECTION\n", "expected a DXF drawing in .*: the file ends too soon"),
         ("a.xyz", "", "a file ending in .csv, .txt, .wkt"),

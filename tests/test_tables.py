@@ -110,6 +110,8 @@ def test_apostrophes_of_any_kind(tmp_path, mark):
         ("thickness,E,nu\n2,soft,0\n,1,0\n", "line 2: expected a number for E, got 'soft'"),
         ("thickness,E,nu\n2,1,0.7\n,1,0\n", "line 2: .*0 to 0.5"),
         ("thickness,E,nu\nrigid,,\n", "line 2: expected layers on the bonded base, got none"),
+        ("thickness,E,nu\n2,1,0\nrigid,8,.2\n", "line 3: expected a rigid base, .* got 8 as well"),
+        ("thickness,E,nu\n2,2_0e3,0\n,1,0\n", "line 2: expected a number for E, got '2_0e3'"),
     ],
 )
 def test_wrong_layers_name_the_line(tmp_path, text, message):
@@ -132,9 +134,10 @@ CLAY, SAND = Layer(1.5, 8e3, 0.35), Layer(4.5, 40e3, 0.3)
         ("couche\tde\tà\tE (kN/m²)\tnu\nargile\t0\t1,5\t8\u202f000\t0,35\n"
          "sable\t1,5\t6\t40\u202f000\t0,3\ngrave\t6\t-\t80\u202f000\t0,3\n",
          HalfSpace(80e3, 0.3)),
+        ("soil,h,E,nu\nclay,1.5,8e3,.35\nsand,4.5,4e4,.3\nRigid,,,\n", "bonded"),
         ("top;G;nu\n0;2962,962962962963;0,35\n1,5;15384,615384615385;0,3\n6;smooth;\n", "smooth"),
     ],
-    ids=["thickness", "tops", "bottoms", "from and to", "shear modulus"],
+    ids=["thickness", "tops", "bottoms", "from and to", "name of the base", "shear modulus"],
 )  # fmt: skip
 def test_tables_of_geotechnical_reports(tmp_path, text, base):
     """The same two layers, as reports in three languages have them."""

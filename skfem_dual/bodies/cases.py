@@ -38,7 +38,7 @@ class CaseAnswers:
     answers : tuple of tuple of PunchSolution, or None
         Of each case those of the punches; None where no pressures can balance the loads.
     messages : tuple of str
-        What was found, or why not.
+        What was found of all punches together, or why not.
     rough : tuple of str
         Warnings of contact on few cells.
     """
@@ -55,7 +55,11 @@ class CaseAnswers:
             load if solution is None or not isinstance(load, Share) else solution.load
             for load, solution in zip(loads, mine, strict=True)
         )
-        return CasesSolution(cells, self.names, own, mine, self.messages)
+        told = tuple(
+            message if solution is None else solution.message
+            for solution, message in zip(mine, self.messages, strict=True)
+        )
+        return CasesSolution(cells, self.names, own, mine, told)
 
     def warn(self) -> None:
         """Warn the caller of a solver of cases without success, and of rough ones."""

@@ -3,6 +3,7 @@
 import argparse
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -114,11 +115,17 @@ def solve_outline(
     ground: Substrate,
     origin: Pair,
     loads: Sequence[Mapping[str, Any]],
-) -> tuple[DualMesh, Accuracy]:
-    """The grid that is fine enough for those of the loads that govern, and how it was chosen."""
+) -> tuple[DualMesh, Accuracy | None]:
+    """The grid that is fine enough for those of the loads that govern, and how it was chosen.
+
+    The coarsest for a table of which no load can be balanced: each case is told of as one.
+    """
     given = tuple(Load(**load) for load in loads)
     how = not options.bilateral, options.progress or is_watched(), options.time_limit
     problem = Problem(plan, ground, given, origin, *how)
+    if options.loads is not None and all(problem.fault(load) for load in given):
+        central = replace(problem, loads=(Load(force=1.0),))
+        return central.on_coarsest().solutions[0].punch.basis.dual, None
     accuracy = ACCURACY if options.accuracy is None else options.accuracy
     found, record = reached(governing(problem), accuracy)
     return found.solutions[0].punch.basis.dual, record

@@ -77,11 +77,19 @@ def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
         i = columns.pop("depth")
         columns["top" if re.fullmatch(r"0*\.?0*", rows[0][1][i] or "-") else "bottom"] = i
     *above, (last, cells) = rows
-    words = [cells[i].lower() for i in columns.values()]
-    below: Any = next((RIGID[word] for word in words if word in RIGID), None)
+    ends = "thickness" if "thickness" in columns else "bottom"
+    words = {columns[kind]: cells[columns[kind]].lower() for kind in columns}
+    known = [w for i, w in words.items() if w not in (*OPEN, *RIGID) and i != columns.get("top")]
+    # without moduli its name may be the word
+    said = [*words.values(), *(() if known else map(str.lower, cells))]
+    below: Any = next((RIGID[word] for word in said if word in RIGID), None)
     if below and not above:
         raise ValueError(f"{last}: expected layers on the {below} base, got none")
-    ends = "thickness" if "thickness" in columns else "bottom"
+    if below and known:
+        raise ValueError(
+            f"{last}: expected a rigid base, without thickness and moduli, got {known[0]} as "
+            "well. Remedy: leave that empty, or leave out the word for a half-space below"
+        )
     if not below:
         below = moduli(rows[-1])
         if ends in columns and cells[columns[ends]].lower() not in OPEN:

@@ -165,11 +165,24 @@ def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> fl
         raise ValueError(f"{where}: {error} of the heading {heading.name}") from None
 
 
+def written_number(text: str) -> float:
+    """What `float` reads of a number as tables write it, in figures 0 to 9.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return float(text)
+
+
 def cell_number(text: str, name: str, where: str, least: float, most: float) -> float:
     """The number in a cell, zero or in a range of sizes."""
     shown = one_line(repr(text), 40)
     try:
-        value = float(text)
+        value = written_number(text)
     except ValueError:
         remedy = ". Remedy: a decimal point" if "," in text else ""
         raise ValueError(f"{where}: expected a number for {name}, got {shown}{remedy}") from None

@@ -1,6 +1,7 @@
 """Plans from files."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -112,9 +113,12 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
             "or give the corners as CSV"
         ) from error
     try:
+        if kind == "geojson":
+            text = _with_geometry(text)
         found = shapely.from_wkt(text) if kind == "wkt" else shapely.from_geojson(text)
     except (shapely.errors.ShapelyError, ValueError, NotImplementedError) as error:
-        name, told = {"wkt": "WKT", "geojson": "GeoJSON"}[kind], one_line(str(error), 160)
+        said = re.sub(r"\w+: Error parsing JSON: |\[json\.exception\S*\] ", "", str(error))
+        name, told = {"wkt": "WKT", "geojson": "GeoJSON"}[kind], one_line(said, 160)
         closed = ". Remedy: end each ring with its first point, in all digits"
         raise MeshError(
             f"expected {name} in {path}: {told}{closed if 'closed' in told else ''}"
@@ -141,6 +145,30 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
         for polygon in polygons
         for ring in (polygon.exterior, *polygon.interiors)
     ]
+
+
+def _with_geometry(text: str) -> str:
+    """GeoJSON without the features that have no place, as RFC 7946 allows.
+
+    Raises
+    ------
+    ValueError
+        If it is no JSON, or no GeoJSON.
+    """
+    try:
+        found: Any = json.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if not isinstance(found, dict) or "type" not in found:
+        raise ValueError("an object with a type, such as FeatureCollection, is missing")
+    features = found.get("features")
+    if isinstance(features, list):
+        found["features"] = [
+            f for f in features if not (isinstance(f, dict) and f.get("geometry", f) is None)
+        ]
+    elif found["type"] == "Feature" and found.get("geometry", found) is None:
+        found = {"type": "FeatureCollection", "features": []}
+    return json.dumps(found)
 
 
 def _require_lengths(text: str, path: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ..errors import MeshError
 from ..io.guarded import text_of
-from ..io.tables import Heading, cells_of, delimiter_of, make_numbers
+from ..io.tables import Heading, cells_of, delimiter_of, make_numbers, written_number
 from ..messages import one_line
 
 #: x, y and the bulge of the side that starts there
@@ -128,7 +128,7 @@ def _corner(fields: list[str], where: str, remedy: str) -> Corner:
     while len(fields) > COLUMNS[0] and not fields[-1]:
         fields = fields[:-1]
     try:
-        values = tuple(map(float, fields))
+        values = tuple(map(written_number, fields))
     except ValueError:
         values = ()
     if len(values) not in COLUMNS:
