@@ -85,6 +85,36 @@ def test_scattered_points_are_triangulated_once(monkeypatch):
     assert len(made) == 1
 
 
+@pytest.mark.parametrize("at", [(0.0, 0.0), (5e5, 5.6e6)])
+def test_scattered_points_at_site_coordinates(at):
+    """Circles around triangles had no digits left there; the rim of turned points is on it."""
+    at, turned = np.reshape(at, (2, 1)), np.array([[0.8, -0.6], [0.6, 0.8]])
+    grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, 21)] * 2)).reshape(2, -1)
+    shape = MeasuredProfile(turned @ grid + at, np.sum(grid**2, axis=0))
+    x = np.hstack([grid, np.random.default_rng(0).uniform(-1, 1, (2, 200))])
+    assert np.abs(shape(turned @ x + at) - np.sum(x**2, axis=0)).max() < 0.0051
+    with pytest.raises(ValueError, match="is outside them"):
+        shape(turned @ [[1.001], [0.0]] + at)
+
+
+def test_heights_in_the_middles_of_rectangles(tmp_path):
+    """As of pixels: the plan may be all of them, as the cells of a finer or dual grid are."""
+    x, y = 0.1 * np.arange(10) + 2.05, 0.2 * np.arange(5) - 0.9
+    heights = 1 + 2 * x[:, None] - 3 * y + x[:, None] * y
+    np.save(tmp_path / "a.npy", heights)
+    shape = MeasuredProfile.read(tmp_path / "a.npy", (0.1, 0.2), (2.0, -1.0), peaks=False)
+    ends = np.array([[2.0, 3.0, 3.0, 2.0, 2.5], [-1.0, -1.0, 0.0, 0.0, 0.0]])
+    expected = 1 + 2 * ends[0] - 3 * ends[1] + ends[0] * ends[1]
+    for each in (shape, pickle.loads(pickle.dumps(shape))):
+        assert each(ends) == pytest.approx(expected, rel=1e-12)
+        with pytest.raises(ValueError, match="is outside them"):
+            each([3.01, -0.5])
+    with pytest.raises(ValueError, match="is outside them"):
+        MeasuredProfile((x, y), heights)(ends)
+    with pytest.raises(ValueError, match="on a grid with in_middles=True, got scattered ones"):
+        MeasuredProfile(X, X[0], in_middles=True)
+
+
 def test_points_measured_twice_have_one_height():
     twice = np.hstack([X, X[:, :7]])
     assert MeasuredProfile(twice, twice[0])(X) == pytest.approx(X[0])

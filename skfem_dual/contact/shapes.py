@@ -224,12 +224,16 @@ class MeasuredProfile:
         a grid of them.
     height : (m,) or (nx, ny) array of float
         Heights of the punch's surface above any level, positive away from the ground.
+    in_middles : bool
+        Whether heights of a grid are those in the middles of rectangles, as of pixels: they then
+        are continued to the ends of these. If not, nothing is known beyond the points.
 
     Raises
     ------
     TypeError, ValueError
         If something is no number, there are less than three points or not as many heights, the
-        points lie on a line or have two heights, or the coordinates of a grid do not ascend.
+        points lie on a line or have two heights, the coordinates of a grid do not ascend, or
+        scattered heights are said to be in middles.
 
     Examples
     --------
@@ -240,9 +244,11 @@ class MeasuredProfile:
 
     x: ndarray | tuple[ndarray, ndarray]
     height: ndarray
+    in_middles: bool = False
 
     def __post_init__(self) -> None:
         height = checked_array("height", self.height, None)
+        checked_flag("in_middles", self.in_middles)
         if height.ndim == 2:
             axes = _axes(self.x)
             checked_array("height", height, (len(axes[0]), len(axes[1])))
@@ -253,6 +259,8 @@ class MeasuredProfile:
             _require_surface(x, height)
             object.__setattr__(self, "x", readonly(x))
         object.__setattr__(self, "height", readonly(height))
+        if self.in_middles and self._grid is None:
+            raise ValueError("expected heights on a grid with in_middles=True, got scattered ones")
 
     @classmethod
     def read(
@@ -277,7 +285,8 @@ class MeasuredProfile:
             Distances of the heights along x and along y, or one for both.
         origin : pair of float
             Corner of the rectangle of which the heights of a grid are in the middles of equal
-            parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on.
+            parts, so that they are at the centroids of ``MeshQuad.init_tensor`` from there on;
+            plans may cover all of it.
         unit : str
             The unit wanted, "m", "mm" or "µm", also as "um"; files that tell theirs, as ``.x3p``
             does, are changed to it. The others are taken as they are.
@@ -298,12 +307,13 @@ class MeasuredProfile:
             unit = "µm"
         checked_choice("unit", unit, ("m", "mm", "µm"))
         x, height = read_heights(path, spacing, checked_pair("origin", origin), unit)
-        return cls(x, height.max() - height if checked_flag("peaks", peaks) else height)
+        height = height.max() - height if checked_flag("peaks", peaks) else height
+        return cls(x, height, in_middles=height.ndim == 2)
 
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
         x = checked_array("x", x, (2, "..."), each="point")
-        height = self._between(x)
+        height = self._between(x.reshape(2, -1).T).reshape(x.shape[1:])
         if np.isnan(height).any():
             bad = np.argmax(np.isnan(height))
             raise ValueError(
@@ -329,27 +339,26 @@ class MeasuredProfile:
 
     @computed_once
     def _between(self) -> Callable[[ndarray], ndarray]:
-        """Heights between the points; NaN outside."""
+        """Heights at points (m, 2); NaN outside of those measured."""
         if self._grid is None:
-            triangles = scipy.interpolate.LinearNDInterpolator(self.x.T, self.height)  # type: ignore[union-attr]
-            return lambda x: triangles(x[0], x[1])
+            return _triangulated(np.asarray(self.x), self.height)
         grid, height = self._grid
         bilinear = scipy.interpolate.RegularGridInterpolator(
-            grid, height, bounds_error=False, fill_value=np.nan
+            grid, height, bounds_error=False, fill_value=None
         )
-        ends = np.array([[part[0], part[-1]] for part in grid])
-        slack = OUTSIDE * np.array([part[1] - part[0] for part in grid])
+        # on the rim but for rounding is not outside
+        slack = (0.5 if self.in_middles else 0.0) + OUTSIDE
+        low = np.array([part[0] - slack * (part[1] - part[0]) for part in grid])
+        high = np.array([part[-1] + slack * (part[-1] - part[-2]) for part in grid])
 
         def between(x: ndarray) -> ndarray:
-            # on the rim but for rounding is not outside
-            near = [np.clip(part, *end) for part, end in zip(x, ends)]
-            kept = [np.where(np.abs(n - p) <= s, n, p) for n, p, s in zip(near, x, slack)]
-            return bilinear(np.stack(kept, axis=-1)).reshape(x.shape[1:])
+            measured = ((low <= x) & (x <= high)).all(axis=1)
+            return np.where(measured, bilinear(x), np.nan)
 
         return between
 
     def __getstate__(self) -> dict:
-        return {"x": self.x, "height": self.height}
+        return {"x": self.x, "height": self.height, "in_middles": self.in_middles}
 
     def __repr__(self) -> str:
         extent = (f"{part.min():.6g} to {part.max():.6g}" for part in self.x)
@@ -357,6 +366,23 @@ class MeasuredProfile:
             f"MeasuredProfile({' x '.join(map(str, self.height.shape))} heights, "
             f"{self.height.min():.6g} to {self.height.max():.6g}, at x {', y '.join(extent)})"
         )
+
+
+def _triangulated(x: ndarray, height: ndarray) -> Callable[[ndarray], ndarray]:
+    """Heights at points (m, 2), linear in triangles between others (2, n); NaN outside."""
+    # Delaunay's circles need the digits that coordinates far from the origin have lost
+    middle, scale = x.mean(axis=1), np.ptp(x, axis=1).max()
+    linear = scipy.interpolate.LinearNDInterpolator((x.T - middle) / scale, height)
+
+    def between(x: ndarray) -> ndarray:
+        at = (x - middle) / scale
+        found = linear(at)
+        beyond = np.isnan(found)
+        if beyond.any():  # on the rim but for rounding is not outside
+            found[beyond] = linear((1 - OUTSIDE) * at[beyond])
+        return found
+
+    return between
 
 
 def _require_surface(x: ndarray, height: ndarray) -> None:
