@@ -424,3 +424,27 @@ def test_hexahedra_and_quadrilaterals_at_site_coordinates(body):
         return s.deflection(plan.p)
 
     np.testing.assert_allclose(deflections((4.5e5, 5.4e6)), deflections((0.0, 0.0)), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("held", "at", "force"),
+    [(11, (1.6, 0.3), 0.6), (34, (0.2, 0.3), 0.8), (11, (1.75, -0.3), 0.6), (20, (0.2, 0.3), 0.5)],
+)
+def test_two_slabs_one_of_which_nearly_leaves_the_ground(held, at, force):
+    """Block pivoting went through contact of too few cells, and gave up there."""
+    slab = generate.rectangle(1.0, 1.2, n=24)
+    mesh = slab + slab.translated((1.5, 0.0))
+    basis, K = kirchhoff(mesh)
+    load = LinearForm(lambda v, w: 0.3 * v).assemble(basis)
+    load += force * basis.probes(np.array(at)[:, None]).toarray()[0]
+    raft = ElasticPunch(
+        HalfSpace(0.1, 0.3),
+        DualMesh.from_mesh(mesh).basis(),
+        basis,
+        1e3 * K,
+        D=basis.nodal_dofs[0][[held]],
+    )
+    one, other = (raft.solve(load, method=method) for method in ("auto", "active-set"))
+    assert one.success
+    assert other.success
+    assert other.pressure == pytest.approx(one.pressure, abs=1e-7 * one.pressure.max())

@@ -401,3 +401,18 @@ def test_a_flat_neighbour_that_hardly_touches(force):
         assert each.line is not None
         assert each.settlement == pytest.approx(alone.settlement, rel=force + 1e-5)
     assert found[0].settlement == pytest.approx(found[1].settlement, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 7])
+def test_cells_scattered_over_the_plan(seed):
+    """Beside those on the line lie some so far from it that their law is not known: NaN."""
+    rng = np.random.default_rng(seed)
+    mesh = MeshQuad.init_tensor(np.linspace(-1, 1, 18), np.linspace(-1, 1, 24))
+    mesh = mesh.restrict(np.nonzero(rng.random(mesh.nelements) < 0.35)[0])
+    gap = 0.05 * rng.random(mesh.nelements)
+    punch = RigidPunch(
+        HalfSpace(1.0, 0.3), CellBasis(mesh, ElementQuad0()), gap=gap, edge="constant"
+    )
+    found = punch.solve(force=0.3)
+    assert found.success
+    assert found.force == pytest.approx(0.3, rel=1e-12)

@@ -82,26 +82,29 @@ def active_set(
     touching = np.zeros(len(D), dtype=bool)
     history: list[float] = []
     fewest, patience, iterate = len(D) + 1, 3, True
+    wrong, excess = np.zeros_like(contact), np.zeros(len(D))
     message = f"no convergence in {most} iterations of the active set"
     for _ in range(most):
-        if contact.sum() < len(planes):
-            message = "contact shrank to fewer cells than the motions of the punch"
-            break
         inside = np.nonzero(contact)[0]
-        try:
-            found = _iterated(problem, inside, pressure[inside]) if iterate else None
-            iterate = found is not None
-            pressed, motion = found or between(problem, inside)
-        except ConvergenceError:
-            message = "contact shrank to cells on which the punch can tilt without resistance"
-            break
+        pressed = _pressed(problem, inside, pressure[inside] if iterate else None)
+        if pressed is None:
+            if wrong.sum() < 2:
+                message = "contact shrank to cells on which the punch can tilt without resistance"
+                break
+            # too many changed side at once: the half of them that was less wrong goes back
+            changed = np.nonzero(wrong)[0]
+            back = changed[np.argsort(excess[changed], kind="stable")[: len(changed) // 2]]
+            contact[back] ^= True
+            wrong[back] = False
+            continue
         pressure = np.zeros(len(D))
-        pressure[inside] = pressed
+        pressure[inside], motion, iterate = pressed
         settlement = D @ pressure
         gap = settlement + problem.gap - motion @ planes
         touching = contact.copy()
-        tiny = 1e-13 * np.abs(pressure).max(), 1e-13 * np.abs(settlement).max()
-        wrong = np.where(contact, pressure < -tiny[0], gap < -tiny[1])
+        least = 1e-13 * np.abs(pressure).max(), 1e-13 * np.abs(settlement).max()
+        wrong = np.where(contact, pressure < -least[0], gap < -least[1])
+        excess = np.where(contact, -pressure * least[1], -gap * least[0])
         history.append(int(wrong.sum()))
         if not wrong.any():
             return Contact(pressure.clip(0), motion, gap, contact, history=tuple(history))
@@ -114,6 +117,21 @@ def active_set(
             wrong[: np.nonzero(wrong)[0][-1]] = False
         contact ^= wrong
     return Contact(pressure, motion, gap, touching, False, message, tuple(history))
+
+
+def _pressed(
+    problem: ContactProblem, inside: ndarray, start: ndarray | None
+) -> tuple[ndarray, ndarray, bool] | None:
+    """Pressures on some cells, by their numbers, and the motions of the punch, and whether
+    iterations from ``start`` found them; None if it can tilt on these without resistance."""
+    if len(inside) < len(problem.planes):
+        return None
+    try:
+        if start is not None and (found := _iterated(problem, inside, start)) is not None:
+            return *found, True
+        return *between(problem, inside), False
+    except ConvergenceError:
+        return None
 
 
 def _lifted(problem: ContactProblem, contact: ndarray, most: int) -> Contact:

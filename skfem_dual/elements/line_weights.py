@@ -140,7 +140,9 @@ class LineWeights(EdgeWeights):
         the law, as the neighbours do."""
         n, sides, touching = len(self.partition), self.partition.neighbours, self.in_contact
         pairs = np.hstack([sides, sides[::-1]])
-        pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & touching[pairs[1]]]
+        # of cells far from the line, as beside holes between scattered ones, no law is known
+        known = touching & np.isfinite(self.mean)
+        pairs = pairs[:, (self.weighted & ~touching)[pairs[0]] & known[pairs[1]]]
         cell, other = np.divmod(np.unique(np.int64(n) * pairs[0] + pairs[1]), n)
         share = 1 / np.sum((self.centroids[:, cell] - self.centroids[:, other]) ** 2, axis=0)
         share *= self.mean[cell] / self.mean[other] / np.bincount(cell, share, n)[cell]
