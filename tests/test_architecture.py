@@ -119,6 +119,7 @@ LAYERS = [
         "elements.flexible",
         "elements.boussinesq",
         "elements.strips",
+        "elements.clusters",
         "elements.halving",
         "elements.deep_remainder",
         "elements.tangential_remainder",

@@ -459,3 +459,43 @@ def test_neighbours_press_too():
     assert displacement_below(one, x)[0] == pytest.approx(0.0, abs=1e-7)
     sides = [stress_below(both[k], x).sigma_z for k in (0, 1)]
     assert sides[0] == pytest.approx(sides[1])
+
+
+@pytest.mark.parametrize(("length", "at"), [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1.0, 5e6)])
+@pytest.mark.parametrize("kind", ["constant", "law of the edge"])
+def test_clusters_far_away_act_as_their_cells(monkeypatch, kind, length, at):
+    """To 1e-10 where cells are uniform; clouds of single cells are as good as 1e-6 otherwise."""
+    mesh = perturbed(polygon_of_disc(n=1500), 0.005)
+    dual = DualMesh.from_mesh(MeshTri(length * mesh.p + at, mesh.t))
+    punch = RigidPunch(SOIL, dual.basis(), origin=(at, at))
+    rng = np.random.default_rng(0)
+    pressure = rng.uniform(-1, 2, len(punch.partition))
+    loads = [CellLoads(punch.partition, pressure, None)]
+    if kind != "constant":
+        s = punch.solve(np.pi * length**2)
+        loads = [CellLoads(punch.partition, s.pressure, s.footprint.weights, s.slopes)]
+    x = np.vstack([rng.uniform(-1.5, 1.5, (2, 300)), 10 ** rng.uniform(-2.0, 1.0, 300)])
+    x = length * x + [[at], [at], [0.0]]
+    found = components(SOIL, loads, x)
+    monkeypatch.setattr("skfem_dual.elements.clusters.FEW", len(pressure))
+    every = components(SOIL, loads, x)
+    tolerance = 1e-10 if kind == "constant" else 1e-6
+    for part, size in ((slice(6), 1.0), (slice(6, 9), length)):
+        assert np.abs(found[part] - every[part]).max() < tolerance * size
+
+
+def test_clusters_of_graded_and_of_flat_cells(monkeypatch):
+    """Sizes over three decades, loads of no sum, and a row of cells on a line."""
+    x, y = np.geomspace(1, 1000, 41), np.linspace(0, 20, 21)
+    for mesh in (MeshQuad.init_tensor(x, y), MeshQuad.init_tensor(np.linspace(0, 1, 801), y[:2])):
+        partition = Partition.from_basis(CellBasis(mesh, ElementQuad0()))
+        pressure = np.random.default_rng(0).standard_normal(len(partition))
+        low, high = mesh.p.min(axis=1), mesh.p.max(axis=1)
+        points = np.random.default_rng(1).uniform([*low, 0.01], [*high, 20.0], (200, 3)).T
+        loads = [CellLoads(partition, pressure, None)]
+        found = components(SOIL, loads, points)
+        with monkeypatch.context() as patch:
+            patch.setattr("skfem_dual.elements.clusters.FEW", len(pressure))
+            every = components(SOIL, loads, points)
+        size = np.abs(every).max(axis=1, keepdims=True)
+        assert (np.abs(found - every) < 1e-10 * size).all()
