@@ -168,6 +168,13 @@ def test_cases_and_paths():
             assert one.settlement == other.settlement
 
 
+@pytest.mark.parametrize("place", ["at", "moments", "tilt"])
+def test_a_place_of_the_load_that_is_none(place):
+    """As in tables of cases for other ground, too."""
+    punch = wavy(16)[0]
+    assert punch.solve(2e-3, **{place: (0, 0)}).settlement == punch.solve(2e-3).settlement
+
+
 def flat(basis, **options):
     return RigidPunch(PeriodicGround(SOIL, (1.0, 1.0)), basis, **options)
 

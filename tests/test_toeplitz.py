@@ -189,3 +189,24 @@ def test_transforms_that_go_wrong_are_found_out(monkeypatch):
     with pytest.warns(ConvergenceWarning, match="equations do not hold"):
         wrong = punch.solve(0.1)
     assert not wrong.success
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+def test_contact_of_few_cells_is_found_by_the_active_set():
+    """Conjugate gradients ended on two of the three cells that carry so little."""
+    rng, shape = np.random.default_rng(113), (19, 31)
+    mesh = MeshQuad.init_tensor(*(np.linspace(0, 1, n + 1) for n in shape))
+    waves = np.hypot(*np.meshgrid(*(np.fft.fftfreq(n) * n for n in shape), indexing="ij"))
+    waves[0, 0] = np.inf
+    height = np.fft.fft2(rng.standard_normal(shape)) * waves ** -(1 + rng.uniform(0.3, 1.2))
+    height = np.fft.ifft2(height).real.ravel()
+    height *= 0.01 / height.std()
+    ground = LayeredHalfSpace([Layer(0.01, 30.0, 0.3)], HalfSpace(1.0, 0.2))
+    gap = height.max() - height
+    punch = RigidPunch(ground, CellBasis(mesh, ElementQuad0()), gap=gap, origin=(0.5, 0.5))
+    force = 0.01 * 10 ** rng.uniform(-6, -2)
+    at = tuple(rng.uniform(-0.3, 0.3, 2))
+    found = punch.solve(force=force, at=at)
+    assert found.success
+    assert found.force == pytest.approx(force, rel=1e-12)
+    assert found.centre_of_pressure == pytest.approx(at, rel=1e-9)

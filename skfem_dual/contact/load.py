@@ -376,8 +376,8 @@ def _where(beyond_plan: float) -> str:
 
 def between_waves(load: Load, unilateral: bool, name: str) -> Load:
     """A load on periodic ground, which neither tilts nor has a place of its own."""
-    untilted = load.tilt in (None, (0.0, 0.0)) and load.at is None and load.moments is None
-    if load.force is None or load.shear is not None or not untilted or not unilateral:
+    central = all(own in (None, (0.0, 0.0)) for own in (load.tilt, load.at, load.moments))
+    if load.force is None or load.shear is not None or not central or not unilateral:
         given = [f.name for f in fields(Load) if getattr(load, f.name) is not None]
         raise ValueError(
             f"{name}: expected a force alone on a PeriodicGround, and unilateral contact, got "

@@ -357,14 +357,19 @@ class ContactSystem:
         if method == "active-set" or not conjugate:
             problem = replace(problem, matrix=self.array)
             return active_set(problem, beginning(start, n), singular=self._singular)
-        if not (method == "auto" and self.formed):
-            return self._gradients(problem, start, gap_rtol)
-        found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
-        if found.success:
+        if method == "auto" and self.formed:
+            found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
+        else:
+            found = self._gradients(problem, start, gap_rtol)
+        if found.success or method == "cg" or not (self.formed or self._dense):
             return found
-        contact = beginning(found.pressure if found.touching.any() else start, n)
-        polished = active_set(replace(problem, matrix=self.array), contact)
-        return replace(polished, history=found.history + polished.history)
+        problem, history = replace(problem, matrix=self.array), found.history
+        for pressure in (found.pressure, start) if found.touching.any() else (start,):
+            polished = active_set(problem, beginning(pressure, n))
+            history += polished.history
+            if polished.success:
+                break
+        return replace(polished, history=history)
 
     def _gradients(
         self, problem: ContactProblem, start: ndarray | None, gap_rtol: float, most: int = MOST
