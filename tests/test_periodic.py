@@ -171,7 +171,7 @@ def test_cases_and_paths():
 @pytest.mark.parametrize("place", ["at", "moments", "tilt"])
 def test_a_place_of_the_load_that_is_none(place):
     """As in tables of cases for other ground, too."""
-    punch = wavy(16)[0]
+    punch = wavy(32)[0]
     assert punch.solve(2e-3, **{place: (0, 0)}).settlement == punch.solve(2e-3).settlement
 
 

@@ -88,7 +88,8 @@ def active_set(
         inside = np.nonzero(contact)[0]
         pressed = _pressed(problem, inside, pressure[inside] if iterate else None)
         if pressed is None:
-            if wrong.sum() < 2:
+            # where a position is imposed bodies may well be without a force
+            if wrong.sum() < 2 or not problem.conjugate:
                 message = "contact shrank to cells on which the punch can tilt without resistance"
                 break
             # too many changed side at once: the half of them that was less wrong goes back
