@@ -70,11 +70,11 @@ def test_a_case_that_turns_over(capsys, tmp_path):
 
 
 def test_cases_of_which_none_has_a_solution(capsys, tmp_path):
-    """As with a mesh: each is told, and the files are written."""
+    """As with a mesh: each is told, and the files are written, wherever the origin is."""
     cases, table, out = (tmp_path / name for name in ("cases.csv", "table.csv", "out.json"))
     for rows in ("a,1e6,5,5\nb,1e6,6,6\n", "a,-1,1,1\n"):
         cases.write_text("name,force,x,y\n" + rows)
-        files = ["--loads", cases, "--table", table, "--json", out]
+        files = ["--loads", cases, "--table", table, "--json", out, "--origin", "9", "9"]
         code, printed, err = run(capsys, "solve", "--corners", CORNERS, *GROUND, *files)
         assert code == 3
         assert "NO SOLUTION" in printed

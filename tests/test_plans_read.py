@@ -266,6 +266,7 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.geojson", "{}", "expected GeoJSON in"),
         ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),
+        ("a.geojson", 100_000 * "[", "expected GeoJSON in .*: nested too deeply"),
         ("a.geojson", "[]", "expected GeoJSON in .*: an object with a type"),
         (
             "a.geojson",

@@ -124,7 +124,8 @@ def solve_outline(
     how = not options.bilateral, options.progress or is_watched(), options.time_limit
     problem = Problem(plan, ground, given, origin, *how)
     if options.loads is not None and all(problem.fault(load) for load in given):
-        central = replace(problem, loads=(Load(force=1.0),))
+        x, y = plan.centroid - origin
+        central = replace(problem, loads=(Load(force=1.0, at=(float(x), float(y))),))
         return central.on_coarsest().solutions[0].punch.basis.dual, None
     accuracy = ACCURACY if options.accuracy is None else options.accuracy
     found, record = reached(governing(problem), accuracy)

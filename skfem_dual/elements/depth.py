@@ -190,7 +190,8 @@ class _Varying(NamedTuple):
         clouds = Clouds.from_moments(centres, radius, moments, least)
         # points as near to a cell as strips need
         distance, _ = cKDTree(x.T).query(np.vstack([centres, 0 * radius]).T)
-        near = np.nonzero(distance <= IN_STRIPS * radius)[0]
+        # more than those by rounding, as these would carry nothing
+        near = np.nonzero(distance <= 1.001 * IN_STRIPS * radius)[0]
         near = near[np.argsort(cells[near])]
         number = np.full(len(cells), -1)
         number[near] = np.arange(len(near))
