@@ -9,9 +9,10 @@ from .bodies.punch import RigidPunch
 from .bodies.punches import Punches
 from .bodies.refine import refine_to_contact
 from .contact.load import Load
+from .contact.measured import MeasuredProfile
 from .contact.motions import ShearSolution
 from .contact.region import ContactRegion
-from .contact.shapes import Cone, MeasuredProfile, Paraboloid, RoundedCylinder, Sphere
+from .contact.shapes import Cone, Paraboloid, RoundedCylinder, Sphere
 from .elements.flexible import flexible_settlement
 from .elements.load_matrix import load_matrix
 from .elements.stresses import Stresses

@@ -162,6 +162,7 @@ LAYERS = [
         "contact.exact",
         "contact.load",
         "contact.shapes",
+        "contact.measured",
         "contact.problem",
         "contact.cell_forces",
         "contact.unilateral",
@@ -310,7 +311,7 @@ ORDER = [module for layer in LAYERS for module in layer]
 LATE = {
     ("grids.dual_mesh", "grids.cellwise"),
     ("solutions.pressures", "post.fields"),
-    ("contact.shapes", "io.surfaces"),
+    ("contact.measured", "io.surfaces"),
     ("ground.substrates", "ground.hankel"),
     ("solutions.pressures", "visuals.matplotlib"),
     ("solutions.cases_solution", "io.cases"),

@@ -3,7 +3,6 @@ import pickle
 import numpy as np
 import pytest
 from plans import disc
-from scipy import interpolate
 from skfem import (
     CellBasis,
     ElementQuad1,
@@ -19,7 +18,6 @@ from skfem_dual import (
     Cone,
     DualMesh,
     HalfSpace,
-    MeasuredProfile,
     Paraboloid,
     ResolutionWarning,
     RigidPunch,
@@ -43,81 +41,6 @@ R = np.hypot(X[0] - 0.2, X[1] + 0.1)
 def test_shapes(shape, expected):
     assert shape(X) == pytest.approx(expected)
     assert pickle.loads(pickle.dumps(shape)) == shape
-
-
-def test_measured_profile():
-    """Linear between the points: exact for a plane."""
-    nodes = np.random.default_rng(1).uniform(-2, 2, (2, 200))
-    shape = MeasuredProfile(nodes, 1 + 2 * nodes[0] - nodes[1])
-    assert shape(X) == pytest.approx(1 + 2 * X[0] - X[1])
-    with pytest.raises(ValueError, match=r"outside them"):
-        shape([[3.0], [0.0]])
-
-
-AXES = np.array([-1.2, -0.3, 0.1, 1.4]), np.array([-1.0, 0.0, 0.5, 1.0, 1.6])
-
-
-def test_a_grid_of_heights_is_bilinear():
-    """Exact for a + bx + cy + dxy, by axes and by points in any order; on the rim as well."""
-    x, y = np.meshgrid(*AXES, indexing="ij")
-    heights = 1 + 2 * x - y + 3 * x * y
-    order = np.random.default_rng(0).permutation(x.size)
-    points = np.stack([x.ravel(), y.ravel()])[:, order]
-    expected = 1 + 2 * X[0] - X[1] + 3 * X[0] * X[1]
-    for shape in (MeasuredProfile(AXES, heights), MeasuredProfile(points, heights.ravel()[order])):
-        assert shape(X) == pytest.approx(expected, abs=1e-14)
-        assert shape(X.reshape(2, 5, 10)) == pytest.approx(expected.reshape(5, 10), abs=1e-14)
-        assert float(shape([1.4 + 1e-13, -1.0 - 1e-13])) == pytest.approx(0.6, abs=1e-10)
-        assert pickle.loads(pickle.dumps(shape))(X) == pytest.approx(expected, abs=1e-14)
-        with pytest.raises(ValueError, match=r"\(1.5, 0\) is outside them"):
-            shape([[0.0, 1.5], [0.0, 0.0]])
-
-
-def test_scattered_points_are_triangulated_once(monkeypatch):
-    made = []
-    triangulated = interpolate.LinearNDInterpolator
-    monkeypatch.setattr(
-        interpolate, "LinearNDInterpolator", lambda *a: made.append(1) or triangulated(*a)
-    )
-    shape = MeasuredProfile(X, X[0])
-    middle = X[:, :3].mean(axis=1)
-    assert [float(shape(middle)) for _ in range(3)] == pytest.approx([middle[0]] * 3)
-    assert len(made) == 1
-
-
-@pytest.mark.parametrize("at", [(0.0, 0.0), (5e5, 5.6e6)])
-def test_scattered_points_at_site_coordinates(at):
-    """Circles around triangles had no digits left there; the rim of turned points is on it."""
-    at, turned = np.reshape(at, (2, 1)), np.array([[0.8, -0.6], [0.6, 0.8]])
-    grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, 21)] * 2)).reshape(2, -1)
-    shape = MeasuredProfile(turned @ grid + at, np.sum(grid**2, axis=0))
-    x = np.hstack([grid, np.random.default_rng(0).uniform(-1, 1, (2, 200))])
-    assert np.abs(shape(turned @ x + at) - np.sum(x**2, axis=0)).max() < 0.0051
-    with pytest.raises(ValueError, match="is outside them"):
-        shape(turned @ [[1.001], [0.0]] + at)
-
-
-def test_heights_in_the_middles_of_rectangles(tmp_path):
-    """As of pixels: the plan may be all of them, as the cells of a finer or dual grid are."""
-    x, y = 0.1 * np.arange(10) + 2.05, 0.2 * np.arange(5) - 0.9
-    heights = 1 + 2 * x[:, None] - 3 * y + x[:, None] * y
-    np.save(tmp_path / "a.npy", heights)
-    shape = MeasuredProfile.read(tmp_path / "a.npy", (0.1, 0.2), (2.0, -1.0), peaks=False)
-    ends = np.array([[2.0, 3.0, 3.0, 2.0, 2.5], [-1.0, -1.0, 0.0, 0.0, 0.0]])
-    expected = 1 + 2 * ends[0] - 3 * ends[1] + ends[0] * ends[1]
-    for each in (shape, pickle.loads(pickle.dumps(shape))):
-        assert each(ends) == pytest.approx(expected, rel=1e-12)
-        with pytest.raises(ValueError, match="is outside them"):
-            each([3.01, -0.5])
-    with pytest.raises(ValueError, match="is outside them"):
-        MeasuredProfile((x, y), heights)(ends)
-    with pytest.raises(ValueError, match="on a grid with in_middles=True, got scattered ones"):
-        MeasuredProfile(X, X[0], in_middles=True)
-
-
-def test_points_measured_twice_have_one_height():
-    twice = np.hstack([X, X[:, :7]])
-    assert MeasuredProfile(twice, twice[0])(X) == pytest.approx(X[0])
 
 
 def test_a_gap_in_every_form():
@@ -158,46 +81,6 @@ def zeros(mesh, element):
         (lambda: Cone(2.0), ValueError, "below pi / 2"),
         (lambda: RoundedCylinder(1.0, 0.0), ValueError, "positive rounding"),
         (lambda: Sphere(1.0)([[2.0], [0.0]]), ValueError, "within the radius 1"),
-        (
-            lambda: MeasuredProfile(np.zeros((2, 2)), [0, 0]),
-            ValueError,
-            "x with at least 3 items, got 2",
-        ),
-        (lambda: MeasuredProfile(X, [[1], [2, 3]]), TypeError, "height as an array of numbers"),
-        (lambda: MeasuredProfile(X, [0.0]), ValueError, r"height of shape \(50,\), got \(1,\)"),
-        (
-            lambda: MeasuredProfile(
-                [[0, 1, 0, 1, 0.5, 0.5], [0, 0, 1, 1, 0.5, 0.5]], [0] * 5 + [9]
-            ),
-            ValueError,
-            r"one height at each point, got 0 and 9 at \(0.5, 0.5\), points 4 and 5",
-        ),
-        (
-            lambda: MeasuredProfile(4e6 + np.array([[1.0], [2.0]]) * X[0], X[0]),
-            ValueError,
-            r"got all on a line from \(3999999.005, 3999998.011\) to",
-        ),
-        (
-            lambda: MeasuredProfile([[1, 1, 1], [2, 2, 2]], [0, 0, 0]),
-            ValueError,
-            r"all on a line from \(1, 2\) to \(1, 2\). Remedy: for a shape",
-        ),
-        (lambda: MeasuredProfile(X, np.zeros((5, 10))), TypeError, "coordinates of a grid"),
-        (
-            lambda: MeasuredProfile(AXES, np.zeros((5, 4))),
-            ValueError,
-            r"height of shape \(4, 5\), got \(5, 4\). Remedy: transpose",
-        ),
-        (
-            lambda: MeasuredProfile((AXES[0], AXES[1][::-1]), np.zeros((4, 5))),
-            ValueError,
-            r"ascending coordinates x\[1\] of a grid, got 1 after 1.6 at index 1",
-        ),
-        (
-            lambda: MeasuredProfile(X, np.full(50, np.nan)),
-            ValueError,
-            "finite height, got nan at index 0",
-        ),
     ],
 )
 def test_bad_shapes(make, error, message):
