@@ -8,6 +8,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix, surface_displacement
+from skfem_dual.elements.near import NearField
 from skfem_dual.elements.pieces import Pieces
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
@@ -186,3 +187,27 @@ def test_pieces_carry_the_load_of_their_cells(name, weighted):
 
 def test_homogeneous_ground_has_none():
     assert HalfSpace(1.0, 0.2).remainder is None
+
+
+@pytest.mark.parametrize(
+    "ground",
+    [
+        GradedHalfSpace.init_linear(young=1.0, poisson=0.5, gradient=50.0),
+        LayeredHalfSpace([Layer(0.02, 50.0, 0.3)], base=HalfSpace(1.0, 0.3)),
+    ],
+)
+@pytest.mark.parametrize(("regular", "rtol"), [(True, 1e-5), (True, 1e-6), (False, 1e-6)])
+def test_series_serve_from_where_they_are_good(ground, regular, rtol):
+    """Of regular hexagons, whose harmonic moments vanish, and of unequal ones."""
+    mesh = perturbed(MeshTri.init_tensor(*[np.linspace(0, 1, 25)] * 2), 0.0 if regular else 0.01)
+    sheared = MeshTri([[1.0, 0.5], [0.0, np.sqrt(0.75)]] @ mesh.p, mesh.t)
+    cells = DualMesh.from_mesh(sheared).basis().partition
+    x, each = cells.centroids, np.arange(len(cells))
+    near = NearField.from_partition(ground, cells, None, each, rtol)
+    found = np.empty(len(cells) ** 2)
+    near.fill(x, np.array([[0], [len(cells)]]), (np.array([0, len(cells)]), each), found)
+    error = found.reshape(len(cells), -1) - influence_matrix(ground, cells, x)
+    r = np.hypot(*(x[:, :, None] - x[:, None])) + np.sqrt(cells.areas) / 4
+    relative = np.abs(error) / (ground.singular_coefficient * cells.areas / r) / rtol
+    assert relative.max() < 20
+    assert relative.mean() < 0.5

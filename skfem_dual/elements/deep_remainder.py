@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy import ndarray
 
-from ..ground.depths import BITS, DEGREE, ONE, SHIFT, DepthTables
+from ..ground.depths import BITS, DEGREE, FIRST_PANEL, DepthTables
+from ..ground.hankel import panel_at
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
@@ -155,11 +156,7 @@ def _add_triangle(x, y, density, plane, stack, rule, rule_weights, table, square
 @compiled
 def _add_force(x, y, force, table, square, sums):
     """Add the remainder of a force seen at (x, y) from it."""
-    v = 1.0 + (x * x + y * y) / square
-    bits = np.float64(v).view(np.int64)
-    panel = (bits - ONE) >> SHIFT
-    mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
-    t = (mantissa - 1.0) * (2 << BITS) - 1.0
+    panel, t, _ = panel_at(FIRST_PANEL, 1.0 + (x * x + y * y) / square, BITS)
     polynomial = table[panel]
     sz, total, difference = polynomial[DEGREE, 0], polynomial[DEGREE, 1], polynomial[DEGREE, 2]
     shear, down, outward = polynomial[DEGREE, 3], polynomial[DEGREE, 4], polynomial[DEGREE, 5]

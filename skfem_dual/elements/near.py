@@ -5,6 +5,7 @@ farther off; of edge-weighted cells the series, to which `EdgeCorrection.near` a
 missing near by. Sources: those of `ribs` and `remainder`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial
 from typing import NamedTuple, Self
@@ -19,7 +20,7 @@ from ..kernels.compiled import compiled, inputs, vectorised
 from .edge_weights import EdgeWeights
 from .moments import Series, far_influence, load_moments
 from .pieces import Pieces
-from .radial_series import DEGREE, RadialSeries, add_series
+from .radial_series import DEGREE, FEW, RadialSeries, add_series
 from .remainder import POINTS, AlongRibs, along_ribs
 from .ribs import FAR, atanh_series, rib_integral
 
@@ -28,6 +29,10 @@ from .ribs import FAR, atanh_series, rib_integral
 LEAST_REACH, ALONG_RIBS = 1.5, 5.0
 #: derivatives multiply errors of a table by no more
 SMOOTH = 100.0
+#: distances in an octave where its slope is taken
+STEPS = 12
+#: terms are taken for no less
+TINY = 1e-300
 #: Gauss points for an error of the remainder of 1e-6
 FEWER = 4
 
@@ -203,10 +208,14 @@ def _remainder(
     own = pieces._replace(first=first, last=last)
     moments = load_moments(own, around, DEGREE + 2)
     young = substrate.surface.young
-    reach = _reach(substrate.singular_coefficient * young, table, moments, radius, rtol)
+    known = substrate.singular_coefficient * young, table, radius, rtol, moments / moments[0, 0]
+    reach = np.minimum(_reach(*known, DEGREE, _of_logarithm), ALONG_RIBS * radius)
+    if SMOOTH * table.error >= known[0] * rtol:  # its derivatives are worth nothing
+        reach = np.full(radius.shape, np.inf)
+    few = _reach(*known, FEW, _of_any)
     (least,) = inputs(np.maximum(reach, radius + table.nearest) ** 2)
     return Remainder(
-        RadialSeries.from_moments(around, moments, table.coarse, table.nearest**2),
+        RadialSeries.from_moments(around, moments, table, few),
         AlongRibs.from_table(table, own, FEWER if rtol >= 1e-6 else POINTS),
         least,
         1 / young,
@@ -214,23 +223,39 @@ def _remainder(
 
 
 def _reach(
-    coefficient: float, table: RadialTable, moments: ndarray, radius: ndarray, rtol: float
+    coefficient: float,
+    table: RadialTable,
+    radius: ndarray,
+    rtol: float,
+    moments: ndarray,
+    degree: int,
+    term: Callable[[ndarray, int], ndarray],
 ) -> ndarray:
-    """Distances from which on the series will do for the remainder, (n,).
+    """Distances from which on the series up to a ``degree`` will do for the remainder, (n,).
 
-    The next terms of a logarithm, the steepest part of it, against the ``coefficient`` of 1 / r.
+    The next terms of a logarithm that is as steep as the remainder there, or half way, against
+    the ``coefficient`` of 1 / r; each by its ``term``, over the load of the cells.
     """
-    step = 1.01
-    nearer, farther = (table.evaluate(table.omega, r) for r in (radius, step * radius))
-    slope = np.abs(farther - nearer) / (np.log(step) * coefficient * rtol)
+    octaves = np.log2(table.farthest / table.nearest)
+    r = np.geomspace(table.nearest, table.farthest, int(STEPS * octaves))
+    steep = np.abs(np.gradient(table.evaluate(table.omega, r), np.log(r)))
+    steep[STEPS:] = np.maximum(steep[STEPS:], steep[:-STEPS])
     reach = LEAST_REACH * radius
-    for k in (DEGREE + 1, DEGREE + 2):
-        # the integral of (x + i y)^k over that of 1
-        power = factorial(k) * sum(1j**j * moments[k - j, j] for j in range(k + 1)) / moments[0, 0]
-        reach = np.maximum(reach, (slope * np.abs(power) / k) ** (1 / (k - 1)))
-    # derivatives of a table that is not smooth are worth nothing
-    smooth = SMOOTH * table.error < coefficient * rtol
-    return np.minimum(reach, ALONG_RIBS * radius) if smooth else np.full(radius.shape, np.inf)
+    for k in (degree + 1, degree + 2):
+        beyond = np.maximum.accumulate((steep / (k * coefficient * r ** (k - 1)))[::-1])[::-1]
+        first = np.searchsorted(1 / beyond.clip(TINY), term(moments, k) / rtol)
+        reach = np.maximum(reach, np.append(r, np.inf)[first])
+    return reach
+
+
+def _of_logarithm(moments: ndarray, k: int) -> ndarray:
+    """The integral of (x + i y)^k."""
+    return factorial(k) * np.abs(sum(1j**j * moments[k - j, j] for j in range(k + 1)))
+
+
+def _of_any(moments: ndarray, k: int) -> ndarray:
+    """The same where the function is not harmonic: all moments of that degree, taken positive."""
+    return factorial(k) * sum(np.abs(moments[k - j, j]) for j in range(k + 1))
 
 
 @compiled

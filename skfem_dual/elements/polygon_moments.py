@@ -16,6 +16,8 @@ from ..kernels.threads import Threads
 
 #: nanoseconds that a moment of a cell takes, with its sides
 EACH = 12
+#: points summed together
+TOGETHER = 16
 
 
 def polygon_moments(polygons: Polygons, degree: int, cells: ndarray | None = None) -> ndarray:
@@ -101,30 +103,39 @@ def _gauss(n: int) -> tuple[ndarray, ...]:
 
 @vectorised
 def _moments(begin, end, loads, centres, factorials, rule, out):
+    """Sums over the Gauss points of all sides of a load, of powers of x times powers of y."""
     p, indices, offsets, density, first, last = loads
     gauss, weights = rule
-    n = factorials.shape[0]
-    own = np.empty((n, n))
+    n, most = factorials.shape[0], 0
     for k in range(begin, end):
-        own[:] = 0.0
-        cx, cy = centres[0, k], centres[1, k]
+        most = max(most, offsets[last[k]] - offsets[first[k]])
+    room = most * gauss.shape[0] + TOGETHER
+    x, y, powers = np.empty((n + 1, room)), np.empty((n + 1, room)), np.arange(n)
+    over = 1 / ((powers[:, None] + powers + 2) * factorials[:, None] * factorials)
+    for k in range(begin, end):
+        count = 0
         for polygon in range(first[k], last[k]):
             before = indices[offsets[polygon + 1] - 1]
-            vx, vy = p[0, before] - cx, p[1, before] - cy
+            vx, vy = p[0, before] - centres[0, k], p[1, before] - centres[1, k]
             for at in range(offsets[polygon], offsets[polygon + 1]):
-                wx, wy = p[0, indices[at]] - cx, p[1, indices[at]] - cy
+                wx, wy = p[0, indices[at]] - centres[0, k], p[1, indices[at]] - centres[1, k]
                 cross = density[polygon] * (vx * wy - vy * wx)
                 for g in range(gauss.shape[0]):
                     s = (1 + gauss[g]) / 2
-                    x, y = vx + s * (wx - vx), vy + s * (wy - vy)
-                    power = weights[g] / 2 * cross
-                    for i in range(n):
-                        value = power
-                        for j in range(n - i):
-                            own[i, j] += value
-                            value *= y
-                        power *= x
+                    x[n, count], y[n, count] = vx + s * (wx - vx), vy + s * (wy - vy)
+                    x[0, count], y[0, count] = weights[g] / 2 * cross, 1.0
+                    count += 1
                 vx, vy = wx, wy
+        while count % TOGETHER:  # zeros: the compiler takes so many at a time
+            x[n, count] = y[n, count] = x[0, count] = y[0, count] = 0.0
+            count += 1
+        for i in range(1, n):
+            for s in range(count):
+                x[i, s] = x[i - 1, s] * x[n, s]
+                y[i, s] = y[i - 1, s] * y[n, s]
         for i in range(n):
             for j in range(n - i):
-                out[i, j, k] = own[i, j] / ((i + j + 2) * factorials[i] * factorials[j])
+                total = 0.0
+                for s in range(count):
+                    total += x[i, s] * y[j, s]
+                out[i, j, k] = total * over[i, j]

@@ -10,11 +10,19 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
-from ..ground.hankel import COARSE_DEGREE, SquareTable, coarse_place
+from ..ground.hankel import (
+    BITS,
+    COARSE,
+    COARSE_DEGREE,
+    SQUARES,
+    RadialTable,
+    SquareTable,
+    panel_at,
+)
 from ..kernels.compiled import inputs, vectorised
 
-#: greatest degree
-DEGREE = 4
+#: greatest degree, and that of cells farther off
+DEGREE, FEW = 4, 2
 
 
 class RadialSeries(NamedTuple):
@@ -26,24 +34,31 @@ class RadialSeries(NamedTuple):
         Points of the cells.
     terms : (20, n) array of float
         Factors of the derivatives of the function with respect to r^2.
-    table : SquareTable
-        The function, see `RadialTable.coarse`.
+    coarse, table : SquareTable
+        The function, in few panels, of which derivatives are taken, and in many.
     smallest : float
-        Square of the smallest distance of the table.
+        Square of the smallest distance of the tables.
+    few : (n,) array of float
+        Squares of the distances from which on the second degree will do.
     """
 
     centres: ndarray
     terms: ndarray
+    coarse: SquareTable
     table: SquareTable
     smallest: float
+    few: ndarray
 
     @classmethod
     def from_moments(
-        cls, centres: ndarray, moments: ndarray, table: SquareTable, smallest: float
+        cls, centres: ndarray, moments: ndarray, table: RadialTable, few: ndarray
     ) -> Self:
-        """Of moments as of `polygon_moments` about the centres; the first ones are zero."""
-        points, terms = inputs(centres, _terms(moments))
-        return cls(points, terms, table, smallest)
+        """Of moments as of `polygon_moments` about the centres; the first ones are zero.
+
+        From the distances ``few`` on the second degree will do.
+        """
+        points, terms, squares = inputs(centres, _terms(moments), few**2)
+        return cls(points, terms, table.coarse, table.squares[0], table.nearest**2, squares)
 
 
 def _terms(m: ndarray) -> ndarray:
@@ -67,13 +82,14 @@ def add_series(x, y, cells, series, factor, values):
 
     ``values`` has a row for each point and a column for each cell.
     """
-    centres, terms, table, smallest = series
-    coefficients, first = table
+    centres, terms, coarse, table, smallest, few = series
+    coefficients, first = coarse
+    fine, first_fine = table
     width = cells.shape[0]
     m = np.empty((terms.shape[0], width))
-    cx, cy = np.empty(width), np.empty(width)
+    cx, cy, enough = np.empty(width), np.empty(width), np.empty(width)
     for k in range(width):
-        cx[k], cy[k] = centres[0, cells[k]], centres[1, cells[k]]
+        cx[k], cy[k], enough[k] = centres[0, cells[k]], centres[1, cells[k]], few[cells[k]]
     for term in range(terms.shape[0]):
         for k in range(width):
             m[term, k] = factor * terms[term, cells[k]]
@@ -81,21 +97,32 @@ def add_series(x, y, cells, series, factor, values):
         for k in range(width):
             dx, dy = x[i] - cx[k], y[i] - cy[k]
             xx, xy, yy = dx * dx, dx * dy, dy * dy
-            panel, t, slope = coarse_place(first, max(xx + yy, smallest))
-            # Horner's scheme for the polynomial and its derivatives over k!
-            f = coefficients[panel, COARSE_DEGREE]
-            f1, f2, f3, f4 = 0.0, 0.0, 0.0, 0.0
-            for power in range(COARSE_DEGREE - 1, -1, -1):
-                f4 = f4 * t + f3
-                f3 = f3 * t + f2
-                f2 = f2 * t + f1
-                f1 = f1 * t + f
-                f = f * t + coefficients[panel, power]
+            u = max(xx + yy, smallest)
             second = m[2, k] * xx + m[3, k] * xy + m[4, k] * yy
-            second += m[5, k] * dx + m[6, k] * dy + m[7, k]
-            third = dx * (m[8, k] * xx + m[9, k] * xy + m[10, k] * yy) + m[11, k] * dy * yy
-            third += m[12, k] * xx + m[13, k] * xy + m[14, k] * yy
-            fourth = xx * (m[15, k] * xx + m[16, k] * xy + m[17, k] * yy)
-            fourth += yy * (m[18, k] * xy + m[19, k] * yy)
-            higher = 2 * f2 * second + slope * (6 * f3 * third + slope * 24 * f4 * fourth)
+            # Horner's scheme for the polynomial and its derivatives over k!
+            f1, f2 = 0.0, 0.0
+            if u >= enough[k]:
+                panel, t, slope = panel_at(first_fine, u, BITS)
+                f = fine[panel, SQUARES]
+                for power in range(SQUARES - 1, -1, -1):
+                    f2 = f2 * t + f1
+                    f1 = f1 * t + f
+                    f = f * t + fine[panel, power]
+                higher = 2 * f2 * second
+            else:
+                panel, t, slope = panel_at(first, u, COARSE)
+                f = coefficients[panel, COARSE_DEGREE]
+                f3, f4 = 0.0, 0.0
+                for power in range(COARSE_DEGREE - 1, -1, -1):
+                    f4 = f4 * t + f3
+                    f3 = f3 * t + f2
+                    f2 = f2 * t + f1
+                    f1 = f1 * t + f
+                    f = f * t + coefficients[panel, power]
+                second += m[5, k] * dx + m[6, k] * dy + m[7, k]
+                third = dx * (m[8, k] * xx + m[9, k] * xy + m[10, k] * yy) + m[11, k] * dy * yy
+                third += m[12, k] * xx + m[13, k] * xy + m[14, k] * yy
+                fourth = xx * (m[15, k] * xx + m[16, k] * xy + m[17, k] * yy)
+                fourth += yy * (m[18, k] * xy + m[19, k] * yy)
+                higher = 2 * f2 * second + slope * (6 * f3 * third + slope * 24 * f4 * fourth)
             values[i, k] += m[0, k] * f + slope * (m[1, k] * f1 + slope * higher)

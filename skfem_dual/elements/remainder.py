@@ -30,6 +30,8 @@ from .pieces import Pieces
 CLOUDS = {10: 5.0, 8: 7.0, 6: 11.0, 5: 17.0, 4: 32.0}
 #: Gauss points on each side of the foot of the perpendicular on a rib
 POINTS = 8
+#: a rib whose ends are together farther than so many of its lengths needs no hyperbolic sine
+PLAIN = 2.5
 #: cells whose clouds are made at a time, and that are looked at together
 CHUNK, TOGETHER = 2**14, 32
 
@@ -182,7 +184,10 @@ def along_ribs(x, y, cell, near):
 
 @compiled
 def _along_ribs(x, y, vertices, begin, end, coefficients, first, smallest, gauss, weights):
-    """Integral over a polygon: on each rib of h T(|h| cosh v) dv, T the primitive over r."""
+    """Integral over a polygon: on each rib of h T / r ds, T the primitive over r.
+
+    Near by it is taken over v, the distance along the rib being ``|h| sinh v``.
+    """
     total = 0.0
     for a in range(begin, end):
         b = a + 1 if a + 1 < end else begin
@@ -193,6 +198,16 @@ def _along_ribs(x, y, vertices, begin, end, coefficients, first, smallest, gauss
         dx, dy = x - vertices[0, a], y - vertices[1, a]
         h = (lx * dy - ly * dx) / length
         if abs(h) <= 1e-16 * length:
+            continue
+        ex, ey = dx - lx, dy - ly
+        if np.sqrt(dx * dx + dy * dy) + np.sqrt(ex * ex + ey * ey) > PLAIN * length:
+            part = 0.0
+            for g in range(gauss.shape[0]):
+                s = (gauss[g] + 1) / 2
+                gx, gy = dx - s * lx, dy - s * ly
+                r2 = max(gx * gx + gy * gy, smallest)
+                part += weights[g] * square_value(coefficients, first, r2) / np.sqrt(r2)
+            total += h * length / 2 * part
             continue
         t1 = -(lx * dx + ly * dy) / length
         v1, v2 = np.arcsinh(t1 / abs(h)), np.arcsinh((t1 + length) / abs(h))

@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from ..grids.partition import Partition
 from ..ground.depths import smoothness
-from ..ground.hankel import BITS, ONE, SHIFT, SQUARES
+from ..ground.hankel import BITS, SQUARES, panel_at
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
@@ -150,10 +150,8 @@ def _add_force(x, y, force, table, smallest, kernels, sums):
     """Add forces seen at (x, y) from them."""
     coefficients, first = table.coefficients, table.first
     u = max(x * x + y * y, smallest)
-    bits = np.float64(u).view(np.int64)
-    polynomial = coefficients[(bits >> SHIFT) - first]
-    mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
-    t = (mantissa - 1.0) * (2 << BITS) - 1.0
+    panel, t, _ = panel_at(first, u, BITS)
+    polynomial = coefficients[panel]
     for q in range(4):
         kernels[q] = polynomial[SQUARES, q]
         for power in range(SQUARES - 1, -1, -1):

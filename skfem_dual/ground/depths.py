@@ -24,7 +24,8 @@ from .symbols import CUTOFF, FARTHEST, GAUSS, GAUSS_WEIGHTS, NODES
 
 #: of tables: a panel is a part of an octave of r^2 + d^2 in which 2 to the power of BITS are
 BITS, DEGREE = 2, 8
-SHIFT, ONE = 52 - BITS, 1023 << 52
+#: leading bits of their first panel
+FIRST_PANEL = 1023 << BITS
 #: waves count from the first over the longest distance or depth to the last over the length of
 #: smoothness
 FIRST, LAST = 1e-7, 40.0
@@ -80,7 +81,7 @@ class DepthTables(NamedTuple):
         nodes = _waves(d, longest)
         panels = int(np.ceil(np.log2(1 + (farthest / d) ** 2) + 0.1)) << BITS
         symbols = _symbols(strata, surface, nodes.k, depths)
-        edges = ((np.arange(panels + 1) << SHIFT) + ONE).view(np.float64)
+        edges = ((np.arange(panels + 1) + FIRST_PANEL) << (52 - BITS)).view(np.float64)
         x = _nodes(DEGREE + 1)
         v = edges[:-1, None] + np.diff(edges)[:, None] * (x + 1) / 2
         values = np.empty((panels, DEGREE + 1, QUANTITIES, len(depths)))

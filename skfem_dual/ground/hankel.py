@@ -14,13 +14,12 @@ from .symbols import FARTHEST, GAUSS, GAUSS_WEIGHTS, NEAREST, Symbol
 
 #: degree of tables in a panel of ln r, and panels in an octave of r
 DEGREE, PANELS = 7, 3
-#: a table over r^2 has 2 to the power of BITS panels in an octave, each of degree SQUARES; the
-#: bits of a double below its panel are SHIFT, those of an exponent of 1 are ONE
+#: a table over r^2 has 2 to the power of BITS panels in an octave, each of degree SQUARES
 BITS, SQUARES = 6, 4
-SHIFT, ONE = 52 - BITS, 1023 << 52
-#: the same of tables whose derivatives are taken: they are smooth over more of r
+#: the same of tables of which four derivatives are taken: they are smooth over more of r
 COARSE, COARSE_DEGREE = 2, 7
-COARSE_SHIFT, EXPONENT = 52 - COARSE, 2047 << 52
+#: bits of the exponent of 1, and of all exponents
+ONE, EXPONENT = 1023 << 52, 2047 << 52
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +112,7 @@ class RadialTable:
 
     @cached_property
     def coarse(self) -> "SquareTable":
-        """omega as a function of r^2, in few panels, for `coarse_place`."""
+        """omega as a function of r^2, in few panels."""
         return SquareTable.from_function(
             lambda r: self.evaluate(self.omega, r),
             *(self.nearest, self.farthest),
@@ -197,26 +196,23 @@ class SquareTable(NamedTuple):
 
 
 @inlined
+def panel_at(first, u, bits):
+    """Panel of a `SquareTable` at the square ``u`` of a distance, t there, and dt / du."""
+    all_bits = np.float64(u).view(np.int64)
+    panel = np.uint64((all_bits >> (52 - bits)) - first)  # unsigned: none counts from the end
+    mantissa = np.int64((all_bits & ((1 << (52 - bits)) - 1)) | ONE).view(np.float64)
+    octave = np.int64(all_bits & EXPONENT).view(np.float64)
+    return panel, (mantissa - 1.0) * (2 << bits) - 1.0, (2 << bits) / octave
+
+
+@inlined
 def square_value(coefficients, first, u):
-    """A `SquareTable` at the square ``u`` of a distance in its range."""
-    bits = np.float64(u).view(np.int64)
-    panel = np.uint64((bits >> SHIFT) - first)  # unsigned: no index counts from the end
-    mantissa = np.int64((bits & ((1 << SHIFT) - 1)) | ONE).view(np.float64)
-    t = (mantissa - 1.0) * (2 << BITS) - 1.0
+    """A `SquareTable` of `BITS` at the square ``u`` of a distance in its range."""
+    panel, t, _ = panel_at(first, u, BITS)
     out = coefficients[panel, SQUARES]
     for power in range(SQUARES - 1, -1, -1):
         out = out * t + coefficients[panel, power]
     return out
-
-
-@inlined
-def coarse_place(first, u):
-    """Panel of a `RadialTable.coarse` at the square ``u`` of a distance, t there, and dt / du."""
-    bits = np.float64(u).view(np.int64)
-    panel = np.uint64((bits >> COARSE_SHIFT) - first)
-    mantissa = np.int64((bits & ((1 << COARSE_SHIFT) - 1)) | ONE).view(np.float64)
-    octave = np.int64(bits & EXPONENT).view(np.float64)
-    return panel, (mantissa - 1.0) * (2 << COARSE) - 1.0, (2 << COARSE) / octave
 
 
 def _nodes(start: float, width: float, panels: int) -> tuple[ndarray, ndarray]:

@@ -19,7 +19,7 @@ from .toeplitz import BlockToeplitz
 #: the error of sampled rows in the 2-norm may be so many times the tolerance
 ROWS = 10.0
 #: tolerance of a first attempt with a remainder beside c / r
-REMAINDER = 0.4
+REMAINDER = 0.7
 #: of more cells than the first no more vectors than the second are multiplied together: what is
 #: between takes memory
 MANY, BLOCK = 500_000, 3
@@ -36,8 +36,7 @@ def within(
 ) -> tuple[Kept, float, float]:
     """What is made with tolerances from ``rtol`` on down until its error is less; its errors.
 
-    The first attempt of a fast summation is by one that is ``known`` to other points, the second
-    the first with a sharper M2L.
+    The first attempt of a fast summation is by one that is ``known`` to other points.
     """
     if isinstance(entries.substrate, PeriodicGround):
         return _periodic(entries.substrate, entries.partition)
@@ -54,8 +53,6 @@ def within(
     for attempt in range(ATTEMPTS):
         if attempt == 0 and method == "fast" and known is not None:
             kept = known.at(*ground)
-        elif attempt == 1 and method == "fast":
-            kept = cast(FastSummation, kept).sharper(*ground)
         else:
             kept = make(entries, tolerance, rtol)
         error, row_error = sample.errors(partial(product, entries, kept))
@@ -63,8 +60,6 @@ def within(
         best = min(best, worst)
         if worst <= rtol or rtol < EXACT:
             return kept, error, row_error
-        if attempt == 0 and method == "fast":
-            continue
         tolerance *= min(0.5, 0.7 * rtol / worst)
         del kept  # gives back its memory first
         if tolerance < FINEST:

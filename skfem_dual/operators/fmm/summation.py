@@ -46,8 +46,8 @@ OCCUPANCY = 11.0
 SINGLE = 1e-7
 #: and from this one on, in centroids on homogeneous ground, near ones in short integers
 SHORT = 5e-7
-#: tolerance of M2L over that of the summation; and where that is not met with it
-ROUGHER, SHARPER = 10.0, 2.5
+#: tolerance of M2L over that of the summation
+ROUGHER = 2.5
 
 #: least order of expansions
 LEAST = 4
@@ -143,18 +143,6 @@ class FastSummation:
         if tree is None:
             return self.from_partition(substrate, partition, x, weights, self.rtol)
         return self._of(tree, substrate, partition, x, weights, self.rtol, self)
-
-    def sharper(
-        self, substrate: Substrate, partition: Partition, x: ndarray, weights: EdgeWeights | None
-    ) -> "FastSummation":
-        """With M2L to a part of the tolerance, which takes no time but in products."""
-        laws = _laws(substrate, partition, x, weights, self.chebyshev, SHARPER * self.rtol)
-        families = [self.tree.families(level) for level in range(len(self.tree.levels) - 1)]
-        far_fields = tuple(
-            replace(far, m2l=m2l_translations(self.tree, families, factors))
-            for far, (*_, factors) in zip(self.far_fields, laws, strict=True)
-        )
-        return replace(self, far_fields=far_fields)
 
     @classmethod
     def _of(
