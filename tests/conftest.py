@@ -10,7 +10,12 @@ import scipy.linalg  # noqa: F401 - brings a BLAS of its own
 from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 
+from skfem_dual.report import depth, figures
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+
+#: modules whose tests take longest: they begin, or one of them would end last and alone
+LONG = {"test_plans_solve", "test_examples", "test_docs", "test_benchmarks", "test_sweep"}
 
 matplotlib.use("agg")
 # the same examples in every run: what passes here passes elsewhere
@@ -26,6 +31,10 @@ settings.load_profile("reproducible")
 threadpool_limits(1, "blas")
 
 
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: item.path.stem not in LONG)
+
+
 @pytest.fixture
 def load(monkeypatch):
     """Imports a module of the benchmarks, for one test."""
@@ -35,3 +44,11 @@ def load(monkeypatch):
     files = [(name, str(getattr(m, "__file__", ""))) for name, m in sys.modules.items()]
     for name in [name for name, file in files if str(BENCHMARKS) in file]:
         del sys.modules[name]
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Reports without the time that pictures take."""
+    picture = figures.Picture("data:image/png;base64,", 100)
+    monkeypatch.setattr(figures, "_embedded", lambda *a, **k: picture)
+    monkeypatch.setattr(depth, "profile_picture", lambda *a: picture)

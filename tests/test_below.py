@@ -154,12 +154,14 @@ def test_neighbours_on_layers():
 
 
 @pytest.mark.parametrize(
-    "ground", [CRUST, GradedHalfSpace.init_linear(1.0, 0.3, 0.5)], ids=["crust", "linear"]
+    ("ground", "deep"),
+    [(CRUST, 1e4), (GradedHalfSpace.init_linear(1.0, 0.3, 0.5), 30.0)],
+    ids=["crust", "linear"],
 )
-def test_depths_of_any_size_together(ground):
+def test_depths_of_any_size_together(ground, deep):
     """The same as alone; far below as on the ground that is there."""
     solution = RigidPunch(ground, BASIS).solve(1.0)
-    x = np.array([[0.2, 0.2, 0.2], [0.1, 0.1, 0.1], [1e-3, 1.0, 1e4]])
+    x = np.array([[0.2, 0.2, 0.2], [0.1, 0.1, 0.1], [1e-3, 1.0, deep]])
     together = displacement_below(solution, x)[2]
     alone = [displacement_below(solution, x[:, i : i + 1])[2, 0] for i in range(3)]
     # of 1e4 times more near the surface

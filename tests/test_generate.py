@@ -349,10 +349,9 @@ def test_senses_of_small_outlines_far_from_the_origin(sense):
     assert signed_areas(found[:, :3], np.array([[0], [1], [2]]))[0] > 0
 
 
-@pytest.mark.parametrize("width", [1e-11, 1e-12])
-def test_a_plan_all_of_whose_triangles_are_flat(width):
+def test_a_plan_all_of_whose_triangles_are_flat():
     with pytest.raises(MeshError, match="no triangulation with a valid dual grid found"):
-        rectangle(1.0, width, n=30)
+        rectangle(1.0, 1e-11, n=30)
 
 
 @pytest.mark.parametrize("short", [0.1, 0.01, 1e-3])

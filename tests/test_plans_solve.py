@@ -295,7 +295,7 @@ def test_accuracy_is_kept():
     assert np.mean(kept) >= 0.98, np.nonzero(~np.array(kept))[0]
 
 
-@pytest.mark.parametrize("force", [1e-2, 1e-6, 0.0])
+@pytest.mark.parametrize("force", [1e-6, 0.0])
 def test_moments_of_hardly_a_force(force):
     """Errors were over the settlement under a force far off the plan: 4e-3 told as 2e-4; without
     one the search went on."""

@@ -33,7 +33,7 @@ from skfem_dual.contact import system
 from skfem_dual.grids import generate
 from skfem_dual.grids.generate import polygon
 from skfem_dual.io import read_mesh
-from skfem_dual.report import depth, figures, report_html, write_report
+from skfem_dual.report import figures, report_html, write_report
 from skfem_dual.report.numbers import (
     Standing,
     characteristic_points,
@@ -110,13 +110,6 @@ class Page(HTMLParser):
 
     def said(self, tag="p"):
         return " ".join(self.texts.get(tag, []))
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Reports without the time that pictures take."""
-    monkeypatch.setattr(figures, "_embedded", lambda *a, **k: figures.Picture(URI, 100))
-    monkeypatch.setattr(depth, "profile_picture", lambda *a: figures.Picture(URI, 100))
 
 
 def solved(dual=DISC, force=1.2e6, at=(0.1, 0.05), soil=SOIL, **options):

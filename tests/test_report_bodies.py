@@ -34,6 +34,8 @@ from skfem_dual.report.page import THIN, number, table
 from skfem_dual.report.results import point_names
 from skfem_dual.report.structure import imposed_on
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def tables(text, head):
     """Rows of a section: the name of each, and the numbers in it."""

@@ -20,6 +20,7 @@ from skfem_dual.report import report_html
 from skfem_dual.report.depth import below
 from skfem_dual.report.details import Details
 
+pytestmark = pytest.mark.usefixtures("undrawn")
 BASIS = DualMesh.from_mesh(rectangle(4.0, 3.0, n=60)).basis()
 LAYERS = [Layer(1.0, 20e3, 0.3), Layer(2.0, 5e3, 0.4)]
 
