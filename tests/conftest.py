@@ -10,8 +10,6 @@ import scipy.linalg  # noqa: F401 - brings a BLAS of its own
 from hypothesis import HealthCheck, settings
 from threadpoolctl import threadpool_limits
 
-from skfem_dual.report import depth, figures
-
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 #: modules whose tests take longest: they begin, or one of them would end last and alone
@@ -49,6 +47,8 @@ def load(monkeypatch):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Reports without the time that pictures take."""
+    from skfem_dual.report import depth, figures
+
     picture = figures.Picture("data:image/png;base64,", 100)
     monkeypatch.setattr(figures, "_embedded", lambda *a, **k: picture)
     monkeypatch.setattr(depth, "profile_picture", lambda *a: picture)
