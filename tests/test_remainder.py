@@ -199,8 +199,8 @@ def test_homogeneous_ground_has_none():
 @pytest.mark.parametrize(("regular", "rtol"), [(True, 1e-5), (True, 1e-6), (False, 1e-6)])
 def test_series_serve_from_where_they_are_good(ground, regular, rtol):
     """Of regular hexagons, whose harmonic moments vanish, and of unequal ones."""
-    mesh = perturbed(MeshTri.init_tensor(*[np.linspace(0, 1, 25)] * 2), 0.0 if regular else 0.01)
-    sheared = MeshTri([[1.0, 0.5], [0.0, np.sqrt(0.75)]] @ mesh.p, mesh.t)
+    mesh = perturbed(MeshTri.init_tensor(*[np.linspace(0, 1, 24)] * 2), 0.0 if regular else 0.01)
+    sheared = MeshTri([[1.0, -0.5], [0.0, np.sqrt(0.75)]] @ mesh.p, mesh.t)
     cells = DualMesh.from_mesh(sheared).basis().partition
     x, each = cells.centroids, np.arange(len(cells))
     near = NearField.from_partition(ground, cells, None, each, rtol)
@@ -210,4 +210,4 @@ def test_series_serve_from_where_they_are_good(ground, regular, rtol):
     r = np.hypot(*(x[:, :, None] - x[:, None])) + np.sqrt(cells.areas) / 4
     relative = np.abs(error) / (ground.singular_coefficient * cells.areas / r) / rtol
     assert relative.max() < 20
-    assert relative.mean() < 0.5
+    assert relative.mean() < 0.3
