@@ -1,7 +1,10 @@
 """Weights given by hand or found from the data: generalised cross-validation."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy import ndarray
+from scipy.linalg import eigvalsh
 
 from ..arguments import LARGEST, checked_number
 from ..messages import shown
@@ -11,7 +14,9 @@ from .functional import LAST, CoupleFunctional, Neighbours, Weights
 Choice = Weights | tuple[float, float] | str
 #: ratios D : A that are tried, from hardly any smoothing to an almost harmonic field
 RATIOS = 2.0 ** np.arange(-6, 13)
-#: random signs used for the trace, at least this many
+#: up to so many values the trace is that of eigenvalues; of more it is estimated
+EXACT = 1_500
+#: random signs used for the estimate, at least this many
 SIGNS = 4_000
 
 
@@ -26,8 +31,9 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
     In the family A1 = A2 = 1, D1 = D2 = t the score ``|y - S y|^2 / (1 - tr(S)/n)^2`` is
     minimised, where ``y`` holds the n old values and ``S`` takes them to the new ones (Golub,
     Heath and Wahba, Technometrics 21 (1979) 215-223). The errors should be independent, with
-    one spread on both grids. The trace is estimated with random signs (Hutchinson), the same
-    ones for every t: their error then hardly moves the minimum.
+    one spread on both grids. Of more than `EXACT` values the trace is estimated with random signs
+    (Hutchinson), the same ones for every t: their error then hardly moves the minimum. They are
+    given out in the order of the values, so that the numbers of the nodes do not matter.
 
     Parameters
     ----------
@@ -36,14 +42,15 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
     F, G : (M,) and (N,) array of float, or (M, k) and (N, k)
         Old values; k couples of them share one choice.
     seed : int
-        Of the random signs.
+        Of the random signs, where they are needed.
 
     Returns
     -------
     Weights
     """
+    F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
     n = sum(neighbours.alpha.shape)
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], (n, -(-SIGNS // n) + 3))
+    trace = _trace(neighbours) if n <= EXACT else _estimate(np.concatenate([F, G]), seed)
 
     def score(log_ratio: float) -> float:
         functional = CoupleFunctional(neighbours, smoothing_weights(2.0**log_ratio))
@@ -51,10 +58,8 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
             np.sum((old - new) ** 2)
             for old, new in zip((F, G), functional.minimise(F, G), strict=True)
         )
-        trace = np.sum(signs * _smoothed(functional, signs)) / signs.shape[1]
-        return float(residual / (1 - trace / n) ** 2)
+        return float(residual / (1 - trace(functional) / n) ** 2)
 
-    F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
     logs = np.log2(RATIOS)
     scores = [score(x) for x in logs]
     best = int(np.argmin(scores))
@@ -65,9 +70,25 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
     return smoothing_weights(2.0 ** float(logs[best]))
 
 
-def _smoothed(functional: CoupleFunctional, y: ndarray) -> ndarray:
-    first = functional.neighbours.alpha.shape[0]
-    return np.concatenate(functional.minimise(y[:first], y[first:]))
+def _trace(neighbours: Neighbours) -> Callable[[CoupleFunctional], float]:
+    # S is the inverse of 1 + t L with one matrix L for all t
+    unit = CoupleFunctional(neighbours, smoothing_weights(1.0)).matrix.toarray()
+    values = eigvalsh(unit, overwrite_a=True, check_finite=False) - 1
+    return lambda functional: float(np.sum(1 / (1 + functional.weights.D1 * values)))
+
+
+def _estimate(values: ndarray, seed: int) -> Callable[[CoupleFunctional], float]:
+    n = len(values)
+    signs = np.empty((n, -(-SIGNS // n) + 3))
+    order = np.lexsort(values.reshape(n, -1).T)
+    signs[order] = np.random.default_rng(seed).choice([-1.0, 1.0], signs.shape)
+
+    def trace(functional: CoupleFunctional) -> float:
+        first = functional.neighbours.alpha.shape[0]
+        smoothed = np.concatenate(functional.minimise(signs[:first], signs[first:]))
+        return float(np.sum(signs * smoothed) / signs.shape[1])
+
+    return trace
 
 
 def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> tuple[Weights, str]:
