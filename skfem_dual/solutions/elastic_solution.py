@@ -89,40 +89,11 @@ class ElasticSolution(CellPressures):
         forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]
-        unit = punch.compliance.units
-        # a structure lifted off by DOFs that are held has no others
-        loads = f, pressed, K @ held
-        largest = max(*(np.abs(unit * load).max() for load in loads), TINY)
-        residual = float(np.abs(unit * forces).max() / largest)
-        rounding = ROUNDING * float((unit * (abs(K) @ np.abs(bent))).max() / largest)
-        # motions that springs too soft for the factors resist do work, more than by rounding
-        ways = np.abs(punch.motions).T
-        work = np.abs(punch.motions.T @ (K @ moved)) - NOISE * (ways @ (abs(K) @ np.abs(moved)))
-        lost = work / np.maximum(ways @ np.abs(loads).sum(axis=0), TINY)
-        residual = max(residual, float(lost.max(initial=0.0)))
-        if contact.success and not residual <= EQUILIBRIUM + min(rounding, LITTLE):
-            message = (
-                f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
-                "its loads; likely cause: a stiffness of very different sizes together"
-            )
-            contact = replace(contact, success=False, message=message)
-        # without any load it stays where it is
-        if contact.success and not contact.touching.any() and moved.any():
-            message = (
-                "the structure touches the ground nowhere, and nothing else tells its position. "
-                "Remedy: loads that press it on the ground, or hold more of it, D="
-            )
-            contact = replace(contact, success=False, message=message)
+        residual, noise = _unbalanced(punch, (f, pressed, K @ held), forces, bent, moved)
+        contact = _in_equilibrium(contact, residual, noise, bool(moved.any()))
         warn_of(contact)
-        bent, cell = punch.bent_within(displacement, contact.touching)
-        if contact.success and bent > BENT:
-            at = place(cells.partition.centroids[:, cell])
-            warn(
-                f"the structure bends within cells: the mean deflection of cell {cell} at {at} is "
-                f"{100 * bent:.2g} % of the largest off that of its middle, and deflections are "
-                "rough. Remedy: smaller cells there",
-                ResolutionWarning,
-            )
+        if contact.success:
+            _warn_if_bent(punch, cells, displacement, contact.touching)
         # of the ground: what remains of the gap, less the structure's shape and deflection
         settled = contact.gap - punch.initial_gap + punch.trace @ displacement
         scale = max(np.abs(settled).max(), TINY)
@@ -242,3 +213,50 @@ class ElasticSolution(CellPressures):
     def __repr__(self) -> str:
         lines = [f"  {name:<18}{value}" for name, value in self.table().items()]
         return "\n".join(["<skfem_dual ElasticSolution object>", *lines])
+
+
+def _unbalanced(
+    punch: Any, loads: tuple[ndarray, ...], forces: ndarray, bent: ndarray, moved: ndarray
+) -> tuple[float, float]:
+    """Forces that are not balanced over the largest load, and how much of them may be rounding."""
+    K, unit = punch.compliance.stiffness, punch.compliance.units
+    # a structure lifted off by DOFs that are held has no others
+    largest = max(*(np.abs(unit * load).max() for load in loads), TINY)
+    residual = float(np.abs(unit * forces).max() / largest)
+    rounding = ROUNDING * float((unit * (abs(K) @ np.abs(bent))).max() / largest)
+    # motions that springs too soft for the factors resist do work, more than by rounding
+    ways = np.abs(punch.motions).T
+    work = np.abs(punch.motions.T @ (K @ moved)) - NOISE * (ways @ (abs(K) @ np.abs(moved)))
+    lost = work / np.maximum(ways @ np.abs(loads).sum(axis=0), TINY)
+    return max(residual, float(lost.max(initial=0.0))), min(rounding, LITTLE)
+
+
+def _in_equilibrium(contact: Contact, residual: float, noise: float, moved: bool) -> Contact:
+    """The contact, without success where forces are not balanced or nothing tells a position."""
+    if not contact.success:
+        return contact
+    if not residual <= EQUILIBRIUM + noise:
+        message = (
+            f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
+            "its loads; likely cause: a stiffness of very different sizes together"
+        )
+    elif moved and not contact.touching.any():  # without any load it stays where it is
+        message = (
+            "the structure touches the ground nowhere, and nothing else tells its position. "
+            "Remedy: loads that press it on the ground, or hold more of it, D="
+        )
+    else:
+        return contact
+    return replace(contact, success=False, message=message)
+
+
+def _warn_if_bent(punch: Any, cells: Any, displacement: ndarray, touching: ndarray) -> None:
+    bent, cell = punch.bent_within(displacement, touching)
+    if bent > BENT:
+        at = place(cells.partition.centroids[:, cell])
+        warn(
+            f"the structure bends within cells: the mean deflection of cell {cell} at {at} is "
+            f"{100 * bent:.2g} % of the largest off that of its middle, and deflections are "
+            "rough. Remedy: smaller cells there",
+            ResolutionWarning,
+        )
