@@ -195,6 +195,7 @@ LAYERS = [
         "solutions.punch_solution",
         "solutions.cases_solution",
         "solutions.elastic_solution",
+        "solutions.displaced",
         "solutions.below",
         "solutions.group_solution",
     ],

@@ -2,9 +2,10 @@
 
 import dataclasses
 
+import meshio
 import numpy as np
 import pytest
-from skfem import BilinearForm, CellBasis, ElementTriMorley, LinearForm
+from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, LinearForm
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
@@ -13,6 +14,7 @@ from skfem_dual import (
     ElasticPunch,
     HalfSpace,
     Plate,
+    Punches,
     ResolutionWarning,
     RigidPunch,
     column_load,
@@ -20,6 +22,9 @@ from skfem_dual import (
 )
 from skfem_dual.bodies import plates
 from skfem_dual.grids.generate import annulus, polygon, rectangle
+from skfem_dual.io import write_solution
+from skfem_dual.report.bodies import bodies_of
+from skfem_dual.report.details import Details
 
 SOIL = HalfSpace(young=30e3, poisson=0.3)
 RAFT = Plate(thickness=0.4, young=30e6, poisson=0.2)
@@ -128,7 +133,7 @@ def _frame(half, n):
     [_frame(0.1, 40), _frame(0.05, 80), DualMesh.from_mesh(annulus(0.8, n=16)).basis()],
     ids=["frame", "thin frame", "ring"],
 )
-def test_cells_around_a_corner_whose_centroids_lie_outside(basis):
+def test_cells_around_a_corner_whose_centroids_lie_outside(basis, tmp_path):
     """Deflections there are means over the cells: a stiff plate is a rigid punch."""
     stiff = Plate(10.0, 1e9, 0.2).on(HalfSpace(1.0, 0.3), basis)
     x = stiff.collocation_points
@@ -142,7 +147,22 @@ def test_cells_around_a_corner_whose_centroids_lie_outside(basis):
     assert solution.force == pytest.approx(force, rel=1e-9)
     rigid = RigidPunch(HalfSpace(1.0, 0.3), basis, origin=(0.0, 0.0)).solve(force, at=at)
     found = rigid.punch_displacement(x, collocated=True)
-    assert stiff.trace @ solution.displacement == pytest.approx(found, rel=1e-6)
+    assert solution.cell_deflections == pytest.approx(found, rel=1e-6)
+    ((least, most),) = bodies_of(solution, Details())[0].deflections
+    ends = rigid.punch_displacement(basis.partition.polygons.p, collocated=True)
+    assert (least, most) == pytest.approx((ends.min(), ends.max()), rel=1e-4)
+    pad = DualMesh.from_mesh(rectangle(1.0, 1.0, n=40).translated((9.0, 0.0))).basis()
+    neighbours = Punches([stiff, RigidPunch(HalfSpace(1.0, 0.3), pad, origin=(9.0, 0.0))])
+    found = neighbours.solve([load, {"force": 1.0}]).solutions
+    write_solution(tmp_path / "both.vtu", *found)
+    written = np.concatenate(meshio.read(tmp_path / "both.vtu").cell_data["displacement"])
+    assert np.isin(found[0].cell_deflections.round(12), written.round(12)).all()
+
+
+def test_elements_without_second_derivatives_are_no_plate(loaded):
+    basis = CellBasis(loaded.punch.structure.mesh, ElementTriP1())
+    with pytest.raises(TypeError, match="second derivatives, as of ElementTriMorley, got one of"):
+        RAFT.stiffness(basis)
 
 
 def test_bending_moments(loaded):

@@ -3,7 +3,7 @@ import pytest
 from plans import polar, rectangle
 from skfem import CellBasis, ElementQuad2, ElementTriMorley, ElementTriP2
 
-from skfem_dual.elements.point_values import value_matrix
+from skfem_dual.elements.point_values import locate, value_matrix
 
 
 @pytest.mark.parametrize(
@@ -28,6 +28,16 @@ def test_on_sides_the_mean_of_both():
     assert on == pytest.approx((left + right) / 2, abs=1e-5)
     moved = value_matrix(basis, x + 1e-4 * step) @ vector  # by 1e-11
     assert moved == pytest.approx(on, abs=1e-9)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e6, 1e8])
+def test_points_on_sides_are_on_both_however_far_from_the_origin(far):
+    mesh = rectangle(4).translated((far, 0.3 * far))
+    inner = np.setdiff1d(np.arange(mesh.nfacets), mesh.boundary_facets())
+    a, b = mesh.p[:, mesh.facets[:, inner]].swapaxes(0, 1)
+    x = 0.7 * a + 0.3 * b  # off the sides by rounding
+    point, _ = locate(mesh.p[:, mesh.t], x)
+    assert np.bincount(point, minlength=len(inner)).tolist() == [2] * len(inner)
 
 
 def test_points_outside():

@@ -1,6 +1,7 @@
 """Reports of structures under load cases, and beside rigid footings, against what was solved."""
 
 import dataclasses
+import pickle
 import re
 from html import unescape
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from elastic_shapes import SOIL, block, plate
 from scipy.sparse import csr_matrix
-from skfem import CellBasis, ElementTriMorley
+from skfem import CellBasis, ElementTriMorley, LinearForm
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -134,15 +135,38 @@ def test_a_case_without_a_solution_is_glaring(cases):
     assert "1 of 2" in re.sub("<.*?>", "", text)
 
 
+def test_cases_of_a_shaped_raft_that_presses_over_its_edge_in_one_of_them(cases):
+    """Pressures there are those of a copy of it."""
+    flat = cases["calm"].punch
+    uniform = LinearForm(lambda v, w: 1.0 * v).assemble(flat.structure)
+    punch = dataclasses.replace(flat, gap=lambda x: 0.05 * (x**2).sum(axis=0), edge=None)
+    light, heavy = punch.solve(5e-3 * cases["calm"].f), punch.solve(uniform)
+    assert light.punch is not heavy.punch
+    for found in ({"light": light, "heavy": heavy}, {"raft": {"light": light, "heavy": heavy}}):
+        (body,) = bodies_of(found, Details())
+        assert body.names == ("light", "heavy")
+
+
+def test_cases_from_other_processes_are_of_one_body(cases, group):
+    copy = pickle.loads(pickle.dumps(cases["aside"]))
+    (body,) = bodies_of({"calm": cases["calm"], "aside": copy}, Details())
+    assert body.names == ("calm", "aside")
+    softer = dataclasses.replace(copy.punch, stiffness=0.5 * copy.punch.stiffness)
+    other = dataclasses.replace(copy, punch=softer)
+    assert len(bodies_of({"one": cases["aside"], "softer": other}, Details())) == 2
+
+
 def test_wrong_bodies_are_refused(cases, group):
     other = RigidPunch(
         HalfSpace(2.0, 0.0), DualMesh.from_mesh(rectangle(1.0, 1.0, n=60)).basis()
     ).solve(1.0)
     calm, raft = cases["calm"], group.solutions[0]
+    softer = dataclasses.replace(raft.punch, stiffness=0.5 * raft.punch.stiffness)
+    soft = dataclasses.replace(raft, punch=softer)
     for wrong, message in (
         ({}, "expected solutions of some bodies by their names, got none"),
         ({"raft": {}}, "expected cases of 'raft' by their names, got none"),
-        ({"raft": {"a": calm, "b": raft}}, "cases of one body for 'raft', got solutions of 2"),
+        ({"raft": {"a": calm, "b": soft}}, "cases of one body for 'raft', got solutions of 2"),
         ({"raft": calm, "pad": other}, "expected bodies on the same ground, got several. Remedy"),
     ):
         with pytest.raises(ValueError, match=message):

@@ -7,8 +7,27 @@ import meshio
 import numpy as np
 import pytest
 from elastic_shapes import SOIL, block, plate
-from skfem import CellBasis, ElementTetP2, ElementTriP2, ElementVector, MeshHex, MeshTet, MeshTri
+from scipy.sparse import block_diag, diags, identity
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementQuad0,
+    ElementQuad2,
+    ElementTetP1,
+    ElementTetP2,
+    ElementTriP2,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshHex,
+    MeshQuad,
+    MeshQuad2,
+    MeshTet,
+    MeshTri,
+)
+from skfem.helpers import ddot, dot, grad, sym_grad
 from skfem.io.meshio import HEX_MAPPING
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import DualMesh, ElasticPunch, bearing_pressure, vertical_profile
 from skfem_dual.elements.point_values import vertex_values
@@ -134,6 +153,117 @@ def test_solid_in_a_file(kind, tmp_path):
             centre = corners.mean(axis=1, keepdims=True)
             a, b = corners - centre, np.roll(corners, -1, axis=1) - centre
             assert (np.cross(a.T, b.T) @ (first[:, 4:].mean(1) - first[:, :4].mean(1)) > 0).all()
+
+
+def upside_down(solution):
+    """The same with z downwards."""
+    punch = solution.punch
+    mesh = MeshTet(punch.structure.mesh.p * [[1], [1], [-1]], punch.structure.mesh.t)
+    mesh = mesh.with_boundaries(punch.structure.mesh.boundaries)
+    basis = CellBasis(mesh, punch.structure.elem)
+    flip = diags(np.where(punch.settling == 0, 1.0, -1.0))
+    turned = ElasticPunch(
+        SOIL, punch.basis, basis, flip @ punch.stiffness @ flip, boundary="base", D=punch.D
+    )
+    return turned.solve(flip @ solution.f)
+
+
+def test_a_solid_with_z_downwards_is_the_same(tmp_path):
+    """Also if its walls bear a part of the load."""
+    free = block(tilt=0.5, young=50.0)
+    base = free.punch.structure
+    held = base.get_dofs(lambda x: (x[0] < -0.99) & (x[2] > 0.9)).all()
+    punch = dataclasses.replace(free.punch, D=held)
+    found = [punch.solve(free.f)]
+    found.append(upside_down(found[0]))
+    assert found[0].vertical_reaction < -0.05 * found[0].force
+    assert found[1].vertical_reaction == pytest.approx(found[0].vertical_reaction, rel=1e-9)
+    assert found[1].pressure == pytest.approx(found[0].pressure, rel=1e-9)
+    ps, us, reliefs = [], [], [Relief.of(solution) for solution in found]
+    for solution in found:
+        write_structure(tmp_path / "f.vtu", solution)
+        p, moved, *_ = parts(tmp_path / "f.vtu")
+        ps.append(p)
+        us.append(moved)
+    flip = np.array([[1], [1], [-1]])
+    size = np.abs(us[0]).max()
+    assert ps[1] == pytest.approx(flip * ps[0], abs=1e-12)
+    assert us[1] == pytest.approx(flip * us[0], abs=1e-9 * size)
+    for surface in ("structure", "ground"):
+        one, other = (getattr(relief, surface).p for relief in reliefs)
+        assert other == pytest.approx(flip * one, abs=1e-9)
+    assert reliefs[1].edge[0] == pytest.approx(flip * reliefs[0].edge[0], abs=1e-9)
+
+
+def test_the_displacement_of_several_fields_is_that_on_which_pressure_works(tmp_path):
+    """Rotations come first here; z is downwards, as the component named is into the ground."""
+    free = upside_down(block(young=50.0))
+    mesh = free.punch.structure.mesh
+    element = ElementVector(ElementTetP1())
+    own = CellBasis(mesh, element)
+    basis = CellBasis(mesh, element * element)
+    K = linear_elasticity(*lame_parameters(50.0, 0.3)).assemble(own)
+    rotations, u = basis.split_indices()
+    both = block_diag([identity(own.N), K]).tocsr()
+    order = np.empty(basis.N, int)
+    order[np.append(rotations, u)] = np.arange(basis.N)
+    f = np.zeros(basis.N)
+    f[u] = LinearForm(lambda v, w: v[2]).assemble(FacetBasis(mesh, element, facets="top"))
+    shared = {"boundary": "base", "stiffness": both[order][:, order]}
+    solution = ElasticPunch(SOIL, free.punch.basis, basis, component=5, **shared).solve(f)
+    assert solution.success
+    write_structure(tmp_path / "f.vtu", solution)
+    moved = parts(tmp_path / "f.vtu")[1]
+    assert moved[:, : mesh.nvertices] == pytest.approx(
+        solution.displacement[u][own.nodal_dofs], rel=1e-12
+    )
+
+
+def _of_second_order():
+    mesh = MeshQuad.init_tensor(*2 * [np.linspace(-1, 1, 5)])
+    return MeshQuad2.from_mesh(mesh), None, CellBasis(mesh, ElementQuad0())
+
+
+def _on_a_part():
+    """With vertices that no element has, before and after those of the structure."""
+    mesh = MeshQuad.init_tensor(np.linspace(-3, 1, 9), np.linspace(-1, 1, 5))
+    mesh = MeshQuad(np.hstack([mesh.p, [[9.0], [9.0]]]), mesh.t)
+    mesh = mesh.with_subdomains({"raft": lambda x: x[0] > -1})
+    return mesh, "raft", CellBasis(mesh.restrict("raft"), ElementQuad0())
+
+
+@pytest.mark.parametrize("make", [_of_second_order, _on_a_part])
+def test_structures_on_any_mesh_by_their_vertices(make, tmp_path):
+    mesh, elements, cells = make()
+    basis = CellBasis(mesh, ElementQuad2() * ElementVector(ElementQuad2()), elements=elements)
+
+    @BilinearForm
+    def bending(u, r, v, s, _):
+        return 0.1 * ddot(sym_grad(r), sym_grad(s)) + 10.0 * dot(grad(u) - r, grad(v) - s)
+
+    @LinearForm
+    def load(v, s, w):
+        return (1 + w.x[0]) * v
+
+    unused = np.setdiff1d(np.arange(basis.N), basis.element_dofs)
+    punch = ElasticPunch(SOIL, cells, basis, bending.assemble(basis), D=unused)
+    solution = punch.solve(load.assemble(basis))
+    write_structure(tmp_path / "f.vtu", solution)
+    p, moved, data, corners = parts(tmp_path / "f.vtu")
+    under = np.unique(np.concatenate([c for c, k in zip(corners, data["part"]) if k == 0]))
+    assert len(under) == 25
+    assert (data["part"] == 0).sum() == 16
+    assert np.isfinite(moved).all()
+    assert -moved[2, under] == pytest.approx(solution.deflection(p[:2, under]), rel=1e-12)
+    relief = Relief.of(solution)
+    assert relief.displacement == pytest.approx(solution.deflection(relief.structure.p[:2]))
+
+
+def test_solids_on_a_part_of_their_mesh_are_refused(cube):
+    mesh = cube.punch.structure.mesh
+    half = CellBasis(mesh, ElementVector(ElementTetP2()), elements=np.arange(20))
+    with pytest.raises(TypeError, match=r"a basis on 20 of 384 elements of a MeshTet1\. Remedy"):
+        dataclasses.replace(cube.punch, structure=half)
 
 
 def test_file_refused(raft, tmp_path):

@@ -34,8 +34,10 @@ from skfem_dual import (
     DualMesh,
     GradedHalfSpace,
     HalfSpace,
+    Plate,
     RigidPunch,
     RigidPunches,
+    column_load,
 )
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.sweeps import workers
@@ -607,6 +609,15 @@ VALUES = st.recursive(
 @given(VALUES)
 def test_content_survives_pickling(value):
     assert fingerprint(pickle.loads(pickle.dumps(value))) == fingerprint(value)
+
+
+def test_content_of_a_structure_survives_use_and_pickling():
+    """Plate elements make functions of text when they are used first, which do not pickle."""
+    punch = Plate(0.3, 30e6, 0.2).on(HalfSpace(1.0, 0.3), DualMesh.from_mesh(disc(2)).basis())
+    fresh = fingerprint(punch)
+    assert punch.solve(column_load(punch.structure, (0.1, 0.0), 1.0)).success
+    assert fingerprint(punch) == fresh
+    assert fingerprint(pickle.loads(pickle.dumps(punch))) == fresh
 
 
 @given(VALUES, VALUES)

@@ -30,6 +30,17 @@ def test_plan_has_the_area_and_the_tags_of_the_base(solid):
     assert len(plan.subdomains["pad"]) == plan.nelements / 2
 
 
+@pytest.mark.parametrize("solid", SOLIDS)
+def test_cells_are_in_the_subdomains_of_the_elements_above(solid):
+    parts = {"pier": lambda x: x[0] < 0.5, "all": lambda x: x[0] < 2, "cap": lambda x: x[2] > 0.5}
+    plan = trace(tagged(solid).with_subdomains(parts), "base")
+    assert set(plan.subdomains) == {"pier", "all", "pad"}
+    middle = plan.p[0, plan.t].mean(axis=0)
+    assert (middle[plan.subdomains["all"]] > 0.5).any()
+    assert len(plan.subdomains["all"]) == plan.nelements
+    assert 0 < len(plan.subdomains["pier"]) < plan.nelements
+
+
 def test_plan_has_a_dual_grid():
     plan = trace(tagged(SOLIDS[0]).translated((2.0, 3.0, -1.0)), "base")
     assert isinstance(plan, MeshTri)

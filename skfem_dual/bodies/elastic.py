@@ -42,7 +42,7 @@ from ..contact.unilateral import How, Method
 from ..contact.verify import verified
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import values_inside
-from ..elements.shape_functions import picklable, settling
+from ..elements.shape_functions import ShapeFunctions, picklable, settling
 from ..grids.mappings import inverting
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
@@ -190,8 +190,17 @@ class ElasticPunch(Body):
         if self.boundary is None:
             return self.structure
         basis, mesh = copy(self.structure), self.structure.mesh
+        facets = checked_facets(mesh, self.boundary)
         basis.mapping = inverting(basis.mapping)
-        return basis.boundary(checked_facets(mesh, self.boundary))
+        try:
+            return basis.boundary(facets)
+        except NotImplementedError:  # by scikit-fem
+            raise TypeError(
+                "expected a solid of tetrahedra or hexahedra and a basis on all of them, got a "
+                f"basis on {basis.nelems} of {mesh.nelements} elements of a "
+                f"{type(mesh).__name__}. Remedy: a basis on mesh.restrict(elements), or "
+                "tetrahedra for prisms"
+            ) from None
 
     @computed_once
     def compliance(self) -> Compliance:
@@ -261,11 +270,28 @@ class ElasticPunch(Body):
         shape (N, m): settlement and tilts of a free one."""
         return self._motions[0]
 
+    @property
+    def idle_motions(self) -> ndarray:
+        """Displacements without resistance that leave the collocation points where they are,
+        shape (N, k), as sliding does."""
+        return self._motions[1]
+
     @computed_once
     def settling(self) -> ndarray:
         """DOFs of a settlement of the whole structure by one, shape (N,)."""
-        moved = settling(self.structure, self.component)
-        return readonly(-moved if self._upward else moved)
+        return readonly(self.sense * settling(self.structure, self.component))
+
+    @computed_once
+    def sense(self) -> float:
+        """1 if what the pressure works on is positive into the ground, -1 if it is out of it."""
+        work = self.loads.T @ settling(self.structure, self.component)
+        return float(np.sign(work.sum()))
+
+    @computed_once
+    def up(self) -> float:
+        """1, or -1 under a solid whose z is downwards: the direction of z away from the ground."""
+        up = ShapeFunctions.of(self.contact_basis, self.component).up
+        return 1.0 if up is None else float(up[0])
 
     @computed_once
     def _motions(self) -> tuple[ndarray, ndarray]:
@@ -415,7 +441,7 @@ class ElasticPunch(Body):
         if x is not None:
             held[fixed] = checked_array("x", x, (n,), each="DOF")[fixed]
         loads = self._effective(f, held)
-        require_resisted(self.structure, self.compliance, self._motions[1], loads)
+        require_resisted(self.structure, self.compliance, self.idle_motions, loads)
         return f, held
 
     def _system(self, f: ndarray, held: ndarray, flat: ndarray, dense: bool) -> ContactSystem:
@@ -450,7 +476,7 @@ class ElasticPunch(Body):
 
     def steadied(self, displacement: ndarray) -> ndarray:
         """Without the part along motions that nothing resists, such as sliding on the ground."""
-        idle, _ = np.linalg.qr(self._motions[1])
+        idle, _ = np.linalg.qr(self.idle_motions)
         return displacement - idle @ (idle.T @ displacement)
 
     def __repr__(self) -> str:

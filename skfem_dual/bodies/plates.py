@@ -143,7 +143,13 @@ class Plate:
         -------
         (N, N) csr_matrix
             ``D ((1 - nu) u_ij + nu u_kk delta_ij) v_ij``, integrated.
+
+        Raises
+        ------
+        TypeError
+            If the functions of the element have no second derivatives.
         """
+        _require_curvatures(basis, getattr(basis.basis[0][0], "hess", None))
         D, nu = self.rigidity, self.poisson
 
         @BilinearForm
@@ -177,16 +183,20 @@ class Plate:
         checked_instance("solution", solution, ElasticSolution)
         basis = solution.punch.structure
         field = basis.interpolate(solution.displacement)
-        if getattr(field, "hess", None) is None or np.ndim(field) != 2:
-            raise TypeError(
-                "expected a solution of a plate whose deflections have second derivatives, as of "
-                f"ElementTriMorley, got one of {type(basis.elem).__name__}"
-            )
+        _require_curvatures(basis, None if np.ndim(field) != 2 else field.hess)
         bent = np.asarray(dd(field))
         nu = self.poisson
         m = -self.rigidity * ((1 - nu) * bent + nu * eye(trace(bent), 2))
         means = (m * basis.dx).sum(axis=-1) / basis.dx.sum(axis=-1)
         return np.array([means[0, 0], means[1, 1], means[0, 1]])
+
+
+def _require_curvatures(basis: CellBasis, curvatures: ndarray | None) -> None:
+    if curvatures is None:
+        raise TypeError(
+            "expected a plate whose deflections have second derivatives, as of ElementTriMorley, "
+            f"got one of {type(basis.elem).__name__}"
+        )
 
 
 def column_load(

@@ -12,6 +12,8 @@ from .shape_functions import ShapeFunctions
 
 #: points so far outside of every cell, over its size, are inside but for rounding
 ROUNDING = 1e-9
+#: and so far over their distance from the origin
+FAR = 4 * float(np.finfo(float).eps)
 
 
 def locate(cells: ndarray, x: ndarray) -> tuple[ndarray, ndarray]:
@@ -37,8 +39,8 @@ def locate(cells: ndarray, x: ndarray) -> tuple[ndarray, ndarray]:
     length = np.hypot(*along)
     with np.errstate(invalid="ignore", divide="ignore"):  # sides without length
         inside = (along[0] * arm[1] - along[1] * arm[0]) / length
-    depth = np.where(length > 0, inside, np.inf).min(axis=0) / length.max(axis=0)
-    keep = depth > -ROUNDING
+    depth = np.where(length > 0, inside, np.inf).min(axis=0)
+    keep = depth > -np.maximum(ROUNDING * length.max(axis=0), FAR * np.abs(middle).max())
     order = np.argsort(point[keep], kind="stable")
     return point[keep][order], cell[keep][order]
 
@@ -91,29 +93,39 @@ def values_inside(
     return coo_matrix(entries, shape=shape).tocsr(), np.nonzero(count == 0)[0]
 
 
-def vertex_values(basis: CellBasis, vector: ndarray) -> ndarray:
+def vertex_values(basis: CellBasis, vector: ndarray, which: int = 0) -> ndarray:
     """Values of a field at the vertices of its mesh, means over the elements around each.
 
     Parameters
     ----------
     basis : CellBasis
-        Any; of several fields the first counts.
+        Any.
     vector : (N,) array of float
         Its vector.
+    which : int
+        Number of the field, if there are several.
 
     Returns
     -------
-    (..., nvertices) array of float
-        Of a vector-valued field the components come first.
+    (..., n) array of float
+        At the points ``basis.mesh.p``, NaN in those that are no vertices of the elements. Of a
+        vector-valued field the components come first.
     """
     mesh, corners = basis.mesh, basis.mesh.elem.refdom.p
     at_vertices = CellBasis(
-        mesh, basis.elem, mapping=basis.mapping, quadrature=(corners, np.ones(corners.shape[1]))
+        mesh,
+        basis.elem,
+        mapping=basis.mapping,
+        quadrature=(corners, np.ones(corners.shape[1])),
+        elements=basis.tind,
     )
     field = at_vertices.interpolate(vector)
-    values = np.asarray(field[0] if isinstance(field, tuple) else field)
-    vertices = mesh.t.T.ravel()
+    values = np.asarray(field[which] if isinstance(field, tuple) else field)
+    vertices = (mesh.t if basis.tind is None else mesh.t[:, basis.tind]).T.ravel()
     n = mesh.p.shape[1]
     flat = values.reshape(-1, vertices.size)
     sums = np.array([np.bincount(vertices, row, n) for row in flat])
-    return (sums / np.bincount(vertices, minlength=n)).reshape(*values.shape[:-2], n)
+    count = np.bincount(vertices, minlength=n)
+    means = np.full(sums.shape, np.nan)
+    np.divide(sums, count, out=means, where=count > 0)
+    return means.reshape(*values.shape[:-2], n)

@@ -134,7 +134,7 @@ class ShapeFunctions:
         element, mesh = self.basis.elem, self.basis.mesh
         if not (self._global and is_far(mesh)):
             return element, self.mapping
-        return _without_functions(element), mapping_about_middle(mesh)
+        return without_functions(element), mapping_about_middle(mesh)
 
     @property
     def _global(self) -> bool:
@@ -297,20 +297,21 @@ def picklable(basis: _B) -> _B:
     They make them again on first use.
     """
     basis = copy(basis)
-    basis.elem = _without_functions(basis.elem)
+    basis.elem = without_functions(basis.elem)
     basis.dofs = copy(basis.dofs)
     basis.dofs.element = basis.elem
     return basis
 
 
-def _without_functions(element: Element) -> Element:
+def without_functions(element: Element) -> Element:
+    """A copy of the element without the functions it has made of text, see `picklable`."""
     element = copy(element)
     parts = vars(element)
     if isinstance(element, ElementGlobal):
         parts.pop("V", None)
         parts.pop("_pbasis", None)
     if "elem" in parts:
-        parts["elem"] = _without_functions(parts["elem"])
+        parts["elem"] = without_functions(parts["elem"])
     if "elems" in parts:
-        parts["elems"] = type(parts["elems"])(map(_without_functions, parts["elems"]))
+        parts["elems"] = type(parts["elems"])(map(without_functions, parts["elems"]))
     return element

@@ -27,9 +27,9 @@ def trace(mesh: MeshTet | MeshHex, boundary: Any) -> MeshTri | MeshQuad:
     Returns
     -------
     MeshTri or MeshQuad
-        Coordinates x and y. Tags are kept: facets of other named boundaries among the cells
-        become subdomains; where another named boundary meets the plan's edge, its name is that
-        of the facets there.
+        Coordinates x and y. Tags are kept: cells are in the subdomains of the elements above
+        them, and facets of other named boundaries among them become subdomains too; where another
+        named boundary meets the plan's edge, its name is that of the facets there.
 
     Raises
     ------
@@ -62,6 +62,10 @@ def trace(mesh: MeshTet | MeshHex, boundary: Any) -> MeshTri | MeshQuad:
     outer = plan.boundary_facets()
     edges = _numbers(mesh, nodes[plan.facets[:, outer]])
     boundaries, subdomains = {}, {}
+    for name, tagged in (mesh.subdomains or {}).items():
+        below = np.nonzero(np.isin(mesh.f2t[0, facets], tagged))[0]
+        if len(below):
+            subdomains[name] = below
     for name, tagged in (mesh.boundaries or {}).items():
         inside = np.nonzero(np.isin(facets, tagged))[0]
         if 0 < len(inside) < len(facets):

@@ -105,9 +105,7 @@ def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) 
             "footing": np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
             "pressure": np.concatenate([solution.pressure for solution in solutions]),
             "first_moments": np.vstack([mean_moments(solution) for solution in solutions]),
-            "displacement": np.concatenate(
-                [_of_body(solution, part.centroids) for solution, part in every]
-            ),
+            "displacement": np.concatenate([_of_body(solution) for solution in solutions]),
         },
         {
             "displacement": np.concatenate(
@@ -117,11 +115,11 @@ def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) 
     )
 
 
-def _of_body(solution: PunchSolution | ElasticSolution, x: ndarray) -> ndarray:
-    """How far the base goes at points."""
+def _of_body(solution: PunchSolution | ElasticSolution) -> ndarray:
+    """How far the base goes in the middle of each cell."""
     if isinstance(solution, ElasticSolution):
-        return solution.deflection(x)
-    return solution.punch_displacement(x)
+        return solution.cell_deflections
+    return solution.punch_displacement(solution.punch.partition.centroids)
 
 
 def mean_moments(solution: CellPressures) -> ndarray:

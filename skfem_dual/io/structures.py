@@ -8,8 +8,8 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 from ..arguments import checked_instance, checked_number
 from ..bodies.plates import Plate
-from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
+from ..solutions.displaced import DisplacedStructure
 from ..solutions.elastic_solution import ElasticSolution
 from .polygons import blocks_of, mean_moments
 from .writing import PathLike, require_vtu, write_whole
@@ -29,12 +29,12 @@ def write_structure(
 ) -> None:
     """Write a structure and the ground to a VTU file, for ParaView and others.
 
-    One file, so that "Warp By Vector" moves both. z is upwards, the ground lies where the
-    structure stands. Point data: ``displacement`` (3 components; of a plate and of the ground
-    only the last, settlements negative). Cell data: ``part``, 0 the structure, 1 the cells, 2
-    the ground around them; ``pressure``, ``first_moments`` and ``gap`` on the cells, NaN
-    elsewhere; ``cell``, the number of an element, cell or triangle in its part; with ``plate``
-    ``moments``, its ``m_xx, m_yy, m_xy``.
+    One file, so that "Warp By Vector" moves both. z is that of a solid, upwards for a plate; the
+    ground lies where the structure stands. Point data: ``displacement`` (3 components; of a plate
+    and of the ground only the last, negative where they settle and z is upwards). Cell data:
+    ``part``, 0 the structure, 1 the cells, 2 the ground around them; ``pressure``,
+    ``first_moments`` and ``gap`` on the cells, NaN elsewhere; ``cell``, the number of an element,
+    cell or triangle in its part; with ``plate`` ``moments``, its ``m_xx, m_yy, m_xy``.
 
     Integrated over part 1 ("Threshold", then "Integrate Variables" of ParaView), ``pressure`` is
     the force and ``first_moments``, the means of ``(p x, p y, 0)`` over the cells, the first
@@ -64,13 +64,17 @@ def write_structure(
     checked_instance("solution", solution, ElasticSolution)
     beyond = checked_number("beyond", beyond, above=0)
     require_vtu(path)
-    p, moved, kind, t, level = _structure(solution)
-    punch = solution.punch
+    structure, punch = DisplacedStructure.of(solution), solution.punch
+    kind, order = KINDS[type(structure.mesh)]
+    t = structure.mesh.t[order]
     polygons, fan = punch.partition.polygons, punch.fan
     around, triangles = surroundings(punch.partition, fan, beyond)
     ground = np.hstack([polygons.p, around])
-    settled = np.vstack([np.zeros_like(ground), -solution.ground_displacement(ground)])
-    first, second = p.shape[1], p.shape[1] + polygons.p.shape[1]
+    settled = np.vstack(
+        [np.zeros_like(ground), -structure.up * solution.ground_displacement(ground)]
+    )
+    first = structure.p.shape[1]
+    second = first + polygons.p.shape[1]
     blocks: list[tuple[str, ndarray]] = [(kind, t.T)]
     numbers = [np.arange(t.shape[1])]
     for cells, vertices in blocks_of(polygons):
@@ -89,9 +93,9 @@ def write_structure(
     moments = {} if plate is None else {"moments": on_part(0, plate.moments(solution).T)}
 
     mesh = meshio.Mesh(
-        np.hstack([p, np.vstack([ground, np.full(ground.shape[1], level)])]).T,
+        np.hstack([structure.p, np.vstack([ground, np.full(ground.shape[1], structure.level)])]).T,
         blocks,
-        point_data={"displacement": np.hstack([moved, settled]).T},
+        point_data={"displacement": np.hstack([structure.displacement, settled]).T},
         cell_data={
             "part": [np.full(len(n), k) for k, n in zip(part, numbers, strict=True)],
             "cell": numbers,
@@ -102,24 +106,3 @@ def write_structure(
         },
     )
     write_whole(path, lambda file: meshio.write(file, mesh, file_format="vtu"))
-
-
-def _structure(solution: ElasticSolution) -> tuple[ndarray, ndarray, str, ndarray, float]:
-    """Vertices, displacements, elements and the height of the ground."""
-    punch = solution.punch
-    mesh = punch.structure.mesh
-    found = [names for base, names in KINDS.items() if isinstance(mesh, base)]
-    if not found:
-        raise TypeError(
-            "expected a structure of triangles, quadrilaterals, tetrahedra or hexahedra, got a "
-            f"{type(mesh).__name__}"
-        )
-    kind, order = found[0]
-    t = mesh.t[order]
-    if mesh.dim() == 3:
-        level = float(mesh.p[2, mesh.facets[:, punch.contact_basis.find]].mean())
-        return mesh.p, vertex_values(punch.structure, solution.displacement), kind, t, level
-    p = np.vstack([mesh.p, np.zeros(mesh.nvertices)])
-    moved = np.zeros_like(p)
-    moved[2] = -solution.deflection(mesh.p)
-    return p, moved, kind, t, 0.0

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..arguments import checked_instance
+from ..bodies.elastic import ElasticPunch
+from ..contact.shapes import gap_values
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.group_solution import PunchesSolution
@@ -62,7 +64,37 @@ def _is_one(solutions: Mapping) -> bool:
     """Whether solutions of structures are cases of one."""
     found = list(solutions.values())
     elastic = all(isinstance(each, ElasticSolution) for each in found)
-    return elastic and len({id(each.punch) for each in found}) == 1
+    return elastic and _count(found) == 1
+
+
+def _count(solutions: Sequence[Any]) -> int:
+    """Of how many bodies solutions are."""
+    bodies: list[Any] = []
+    for punch in {id(each.punch): each.punch for each in solutions}.values():
+        if not any(_same(punch, body) for body in bodies):
+            bodies.append(punch)
+    return len(bodies)
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two punches are one but for the edge, which the contact of a shaped one chooses, or
+    copies of each other, as from other processes."""
+    if type(a) is not type(b) or a.substrate != b.substrate or a.origin != b.origin:
+        return False
+    pairs = [_content(punch) for punch in (a, b)]
+    return all(np.array_equal(one, other) for one, other in zip(*pairs, strict=True))
+
+
+def _content(punch: Any) -> list[Any]:
+    """Arrays that tell a body from others on the same ground."""
+    polygons = punch.partition.polygons
+    middles = punch.partition.centroids
+    gap = () if punch.gap is None else gap_values(punch.gap, middles)
+    content = [polygons.p, polygons.indices, polygons.offsets, gap]
+    if isinstance(punch, ElasticPunch):
+        K, trace = punch.compliance.stiffness, punch.trace
+        content += [K.data, K.indices, K.indptr, punch.compliance.fixed, trace.data, trace.indices]
+    return content
 
 
 def _body(name: str, found: Any, details: Details) -> Body:
@@ -77,10 +109,9 @@ def _body(name: str, found: Any, details: Details) -> Body:
     for case, each in found.items():
         checked_instance(f"the name of a case of {name!r}", case, str)
         checked_instance(f"case {case!r} of {name!r}", each, (PunchSolution, ElasticSolution))
-    punches = {id(each.punch) for each in found.values()}
-    if len(punches) > 1:
+    if (count := _count(list(found.values()))) > 1:
         raise ValueError(
-            f"expected cases of one body for {name!r}, got solutions of {len(punches)}. Remedy: "
+            f"expected cases of one body for {name!r}, got solutions of {count}. Remedy: "
             "a name for each body"
         )
     if isinstance(next(iter(found.values())), ElasticSolution):

@@ -232,7 +232,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         "in_cells": {
             "pressure": solution.pressure,
             "first_moments": mean_moments(solution)[:, :2],
-            "deflection": solution.punch.trace @ solution.displacement,
+            "deflection": solution.cell_deflections,
             "gap": solution.gap,
         },
         "equilibrium_residual": solution.equilibrium_residual,

@@ -71,7 +71,7 @@ def deflections_on(solution: ElasticSolution, plan: Plan) -> tuple[ndarray, ndar
     punch, partition = solution.punch, solution.punch.partition
     x, ends = partition.polygons.p.copy(), np.unique(partition.facets[:, partition.f2c[1] < 0])
     x[:, ends] = a_little_inside(plan, x[:, ends])
-    w = np.append(punch.trace @ solution.displacement, solution.deflection(x))
+    w = np.append(solution.cell_deflections, solution.deflection(x))
     return np.hstack([punch.collocation_points, x]), w
 
 
@@ -238,6 +238,8 @@ def a_little_inside(plan: Plan, x: ndarray) -> ndarray:
     x = x.copy()
     x[:, off] = onto_segments(x[:, off], *edge_of(footprint))
     centroids = footprint.partition.centroids
+    # those of cells around re-entrant corners may lie outside
+    centroids = centroids[:, footprint.fan.locate(centroids) >= 0]
     nearest = np.argmin(np.hypot(*(x[:, :, None] - centroids[:, None])), axis=1)
     return x + INSIDE * (centroids[:, nearest] - x)
 

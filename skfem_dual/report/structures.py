@@ -93,8 +93,7 @@ class Structure:
     def mean_settlement(self) -> ndarray:
         """Mean deflection of the plan, shape (k,)."""
         areas = self.plan.partition.areas
-        trace = self.solutions[0].punch.trace
-        return np.array([areas @ (trace @ s.displacement) for s in self.solutions]) / areas.sum()
+        return np.array([areas @ s.cell_deflections for s in self.solutions]) / areas.sum()
 
     @cached_property
     def points(self) -> dict[str, ndarray]:

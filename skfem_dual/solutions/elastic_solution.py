@@ -23,6 +23,8 @@ from .punch_solution import TINY
 EQUILIBRIUM = 1e-6
 #: the same, over the forces of which they are the sums, as long as that is little of the load
 ROUNDING, LITTLE = 1e-10, 1e-3
+#: forces do as much of the work that they might on a motion if they are mostly along it
+ALONG = 0.1
 #: work of a stiffness on its own motions that is rounding, over that of its entries
 NOISE = 64 * float(np.finfo(float).eps)
 #: mean deflections of cells farther from those of their middles, over the largest, are told
@@ -90,7 +92,8 @@ class ElasticSolution(CellPressures):
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]
         residual, noise = _unbalanced(punch, (f, pressed, K @ held), forces, bent, moved)
-        contact = _in_equilibrium(contact, residual, noise, bool(moved.any()))
+        if contact.success:
+            contact = _in_equilibrium(punch, contact, forces, residual - noise, moved)
         warn_of(contact)
         if contact.success:
             _warn_if_bent(punch, cells, displacement, contact.touching)
@@ -168,9 +171,16 @@ class ElasticSolution(CellPressures):
         return super().contact_modulus / float(np.median(1 + yields.clip(0) / ground))
 
     @property
+    def cell_deflections(self) -> ndarray:
+        """Deflection of the collocation point of each cell, its centroid; where that lies outside
+        of the structure, in a cell around a re-entrant corner, the mean over the cell; shape (n,).
+        """
+        return self.punch.trace @ self.displacement
+
+    @property
     def deflection_range(self) -> tuple[float, float]:
         """Least and greatest deflection of the collocation points."""
-        deflections = self.punch.trace @ self.displacement
+        deflections = self.cell_deflections
         return float(deflections.min()), float(deflections.max())
 
     def load_vector(self, basis: AbstractBasis | None = None, **options: Any) -> ndarray:
@@ -231,16 +241,24 @@ def _unbalanced(
     return max(residual, float(lost.max(initial=0.0))), min(rounding, LITTLE)
 
 
-def _in_equilibrium(contact: Contact, residual: float, noise: float, moved: bool) -> Contact:
+def _in_equilibrium(
+    punch: Any, contact: Contact, forces: ndarray, residual: float, moved: ndarray
+) -> Contact:
     """The contact, without success where forces are not balanced or nothing tells a position."""
-    if not contact.success:
-        return contact
-    if not residual <= EQUILIBRIUM + noise:
+    if not residual <= EQUILIBRIUM:
+        idle = punch.idle_motions
+        share = np.abs(idle.T @ forces) / np.maximum(np.abs(idle).T @ np.abs(forces), TINY)
+        cause = (
+            "pressures work on a mechanism, which neither the stiffness nor points in the middle "
+            'of the cells resist. Remedy: full integration, hold it, D=, or edge="constant"'
+            if (share > ALONG).any()
+            else "likely cause: a stiffness of very different sizes together"
+        )
         message = (
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
-            "its loads; likely cause: a stiffness of very different sizes together"
+            f"its loads; {cause}"
         )
-    elif moved and not contact.touching.any():  # without any load it stays where it is
+    elif moved.any() and not contact.touching.any():  # without any load it stays where it is
         message = (
             "the structure touches the ground nowhere, and nothing else tells its position. "
             "Remedy: loads that press it on the ground, or hold more of it, D="

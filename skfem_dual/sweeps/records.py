@@ -14,11 +14,13 @@ from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
+from skfem.element import Element
 
 from ..bodies.elastic import ElasticPunch
 from ..bodies.group import RigidPunches
 from ..bodies.punch import RigidPunch
 from ..bodies.punches import Punches
+from ..elements.shape_functions import without_functions
 
 try:  # dask and loky bring it, and send classes of a script with it
     from cloudpickle import Pickler
@@ -168,6 +170,8 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return map(of, ((f.name, getattr(value, f.name)) for f in fields(value) if f.init))
     if hasattr(value, "__wrapped__"):  # compiled by numba, or a cache
         return [of(value.__wrapped__)]
+    if isinstance(value, Element):  # what plate elements have made of text does not pickle
+        value = without_functions(value)
     reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
     if isinstance(reduced, str):  # a global name
         return [reduced.encode()]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_choice, checked_instance, checked_number
-from ..elements.point_values import vertex_values
 from ..grids.surroundings import surroundings
+from ..solutions.displaced import DisplacedStructure
 from ..solutions.elastic_solution import ElasticSolution
 from .field import Field
 from .isolines import smooth_line
@@ -42,7 +42,7 @@ class Surface:
     Attributes
     ----------
     p : (3, n) array of float
-        Displaced points, z upwards.
+        Displaced points.
     faces : (k, m) array of int
         Vertices of each polygon.
     """
@@ -69,6 +69,8 @@ class Relief:
         The edge of contact, a little higher than it is.
     level : float
         Height at which the ground lay.
+    up : float
+        1, or -1 where z is downwards.
     """
 
     solution: ElasticSolution
@@ -78,24 +80,21 @@ class Relief:
     ground: Surface
     edge: list[ndarray]
     level: float
+    up: float
 
     @classmethod
     def of(cls, solution: ElasticSolution, scale: float | None = None) -> Relief:
         """Of a solution, by default displaced so that it is seen."""
         punch = solution.punch
-        mesh = punch.structure.mesh
-        solid = mesh.dim() == 3
-        if solid:
-            p, size = mesh.p, float(np.ptp(mesh.p, axis=1).max())
-            level = float(mesh.p[2, mesh.facets[:, punch.contact_basis.find]].mean())
-            faces = mesh.facets[:, mesh.boundary_facets()].T
-            moved = vertex_values(punch.structure, solution.displacement)
-        else:
-            mesh = _finer(mesh)
-            p, size = np.vstack([mesh.p, np.zeros(mesh.nvertices)]), float(np.ptp(mesh.p, 1).max())
-            level, faces = 0.0, mesh.t.T
-            moved = np.zeros_like(p)
-            moved[2] = -solution.deflection(mesh.p)
+        structure = DisplacedStructure.of(solution, TRIANGLES)
+        mesh, moved, level, up = (
+            structure.mesh,
+            structure.displacement,
+            structure.level,
+            structure.up,
+        )
+        solid, size = mesh.dim() == 3, float(np.ptp(structure.p, axis=1).max())
+        faces = (mesh.facets[:, mesh.boundary_facets()] if solid else mesh.t).T
         length = np.sqrt(np.sum(moved**2, axis=0))
         around, t = surroundings(punch.partition, punch.fan, BEYOND)
         t = np.hstack([punch.fan.t, t + punch.fan.p.shape[1]])
@@ -109,27 +108,22 @@ class Relief:
         return cls(
             solution,
             scale,
-            Surface(p + scale * moved, faces),
+            Surface(structure.p + scale * moved, faces),
             length if solid else -moved[2],
-            Surface(np.vstack([around, level - layer - scale * settled]), t.T),
+            Surface(np.vstack([around, level - up * (layer + scale * settled)]), t.T),
             [
-                np.vstack([x, level + 2 * layer - scale * solution.ground_displacement(x)])
+                np.vstack([x, level + up * (2 * layer - scale * solution.ground_displacement(x))])
                 for x in lines
             ],
             level,
+            up,
         )
 
     def on_plan(self, field: Field) -> Surface:
         """The triangles of a field on the plan, a little above the structure."""
-        z = self.level - self.scale * self.solution.deflection(field.p)
-        size = np.ptp(self.structure.p, axis=1).max()
-        return Surface(np.vstack([field.p, z + ABOVE * size]), field.t.T)
-
-
-def _finer(mesh: Any) -> Any:
-    while mesh.nelements < TRIANGLES:
-        mesh = mesh.refined()
-    return mesh
+        above = ABOVE * np.ptp(self.structure.p, axis=1).max()
+        z = self.level + self.up * (above - self.scale * self.solution.deflection(field.p))
+        return Surface(np.vstack([field.p, z]), field.t.T)
 
 
 def _round(value: float) -> float:
@@ -257,7 +251,7 @@ def _add_line(plotter: Any, x: ndarray) -> None:
 def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
     """From the front and above, with a scalar bar and the scale."""
     plotter.window_size = [1200, 800]
-    plotter.camera_position = [(-0.8, -2.2, 1.0), (0, 0, 0), (0, 0, 1)]
+    plotter.camera_position = [(-0.8, -2.2, relief.up), (0, 0, 0), (0, 0, relief.up)]
     plotter.reset_camera()
     plotter.camera.zoom(1.2)
     plotter.camera.SetWindowCenter(0.14, -0.03)

@@ -1,0 +1,83 @@
+"""A structure and its displacements in space, for files and pictures."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
+
+from ..elements.point_values import vertex_values
+from ..elements.shape_functions import place_worked_on
+from .elastic_solution import ElasticSolution
+
+#: meshes by their vertices; those of higher order are of these kinds too
+KINDS: tuple[Any, ...] = MeshTri, MeshQuad, MeshTet, MeshHex
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacedStructure:
+    """The elements of a structure, by their vertices, and where they go.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The elements, straight and in their order, with no vertices but their own.
+    p : (3, n) array of float
+        Vertices; those of a plate have the height zero.
+    displacement : (3, n) array of float
+        At the vertices; of a plate the last component only, settlements negative.
+    level : float
+        Height of the ground.
+    up : float
+        1, or -1 where z is downwards: the direction of z away from the ground.
+    """
+
+    mesh: Mesh
+    p: ndarray
+    displacement: ndarray
+    level: float
+    up: float
+
+    @classmethod
+    def of(cls, solution: ElasticSolution, least: int = 0) -> "DisplacedStructure":
+        """Of a solution; a plate is cut finer to have so many elements at least.
+
+        Raises
+        ------
+        TypeError
+            If the structure is of other elements.
+        """
+        punch = solution.punch
+        basis = punch.structure
+        kind = next((kind for kind in KINDS if isinstance(basis.mesh, kind)), None)
+        if kind is None:
+            raise TypeError(
+                "expected a structure of triangles, quadrilaterals, tetrahedra or hexahedra, got "
+                f"a {type(basis.mesh).__name__}"
+            )
+        t = basis.mesh.t if basis.tind is None else basis.mesh.t[:, basis.tind]
+        used, t = np.unique(t, return_inverse=True)
+        mesh = kind(basis.mesh.p[:, used], t.reshape(len(basis.mesh.t), -1), sort_t=False)
+        if mesh.dim() == 3:
+            own = punch.contact_basis
+            level = float(own.mesh.p[2, own.mesh.facets[:, own.find]].mean())
+            return cls(mesh, mesh.p, _of_solid(solution)[:, used], level, punch.up)
+        while mesh.nelements < least:
+            mesh = mesh.refined()
+        flat = np.zeros((1, mesh.nvertices))
+        moved = np.vstack([flat, flat, -solution.deflection(mesh.p)])
+        return cls(mesh, np.vstack([mesh.p, flat]), moved, 0.0, 1.0)
+
+
+def _of_solid(solution: ElasticSolution) -> ndarray:
+    """Displacements at the vertices of the mesh, shape (3, n), of the field on which the pressure
+    works. Where that is not the third component of a vector no horizontal ones are known."""
+    punch = solution.punch
+    basis = punch.structure
+    shapes = [np.shape(field)[:-2] for field in basis.basis[0]]
+    field, at = place_worked_on(shapes, basis.elem, punch.component, True)
+    values = vertex_values(basis, solution.displacement, field)
+    moved = values.copy() if at == (2,) else np.zeros((3, values.shape[-1]))
+    moved[2] = -punch.up * punch.sense * values[at]
+    return moved
