@@ -19,6 +19,7 @@ from skfem_dual import (
 from skfem_dual.elements.resolution import margin
 from skfem_dual.errors import MeshError
 from skfem_dual.grids.generate import disc as fine_disc
+from skfem_dual.grids.generate import polygon as fine_polygon
 from skfem_dual.grids.generate import rectangle as fine_rectangle
 
 UNIT = HalfSpace(1.0, 0.0)
@@ -115,6 +116,27 @@ def test_meshes_graded_to_the_edge(n):
     ).bounds.settlement
     assert low < 0.433916 < high
     assert high - low < 5e-4 * high
+
+
+@pytest.mark.parametrize("n", [100, 170, 300])
+@pytest.mark.parametrize(
+    ("ground", "exact"),
+    # by meshes of 1000, 2000 and 3900 cells, to 1e-6
+    [
+        (HalfSpace(1.0, 0.3), 0.2443018),
+        (
+            LayeredHalfSpace([Layer(1, 50, 0.3), Layer(2, 10, 0.45)], HalfSpace(80, 0.2)),
+            7.20879e-3,
+        ),
+    ],
+)
+def test_acute_corners(ground, exact, n):
+    """Where both grids settle too little, by nearly as much."""
+    mesh = fine_polygon([(0, 0), (6, 0), (5, 3)], n=n, graded=0.3)
+    punch = RigidPunch(ground, DualMesh.from_mesh(mesh).basis(), origin=(3.5, 1.0))
+    low, high = punch.solve(1.0).bounds.settlement
+    assert low < exact < high
+    assert high - low < 0.05 / n * exact
 
 
 @pytest.mark.parametrize("n", [150, 220, 300])

@@ -83,6 +83,17 @@ def test_equal_moduli_are_homogeneous(ground):
     assert ground.primitive(R) == pytest.approx(HalfSpace(1.0, 0.25).primitive(R), rel=1e-9)
 
 
+@pytest.mark.parametrize("at", [(0.1, 0.05), (0.7, 0.0)], ids=["full contact", "lifted off"])
+def test_punches_on_equal_layers_are_those_on_a_half_space(at):
+    """By the work of pressures, too: what is beyond c / r comes on top of the same sums."""
+    basis = DualMesh.from_mesh(disc(2)).basis()
+    layers = LayeredHalfSpace([Layer(0.7, 1.0, 0.25)], HalfSpace(1.0, 0.25))
+    one, other = (RigidPunch(g, basis).solve(1.0, at=at) for g in (layers, HalfSpace(1.0, 0.25)))
+    assert one.settlement == pytest.approx(other.settlement, rel=1e-9)
+    assert one.tilt == pytest.approx(other.tilt, rel=1e-9)
+    assert one.pressure == pytest.approx(other.pressure, rel=1e-8)
+
+
 def test_splitting_a_layer_changes_nothing():
     split = LayeredHalfSpace([Layer(0.3, 1.0, 0.25), Layer(0.7, 1.0, 0.25)], "bonded")
     assert error(split, R, BONDED.influence(R)).max() < 1e-9

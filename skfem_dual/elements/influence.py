@@ -117,9 +117,22 @@ def surface_displacement(
     known = ribs, *inputs(sums, jump)
     with Threads() as run:
         run(lambda rows: _add(*inputs(x[:, rows]), *known, columns[rows]), x.shape[1], each)
+    add_remainder(substrate, partition, pressure, x, weights, out)
+    return out
+
+
+def add_remainder(
+    substrate: Substrate,
+    partition: Partition,
+    pressure: ndarray,
+    x: ndarray,
+    weights: EdgeWeights | None,
+    out: ndarray,
+) -> None:
+    """Add the part of `surface_displacement` by the influence function beyond c / r, if any."""
+    with Threads() as run:
         for cells, add in remainder_blocks(substrate, partition, weights, x):
             run(partial(_add_product, add, pressure[cells], out), x.shape[1])
-    return out
 
 
 def _add_product(add: Add, pressure: ndarray, out: ndarray, rows: slice) -> None:

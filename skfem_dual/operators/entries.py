@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..elements.edge_correction import IN_STRIPS, EdgeCorrection
 from ..elements.edge_weights import EdgeWeights
-from ..elements.influence import influence_matrix, surface_displacement
+from ..elements.influence import add_remainder, influence_matrix, surface_displacement
 from ..elements.moment_sums import settled_by_moments
 from ..elements.near import NearField
 from ..elements.near_sums import NearSums
@@ -109,17 +109,26 @@ class Entries:
     def settlements(self, pressure: ndarray, rough: bool = False) -> ndarray:
         """The matrix times mean pressures (n,) or (n, k), without it; (m,) or (m, k).
 
-        ``rough``: as by `settled_by_moments` on homogeneous ground, in a third of the time.
+        ``rough``: by `settled_by_moments`, in a third of the time on homogeneous ground.
         """
-        if rough and self.substrate.remainder is None:
-            law, c = (self.weights, self.slopes), self.substrate.singular_coefficient
-            return settled_by_moments(c, self.partition, *law, pressure, self.x)
+        if rough:
+            return self._by_moments(pressure)
         known = self.substrate, self.partition, pressure, self.x, self.weights
         settled = surface_displacement(*known)
         if self.correction is not None:
             settled += self.correction.apply(pressure)
         if self.slopes is not None and self.sloping is not None:
             settled += self.sloping.apply(self.slopes.of(pressure))
+        return settled
+
+    def _by_moments(self, pressure: ndarray) -> ndarray:
+        c, slopes = self.substrate.singular_coefficient, self.slopes
+        settled = settled_by_moments(c, self.partition, self.weights, slopes, pressure, self.x)
+        add_remainder(self.substrate, self.partition, pressure, self.x, self.weights, settled)
+        if slopes is not None and self.substrate.remainder is not None:
+            dipoles = SlopeCorrection.from_sums(slopes, self.substrate, self.x, [])
+            beyond = dipoles.fall._replace(coefficient=0.0)
+            settled += replace(dipoles, fall=beyond).apply(slopes.of(pressure))
         return settled
 
     def rows(self, i: ndarray) -> ndarray:

@@ -24,14 +24,14 @@ from ..operators.symmetry import Symmetry
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
 #: of flat punches with edge-weighted cells from those by work on triangles, and from those by
 #: collocation; of shaped ones from those with a line of contact, and from those without
-TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.5, 3.0), (0.3, 0.5), (2.0, 2.0), 0.4
+TRIANGLES, COLLOCATED, LINE, NO_LINE = (2.8, 3.0), (0.3, 0.5), (2.0, 2.0), 0.4
 #: the same with constant pressures: in full contact, lifted off and of shaped punches
 FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 #: least half of a width, over the size of the quantity: quadrature of the entries; by cells in
-#: contact, with edge-weighted ones, with these lifted off, with these of shaped punches, with
-#: others, and where contact ends with the cells
-FLOOR, BY_WEIGHTED, WEIGHTED_LIFTED, PRESSED_OVER = 1e-5, (0.01, 0.02), (0.01, 0.08), (0.2, 0.02)
-BY_CELLS, ENDS_WITH_CELLS = (0.02, 0.01), (0.3, 0.5)
+#: contact, with edge-weighted ones in full contact and lifted off, on plans without corners and
+#: with, with these of shaped punches, with others, and where contact ends with the cells
+FLOOR, ROUND, CORNERED = 1e-5, ((0.01, 0.02), (0.01, 0.08)), ((0.016, 0.02), (0.016, 0.08))
+PRESSED_OVER, BY_CELLS, ENDS_WITH_CELLS = (0.2, 0.02), (0.02, 0.01), (0.3, 0.5)
 
 Side = Literal["found", "proven"]
 
@@ -158,7 +158,9 @@ def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[nd
     if shaped and full and solution.punch.edge == "singular":
         least = PRESSED_OVER
     if weighted:
-        least = BY_WEIGHTED if full else WEIGHTED_LIFTED
+        corners = solution.footprint.weights.corners
+        cornered = corners is not None and len(corners.node) > 0
+        least = (CORNERED if cornered else ROUND)[0 if full else 1]
     half = np.zeros(3)
     for some, close in zip(positions, closer, strict=True):
         by = np.full((len(some), 2), worse)
