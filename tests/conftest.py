@@ -14,6 +14,29 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 #: modules whose tests take longest: they begin, or one of them would end last and alone
 LONG = {"test_plans_solve", "test_examples", "test_docs", "test_benchmarks", "test_sweep"}
+#: modules that compile next to nothing: the second of two workers begins with them, while the
+#: first compiles what both need
+PLAIN = {
+    "test_architecture",
+    "test_generate",
+    "test_checks",
+    "test_couples",
+    "test_preprocess",
+    "test_dual_mesh",
+    "test_general",
+    "test_plans",
+    "test_plans_read",
+    "test_damaged_files",
+    "test_surfaces",
+    "test_tables",
+    "test_arguments",
+    "test_units",
+    "test_functional",
+    "test_cellwise",
+    "test_partition",
+    "test_strata",
+    "test_hankel",
+}
 
 matplotlib.use("agg")
 # the same examples in every run: what passes here passes elsewhere
@@ -30,7 +53,12 @@ threadpool_limits(1, "blas")
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: item.path.stem not in LONG)
+    first, second, others = [], [], []
+    for item in items:
+        name = item.path.stem
+        (first if name in LONG else second if name in PLAIN else others).append(item)
+    ahead = max(len(items) // 2 - len(first), 0)
+    items[:] = first + others[:ahead] + second + others[ahead:]
 
 
 @pytest.fixture
