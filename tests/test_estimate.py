@@ -9,6 +9,7 @@ from plans import annulus, disc, ellipse, perturbed, rectangle
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, repair
 from skfem_dual.contact.exact import circle_settlement, circle_tilt, ellipse_settlement
+from skfem_dual.contact.shapes import Paraboloid
 from skfem_dual.post.estimate import estimate_error, marked
 
 SOIL = HalfSpace(1.0, 0.25)
@@ -117,3 +118,15 @@ def test_adaptive_refinement_beats_uniform():
 def test_negative_indicators_are_refused():
     with pytest.raises(ValueError, match="expected indicators from 0 on, got -2 of cell 1"):
         marked(np.array([1.0, -2.0]), 0.5)
+
+
+@pytest.mark.parametrize(("at", "gap"), [((0.55, 0.2), None), ((0.0, 0.0), Paraboloid(5.0))])
+def test_no_bracket_of_punches_that_lift_off_or_are_shaped(at, gap):
+    """The exact settlement of the first, 0.4113, is larger than both, on any mesh."""
+    dual = DualMesh.from_mesh(disc(3))
+    options = {"edge": "constant", "origin": (0.0, 0.0), "gap": gap}
+    on_cells = RigidPunch(SOIL, dual.basis(), collocation="node", **options)
+    on_triangles = RigidPunch(SOIL, dual.primal_basis(), **options)
+    estimate = estimate_error(on_cells.solve(0.01, at=at), on_triangles.solve(0.01, at=at))
+    assert not estimate.bracketed.any()
+    assert estimate.mixed_settlement == pytest.approx(estimate.settlement.mean(), rel=1e-12)

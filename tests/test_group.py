@@ -280,6 +280,12 @@ def test_bad_groups():
     for names in (["left"], ["left", "left"]):
         with pytest.raises(ValueError, match="expected 2 names that differ"):
             RigidPunches(pair(3.0).punches, names=names)
+    inside = [punch(disc(1)), punch(disc(1).scaled(0.3))]
+    for pair_ in (inside, inside[::-1]):
+        with pytest.raises(ValueError, match="overlap, got punches 0, 1"):
+            RigidPunches(pair_)
+    with pytest.raises(ValueError, match=r"positive semidefinite, got negative .* rows 0, 1, 2"):
+        RigidPunches(pair(3.0).punches, stiffness=-np.eye(6))
     with pytest.raises(ValueError, match="got punches left, right that do"):
         RigidPunches([punch(disc(1))] * 2, names=["left", "right"])
     with pytest.raises(ValueError, match=r"without\. Remedy: mesh\.with_subdomains"):

@@ -96,11 +96,24 @@ def test_numbers_of_nodes_do_not_matter(monkeypatch, exact):
     t = np.argsort(nodes)[mesh.t[:, triangles]]
     grids = [DualMesh.from_mesh(m) for m in (mesh, MeshTri(mesh.p[:, nodes], t))]
     F, G = rng.normal(size=mesh.nvertices), rng.normal(size=mesh.nelements)
+    F[mesh.p[0] < 0.8] = G[mesh.p[0, mesh.t].max(axis=0) < 0.8] = 0.0  # as out of contact
     one = smooth_couple(F, G, grids[0])
     other = smooth_couple(F[nodes], G[triangles], grids[1])
     assert_allclose(other.weights.D1, one.weights.D1, rtol=1e-9)
     assert_allclose(other.first, one.first[nodes], atol=1e-12)
     assert_allclose(other.second, one.second[triangles], atol=1e-12)
+
+
+@pytest.mark.parametrize("exact", [0, 1500])
+@pytest.mark.parametrize("factor", [1e-165, 1e160, -1.0])
+def test_neither_size_nor_sign_of_values_matters(monkeypatch, exact, factor):
+    monkeypatch.setattr("skfem_dual.post.weights.EXACT", exact)
+    rng = np.random.default_rng(0)
+    lines = np.linspace(0, 1, 7)
+    neighbours = Neighbours.of(rectangular_couple(lines, lines))
+    F, G = (rng.normal(size=n) for n in neighbours.alpha.shape)
+    one, other = (gcv_weights(neighbours, k * F, k * G).D1 for k in (1.0, factor))
+    assert other == pytest.approx(one, rel=1e-9)
 
 
 def test_extremes_of_cross_validation():

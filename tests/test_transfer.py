@@ -6,6 +6,8 @@ import pytest
 from plans import annulus, disc, perturbed, rectangle
 from skfem import (
     CellBasis,
+    ElementHex1,
+    ElementLineP1,
     ElementQuad0,
     ElementQuad1,
     ElementQuad2,
@@ -15,8 +17,11 @@ from skfem import (
     ElementTriP2,
     ElementVector,
     Functional,
+    MeshHex,
+    MeshLine,
     MeshQuad,
     MeshTri,
+    MeshTri2,
 )
 
 from skfem_dual import (
@@ -277,3 +282,24 @@ def test_fields_on_some_elements_in_files(tmp_path, whole):
     assert np.array_equal(found.cells[0].data.T, basis.mesh.t[:, left])
     if not isinstance(basis.elem, ElementTriP1):
         assert np.array_equal(found.cell_data["p"][0], values[basis.element_dofs[0]])
+
+
+def test_curved_elements_are_refused():
+    """Their sides are not where those of their vertices are: part of the force would be lost."""
+    curved = CellBasis(MeshTri2.init_circle(1), ElementTriP2())
+    large = MeshTri().refined(3).scaled(2.4).translated((-1.2, -1.2))
+    with pytest.raises(ValueError, match=r"straight sides, got elements 4, 5, .* of a MeshTri2"):
+        transfer(curved, curved.ones(), CellBasis(large, ElementTriP1()))
+    with pytest.raises(ValueError, match="straight sides"):
+        evaluate(curved, curved.ones(), [[0.1], [0.2]])
+    straight = CellBasis(MeshTri2.from_mesh(large), ElementTriP2())
+    assert evaluate(straight, straight.doflocs[0], [[0.1], [0.2]]) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    "basis", [CellBasis(MeshLine(), ElementLineP1()), CellBasis(MeshHex(), ElementHex1())]
+)
+def test_fields_in_files_are_plane(basis, tmp_path):
+    with pytest.raises(TypeError, match="expected a mesh of triangles or quadrilaterals, got a"):
+        write_field(tmp_path / "f.vtu", basis, np.ones(basis.N))
+    assert not list(tmp_path.iterdir())

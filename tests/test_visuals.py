@@ -16,14 +16,18 @@ from skfem import (
     ElementQuad0,
     ElementQuad1,
     ElementQuad2,
+    ElementTriArgyris,
     ElementTriDG,
     ElementTriP0,
     ElementTriP1,
+    ElementTriP1DG,
     ElementTriP2,
+    ElementTriP3,
     ElementVector,
     MeshLine,
     MeshQuad,
     MeshTri,
+    MeshTri2,
 )
 
 from skfem_dual import (
@@ -38,6 +42,7 @@ from skfem_dual import (
 from skfem_dual.bodies.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid
+from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
@@ -996,3 +1001,24 @@ def test_scalar_bars_of_slender_plans_are_as_high(height):
     assert bar.height > 0.8 * plan.height
     assert bar.x0 > plan.x1
     assert bar.width < 0.1 * plan.height
+
+
+@pytest.mark.parametrize("element", [ElementTriP2, ElementTriP3, ElementTriArgyris])
+def test_fields_of_higher_order_on_some_elements(element):
+    mesh, some = rectangle(2.0, 1.0, n=40), np.array([5, 3, 8, 40, 7, 12])
+    basis = CellBasis(mesh, element(), elements=some)
+    field = continuous(basis, CellBasis(mesh, element()).project(lambda x: x[0] * x[1]))
+    assert field.values == pytest.approx(field.p[0] * field.p[1], abs=1e-9)
+    assert np.abs(signed_areas(field.p, field.t)).sum() == pytest.approx(basis.dx.sum(), rel=1e-9)
+
+
+@pytest.mark.parametrize("visuals", BACKENDS)
+def test_curved_and_discontinuous_elements_are_refused(visuals):
+    curved = MeshTri2.init_circle(1)
+    for element in (ElementTriP1(), ElementTriP2()):
+        basis = CellBasis(curved, element)
+        with pytest.raises(ValueError, match=r"straight elements .* got a MeshTri2\. Remedy"):
+            visuals.isobars(basis, basis.ones())
+    basis = CellBasis(rectangle(1.0, 1.0, n=20), ElementTriP1DG())
+    with pytest.raises(ValueError, match="got ElementTriP1DG"):
+        visuals.isobars(basis, basis.ones())

@@ -20,6 +20,7 @@ from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
+from ..grids.polygons import some
 from ..kernels.once import computed_once
 from ..operators.compliance import Compliance, generalised_inverse
 from ..operators.yielding import YieldingOperator
@@ -141,5 +142,11 @@ def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:
     """
     matrix = stiffness.toarray() if issparse(stiffness) else stiffness
     matrix = checked_array("stiffness", matrix, (3 * bodies, 3 * bodies))
+    if len(bad := np.nonzero(matrix.diagonal() < 0)[0]):
+        raise ValueError(
+            "expected a stiffness that is positive semidefinite, got negative numbers on its "
+            f"diagonal, in rows {some(bad)}. Remedy: forces that move the bodies are stiffness "
+            "times positions"
+        )
     generalised_inverse(matrix)
     return matrix

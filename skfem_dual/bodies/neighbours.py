@@ -140,7 +140,9 @@ def require_apart(punches: Sequence[Any], names: Sequence[str]) -> None:
         owner.append(np.full(len(outer), number))
     bad = covered_twice(np.hstack(points), np.hstack(facets), np.hstack(inside))
     if len(bad):
-        called = [names[i] for i in np.unique(np.concatenate(owner)[bad])]
+        x = np.hstack(inside)[:, bad]
+        around = [i for i, punch in enumerate(punches) if (punch.fan.locate(x) >= 0).any()]
+        called = [names[i] for i in np.union1d(np.concatenate(owner)[bad], around)]
         raise ValueError(
             f"expected plans that do not overlap, got punches {some(called)} that do. Remedy: "
             "move them apart"
@@ -219,8 +221,8 @@ def require_balance(
             continue
         if load.force == 0 and len(group.bodies) > 1:
             raise ValueError(
-                f"{called}: expected a positive force. Remedy: leave out bodies without a load, "
-                "or give them their weight"
+                f"{called}: expected a positive force, got 0. Remedy: leave out bodies without a "
+                "load, or give them their weight"
             )
         members = [group.punches[i] for i in body]
         around = hulls([punch.footprint for punch in members], centre)

@@ -318,8 +318,8 @@ class Punches:
                 loaded = constraints.fixed.any() or constraints.given.any()
                 if len(planes) and not loaded and len(constraints.given) == len(constraints.fixed):
                     raise ValueError(
-                        "expected a force. Remedy: leave out bodies without a load, or give them "
-                        "their weight"
+                        "expected a force, got none. Remedy: leave out bodies without a load, or "
+                        "give them their weight"
                     )
                 if isinstance(punch, RigidPunch):
                     origin, flat = punch.origin - punch.centre, punch.gap is None

@@ -366,5 +366,9 @@ def read_loads(options: argparse.Namespace) -> CaseRows | None:
         found.setdefault(row.name, {}).setdefault(footing, []).append(row)
     for case, of in found.items():
         if missing := [name for name in names if name not in of]:
-            raise ValueError(f"expected a load of footing {missing[0]} in case {case!r}, got none")
+            where = next(iter(of.values()))[0].where
+            raise ValueError(
+                f"{where}: expected a load of footing {missing[0]} in case {case!r} too, got "
+                "none. Remedy: a line with its weight; or solve the case without that footing"
+            )
     return found

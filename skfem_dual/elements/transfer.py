@@ -21,11 +21,14 @@ from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
 from ..grids.mappings import middle_of
 from ..grids.partition import Partition
+from ..grids.polygons import some
 from .influence import flat_points
 from .load_matrix import HIGHEST, MISSING, Points, missing_planes, points_in_pieces
 from .overlaps import overlaps
 from .shape_functions import ShapeFunctions, picklable
 
+#: elements have straight sides if their areas are those by their vertices, but for so much
+STRAIGHT = 1e-6
 #: points at which functions are evaluated at a time
 CHUNK = 2**14
 
@@ -65,7 +68,7 @@ def evaluate(
     TypeError
         If the basis is not a `CellBasis` of scalars on a 2-D mesh.
     ValueError
-        If ``values`` are not its vector, or the points no points.
+        If ``values`` are not its vector, the points no points, or sides of elements curved.
 
     Examples
     --------
@@ -274,7 +277,21 @@ def _element_fan(basis: CellBasis) -> Fan:
     """Triangles of the elements of a basis, numbered as these."""
     fan = Fan.from_mesh(basis.mesh, basis.tind)
     if basis.tind is None:
+        _require_straight(basis, fan)
         return fan
     order = np.argsort(basis.tind)
     cell = order[np.searchsorted(basis.tind[order], fan.cell)]
-    return replace(fan, cell=cell)
+    fan = replace(fan, cell=cell)
+    _require_straight(basis, fan)
+    return fan
+
+
+def _require_straight(basis: CellBasis, fan: Fan) -> None:
+    areas, straight = basis.dx.sum(axis=1), np.bincount(fan.cell, fan.areas, basis.nelems)
+    bad = np.nonzero(~(np.abs(areas - straight) <= STRAIGHT * straight))[0]
+    if len(bad):
+        raise ValueError(
+            f"expected elements with straight sides, got elements {some(bad)} of a "
+            f"{type(basis.mesh).__name__} that are larger or smaller than their vertices tell. "
+            "Remedy: the field on a mesh of more, straight elements"
+        )

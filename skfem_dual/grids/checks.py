@@ -244,7 +244,7 @@ def _facet_detail(mesh: MeshTri, facets: ndarray) -> str:
 
 def user_tags(tags: dict[str, ndarray] | None) -> dict[str, ndarray]:
     """Tags of a mesh without the curve numbers that meshio files under cell sets of Gmsh."""
-    return {name: tag for name, tag in (tags or {}).items() if not name.startswith("gmsh:")}
+    return {name: tag for name, tag in (tags or {}).items() if not str(name).startswith("gmsh:")}
 
 
 def _tag_conditions(mesh: MeshTri) -> Iterator[Condition]:

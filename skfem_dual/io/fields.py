@@ -11,6 +11,9 @@ from ..grids.cellwise import CellwiseBasis
 from .polygons import write_polygons
 from .writing import require_vtu, vtu_name, write_whole
 
+#: what VTK calls elements, by the number of their vertices
+SIDES = {3: "triangle", 4: "quad"}
+
 
 def write_field(
     path: str | PathLike, basis: CellBasis, values: ndarray, name: str = "pressure"
@@ -44,10 +47,13 @@ def write_field(
     require_vtu(path)
     written = vtu_name(name)
     values = checked_array("values", values, (basis.N,), each="DOF")
+    if len(basis.mesh.t) not in SIDES:
+        name = type(basis.mesh).__name__
+        raise TypeError(f"expected a mesh of triangles or quadrilaterals, got a {name}")
     if isinstance(basis, CellwiseBasis) and basis.tind is None:
         write_polygons(path, basis.partition.polygons, {name: values})
         return
-    kind = {3: "triangle", 4: "quad"}[len(basis.mesh.t)]
+    kind = SIDES[len(basis.mesh.t)]
     p, cells, at_points = basis.mesh.p, basis.mesh.t, True
     if isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
         at_points = False

@@ -137,8 +137,8 @@ def _require_plane(points: ndarray, path: PathLike) -> None:
     z = points[:, 2]
     with np.errstate(over="ignore", invalid="ignore"):
         size, rise = np.ptp(points[:, :2], axis=0).max(), np.ptp(z)
-    # not "> ...", which NaN would pass
-    if not rise <= 1e-9 * size:
+    # not "> ...", which NaN would pass; other coordinates are looked at later
+    if np.isfinite(points[:, :2]).all() and not rise <= 1e-9 * size:
         raise MeshError(
             f"expected a plane mesh, z = const, in {path}; z runs from {z.min():g} to "
             f"{z.max():g}. Remedy: give the plan of the contact region in the x, y plane"

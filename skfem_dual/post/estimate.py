@@ -31,11 +31,12 @@ class CoupleEstimate:
     tilt : (2, 2) array of float
         Smaller and larger inclination Lx, and Ly.
     bracketed : (3,) array of bool
-        Whether the exact settlement, Lx and Ly are expected between them. The settlement: with
-        constant pressures, dual cells collocated at their nodes and triangles at their
-        centroids. An inclination, besides: where the triangles tilt more in the same direction,
-        by about as much as such solutions do. One that is zero by symmetry has the signs of
-        the mesh and is not. Found so under given loads on every valid mesh tried, not proven.
+        Whether the exact settlement, Lx and Ly are expected between them. The settlement: of
+        flat punches in full contact with constant pressures, dual cells collocated at their nodes
+        and triangles at their centroids. An inclination, besides: where the triangles tilt more
+        in the same direction, by about as much as such solutions do. One that is zero by symmetry
+        has the signs of the mesh and is not. Found so under given loads on every valid mesh
+        tried, not proven.
     mixed_settlement : float
         Mixture of both in which their errors cancel to first order, if they bracket the exact
         value; the mean of both otherwise.
@@ -80,7 +81,8 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
     ----------
     on_cells, on_triangles : PunchSolution
         Solutions of one problem on ``dual.basis()`` and ``dual.primal_basis()``. The bracket
-        needs ``edge="constant"``, and ``collocation="node"`` on the dual cells.
+        needs ``edge="constant"``, ``collocation="node"`` on the dual cells, and a flat punch in
+        full contact.
 
     Returns
     -------
@@ -115,7 +117,8 @@ def estimate_error(on_cells: PunchSolution, on_triangles: PunchSolution) -> Coup
     check_couple(on_cells, on_triangles)
     solutions = on_cells, on_triangles
     constant = all(s.punch.weights is None for s in solutions)
-    opposite = constant and on_cells.punch.collocation == "node"
+    full = all(s.punch.gap is None and len(s.contact) == len(s.pressure) for s in solutions)
+    opposite = constant and full and on_cells.punch.collocation == "node"
     settlement = np.array([s.settlement for s in solutions])
     tilt = np.stack([s.tilt for s in solutions], axis=1)
     share = SHARE if opposite else 0.5

@@ -137,7 +137,8 @@ class Neighbours:
         """
         F, G = checked_array("F", F, None, each="node"), checked_array("G", G, None, each="node")
         shape = self.alpha.shape
-        if min(F.ndim, G.ndim) == 0 or (len(F), len(G)) != shape or F.shape[1:] != G.shape[1:]:
+        fit = F.ndim in (1, 2) and G.ndim == F.ndim and F.shape[1:] == G.shape[1:]
+        if not fit or (len(F), len(G)) != shape:
             raise ValueError(
                 f"expected F and G with one value for each of the {shape[0]} and {shape[1]} "
                 f"nodes, got shapes {F.shape} and {G.shape}"

@@ -33,7 +33,7 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
     Heath and Wahba, Technometrics 21 (1979) 215-223). The errors should be independent, with
     one spread on both grids. Of more than `EXACT` values the trace is estimated with random signs
     (Hutchinson), the same ones for every t: their error then hardly moves the minimum. They are
-    given out in the order of the values, so that the numbers of the nodes do not matter.
+    given out in the order of smoothed values, so that the numbers of the nodes do not matter.
 
     Parameters
     ----------
@@ -50,7 +50,10 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
     """
     F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
     n = sum(neighbours.alpha.shape)
-    trace = _trace(neighbours) if n <= EXACT else _estimate(np.concatenate([F, G]), seed)
+    size = max(np.abs(F).max(initial=0.0), np.abs(G).max(initial=0.0))
+    if size > 0:  # squares neither vanish nor grow beyond all numbers
+        F, G = F / size, G / size
+    trace = _trace(neighbours) if n <= EXACT else _estimate(neighbours, F, G, seed)
 
     def score(log_ratio: float) -> float:
         functional = CoupleFunctional(neighbours, smoothing_weights(2.0**log_ratio))
@@ -77,7 +80,12 @@ def _trace(neighbours: Neighbours) -> Callable[[CoupleFunctional], float]:
     return lambda functional: float(np.sum(1 / (1 + functional.weights.D1 * values)))
 
 
-def _estimate(values: ndarray, seed: int) -> Callable[[CoupleFunctional], float]:
+def _estimate(
+    neighbours: Neighbours, F: ndarray, G: ndarray, seed: int
+) -> Callable[[CoupleFunctional], float]:
+    # values as smooth as they may become: without contact many are equal before
+    most = CoupleFunctional(neighbours, smoothing_weights(float(RATIOS[-1])))
+    values = np.abs(np.concatenate(most.minimise(F, G)))
     n = len(values)
     signs = np.empty((n, -(-SIGNS // n) + 3))
     order = np.lexsort(values.reshape(n, -1).T)

@@ -9,7 +9,15 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.sparse import eye
 from scipy.spatial import cKDTree
-from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementQuad1,
+    ElementTriP0,
+    ElementTriP1,
+    MeshQuad,
+    MeshTri,
+)
 
 from ..arguments import LARGEST, checked_array, checked_number
 from ..contact.region import ContactRegion
@@ -67,7 +75,9 @@ class Field:
         """
         if not isinstance(basis, CellBasis):
             raise TypeError(f"expected a skfem CellBasis, got {shown(basis)}")
-        if not isinstance(basis.elem, elements):
+        _require_straight(basis)
+        jumps = isinstance(basis.elem, CONTINUOUS) and len(basis.nodal_dofs) == 0  # discontinuous
+        if jumps or not isinstance(basis.elem, elements):
             names = ", ".join(e.__name__ for e in elements)
             remedy = (
                 "solution.pressure_field() gives a continuous one"
@@ -203,23 +213,38 @@ def continuous(basis: CellBasis, values: ArrayLike) -> Field:
     name = type(basis.elem).__name__
     if basis.elem.refdom.dim() != 2 or np.ndim(basis.basis[0][0]) != 2:
         raise ValueError(f"expected a plane basis of scalars, got one of {name}")
+    _require_straight(basis)
     values = _checked(basis, values)
-    mesh, y = basis.refinterp(values, nrefs=HIGHER)
-    y = np.ravel(y)
+    kind = MeshTri if len(basis.mesh.t) == 3 else MeshQuad
+    # not by `refinterp` of scikit-fem, which takes all elements of the mesh
+    each = kind.init_refdom().refined(HIGHER)
+    points = {"quadrature": (each.p, np.ones(each.nvertices)), "elements": basis.tind}
+    finer = CellBasis(basis.mesh, basis.elem, basis.mapping, **points)
+    p, y = np.asarray(finer.global_coordinates()), np.ravel(finer.interpolate(values))
+    begin = each.nvertices * np.arange(p.shape[1])
+    p, t = p.reshape(2, -1), (each.t[:, None] + begin[:, None]).reshape(len(each.t), -1)
     # each element has points of its own: those in one place become one
-    scale = np.ptp(mesh.p, axis=1).max()
-    place = np.round((mesh.p - mesh.p.min(axis=1, keepdims=True)) / scale, 9)
+    place = np.round((p - p.min(axis=1, keepdims=True)) / np.ptp(p, axis=1).max(), 9)
     _, first, number = np.unique(place[0] + 1j * place[1], return_index=True, return_inverse=True)
     if np.any(jump := abs(y - y[first][number]) > 1e-6 * np.ptp(y)):
-        x = mesh.p[:, np.argmax(jump)]
+        x = p[:, np.argmax(jump)]
         raise ValueError(
             f"expected a continuous field, got one of {name} that jumps at ({x[0]:.6g}, "
             f"{x[1]:.6g}). Remedy: project it onto ElementTriP1 first"
         )
-    element = ElementTriP1() if len(mesh.t) == 3 else ElementQuad1()
-    t = np.ascontiguousarray(number[mesh.t], dtype=np.int32)
-    welded = type(mesh)(np.ascontiguousarray(mesh.p[:, first]), t)
+    element = ElementTriP1() if kind is MeshTri else ElementQuad1()
+    t = np.ascontiguousarray(number[t], dtype=np.int32)
+    welded = kind(np.ascontiguousarray(p[:, first]), t)
     return Field.from_basis(CellBasis(welded, element), y[first], CONTINUOUS)
+
+
+def _require_straight(basis: CellBasis) -> None:
+    mesh = basis.mesh
+    if mesh.elem not in CONTINUOUS:
+        raise ValueError(
+            f"expected straight elements that share their vertices, got a {type(mesh).__name__}. "
+            f"Remedy: a basis on a {'MeshTri' if len(mesh.t) == 3 else 'MeshQuad'} of them"
+        )
 
 
 def _checked(basis: CellBasis, given: ArrayLike) -> ndarray:
