@@ -114,7 +114,8 @@ def maximal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
         touching = np.unique(dual.partition.boundary[halves][bad])
         raise MeshError(
             f"expected room beyond the boundary for a maximal dual grid; facets {some(touching)} "
-            "have none, they touch others. Remedy: join the nodes of a slit"
+            "have none, they touch others. Remedy: join the nodes of a slit; of parts that touch "
+            "in a node a couple each"
         )
     b = grid_of(p, dual.polygons.indices, dual.polygons.offsets, dual.facets, dual.f2c, mesh.p)
     return GridCouple(
