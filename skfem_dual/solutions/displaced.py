@@ -29,15 +29,12 @@ class DisplacedStructure:
         At the vertices; of a plate the last component only, settlements negative.
     level : float
         Height of the ground.
-    up : float
-        1, or -1 where z is downwards: the direction of z away from the ground.
     """
 
     mesh: Mesh
     p: ndarray
     displacement: ndarray
     level: float
-    up: float
 
     @classmethod
     def of(cls, solution: ElasticSolution, least: int = 0) -> "DisplacedStructure":
@@ -62,12 +59,12 @@ class DisplacedStructure:
         if mesh.dim() == 3:
             own = punch.contact_basis
             level = float(own.mesh.p[2, own.mesh.facets[:, own.find]].mean())
-            return cls(mesh, mesh.p, _of_solid(solution)[:, used], level, punch.up)
+            return cls(mesh, mesh.p, _of_solid(solution)[:, used], level)
         while mesh.nelements < least:
             mesh = mesh.refined()
         flat = np.zeros((1, mesh.nvertices))
         moved = np.vstack([flat, flat, -solution.deflection(mesh.p)])
-        return cls(mesh, np.vstack([mesh.p, flat]), moved, 0.0, 1.0)
+        return cls(mesh, np.vstack([mesh.p, flat]), moved, 0.0)
 
 
 def _of_solid(solution: ElasticSolution) -> ndarray:

@@ -69,8 +69,6 @@ class Relief:
         The edge of contact, a little higher than it is.
     level : float
         Height at which the ground lay.
-    up : float
-        1, or -1 where z is downwards.
     """
 
     solution: ElasticSolution
@@ -80,19 +78,13 @@ class Relief:
     ground: Surface
     edge: list[ndarray]
     level: float
-    up: float
 
     @classmethod
     def of(cls, solution: ElasticSolution, scale: float | None = None) -> Relief:
         """Of a solution, by default displaced so that it is seen."""
         punch = solution.punch
         structure = DisplacedStructure.of(solution, TRIANGLES)
-        mesh, moved, level, up = (
-            structure.mesh,
-            structure.displacement,
-            structure.level,
-            structure.up,
-        )
+        mesh, moved, level, up = structure.mesh, structure.displacement, structure.level, punch.up
         solid, size = mesh.dim() == 3, float(np.ptp(structure.p, axis=1).max())
         faces = (mesh.facets[:, mesh.boundary_facets()] if solid else mesh.t).T
         length = np.sqrt(np.sum(moved**2, axis=0))
@@ -116,13 +108,14 @@ class Relief:
                 for x in lines
             ],
             level,
-            up,
         )
 
     def on_plan(self, field: Field) -> Surface:
         """The triangles of a field on the plan, a little above the structure."""
         above = ABOVE * np.ptp(self.structure.p, axis=1).max()
-        z = self.level + self.up * (above - self.scale * self.solution.deflection(field.p))
+        z = self.level + self.solution.punch.up * (
+            above - self.scale * self.solution.deflection(field.p)
+        )
         return Surface(np.vstack([field.p, z]), field.t.T)
 
 
@@ -251,7 +244,8 @@ def _add_line(plotter: Any, x: ndarray) -> None:
 def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
     """From the front and above, with a scalar bar and the scale."""
     plotter.window_size = [1200, 800]
-    plotter.camera_position = [(-0.8, -2.2, relief.up), (0, 0, 0), (0, 0, relief.up)]
+    up = relief.solution.punch.up
+    plotter.camera_position = [(-0.8, -2.2, up), (0, 0, 0), (0, 0, up)]
     plotter.reset_camera()
     plotter.camera.zoom(1.2)
     plotter.camera.SetWindowCenter(0.14, -0.03)
