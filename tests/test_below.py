@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc
 from scipy.sparse.linalg import splu
 from skfem import (
@@ -155,7 +156,7 @@ def test_neighbours_on_layers():
 
 @pytest.mark.parametrize(
     ("ground", "deep"),
-    [(CRUST, 1e4), (GradedHalfSpace.init_linear(1.0, 0.3, 0.5), 30.0)],
+    [(CRUST, 1e4), *slow((GradedHalfSpace.init_linear(1.0, 0.3, 0.5), 30.0))],
     ids=["crust", "linear"],
 )
 def test_depths_of_any_size_together(ground, deep):

@@ -13,6 +13,7 @@ import meshio
 import numba
 import numpy as np
 import pytest
+from marks import slow
 from skfem import MeshTri
 
 from skfem_dual import RigidPunch, __version__
@@ -424,9 +425,7 @@ def command(*args, shell="", **environment):
     ("shell", "code", "environment"),
     [
         ("| true", 0, {"PYTHONUNBUFFERED": "1"}),
-        pytest.param(">&-", 0, {}, marks=pytest.mark.slow),
-        pytest.param(">/dev/full", 2, {}, marks=pytest.mark.slow),
-        pytest.param("", 0, {"PYTHONIOENCODING": "ascii"}, marks=pytest.mark.slow),
+        *slow((">&-", 0, {}), (">/dev/full", 2, {}), ("", 0, {"PYTHONIOENCODING": "ascii"})),
     ],
 )
 def test_files_are_written_whatever_becomes_of_the_table(tmp_path, shell, code, environment):

@@ -370,6 +370,7 @@ def test_what_is_missing_is_told_before_the_work(capsys, tmp_path, monkeypatch):
     assert "got the folder" in err[0]
 
 
+@pytest.mark.slow
 def test_examples_of_the_help(capsys, tmp_path, monkeypatch):
     """As they stand there."""
     monkeypatch.chdir(tmp_path)

@@ -8,6 +8,7 @@ import warnings
 import meshio
 import numpy as np
 import pytest
+from marks import slow
 from skfem import MeshTri
 
 from skfem_dual import MeshError, MeshWarning
@@ -172,7 +173,7 @@ ENDLESS = {
 
 @pytest.mark.parametrize(
     "suffix",
-    [".dat", *(pytest.param(suffix, marks=pytest.mark.slow) for suffix in (".mdpa", ".wkt"))],
+    [".dat", *slow(".mdpa", ".wkt")],
 )
 def test_readers_that_do_not_end(tmp_path, suffix):
     path = tmp_path / f"plan{suffix}"
@@ -205,7 +206,7 @@ def damaged(content, dice):
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-@pytest.mark.parametrize("rounds", [5, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rounds", [5, *slow(300)])
 def test_damage_of_any_kind(tmp_path, suffix, rounds):
     """A mesh that can be used, or a MeshError in a few words, and always an end."""
     path = tmp_path / f"plan{suffix}"

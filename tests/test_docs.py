@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from marks import slow
 
 import skfem_dual
 from skfem_dual.cli import main
@@ -23,10 +24,12 @@ from skfem_dual.cli import main
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS) for path in (DOCS / "guide").glob("*.md"))
+#: pages whose programs take longest
+LONG = [Path("guide/command_line.md"), Path("guide/structures.md")]
 PROGRAMS = [
     Path("index.md"),
     Path("quickstart.md"),
-    *(page for page in PAGES if page.stem != "index"),
+    *(page for page in PAGES if page.stem != "index" and page not in LONG),
 ]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.M | re.S)
 #: rows whose figures are others every time
@@ -62,7 +65,7 @@ def shown_as(row: re.Match) -> str:
     return re.sub(r"[\d.e+-]*\d", "#", row[0])
 
 
-@pytest.mark.parametrize("page", PROGRAMS, ids=str)
+@pytest.mark.parametrize("page", [*PROGRAMS, *slow(*LONG)], ids=str)
 def test_its_programs_run(page, tmp_path, monkeypatch, request):
     """Each goes on where the one before ended, and prints what stands below it."""
     import matplotlib.pyplot as plt

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 from scipy.special import ellipk
 from skfem import CellBasis, ElementTriP2
 
@@ -612,9 +613,22 @@ SMALL = {
     "ex35_frame_on_footings": {"n": 4, "girders": (0.0, 1e9, 1e11)},
     "ex36_wind_turbine": {"n": 50},
 }
+#: what takes longest even so
+LONG = {
+    "ex11_eccentric_load",
+    "ex18_table2",
+    "ex21_finite_elements",
+    "ex22_pressure_bulbs",
+    "ex25_hertz_and_cone",
+    "ex26_neighbours",
+    "ex28_layered_ground",
+    "ex29_flexible_raft",
+    "ex33_square_raft",
+    "ex36_wind_turbine",
+}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*sorted({*NAMES} - LONG), *slow(*sorted(LONG))])
 def test_example(name, monkeypatch, tmp_path):
     example = load(name, monkeypatch)
     assert example.__doc__

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import annulus, disc, ellipse, polar, rectangle, renumbered
 from skfem import (
     CellBasis,
@@ -122,7 +123,7 @@ def test_field_of_the_central_circle(grid):
         assert np.mean(nodal[band] ** 2) > 4 * np.mean(field[band] ** 2) or begin == 0.08
 
 
-@pytest.mark.parametrize("grid", ["dual", "primal"])
+@pytest.mark.parametrize("grid", ["dual", *slow("primal")])
 def test_field_of_an_ellipse_pressed_out_of_its_middle(grid):
     """Down to a twentieth of the width of the cells at the edge, where the polygon is still
     nearer to the ellipse than the points."""
@@ -205,7 +206,7 @@ def test_units_do_not_move_the_field(grid):
     assert fields[1] == pytest.approx(fields[0], abs=1e-9 * fields[0].max())
 
 
-@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+@pytest.mark.parametrize("grid", ["basis", *slow("primal_basis")])
 @pytest.mark.parametrize("case", ["whole", "lifts off", "sphere"])
 def test_renumbering_turning_and_mirroring_do_not_move_the_field(grid, case):
     mesh = polygon([[-1, 1, 1, -1], [-1, -1, 0.7, 1]], n=250)

@@ -246,6 +246,7 @@ def test_units_do_not_change_the_answer():
     assert pages[0].rows["Young's modulus E"][1]["text"] == "MPa"
 
 
+@pytest.mark.slow
 def test_pdf(tmp_path, cases):
     pytest.importorskip("weasyprint")
     path = tmp_path / "report.pdf"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 
 from skfem_dual import DualMesh, Plan
 from skfem_dual.errors import MeshError, MeshWarning
@@ -101,7 +102,7 @@ def test_size(name):
     assert np.median(lengths(mesh)) == pytest.approx(0.1, rel=0.08)
 
 
-@pytest.mark.parametrize("graded", [0.3, pytest.param(0.05, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("graded", [0.3, *slow(0.05)])
 @pytest.mark.parametrize("name", UNIFORM)
 def test_graded_by_size(name, graded):
     """Boundary facets are as asked, lengths grow by 0.2 per distance, triangles stay good."""
@@ -349,6 +350,7 @@ def test_senses_of_small_outlines_far_from_the_origin(sense):
     assert signed_areas(found[:, :3], np.array([[0], [1], [2]]))[0] > 0
 
 
+@pytest.mark.slow
 def test_a_plan_all_of_whose_triangles_are_flat():
     with pytest.raises(MeshError, match="no triangulation with a valid dual grid found"):
         rectangle(1.0, 1e-11, n=30)

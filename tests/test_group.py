@@ -2,6 +2,7 @@ import pickle
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc, rectangle, sin_graded
 from skfem import CellBasis, ElementQuad0, MeshQuad, MeshTri
 
@@ -178,7 +179,7 @@ def test_matrices_are_not_pickled():
     assert again.punches.solve(CENTRAL)[1].settlement == found[1].settlement
 
 
-@pytest.mark.parametrize("n", [400, pytest.param(2500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [400, *slow(2500)])
 def test_many_cells_are_one_operator(n, monkeypatch, capsys):
     """As the dense matrix answers, in full contact and lifting off, with both kinds of edges."""
     monkeypatch.setattr(loaded_cells, "DENSE", 50)

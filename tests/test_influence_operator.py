@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 from plans import disc, perturbed, rectangle
 from skfem import CellBasis, ElementTriP0, ElementTriP1, ElementVector, MeshTri
 
@@ -321,7 +322,8 @@ def test_vectors_in_blocks(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("unit", "largest"), [(1.0, 1.0), (1e-14, 1e14), (1e12, 1e-12), (1.0, 1e45), (1.0, 1e-50)]
+    ("unit", "largest"),
+    [(1.0, 1.0), (1.0, 1e45), *slow((1e-14, 1e14), (1e12, 1e-12), (1.0, 1e-50))],
 )
 def test_single_precision_in_any_units(unit, largest):
     """Near a cell cubes of distances are beyond it in metres, where these are nanometres; so are
@@ -359,7 +361,7 @@ def test_exact_entries_of_many_cells(monkeypatch):
         _ = RigidPunch(GROUNDS["homogeneous"], basis, rtol=0).operator
 
 
-@pytest.mark.parametrize("n", [6, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [6, *slow(8)])
 def test_memory_of_the_whole_way(n):
     mesh = disc(n)
     RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(6)).basis(), rtol=1e-6).solve(1.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from scipy.integrate import quad
 from skfem import (
     BilinearForm,
@@ -106,7 +107,7 @@ def test_ellipse():
     ("nu", "n"),
     [
         (0.4, 300),
-        *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.2, 300), (0.0, 600))),
+        *slow((0.2, 300), (0.0, 600)),
     ],
 )
 def test_bonded_circle(nu, n):
@@ -316,7 +317,7 @@ def test_lifted_off():
 
 @pytest.mark.parametrize("dual", [True, False])
 @pytest.mark.parametrize(
-    ("shape", "rtol"), [(Paraboloid(5.0), 1e-3), (Cone(np.arctan(0.1)), 4e-3)]
+    ("shape", "rtol"), [(Paraboloid(5.0), 1e-3), *slow((Cone(np.arctan(0.1)), 4e-3))]
 )
 def test_contact_that_ends_under_the_base(shape, rtol, dual):
     """What sticks is the circle of contact, not the cells it runs through.

@@ -8,6 +8,7 @@ import threading
 import time
 
 import pytest
+from marks import slow
 
 from skfem_dual.sweeps.orphans import end_with_parent
 
@@ -45,16 +46,7 @@ def is_alive(pid):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "own",
-        pytest.param("spawn", marks=pytest.mark.slow),
-        pytest.param("forkserver", marks=pytest.mark.slow),
-        pytest.param("fork", marks=pytest.mark.slow),
-        pytest.param("loky", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("kind", ["own", *slow("spawn", "forkserver", "fork", "loky")])
 def test_workers_end_when_their_parent_is_killed(kind, tmp_path):
     script, seen = tmp_path / "script.py", tmp_path / "seen"
     script.write_text(SCRIPT)

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from elastic_bodies import SOIL, block_on, point_load, position, raft, uniform
+from marks import slow
 from plans import disc
 
 from skfem_dual import (
@@ -36,7 +37,7 @@ def slab(K, x=BESIDE, **options):
     return raft(K, disc(3).translated((x, 0.0)), origin=(x, 0.0), **options)
 
 
-@pytest.mark.parametrize("substrate", [SOIL, GradedHalfSpace.init_linear(1.0, 0.3, 0.5)])
+@pytest.mark.parametrize("substrate", [SOIL, *slow(GradedHalfSpace.init_linear(1.0, 0.3, 0.5))])
 @pytest.mark.parametrize("at", [0.1, 0.5])  # full contact, and lifted off
 def test_too_stiff_to_bend_is_a_group_of_rigid_punches(substrate, at):
     rigid = RigidPunches([footing(0.0, substrate), footing(BESIDE, substrate)])
@@ -159,6 +160,7 @@ def test_settlements_beside_their_reactions_and_a_structure():
     assert imposed[1].pressure == pytest.approx(again[1].pressure, abs=1e-8 * peak)
 
 
+@pytest.mark.slow
 def test_bodies_feel_the_ground_that_others_press():
     """Each alone, on ground that the others have settled, found in turn until nothing moves."""
     rigid, soft = footing(), slab(0.05)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from marks import slow
 
 from skfem_dual import (
     DualMesh,
@@ -29,7 +30,7 @@ LAYERS = [Layer(1.0, 20e3, 0.3), Layer(2.0, 5e3, 0.4)]
     "ground",
     [
         HalfSpace(20e3, 0.3),
-        GradedHalfSpace.init_linear(20e3, 0.3, 0.5),
+        *slow(GradedHalfSpace.init_linear(20e3, 0.3, 0.5)),
         LayeredHalfSpace(LAYERS, HalfSpace(50e3, 0.3)),
         LayeredHalfSpace(LAYERS, "bonded"),
     ],

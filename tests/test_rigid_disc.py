@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 
 from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
 from skfem_dual.grids.generate import disc
@@ -95,7 +96,7 @@ def test_same_ground_and_size_is_computed_once():
     assert edge_law(ground, 1.0) is edge_law(ground, 1.0)
 
 
-@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize("grid", ["dual", *slow("triangles")])
 @pytest.mark.parametrize(
     "ground",
     [

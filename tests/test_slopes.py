@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import perturbed
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
@@ -16,7 +17,7 @@ from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
 from skfem_dual.operators.entries import Entries
 
-SOIL = HalfSpace(1.0, 0.0)
+SOIL, GRADED = HalfSpace(1.0, 0.0), GradedHalfSpace.init_linear(1.0, 0.25, 0.5)
 MESH = perturbed(MeshTri.init_tensor(*[np.linspace(-1, 1, 15)] * 2), 0.02)
 FINE = perturbed(MeshTri.init_tensor(*[np.linspace(-1, 1, 23)] * 2), 0.02)
 BASES = {
@@ -84,8 +85,14 @@ def test_second_moments_are_those_of_the_law(name):
             assert slopes.second_moments[i, j] == pytest.approx(expected, abs=0.09 * scale)
 
 
-@pytest.mark.parametrize("name", BASES)
-@pytest.mark.parametrize("ground", [SOIL, GradedHalfSpace.init_linear(1.0, 0.25, 0.5)])
+@pytest.mark.parametrize(
+    ("ground", "name"),
+    [
+        *((SOIL, name) for name in BASES),
+        (GRADED, "quadrilaterals"),
+        *slow((GRADED, "dual"), (GRADED, "triangles")),
+    ],
+)
 def test_settlements_are_those_of_the_pressure(name, ground):
     """Against points with loads, dense enough for field points between and in the cells."""
     punch = RigidPunch(ground, BASES[name])

@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc, sin_graded
 from skfem import MeshTri
 
@@ -162,7 +163,10 @@ PUNCHES = [
 
 @pytest.mark.parametrize(
     ("ground", "settlement", "tilt", "grid"),
-    [*((*known, "dual") for known in PUNCHES), *((*known, "primal") for known in PUNCHES[2::2])],
+    [
+        *((*known, "dual") for known in PUNCHES),
+        *slow(*((*known, "primal") for known in PUNCHES[2::2])),
+    ],
 )
 def test_rigid_circle(ground, settlement, tilt, grid):
     """545 cells, 1024 triangles drawn to the edge; and less accurate with fewer."""

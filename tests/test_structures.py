@@ -301,6 +301,7 @@ def test_relief_of_a_solid(cube):
     assert (relief.ground.p[2] < 3.0).all()
 
 
+@pytest.mark.slow
 def test_deformed(raft, cube, tmp_path):
     for solution, show in ((raft, "displacement"), (cube, "pressure")):
         picture = deformed(solution, show=show, title="kPa" if show == "pressure" else None)

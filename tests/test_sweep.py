@@ -176,6 +176,7 @@ def test_forked_processes_inherit_the_problem():
     assert found.results == [(False, x) for x in range(6)]
 
 
+@pytest.mark.slow
 def test_loky():
     loky = pytest.importorskip("loky")
     pool = loky.ProcessPoolExecutor(2)
@@ -364,6 +365,7 @@ def test_a_broken_executor_is_told_and_the_file_resumes(tmp_path):
     assert [o.resumed for o in again.outcomes] == [o.error is None for o in found.outcomes]
 
 
+@pytest.mark.slow
 def test_dask_loses_nothing_when_a_worker_is_killed():
     distributed = pytest.importorskip("distributed")
     cases = [dict(x=x, seconds=0.1) for x in range(24)]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from marks import slow
 from plans import annulus, disc, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
@@ -262,7 +263,7 @@ def test_contact_that_is_found():
 
 
 @pytest.mark.parametrize("grid", ["dual", "triangles"])
-@pytest.mark.parametrize("length", [2.0, 3.0])
+@pytest.mark.parametrize("length", [2.0, *slow(3.0)])
 def test_turned_rectangles_of_equal_triangles(grid, length):
     """Distances and laws that are the same in many places decide nothing by their rounding."""
     mesh = MeshTri.init_symmetric().refined(3)
