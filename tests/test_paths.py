@@ -12,6 +12,7 @@ from skfem_dual import (
     load_path,
     moment_rotation,
 )
+from skfem_dual.visuals.matplotlib import plot_moment_rotation
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -141,3 +142,15 @@ def test_bad_curves(options, message):
         moment_rotation(punch(disc(1)), 0.0)
     with pytest.raises(ValueError, match="origin of the punch inside"):
         moment_rotation(punch(disc(1), origin=(5.0, 0.0)), 1.0)
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize(
+    ("origin", "direction"), [((0.8, 0.0), (0, 1)), ((0.0, 0.4), (1, -0.5)), ((-0.9, 0.0), (1, 0))]
+)
+def test_lifted_off_where_the_origin_is_outside_of_the_kern(origin, direction):
+    of = punch(rectangle(6).scaled((1.0, 0.5)), origin=origin)
+    curve = moment_rotation(of, 1.0, direction=direction, steps=3)
+    assert curve.contact_area[0] < 0.99 * of.partition.areas.sum()
+    assert curve.lift_off == 0.0
+    assert "full contact" not in [line.get_label() for line in plot_moment_rotation(curve).lines]

@@ -274,3 +274,15 @@ def test_loads_of_joined_footings():
     assert "of which this takes what is found" in report_html(alone[1])
     framed = RigidPunches(punches, stiffness=np.eye(6)).solve([{"force": 1.0}, {"force": 2.0}])
     assert "The frame takes part of these loads" in report_html(framed)
+
+
+def test_quantities_of_all_sizes_stand_in_one_envelope():
+    """In newtons and pascals settlements are a millionth of pressures, and no rounding."""
+    pad = DualMesh.from_mesh(rectangle(4.0, 3.0, n=60).translated((2.0, 1.5))).basis()
+    punch = RigidPunch(HalfSpace(30e6, 0.3), pad, origin=(2.0, 1.5))
+    cases = punch.solve_many({"A": {"force": 1e6}, "B": {"force": 1.2e6, "at": (0.3, 0.2)}})
+    text = report_html(cases)
+    (part,) = re.findall(r"<h2>Envelope</h2>(.*?)</section>", text, re.DOTALL)
+    largest = {e.quantity: e.value for e in cases.envelope()}["largest_settlement"]
+    (shown,) = re.findall(r'Largest settlement</th><td.*?<data value="[^"]*">(.*?)</data>', part)
+    assert float(shown) == pytest.approx(largest, rel=1e-4)

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from marks import slow
+from skfem import CellBasis, ElementTriP0
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -183,3 +184,26 @@ def test_sizes_that_are_no_numbers_in_the_end(size):
 )
 def test_thin_layers_that_do_no_harm(ground):
     assert too_coarse(ground, Partition.from_basis(BASES[150])) is None
+
+
+@pytest.mark.parametrize(
+    ("thickness", "found", "exact"), [(0.3, 1.02, 102.97), (0.1, 1.4, 1875.0)]
+)
+def test_bonded_bases_on_layers_that_keep_their_volume(thickness, found, exact):
+    """Against axisymmetric finite elements (Q2/Q1, graded to the edge), to 5e-4."""
+    punch = RigidPunch(LayeredHalfSpace([Layer(thickness, 1.0, 0.5)], "bonded"), BASES[150])
+    if exact < 200:
+        stiffness = punch.stiffness(full=True, rough=True)
+    else:
+        with pytest.warns(ResolutionWarning, match=r"bonded base may be off by some \d\d %"):
+            stiffness = punch.stiffness(full=True, rough=True)
+    assert 1.0 < stiffness[0, 0] / exact < found
+    assert np.isfinite(punch.stiffness(full=True)).all()  # a relaxed base needs no finer cells
+
+
+def test_bonded_bases_that_move_against_forces_are_refused():
+    punch = RigidPunch(
+        LayeredHalfSpace([Layer(0.1, 1.0, 0.5)], "bonded"), CellBasis(disc(n=110), ElementTriP0())
+    )
+    with pytest.raises(MeshError, match=r"moves against forces: 187 cells .* Remedy: about"):
+        punch.stiffness(full=True, rough=True)

@@ -154,7 +154,7 @@ def test_units_of_headings_are_changed(tmp_path):
     assert row.force == pytest.approx(1200.0)
     assert row.eccentricity == pytest.approx((0.25, -0.1))
     assert row.moments == pytest.approx((3.0, 4.5))
-    with pytest.raises(ValueError, match="unit of force such as kN, got 'kg' of the heading for"):
+    with pytest.raises(ValueError, match=r"heading for.*: expected a unit of force .*, got 'kg'"):
         read_cases(write(tmp_path, "name,force [kg]\na,1\n"), "kN,m")
 
 
@@ -162,3 +162,18 @@ def test_units_of_headings_are_changed(tmp_path):
 def test_words_for_a_force(tmp_path, heading):
     (row,) = read_cases(write(tmp_path, f"case;{heading}\nA;1200\n"), "kN,m")
     assert row.force == 1200.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "top [cm];bottom [m];E [MPa];nu\n0;0,7;20;0,3\n70;2,1;40;0,3\n210;;80;0,25\n",
+        "from [m];to [cm];E [MPa];nu\n0;70;20;.3\n.7;210;40;.3\n2.1;;80;.25\n",
+    ],
+)
+def test_depths_in_two_units_meet(tmp_path, text):
+    ground = read_substrate(write(tmp_path, text), "kN,m")
+    assert [layer.thickness for layer in ground.layers] == pytest.approx([0.7, 1.4], rel=1e-12)
+    gap = text.replace("70;2,1", "70,0001;2,1").replace(".7;210", ".700001;210")
+    with pytest.raises(ValueError, match=r"a layer from 0.7 on.* got one from 0.70"):
+        read_substrate(write(tmp_path, gap), "kN,m")

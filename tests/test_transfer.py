@@ -15,6 +15,7 @@ from skfem import (
     ElementTriP0,
     ElementTriP1,
     ElementTriP2,
+    ElementTriRT0,
     ElementVector,
     Functional,
     MeshHex,
@@ -77,7 +78,7 @@ def test_points_on_the_boundary_are_inside_and_others_are_told():
         evaluate(basis, basis.doflocs[0][1:], out)
     with pytest.raises(TypeError, match=r"a CellBasis for target, got .*Remedy: CellBasis\("):
         transfer(basis, basis.doflocs[0], mesh)
-    with pytest.raises(TypeError, match="component="):
+    with pytest.raises(TypeError, match="a scalar field, got one of ElementVector"):
         evaluate(CellBasis(mesh, ElementVector(ElementTriP1())), np.zeros(2 * basis.N), x)
 
 
@@ -303,3 +304,27 @@ def test_fields_in_files_are_plane(basis, tmp_path):
     with pytest.raises(TypeError, match="expected a mesh of triangles or quadrilaterals, got a"):
         write_field(tmp_path / "f.vtu", basis, np.ones(basis.N))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("element", "remedy"),
+    [
+        (ElementVector(ElementTriP1()), r"one of ElementVector. Remedy: .*basis.split"),
+        (ElementVector(ElementTriP1(), 3), r"one of ElementVector. Remedy: .*basis.split"),
+        (ElementTriP1() * ElementTriP2(), r"one of ElementComposite. Remedy: .*basis.split"),
+        (ElementTriRT0(), r"one of ElementTriRT.$"),
+    ],
+)
+def test_fields_that_are_not_scalar_are_refused(element, remedy):
+    basis, scalar = CellBasis(SQUARE, element), CellBasis(SQUARE, ElementTriP1())
+    cells = DualMesh.from_mesh(SQUARE).basis()
+    for call in (
+        lambda: evaluate(basis, basis.ones(), [[0.1], [0.2]]),
+        lambda: transfer(basis, basis.ones(), scalar),
+        lambda: transfer(scalar, scalar.ones(), basis),
+        lambda: flexible_settlement(
+            HalfSpace(1.0, 0.0), cells, (basis, basis.ones()), [[0.1], [0.2]]
+        ),
+    ):
+        with pytest.raises(TypeError, match=remedy):
+            call()

@@ -15,7 +15,8 @@ from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
 from ..elements.edge_weights import EdgeWeights
-from ..errors import ResolutionWarning, warn
+from ..elements.resolution import bonded_too_coarse
+from ..errors import MeshError, ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
@@ -181,10 +182,13 @@ class Movable(Body):
         Warns
         -----
         ResolutionWarning
-            If cells are too long and thin for the law of the edge.
+            If cells are too long and thin for the law of the edge; or if they are too coarse for
+            a base bonded to a thin layer that keeps its volume, or nearly so.
 
         Raises
         ------
+        MeshError
+            If they are so coarse that such a base would move against forces.
         ValueError
             If ``rough`` without ``full``, or if ``full`` and the ground does not hold horizontal
             forces or there are more than 4000 cells.
@@ -211,13 +215,27 @@ class Movable(Body):
     def _full_stiffness(self, rough: bool) -> ndarray:
         shift = moving(self.centre - self.origin)
         if rough:
-            whole = np.ones(len(self.footprint), dtype=bool)
-            return shift.T @ Motions(self.footprint, True, whole).stiffness @ shift
+            return shift.T @ self._bonded_stiffness() @ shift
         stiffness = np.zeros((6, 6))
         stiffness[3:, 3:] = self.relaxed_motions.stiffness
         vertical = self._vertical_stiffness
         stiffness[:3, :3] = (vertical + vertical.T) / 2
         return shift.T @ stiffness @ shift
+
+    def _bonded_stiffness(self) -> ndarray:
+        """By motions of the plan's centroid."""
+        cells = self.footprint
+        stiffness = Motions(cells, True, np.ones(len(cells), dtype=bool)).stiffness
+        coarse = bonded_too_coarse(cells.substrate, cells.partition)
+        sizes = np.sqrt(np.abs(stiffness.diagonal()))
+        if np.linalg.eigvalsh(stiffness / np.outer(sizes, sizes))[0] <= 0:
+            raise MeshError(
+                "expected cells fine enough for a base bonded to this ground, got a stiffness by "
+                f"which it moves against forces: {coarse or f'{len(cells)} cells'}"
+            )
+        if coarse:
+            warn(coarse, ResolutionWarning)
+        return stiffness
 
     def warn_of_pulling(self) -> None:
         """Warn where pressures under a mere settlement show that the law of the edge fails."""

@@ -212,7 +212,8 @@ class MomentRotation(LoadPath):
     eccentricity : (k,) array of float
         Its distances from the origin.
     lift_off : float
-        Distance at which the footing begins to lift off; NaN for a shaped punch.
+        Distance at which the footing begins to lift off; 0 if it has already, as the origin is
+        outside of the kern; NaN for a shaped punch.
     overturning : float
         Distance at which it turns over: the edge of the plan's convex hull.
     """
@@ -275,7 +276,9 @@ def moment_rotation(
         raise ValueError("expected the origin of the punch inside the convex hull of its plan")
     lift_off = np.nan
     if punch.gap is None:
-        lift_off = _reach(ConvexHull(punch.kern().T).equations, along)
+        kern = ConvexHull(punch.kern().T).equations
+        outside = kern[:, 2].max() > 0  # lifted off before it moves
+        lift_off = 0.0 if outside else _reach(kern, along)
     # the pressure acts inside the outermost cells
     acting = (punch.acting - np.array(punch.origin)[:, None]).T
     outermost = min(0.97 * overturning, 0.999 * _reach(ConvexHull(acting).equations, along))

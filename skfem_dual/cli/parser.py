@@ -121,7 +121,7 @@ def _add_solve(commands: Any) -> None:
     group = command.add_argument_group("report")
     for name in ("title", "project", "author"):
         group.add_argument(f"--{name}", metavar="TEXT", help=f"{name} on top of the report")
-    group.add_argument("--date", metavar="DATE", type=day, help="its date, YYYY-MM-DD, or today")
+    group.add_argument("--date", metavar="DATE", type=day, help="YYYY-MM-DD; today without it")
     group.add_argument(
         "--allowable", metavar="X", type=number, help="allowable bearing pressure, force/length^2"
     )

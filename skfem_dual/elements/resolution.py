@@ -11,6 +11,10 @@ Over soft layers some ten times thinner than the cells the part c / r of the inf
 and its remainder nearly cancel, and what weighted cells leave of the second shows; under thinner
 skins cells see the ground below, see `Seen`. That was fitted to rectangles and discs of 60 and 240
 cells on layers of 0.001 to 0.03 half widths.
+
+A base bonded to the ground holds a thin layer that keeps its volume from above, too: the layer is
+up to four times as stiff to long waves then, and stiffnesses need finer cells, see
+`bonded_too_coarse`.
 """
 
 import numpy as np
@@ -30,6 +34,9 @@ FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
 #: and rings of 150 to 600 cells on bonded layers of 0.06 to 0.3, with Poisson's ratios of 0 to 0.5
 MARGIN, SQUARE = 3e-4, 2.0
+#: the fitted factors of the error of bonded bases on dual cells and on triangles: discs of 100 to
+#: 1100 cells on bonded layers of 0.05 to 0.3 radii that keep their volume, against finite elements
+BONDED, BONDED_TRIANGLES = 3e-4, 2.4e-3
 #: how many times as stiff to short waves as to ones four times as long ground with a crust is
 CRUST = 1.5
 #: how many times as soft as the ground under a cell a surface without end would be where the error
@@ -126,15 +133,44 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
         near = 2 * np.pi * c / (k * substrate.symbol(k))
         triangles = partition.polygons.sizes.max() == 3
         error += (near / (IN_TRIANGLES if triangles else CANCELLED)) ** 2
+    return _told(substrate, len(partition), finer, error, "settlements")
+
+
+def bonded_too_coarse(substrate: Substrate, partition: Partition) -> str | None:
+    """What to warn of if the cells are too coarse for a base bonded to the ground, else None.
+
+    The error estimated grows as ground that is held sideways yields more to waves of the cells
+    than to ones four times as long, and than to waves of the plan's width. It tells the order of
+    the error, not more.
+    """
+    if not isinstance(substrate, Stratified):
+        return None
+    a, b = partition.ends(edge_ribs(partition))
+    width = 2 * partition.areas.sum() / np.hypot(*(b - a)).sum()  # of a disc its radius
+    h = mean_size(partition, 2)
+    finer = h * 2.0 ** (-np.arange(41) / 4)
+    k = np.concatenate([np.pi / finer, np.pi / (4 * finer), [1 / width]])
+    along, coupling, down = substrate.compliance(k)
+    yielding = (down - coupling**2 / along) / k
+    short, long = yielding[:41], yielding[41:-1]
+    factor = BONDED_TRIANGLES if partition.polygons.sizes.max() == 3 else BONDED
+    error = factor * short / long * short / yielding[-1]
+    return _told(substrate, len(partition), finer, error, "stiffnesses of a bonded base")
+
+
+def _told(
+    substrate: Stratified, count: int, finer: ndarray, error: ndarray, what: str
+) -> str | None:
+    """The message about so many cells, from the errors by their size and by smaller ones."""
     if error[0] <= ALLOWED:
         return None
     fine = np.append(finer, finer[-1])[np.nonzero(error > ALLOWED)[0][-1] + 1]
-    cells = int(np.ceil(len(partition) * (h / fine) ** 2))
+    cells = int(np.ceil(count * (finer[0] / fine) ** 2))
     remedy = f"about {cells} cells"
     if error[-1] > ALLOWED:
         remedy = f"ground in the units of the mesh, as even {cells} cells would be too coarse"
     return (
-        f"{len(partition)} cells of a size of about {h:.3g} are too coarse for ground that varies "
-        f"over {substrate.lengths[0]:.3g}: settlements may be off by some {100 * error[0]:.0f} %. "
+        f"{count} cells of a size of about {finer[0]:.3g} are too coarse for ground that varies "
+        f"over {substrate.lengths[0]:.3g}: {what} may be off by some {100 * error[0]:.0f} %. "
         f"Remedy: {remedy}"
     )

@@ -13,7 +13,8 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
-from skfem import BilinearForm, CellBasis, LinearForm
+from skfem import BilinearForm, CellBasis, ElementVector, LinearForm
+from skfem.element import ElementComposite
 from skfem.mapping import MappingAffine
 
 from ..arguments import checked_array, checked_choice, checked_instance
@@ -36,6 +37,13 @@ CHUNK = 2**14
 def _checked(basis: CellBasis, values: ArrayLike) -> ndarray:
     if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
         raise TypeError(f"expected a CellBasis on a 2-D mesh, got {type(basis).__name__}")
+    shapes = [np.shape(field)[:-2] for field in basis.basis[0]]
+    if shapes != [()]:
+        divisible = isinstance(basis.elem, (ElementVector, ElementComposite))
+        remedy = ". Remedy: one of the parts by basis.split(values)" if divisible else ""
+        raise TypeError(
+            f"expected a basis of a scalar field, got one of {type(basis.elem).__name__}{remedy}"
+        )
     values = checked_array("values", values, None, each="DOF")
     if values.shape != (basis.N,):
         raise ValueError(f"expected a vector of shape ({basis.N},), got {values.shape}")

@@ -154,6 +154,9 @@ class GradedHalfSpace(Stratified):
     ) -> Self:
         """Any smooth moduli.
 
+        Kinks and steps, as of measured values between which a function interpolates, make its table
+        take tens of seconds: as `Layer`, with gradients, the same ground takes one.
+
         Parameters
         ----------
         young, poisson : callable, float or callable

@@ -135,8 +135,9 @@ class RadialTable:
         if np.any(far := ~(r <= self.farthest * (1 + 1e-12))):
             raise ValueError(
                 f"expected distances up to {self.farthest:.6g}, the range of the substrate's "
-                f"table, got {r[far].max():.6g}. Remedy: the plan is too large for the "
-                "thinnest length of this ground; take the deep ground alone"
+                f"table, got {r[far].max():.6g}: the plan is too large for the shortest "
+                "length over which this ground varies. Remedy: ground without what the plan "
+                "does not feel, a thin layer or the strong increase from a soft surface"
             )
         s = (np.log(np.maximum(r, self.nearest)) - self.start) / self.width
         panel = np.clip(s.astype(int), 0, len(coefficients) - 1)

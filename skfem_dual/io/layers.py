@@ -2,15 +2,18 @@
 
 import re
 from itertools import pairwise
+from math import isclose
 from pathlib import Path
 from typing import Any
 
-from ..messages import one_line
+from ..messages import apart, one_line
 from ..units import Units
 from .tables import Heading, cell_number, read_table, unit_factor
 
 #: numbers are zero or between these in size, in any sensible units
 LEAST, MOST = 1e-30, 1e30
+#: what depths in different units may differ by
+ROUNDING = 1e-9
 #: what columns are called, in lower case
 CALLED = {
     "thickness": ("thickness", "layer thickness", "h", "dicke", "schichtdicke", "mächtigkeit",
@@ -104,10 +107,11 @@ def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
         bottoms = [number(row, "bottom") for row in above] if ends in columns else tops[1:]
         depths = [0.0, *bottoms]
         for (where, _), depth, given in zip(rows, depths, tops, strict=False):
-            if depth != given:
+            if not isclose(depth, given, rel_tol=ROUNDING):
+                first, found = apart(depth, given)
                 raise ValueError(
-                    f"{where}: expected a layer from {depth:g} on, where the one above ends or "
-                    f"the base of the footing is, got one from {given:g}"
+                    f"{where}: expected a layer from {first} on, where the one above ends or the "
+                    f"base of the footing is, got one from {found}"
                 )
         thicknesses = [b - a for a, b in pairwise(depths)]
     layers = [

@@ -162,7 +162,7 @@ def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> fl
     try:
         return units.factor(heading.unit, quantity)
     except ValueError as error:
-        raise ValueError(f"{where}: {error} of the heading {heading.name}") from None
+        raise ValueError(f"{where}, heading {heading.name}: {error}") from None
 
 
 def written_number(text: str) -> float:

@@ -39,9 +39,11 @@ class PostprocessedPressure:
     values : (N,) array of float
         Its vector, compression positive; finite on a singular edge.
     on_cells : (n,) array of float
-        Mean pressures on the dual cells, a vector of ``dual.basis()``.
+        Mean pressures on the dual cells, a vector of ``dual.basis()``. As of solutions with a
+        singular edge their first moments are those with the law of the edge inside the cells;
+        taken for constants there they carry the force alone, where `values` carry all.
     on_triangles : (m,) array of float
-        Mean pressures on the triangles, a vector of ``dual.primal_basis()``.
+        The same on the triangles, a vector of ``dual.primal_basis()``.
     weights : Weights
         Of the functional, without smoothing on a singular edge with ``weights="auto"``.
     share : float
@@ -122,13 +124,14 @@ def postprocess(
     conserve : bool
         Whether the field and the pressures on both grids carry force and moments of the
         solutions exactly, by the least change of their values; on a singular edge the field
-        changes there only.
+        changes there only, and the pressures on both grids have their moments with the law of
+        the edge inside the cells: taken for constants they carry the force.
 
     Returns
     -------
     PostprocessedPressure
         ``basis, values = postprocess(...)``, an ordinary basis of scikit-fem and its vector, and
-        the same as piecewise constants on both grids. Where both solutions have lifted off, at
+        mean pressures of the cells of both grids. Where both solutions have lifted off, at
         a node and in all the cells around it, the pressure stays zero; it is nowhere negative
         if those of the solutions are not.
 

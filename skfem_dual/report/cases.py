@@ -26,6 +26,8 @@ from .page import (
     DASH,
     NONE,
     Html,
+    aligned,
+    alone,
     amount,
     joined,
     notice,
@@ -293,7 +295,7 @@ def _envelope(bodies: Sequence[Body]) -> Html:
     rows = []
     for body in bodies:
         for extreme in body.extremes:
-            value = _value(extreme.quantity, extreme.value, body)
+            value = alone(_value(extreme.quantity, extreme.value, body))
             rows.append((body.called(CALLED[extreme.quantity]), value, extreme.name))
     return section(
         "Envelope", table(rows, ("Quantity", "Value", "Governing case"), "", numeric=True)
@@ -320,7 +322,8 @@ def _balance(bodies: Sequence[Body]) -> Html:
                 names, imposed, solution.resultant, left, ROUNDING * scale, strict=True
             ):
                 shown = [number(0.0 if abs(v) <= noise else v, 7) for v in (load, found)]
-                rows.append((f"{body.called(name)}: {what}", *shown, number(rest, 2)))
+                pair = map(alone, aligned(shown))
+                rows.append((f"{body.called(name)}: {what}", *pair, number(rest, 2)))
     return section(
         "Check of the resultants",
         table(rows, ("", "Of the loads", "Of the pressures", "Relative residual"), numeric=True),

@@ -17,6 +17,8 @@ from .page import (
     DASH,
     NONE,
     Html,
+    aligned,
+    alone,
     amount,
     joined,
     notice,
@@ -91,19 +93,15 @@ def resultant_section(solution: PunchSolution, standing: Standing) -> Html:
     force, moment = standing.units.force.symbol, standing.units.moment.symbol
     names = f"Force [{force}]", *(f"First moment along {axis} [{moment}]" for axis in "xy")
     relative = standing.imbalance
-    rows = [
-        (
-            name,
-            "free" if np.isnan(imposed) else number(imposed, 7),
-            # zero but for rounding where that is imposed
-            number(found if imposed != 0 or relative[i] > ROUNDING else 0.0, 7),
-            number(found - imposed, 2),
-            number(relative[i], 2),
-        )
-        for i, (name, imposed, found) in enumerate(
-            zip(names, standing.imposed, solution.resultant)
-        )
-    ]
+    rows = []
+    for name, imposed, found, left in zip(
+        names, standing.imposed, solution.resultant, relative, strict=True
+    ):
+        given = "free" if np.isnan(imposed) else number(imposed, 7)
+        # zero but for rounding where that is imposed
+        carried = number(found if imposed != 0 or left > ROUNDING else 0.0, 7)
+        shown = map(alone, aligned([given, carried]))
+        rows.append((name, *shown, alone(number(found - imposed, 2)), number(left, 2)))
     return section(
         "Check of the resultant",
         table(rows, ("", "Imposed", "Of the pressures", "Residual", "Relative"), numeric=True),
@@ -139,7 +137,8 @@ def error_section(
         half = (high - low) / 2
         share = percent(half / sizes[i]) if sizes[i] > 0 and not (i and level) else DASH
         by = "imposed" if "proven" in side else "found"
-        shown = amount(low, unit, 6), amount(high, unit, 6), amount(half, unit, 2)
+        ends = map(alone, aligned([amount(low, unit, 6), amount(high, unit, 6)]))
+        shown = *ends, alone(amount(half, unit, 2))
         rows.append((name, *shown, share, by))
     x, y = bounds.at
     where = joined(["(", number(x, 4), ", ", number(y, 4), ")"])

@@ -99,6 +99,11 @@ def aligned(cells: Sequence[Any]) -> Sequence[Any]:
     return [c.with_decimals(decimals) if isinstance(c, Number) else c for c in cells]
 
 
+def alone(cell: Any) -> Html:
+    """A cell in whose column stand other quantities, with which its digits have nothing to do."""
+    return Html(escaped(cell))
+
+
 def amount(value: float, unit: Unit, digits: int = 5) -> Html:
     """A number in a unit to read, from consistent ones."""
     return number(unit.factor * value, digits)

@@ -144,7 +144,7 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     ax.axhline(1.0, color=OUTLINE, linewidth=1, linestyle=":")
     ax.text(right, 1.01, "overturning", ha="right", va="bottom", **note)
     ax.plot(rotation, share, "-", color=OUTLINE, marker=".", label="ground does not pull")
-    if not np.isnan(curve.lift_off):
+    if curve.lift_off > 0:
         # of a flat footing in full contact: linear in the eccentricity
         ends = np.array([curve.overturning, curve.lift_off]) * curve.direction[:, None]
         compliance = np.linalg.inv(curve[0].punch.stiffness())
