@@ -154,8 +154,8 @@ class GradedHalfSpace(Stratified):
     ) -> Self:
         """Any smooth moduli.
 
-        Kinks and steps, as of measured values between which a function interpolates, make its table
-        take tens of seconds: as `Layer`, with gradients, the same ground takes one.
+        Kinks and steps, as of measured values between which a function interpolates, make its
+        table take tens of seconds: as `Layer`, with gradients, the same ground takes one.
 
         Parameters
         ----------
