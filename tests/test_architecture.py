@@ -256,6 +256,7 @@ LAYERS = [
         "io.layers",
         "io.grounds",
         "io.polygons",
+        "io.elements",
         "io.fields",
         "io.structures",
         "io.surfaces",

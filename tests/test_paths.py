@@ -154,3 +154,10 @@ def test_lifted_off_where_the_origin_is_outside_of_the_kern(origin, direction):
     assert curve.contact_area[0] < 0.99 * of.partition.areas.sum()
     assert curve.lift_off == 0.0
     assert "full contact" not in [line.get_label() for line in plot_moment_rotation(curve).lines]
+
+
+def test_load_vectors_of_structures_are_loads():
+    alone = plate()
+    found = load_path(alone.punch, [alone.f, {"f": 2 * alone.f}])
+    assert found[1].pressure == pytest.approx(2 * found[0].pressure, rel=1e-6)
+    assert np.array_equal(found[0].pressure, alone.punch.solve(alone.f).pressure)

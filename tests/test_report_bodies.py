@@ -286,3 +286,15 @@ def test_quantities_of_all_sizes_stand_in_one_envelope():
     largest = {e.quantity: e.value for e in cases.envelope()}["largest_settlement"]
     (shown,) = re.findall(r'Largest settlement</th><td.*?<data value="[^"]*">(.*?)</data>', part)
     assert float(shown) == pytest.approx(largest, rel=1e-4)
+
+
+@pytest.mark.parametrize("units", ["kN,m", "N,mm", "N,m"])
+@pytest.mark.parametrize("n", [60, 120])
+def test_an_area_made_for_the_allowable_pressure_keeps_it(units, n):
+    force, length = {"kN,m": (1.0, 1.0), "N,mm": (1e3, 1e3), "N,m": (1e3, 1.0)}[units]
+    basis = DualMesh.from_mesh(rectangle(2.0 * length, 2.0 * length, n=n)).basis()
+    solution = RigidPunch(HalfSpace(30e3 * force / length**2, 0.3), basis).solve(1e3 * force)
+    allowable = 250.0 * force / length**2
+    text = report_html(solution, units=units, allowable=allowable)
+    assert "kept by the mean pressures, and exceeded by the largest" in text
+    assert "EXCEEDED" in report_html(solution, units=units, allowable=0.999999 * allowable)

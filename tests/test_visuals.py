@@ -979,13 +979,16 @@ def test_site_coordinates_are_written_with_all_digits():
         assert np.abs(np.array(ticks) - amid).max() < 2
 
 
-@pytest.mark.parametrize(("width", "height"), [(40.0, 1.5), (3.0, 2.0), (1.5, 40.0)])
+@pytest.mark.parametrize(("width", "height"), [(40.0, 1.5), (20.0, 1.0), (3.0, 2.0), (1.5, 40.0)])
 def test_numbers_and_names_of_slender_plans_do_not_overlap(width, height):
     mesh = MeshTri.init_tensor(np.linspace(0, width, 11), np.linspace(0, height, 11))
     axes = with_matplotlib.draw(mesh.translated((451000.0, 5411000.0)))
     axes.figure.canvas.draw()
     numbers = [label.get_window_extent() for label in axes.get_xticklabels()]
     assert all(a.x1 <= b.x0 for a, b in pairwise(numbers))
+    beside = [label.get_window_extent() for label in axes.get_yticklabels()]
+    assert beside
+    assert not any(a.overlaps(b) for a, b in pairwise(beside))
     below = axes.get_legend().get_window_extent().y1
     assert all(box.y0 >= below for box in numbers)
 

@@ -430,7 +430,8 @@ class RigidPunches(RigidBodies):
         Returns
         -------
         (nbodies,) array of float
-            At least 1 for forces without moments.
+            At least 1 on homogeneous ground for forces without moments. Beside a load on a thin
+            layer that keeps its volume the ground heaves: there they are less, or negative.
 
         Raises
         ------

@@ -111,7 +111,7 @@ def _position(solution: PunchSolution | ElasticSolution) -> str:
 
 
 def load_path(
-    punch: RigidPunch | ElasticPunch, loads: Iterable[Load | Mapping], **options: Any
+    punch: RigidPunch | ElasticPunch, loads: Iterable[Load | Mapping | ndarray], **options: Any
 ) -> LoadPath:
     """Solve for one load after the other, each from the contact found nearby.
 
@@ -119,9 +119,9 @@ def load_path(
     ----------
     punch : RigidPunch or ElasticPunch
         What stands on the ground.
-    loads : iterable of Load or mapping
+    loads : iterable of Load, mapping or array
         What is imposed in each step, keyword arguments of its ``solve``; of a rigid punch also as
-        `Load`.
+        `Load`, of a structure as its load vector.
     options
         Further arguments of ``solve`` for all steps; of a rigid punch ``unilateral``, ``method``,
         ``gap_rtol`` and ``progress``.
@@ -152,15 +152,18 @@ def load_path(
     if isinstance(punch, RigidPunch):
         _require_known("the options", options, ["progress", *How._fields])
         return _together(punch, loads, options) if loads else LoadPath(())
+    steps = []
     for number, load in enumerate(loads):
-        _require_keys(f"load {number}", checked_instance(f"load {number}", load, Mapping), options)
+        step = {"f": load} if isinstance(load, np.ndarray) else load
+        _require_keys(f"load {number}", checked_instance(f"load {number}", step, Mapping), options)
+        steps.append(step)
     solutions: list[ElasticSolution] = []
-    for number, load in enumerate(loads):
+    for number, step in enumerate(steps):
         # from full contact the next step is found at once; a failed one is no beginning
         last = solutions[-1] if solutions else None
         start = last if last is not None and last.iterations and last.success else None
         try:
-            solutions.append(punch.solve(**load, start=start, **options))
+            solutions.append(punch.solve(**step, start=start, **options))
         except (TypeError, ValueError) as error:
             raise type(error)(f"load {number}: {error}") from error
     return LoadPath(tuple(solutions))

@@ -8,6 +8,7 @@ from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTr
 
 from ..arguments import checked_array, checked_instance
 from ..grids.cellwise import CellwiseBasis
+from .elements import positive
 from .polygons import write_polygons
 from .writing import require_vtu, vtu_name, write_whole
 
@@ -70,7 +71,7 @@ def write_field(
         )
     mesh = meshio.Mesh(
         np.vstack([p, np.zeros(p.shape[1])]).T,
-        [(kind, cells.T)],
+        [(kind, positive(p, cells).T)],
         point_data={written: values} if at_points else {},
         cell_data={} if at_points else {written: [values]},
     )

@@ -11,6 +11,7 @@ from ..bodies.plates import Plate
 from ..grids.surroundings import surroundings
 from ..solutions.displaced import DisplacedStructure
 from ..solutions.elastic_solution import ElasticSolution
+from .elements import positive
 from .polygons import blocks_of, mean_moments
 from .writing import PathLike, require_vtu, write_whole
 
@@ -66,7 +67,7 @@ def write_structure(
     require_vtu(path)
     structure, punch = DisplacedStructure.of(solution), solution.punch
     kind, order = KINDS[type(structure.mesh)]
-    t = structure.mesh.t[order]
+    t = positive(structure.p[: structure.mesh.dim()], structure.mesh.t[order])
     polygons, fan = punch.partition.polygons, punch.fan
     around, triangles = surroundings(punch.partition, fan, beyond)
     ground = np.hstack([polygons.p, around])

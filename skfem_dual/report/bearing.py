@@ -25,6 +25,9 @@ from .page import (
 )
 from .results import axes_of
 
+#: by how much of it pressures exceed an allowable one for which the area was made
+ROUNDING = 1e-9
+
 
 class Borne(NamedTuple):
     """Pressures in a case, the mean and the largest on a circle."""
@@ -74,8 +77,9 @@ def _verdict(used: ndarray) -> str:
     if len(solved) == 0:
         return "Whether it is kept is not known: nothing was found"
     mean, largest = solved.max(axis=0)
-    said = "It is kept" if max(mean, largest) <= 1 else "It is EXCEEDED"
-    if max(mean, largest) > 1 >= mean:
+    full = 1 + ROUNDING
+    said = "It is kept" if max(mean, largest) <= full else "It is EXCEEDED"
+    if max(mean, largest) > full >= mean:
         said = "It is kept by the mean pressures, and exceeded by the largest pressure"
     if missing := len(used) - len(solved):
         said += f". This holds for what was found; there are {missing} without a solution"

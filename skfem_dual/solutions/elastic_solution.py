@@ -30,7 +30,7 @@ NOISE = 64 * float(np.finfo(float).eps)
 #: mean deflections of cells farther from those of their middles, over the largest, are told
 BENT = 0.05
 #: cells at the line of contact that tell what ground and structure yield together
-AT_LINE = 8
+AT_LINE = 32
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -161,9 +161,12 @@ class ElasticSolution(CellPressures):
             return super().contact_modulus
         sides, touching = cells.partition.neighbours, self.pressure > 0
         line = np.unique(sides[:, touching[sides[0]] != touching[sides[1]]])
-        own = line[:: max(len(line) // AT_LINE, 1)]
-        if len(own) == 0:
+        if len(line) == 0:
             return super().contact_modulus
+        # in the order in which they lie around the contact, whatever their numbers
+        arm = cells.partition.centroids[:, line]
+        arm = arm - arm.mean(axis=1, keepdims=True)
+        own = line[np.argsort(np.arctan2(arm[1], arm[0]))][:: max(len(line) // AT_LINE, 1)]
         x = np.ascontiguousarray(punch.collocation_points[:, own])
         ground = cells.influence(x)[np.arange(len(own)), own]
         lifted = punch.balanced_compliance.displacements(punch.loads_of(cells)[:, own].toarray())

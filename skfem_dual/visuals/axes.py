@@ -25,6 +25,8 @@ PLAIN = -5, 9
 BELOW = 2.4
 #: width of a plan over its height below which there is no room for the numbers of two ticks
 NARROW = 0.15
+#: and height over width
+LOW = 0.045
 
 
 def pyplot() -> Any:
@@ -74,6 +76,8 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
         axis.set_major_locator(MaxNLocator(1 + int(4 * extent), steps=[1, 2, 5, 10]))
     if extents[0] < NARROW:  # two numbers would lie on each other
         ax.set_xticks([roundest(float(p[0].min()), float(p[0].max()))])
+    if extents[1] < LOW:
+        ax.set_yticks([roundest(float(p[1].min()), float(p[1].max()))])
     ax.ticklabel_format(useOffset=False, scilimits=PLAIN)
     ax.tick_params(labelsize=letter(0.9))
     ax.show = plt.show  # type: ignore[union-attr]
