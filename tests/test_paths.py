@@ -161,3 +161,12 @@ def test_load_vectors_of_structures_are_loads():
     found = load_path(alone.punch, [alone.f, {"f": 2 * alone.f}])
     assert found[1].pressure == pytest.approx(2 * found[0].pressure, rel=1e-6)
     assert np.array_equal(found[0].pressure, alone.punch.solve(alone.f).pressure)
+
+
+@pytest.mark.filterwarnings("ignore:the ground would have to pull")
+def test_nothing_lifts_off_where_the_ground_may_pull():
+    curve = moment_rotation(punch(disc(3)), 1.0, steps=4, unilateral=False)
+    assert np.isnan(curve.lift_off)
+    assert curve.contact_area == pytest.approx(curve.contact_area[0])
+    (line,) = [line for line in plot_moment_rotation(curve).lines if line.get_marker() == "."]
+    assert line.get_label() == "ground pulls"

@@ -76,3 +76,8 @@ def test_a_punch_elsewhere_is_refused():
             refine_to_contact(make, square, load)
     with pytest.raises(TypeError, match=r"expected a RigidPunch for make\(mesh\), got None"):
         refine_to_contact(lambda mesh: None, square, load)
+
+
+def test_a_start_is_refused():
+    with pytest.raises(TypeError, match="no start: each solution starts from the one before"):
+        refine_to_contact(sphere, disc(n=60), {"force": 0.1}, 1, start=None)

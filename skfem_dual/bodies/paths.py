@@ -216,7 +216,7 @@ class MomentRotation(LoadPath):
         Its distances from the origin.
     lift_off : float
         Distance at which the footing begins to lift off; 0 if it has already, as the origin is
-        outside of the kern; NaN for a shaped punch.
+        outside of the kern; NaN for a shaped punch and on ground that may pull.
     overturning : float
         Distance at which it turns over: the edge of the plan's convex hull.
     """
@@ -278,7 +278,7 @@ def moment_rotation(
     if overturning <= 0:
         raise ValueError("expected the origin of the punch inside the convex hull of its plan")
     lift_off = np.nan
-    if punch.gap is None:
+    if punch.gap is None and options.get("unilateral", True):
         kern = ConvexHull(punch.kern().T).equations
         outside = kern[:, 2].max() > 0  # lifted off before it moves
         lift_off = 0.0 if outside else _reach(kern, along)

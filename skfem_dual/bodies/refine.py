@@ -38,7 +38,8 @@ def refine_to_contact(
     refinements : int
         How often to refine.
     options
-        Further arguments of `RigidPunch.solve`.
+        Further arguments of `RigidPunch.solve`, without ``start``: each solution starts from the
+        one before.
 
     Returns
     -------
@@ -48,7 +49,7 @@ def refine_to_contact(
     Raises
     ------
     TypeError, ValueError
-        If ``make`` makes no `RigidPunch` on the mesh that it is given.
+        If ``make`` makes no `RigidPunch` on the mesh that it is given, or ``start`` is given.
 
     Examples
     --------
@@ -66,6 +67,8 @@ def refine_to_contact(
     check_type(mesh)
     for key in checked_instance("load", load, Mapping):
         checked_text("a key of load", key)
+    if "start" in {**load, **options}:
+        raise TypeError("expected no start: each solution starts from the one before")
     refinements = checked_integer("refinements", refinements, at_least=0, at_most=MOST)
     solutions = [_on(make, mesh).solve(**load, **options)]
     for _ in range(refinements):

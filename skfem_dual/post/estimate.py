@@ -165,7 +165,7 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
     indicator : (m,) array of float
         Indicators of cells, as `CoupleEstimate.on_triangles`.
     fraction : float
-        From 0 to 1; the larger, the more cells.
+        Above 0, up to 1; the larger, the more cells.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
     Raises
     ------
     ValueError
-        If ``fraction`` is not from 0 to 1 or an indicator is negative or not finite.
+        If ``fraction`` is not above 0 and up to 1, or an indicator is negative or not finite.
 
     Examples
     --------

@@ -143,7 +143,9 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     right = np.interp(SHOWN, share, rotation)
     ax.axhline(1.0, color=OUTLINE, linewidth=1, linestyle=":")
     ax.text(right, 1.01, "overturning", ha="right", va="bottom", **note)
-    ax.plot(rotation, share, "-", color=OUTLINE, marker=".", label="ground does not pull")
+    pulled = min(float(s.pressure.min()) for s in curve.solutions) < 0
+    told = "ground pulls" if pulled else "ground does not pull"
+    ax.plot(rotation, share, "-", color=OUTLINE, marker=".", label=told)
     if curve.lift_off > 0:
         # of a flat footing in full contact: linear in the eccentricity
         ends = np.array([curve.overturning, curve.lift_off]) * curve.direction[:, None]
