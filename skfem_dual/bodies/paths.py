@@ -280,8 +280,8 @@ def moment_rotation(
     lift_off = np.nan
     if punch.gap is None and options.get("unilateral", True):
         kern = ConvexHull(punch.kern().T).equations
-        outside = kern[:, 2].max() > 0  # lifted off before it moves
-        lift_off = 0.0 if outside else _reach(kern, along)
+        outside = kern[:, 2].max() > 1e-9 * overturning  # lifted off before it moves
+        lift_off = 0.0 if outside else max(_reach(kern, along), 0.0)
     # the pressure acts inside the outermost cells
     acting = (punch.acting - np.array(punch.origin)[:, None]).T
     outermost = min(0.97 * overturning, 0.999 * _reach(ConvexHull(acting).equations, along))

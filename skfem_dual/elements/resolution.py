@@ -124,7 +124,7 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     h, usual = mean_size(partition, 2), mean_size(partition, 1)
     if h < FINE * substrate.lengths[0]:
         return None
-    finer = h * 2.0 ** (-np.arange(41) / 4)
+    finer = _finer(h)
     error = coarseness(substrate, finer)
     if sloped:
         k = np.pi / (finer * usual / h)
@@ -147,15 +147,19 @@ def bonded_too_coarse(substrate: Substrate, partition: Partition) -> str | None:
         return None
     a, b = partition.ends(edge_ribs(partition))
     width = 2 * partition.areas.sum() / np.hypot(*(b - a)).sum()  # of a disc its radius
-    h = mean_size(partition, 2)
-    finer = h * 2.0 ** (-np.arange(41) / 4)
+    finer = _finer(mean_size(partition, 2))
     k = np.concatenate([np.pi / finer, np.pi / (4 * finer), [1 / width]])
     along, coupling, down = substrate.compliance(k)
     yielding = (down - coupling**2 / along) / k
-    short, long = yielding[:41], yielding[41:-1]
+    short, long = np.split(yielding[:-1], 2)
     factor = BONDED_TRIANGLES if partition.polygons.sizes.max() == 3 else BONDED
     error = factor * short / long * short / yielding[-1]
     return _told(substrate, len(partition), finer, error, "stiffnesses of a bonded base")
+
+
+def _finer(h: float) -> ndarray:
+    """A size of cells and smaller ones, among which is that of a remedy."""
+    return h * 2.0 ** (-np.arange(41) / 4)
 
 
 def _told(

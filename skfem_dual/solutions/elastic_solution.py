@@ -29,8 +29,6 @@ ALONG = 0.1
 NOISE = 64 * float(np.finfo(float).eps)
 #: mean deflections of cells farther from those of their middles, over the largest, are told
 BENT = 0.05
-#: cells at the line of contact that tell what ground and structure yield together
-AT_LINE = 32
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -151,10 +149,11 @@ class ElasticSolution(CellPressures):
 
     @computed_once
     def contact_modulus(self) -> float:
-        """E* of the ground and a solid together, from what both yield under single cells.
+        """E* of the ground and a solid together, the median at the line of contact.
 
-        Beside a solid as soft as the ground gaps open twice as far as beside a rigid one. Plates
-        bend, but loads on single cells do not dent them.
+        It follows from what both yield under single cells there. Beside a solid as soft as the
+        ground gaps open twice as far as beside a rigid one. Plates bend, but loads on single cells
+        do not dent them.
         """
         punch, cells = self.punch, self.footprint
         if punch.boundary is None:
@@ -163,14 +162,10 @@ class ElasticSolution(CellPressures):
         line = np.unique(sides[:, touching[sides[0]] != touching[sides[1]]])
         if len(line) == 0:
             return super().contact_modulus
-        # in the order in which they lie around the contact, whatever their numbers
-        arm = cells.partition.centroids[:, line]
-        arm = arm - arm.mean(axis=1, keepdims=True)
-        own = line[np.argsort(np.arctan2(arm[1], arm[0]))][:: max(len(line) // AT_LINE, 1)]
-        x = np.ascontiguousarray(punch.collocation_points[:, own])
-        ground = cells.influence(x)[np.arange(len(own)), own]
-        lifted = punch.balanced_compliance.displacements(punch.loads_of(cells)[:, own].toarray())
-        yields = np.sum(punch.trace[own].toarray() * lifted.T, axis=1)
+        x = np.ascontiguousarray(punch.collocation_points[:, line])
+        ground = cells.influence(x)[np.arange(len(line)), line]
+        lifted = punch.balanced_compliance.displacements(punch.loads_of(cells)[:, line].toarray())
+        yields = np.sum(punch.trace[line].toarray() * lifted.T, axis=1)
         return super().contact_modulus / float(np.median(1 + yields.clip(0) / ground))
 
     @property
