@@ -286,6 +286,8 @@ def test_quantities_of_all_sizes_stand_in_one_envelope():
     largest = {e.quantity: e.value for e in cases.envelope()}["largest_settlement"]
     (shown,) = re.findall(r'Largest settlement</th><td.*?<data value="[^"]*">(.*?)</data>', part)
     assert float(shown) == pytest.approx(largest, rel=1e-4)
+    (shown,) = re.findall(r'Largest pressure</th><td.*?<data value="([^"]*)">', part)
+    assert f"{float(shown):,.0f}".replace(",", THIN) in part  # as elsewhere on the page
 
 
 @pytest.mark.parametrize("units", ["kN,m", "N,mm", "N,m"])

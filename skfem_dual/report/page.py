@@ -100,8 +100,8 @@ def aligned(cells: Sequence[Any]) -> Sequence[Any]:
 
 
 def alone(cell: Any) -> Html:
-    """A cell in whose column stand other quantities, with which its digits have nothing to do."""
-    return Html(escaped(cell))
+    """A cell as in a column of its own: its digits have nothing to do with other quantities."""
+    return Html(escaped(aligned([cell])[0]))
 
 
 def amount(value: float, unit: Unit, digits: int = 5) -> Html:

@@ -162,6 +162,7 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
             va="top",
             **note,
         )
+    if curve.lift_off > 0 or pulled:
         ax.legend(loc="lower right", frameon=False, fontsize=letter(0.9))
     ax.set_xlim(min(0, rotation.min()), right)
     ax.set_ylim(0, 1.08)
