@@ -205,6 +205,8 @@ def test_a_single_structure_as_data(group, tmp_path):
     assert found["structures"][0]["cases"][0]["moments"]["mx"][1] > 0
     with pytest.raises(TypeError, match=r"expected a Plate for plates\[''\]"):
         write_report(tmp_path / "out.json", raft, plates={"": 0.4})
+    with pytest.raises(ValueError, match=r"plates by the names of bodies, \[''\], got \['raft'\]"):
+        write_report(tmp_path / "out.json", raft, plates={"raft": Plate(0.4, 30e6, 0.2)})
 
 
 def test_a_thickness_in_another_unit_is_suspected(capsys, raft, tmp_path):

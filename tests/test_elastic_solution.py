@@ -316,6 +316,8 @@ def test_solid_is_balanced_by_its_load_vector(block):
     assert np.abs(residual).max() < 1e-10
     bottom = block.structure.nodal_dofs[2]
     assert s.load_vector()[bottom].sum() == pytest.approx(1.0, rel=1e-12)
+    with pytest.raises(TypeError, match=r"expected a basis with \['component'\]"):
+        s.load_vector(component=2)
 
 
 def test_pressures_leave_as_those_of_a_rigid_punch(punch):

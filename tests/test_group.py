@@ -315,6 +315,13 @@ def test_bad_loads(loads, message):
         pair(3.0).solve(loads)
 
 
+def test_solutions_by_name():
+    found = RigidPunches(pair(3.0).punches, names=["left", "right"]).solve([{"force": 1.0}] * 2)
+    assert found["right"] is found[1]
+    with pytest.raises(KeyError, match=r"expected the name of a punch, .* got 'east'"):
+        found["east"]
+
+
 def test_errors_name_bodies():
     three = [punch(disc(1).translated((x, 0)), origin=(x, 0)) for x in (-3.0, 0.0, 3.0)]
     group = RigidPunches(three, joined=[(0, 2)], names=["left", "middle", "right"])

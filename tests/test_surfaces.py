@@ -146,6 +146,7 @@ def test_an_instrument_without_the_package(tmp_path, monkeypatch):
     ("name", "content", "options", "message"),
     [
         ("a.csv", "1,2\n3,4\n", {}, "three columns x, y and height .*, got 2"),
+        ("a.csv", "1,2,3\n4,5,6\n", {"origin": (0, 1)}, "origin= for a grid of heights only"),
         ("a.csv", "1,2,3\n", {"spacing": (1, 1)}, r"two heights or more .* shape \(1, 3\)"),
         ("a.csv", "", {}, "numbers in columns .*there are none"),
         ("a.csv", "x,y,z\n", {}, "numbers in columns .*there are none"),

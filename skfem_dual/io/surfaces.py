@@ -46,6 +46,11 @@ def read_heights(
                 f"expected three columns x, y and height in {file}, got {values.shape[1]}. "
                 "Remedy: spacing=(dx, dy) for a grid of heights"
             )
+        if any(origin):
+            raise ValueError(
+                f"expected origin= for a grid of heights only, got {origin} for {file}, whose "
+                "columns tell places. Remedy: MeasuredProfile(x, height) of places moved"
+            )
         _require_finite(file, values)
         return values[:, :2].T, values[:, 2]
     if min(values.shape) < 2:

@@ -51,6 +51,11 @@ def bodies_of(solution: Any, details: Details) -> list[Body]:
             "expected bodies on the same ground, got several. Remedy: a report for each ground"
         )
     require_points_on(plans, details.own_points)
+    for of in ("accuracy", "plates", "columns"):
+        if unknown := [name for name in getattr(details, of) if name not in solution]:
+            raise ValueError(
+                f"expected {of} by the names of bodies, {list(solution)}, got {unknown}"
+            )
     return bodies
 
 

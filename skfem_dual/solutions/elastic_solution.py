@@ -194,9 +194,16 @@ class ElasticSolution(CellPressures):
         (N,) array of float
             Integrals of ``p v``; of a solid those of the traction ``-p n . v``. A plate is in
             equilibrium with ``f`` minus this load, a solid with ``f`` plus this load.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As there; if options are given without a basis.
         """
         if basis is not None:
             return super().load_vector(basis, **options)
+        if options:
+            raise TypeError(f"expected a basis with {list(options)}, got none")
         pressed = self.punch.loads_of(self.footprint) @ self.pressure
         return -pressed if self.punch._upward else pressed
 

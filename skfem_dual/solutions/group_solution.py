@@ -32,8 +32,12 @@ class PunchesSolution:
     punches: Any
     solutions: tuple[Any, ...]
 
-    def __getitem__(self, i: int) -> Any:
-        return self.solutions[i]
+    def __getitem__(self, punch: int | str) -> Any:
+        """Of a punch by its number or its name."""
+        names = list(self.punches.names)
+        if isinstance(punch, str) and punch not in names:
+            raise KeyError(f"expected the name of a punch, {names}, got {punch!r}")
+        return self.solutions[names.index(punch) if isinstance(punch, str) else punch]
 
     def __len__(self) -> int:
         return len(self.solutions)

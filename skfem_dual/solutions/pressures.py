@@ -182,14 +182,21 @@ class CellPressures:
             return self.pressure[cell] + self._curvature.rise(cell, arm)
         return self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
 
-    def load_vector(self, basis: AbstractBasis, **options: Any) -> ndarray:
+    def load_vector(
+        self,
+        basis: AbstractBasis,
+        *,
+        order: int | None = None,
+        component: int | None = None,
+        partial: bool = False,
+    ) -> ndarray:
         """The pressure as a load on finite elements: integrals of ``p v`` over the plan.
 
         Parameters
         ----------
         basis : CellBasis or FacetBasis
             Any scikit-fem basis on a 2-D mesh that covers the plan, or on facets of a 3-D mesh
-            that do; see `load_matrix`, which also has the options.
+            that do; see `load_matrix`.
         order, component, partial : optional
             As in `load_matrix`.
 
@@ -215,7 +222,8 @@ class CellPressures:
         1.000000000000
         """
         cells = self.footprint
-        return cells.with_slopes(cells.load_matrix(basis, **options)) @ self.pressure
+        matrix = cells.load_matrix(basis, order=order, component=component, partial=partial)
+        return cells.with_slopes(matrix) @ self.pressure
 
     def pressure_field(
         self, refine: int = 3, other: "CellPressures | None" = None
