@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from marks import slow
 from plans import disc, rectangle
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import Cone, DualMesh, HalfSpace, Paraboloid, RigidPunch
 
@@ -101,3 +102,26 @@ def test_reactions_with_moments():
     assert solution.resultant[2] == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(ValueError, match="from the origin and moments, outside"):
         of.solve(settlement=1.0, moments=(-1.0, 0.0))
+
+
+@pytest.mark.parametrize("method", ["auto", "active-set", "cg"])
+def test_settlement_imposed_beside_the_lowest_point(method):
+    """One cell overlaps, with an arm: forces on it alone have moments, and the punch turns."""
+    line = np.linspace(-1.0, 1.0, 13)
+    cells = CellBasis(MeshQuad.init_tensor(line, line), ElementQuad0())
+    punch = RigidPunch(SOIL, cells, gap=Paraboloid(1.0, (0.1, -0.05)))
+    s = punch.solve(settlement=0.001, method=method)
+    assert s.success
+    assert s.message == "no contact"
+    assert (s.gap > 0).all()
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+def test_force_without_an_arm_is_a_load():
+    """Rests on one cell in the middle: what others bear is no measure of its moments."""
+    cells = DualMesh.from_mesh(disc(3)).basis()
+    punch = RigidPunch(SOIL, cells, gap=Paraboloid(1.0, (0.57700241, 0.22265038)))
+    s = punch.solve(settlement=0.1951377828803449)
+    assert s.success
+    assert s.force > 0
+    assert s.centre_of_pressure == pytest.approx((0, 0), abs=1e-9)

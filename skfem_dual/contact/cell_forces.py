@@ -22,6 +22,8 @@ CLEAR = 1e-8
 NIL = 1e-16
 #: decreases of so much of that without resultants to keep are rounding: they are a tenth and more
 ROUNDING = 1e-16
+#: parts of forces that are rounding where those with a resultant are taken away
+SPENT = 1e-13
 #: forces that are summed up one after the other
 TOGETHER = 1024
 
@@ -100,6 +102,8 @@ class CellForces:
         without_resultant = self.projection(working)
         apart = np.where(working, self.scale * gap, 0.0)
         slope = without_resultant(apart)
+        if np.linalg.norm(slope) <= SPENT * np.linalg.norm(apart):
+            slope = np.zeros_like(slope)  # on so few cells all forces have resultants
         if (inverse := self.problem.inverse) is not None:
             # between projections on both sides it is as symmetric as it is alone
             slope = without_resultant(self._spread * (inverse @ (slope / self.scale)))

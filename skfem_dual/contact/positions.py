@@ -10,8 +10,8 @@ from scipy.linalg import lstsq, null_space
 from .load import Constraints
 from .problem import Contact, ContactProblem
 
-#: without contact the gaps are larger than so many times the largest
-CLEAR = 1e-9
+#: without contact the gaps are larger than so many times the largest, and how well that is met
+CLEAR, FEASIBLE = 1e-8, 1e-10
 #: forces between which a settlement is looked for, in steps of their ratio, up and down
 RATIO, STEPS = 4.0, 16
 
@@ -30,7 +30,8 @@ def apart(problem: ContactProblem, still: bool = False) -> Contact | None:
         scale = np.abs(problem.gap).max()
         # in terms of both signs of the motions, none negative
         planes = np.vstack([problem.planes, -problem.planes]).T
-        found = scipy.optimize.linprog(np.ones(2 * k), planes, problem.gap / scale - CLEAR)
+        room, options = problem.gap / scale - CLEAR, {"primal_feasibility_tolerance": FEASIBLE}
+        found = scipy.optimize.linprog(np.ones(2 * k), planes, room, options=options)
         if not found.success:
             return None
         motion = scale * (found.x[:k] - found.x[k:])

@@ -125,7 +125,7 @@ def _pressed(
 ) -> tuple[ndarray, ndarray, bool] | None:
     """Pressures on some cells, by their numbers, and the motions of the punch, and whether
     iterations from ``start`` found them; None if it can tilt on these without resistance."""
-    if len(inside) < len(problem.planes):
+    if len(inside) < (1 if problem.conjugate else len(problem.planes)):
         return None
     try:
         if start is not None and (found := _iterated(problem, inside, start)) is not None:

@@ -125,7 +125,10 @@ class Verification:
         work = np.abs(acting)
         same = work @ work.T > 0
         imposed = np.where(same, np.abs(given / unit), 0.0).max(axis=1)
-        borne = (work > 0) @ (system.areas * np.abs(pressure))
+        # by all cells of the bodies they act on, those without an arm too
+        moved = np.abs(system.planes)
+        bodies = (np.abs(balance) > 0) @ (moved @ moved.T > 0)
+        borne = (bodies @ (moved > 0)) @ (system.areas * np.abs(pressure))
         felt = np.where(same, borne, 0.0).max(axis=1)
         own = np.where(imposed > 0, imposed, felt)
         # beside far larger loads those of a body have fewer digits
