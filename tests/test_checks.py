@@ -254,6 +254,32 @@ def test_parts_may_touch():
     assert check_mesh(joined(m.remove_elements(core), m.restrict(core))).ok
 
 
+def mixed(n=2):
+    """Triangles twice as small on one side of a line, with every second node in common there."""
+    line = np.linspace(-1, 1, 2 * n + 1)
+    coarse = MeshTri.init_tensor(np.linspace(-1, 0, n + 1), line)
+    return coarse + MeshTri.init_tensor(
+        np.linspace(0, 1, 2 * n + 1), np.linspace(-1, 1, 4 * n + 1)
+    )
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, np.pi / 2, np.pi, 2.0])
+@pytest.mark.parametrize("away", [0.0, 1e-14, -1e-14])
+def test_hanging_nodes(turn, away):
+    """In facets whose other side is not cut there; where it is, at a slit, nodes are in pairs."""
+    c, s = np.cos(turn), np.sin(turn)
+    m = mixed()
+    p, nodes = m.p.copy(), np.nonzero((m.p[0] == 0) & (np.abs(m.p[1] * 4) % 2 == 1))[0]
+    p[0, nodes] += away
+    hung = MeshTri(np.array([[c, -s], [s, c]]) @ p, m.t)
+    far = MeshTri(hung.p + np.array([[4e5], [5e6]]), m.t)
+    for found in (check_mesh(hung), check_mesh(far)):
+        (failed,) = (c for c in found.conditions if c.required and len(c.offending))
+        assert failed.offending.tolist() == nodes.tolist()
+    with pytest.raises(MeshError, match=r"hanging nodes.*Remedy: cut the triangle there"):
+        DualMesh.from_mesh(hung)
+
+
 def test_a_ribbon_that_winds_over_itself():
     """One part, one-to-one near every point, whose ends overlap."""
     for turn, ok in ((0.95, True), (1.2, False), (2.2, False)):

@@ -12,7 +12,7 @@ from ..arguments import LARGEST, SMALLEST
 from ..errors import MeshError
 from ..messages import shown
 from .corners import Corners, signed_areas
-from .planar import covered_twice
+from .planar import covered_twice, hanging
 from .polygons import readonly
 from .quality import MeshQuality
 from .report import Condition, Report
@@ -182,6 +182,15 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
         "the mesh folds over itself there: remove or remesh the triangles",
         _facet_detail(mesh, folded),
     )
+    starts = np.nonzero(corners.twin == -1)[0]
+    ends = corners.node.reshape(3, -1)[[1, 2, 0]].ravel()[starts]
+    boundary = np.stack([corners.node[starts], ends])
+    yield Condition(
+        "no hanging nodes, which lie on a facet of a triangle beside",
+        "node",
+        hanging(p, boundary),
+        "cut the triangle there, from the node to the corner opposite, or remove the node",
+    )
     yield Condition(
         "the triangles around a node to form one fan",
         "node",
@@ -198,10 +207,8 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
         "the mesh covers itself there: remove or remesh the triangles",
     )
     # now one-to-one near every point; and everywhere, unless the boundary tells otherwise
-    starts = np.nonzero(corners.twin == -1)[0]
-    ends = corners.node.reshape(3, -1)[[1, 2, 0]].ravel()[starts]
     inside = corners.barycentres.take(corners.triangle[starts], axis=1)
-    twice = covered_twice(p, np.stack([corners.node[starts], ends]), inside)
+    twice = covered_twice(p, boundary, inside)
     yield Condition(
         "no place to be covered twice",
         "facet",

@@ -149,6 +149,27 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     return np.union1d(crossed, facet[_winding_numbers(x, a, b, facet) != 1])
 
 
+def hanging(p: ndarray, facets: ndarray) -> ndarray:
+    """Nodes that boundary facets (2, n) join to a node from which another one passes them.
+
+    Triangles beside such a facet are not cut where those on its other side are. The two sides of
+    a slit end in one node as well, but in the same nodes beside it.
+    """
+    node, other = np.hstack([facets, facets[::-1]])
+    along = p.take(other, axis=1) - p.take(node, axis=1)
+    length, angle = np.hypot(*along), np.arctan2(*along)
+    margin = MARGIN + rounding(p) / length
+    # once more from the other side, where angles begin again
+    again = np.tile(np.arange(len(node)), 2)
+    angle = np.append(angle, angle + 2 * np.pi)
+    order = np.lexsort((angle, node[again]))
+    i, j = again[order[:-1]], again[order[1:]]
+    shorter = np.where(length[i] < length[j], i, j)
+    beside = (node[i] == node[j]) & (np.diff(angle[order]) <= margin[shorter])
+    differ = np.abs(length[i] - length[j]) > margin[shorter] * length[shorter]
+    return np.unique(other[shorter[beside & differ]])
+
+
 def _is_convex(p: ndarray, facets: ndarray) -> bool:
     """Whether directed facets are one closed contour that turns to the left, once."""
     each, following = np.arange(facets.shape[1]), np.full(p.shape[1], -1)
