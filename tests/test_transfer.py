@@ -329,3 +329,41 @@ def test_fields_that_are_not_scalar_are_refused(element, remedy):
     ):
         with pytest.raises(TypeError, match=remedy):
             call()
+
+
+SITE = (451204.7, 5411903.6)
+
+
+def test_points_on_the_boundary_at_site_coordinates():
+    m = disc(2).translated(SITE)
+    f = m.boundary_facets()
+    x = m.p[:, m.facets[:, f]].mean(axis=1)
+    for basis in (CellBasis(m, ElementTriP1()), DualMesh.from_mesh(m).basis()):
+        assert evaluate(basis, np.ones(basis.N), x) == pytest.approx(1.0, abs=1e-12)
+    beside = x + 1e-3 * (x - m.p.mean(axis=1)[:, None])
+    assert np.isnan(evaluate(basis, np.ones(basis.N), beside)).all()
+
+
+@pytest.mark.parametrize("kind", ["nodes", "fine", "cells"])
+def test_nothing_is_lost_at_site_coordinates(kind):
+    m = disc(2).translated(SITE)
+    dual = DualMesh.from_mesh(m)
+    basis, target = {
+        "nodes": (CellBasis(m, ElementTriP1()), CellBasis(m, ElementTriP1())),
+        "fine": (CellBasis(m.refined(2), ElementTriP1()), CellBasis(m, ElementTriP1())),
+        "cells": (dual.basis(), dual.primal_basis()),
+    }[kind]
+    values = np.random.default_rng(0).random(basis.N)
+    found, middle = transfer(basis, values, target), np.array(SITE)[:, None, None]
+
+    def loads(b, v):
+        """Force and first moments."""
+        planes = np.stack([np.ones(b.dx.shape), *(b.global_coordinates() - middle)])
+        return np.sum(planes * np.asarray(b.interpolate(v)) * b.dx, axis=(1, 2))
+
+    given = loads(basis, values)
+    moments = slice(1 if kind == "cells" else 3)  # of means, only the force
+    assert loads(target, found)[moments] == pytest.approx(given[moments], rel=1e-12, abs=1e-10)
+    assert loads(target, found)[0] == pytest.approx(given[0], rel=1e-14)
+    if kind == "nodes":
+        assert found == pytest.approx(values, abs=1e-13)

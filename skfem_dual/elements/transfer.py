@@ -20,8 +20,7 @@ from skfem.mapping import MappingAffine
 from ..arguments import checked_array, checked_choice, checked_instance
 from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
-from ..grids.mappings import middle_of
-from ..grids.partition import Partition
+from ..grids.mappings import is_far, middle_of
 from ..grids.polygons import some
 from .influence import flat_points
 from .load_matrix import HIGHEST, MISSING, Points, missing_planes, points_in_pieces
@@ -135,22 +134,32 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     values = _checked(basis, values)
     checked_instance("target", target, CellBasis, "CellBasis(mesh, element), or dual.basis()")
     _checked(target, np.zeros(target.N))
+    middle = middle_of(basis.mesh)
+    if far := is_far(basis.mesh):  # differences of coordinates lose no digits, points between do
+        basis = _moved(basis, middle)
     if isinstance(target, CellwiseBasis) or target.elem.maxdeg == 0:
-        return _loads_of_cells(basis, values, target) / Partition.from_basis(target).areas
+        fan = Fan.from_basis(target)
+        fan = replace(fan, p=fan.p - middle[:, None]) if far else fan
+        areas = np.bincount(target.element_dofs[0], target.dx.sum(axis=1), target.N)
+        return _loads_of_cells(basis, values, fan, target.N, far) / areas
+    target = _moved(target, middle) if far else target
     mass = BilinearForm(lambda u, v, w: u * v).assemble(_exact(target))
-    return splu(mass.tocsc()).solve(_loads(basis, values, target))
+    return splu(mass.tocsc()).solve(_loads(basis, values, target, far))
 
 
-def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
-    """Integrals of a field times the test functions of the target."""
+def _loads(basis: CellBasis, values: ndarray, target: CellBasis, far: bool) -> ndarray:
+    """Integrals of a field times the test functions of the target; ``far`` if places have lost
+    digits that its force and first moments are to keep."""
     fan = _element_fan(basis)
     source, there = ShapeFunctions.of(basis, None), ShapeFunctions.of(target, None)
     pieces = overlaps(fan.p[:, fan.t], there.cells)
-    covered = np.bincount(pieces.first, pieces.share, len(fan.cell))
-    _require_covered(fan.areas, covered * fan.areas)
+    covered = np.bincount(pieces.first, pieces.share, len(fan.cell)) * fan.areas
+    _require_covered(fan.areas, covered)
     order = min(_degree(source) + _degree(there), HIGHEST)
     points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), order)
-    field = _field(source, values, points)
+    weight = points.weight * _made_good(fan.areas, covered)[pieces.first[points.piece]]
+    points = replace(points, weight=weight)
+    field = _field(source, values, points, far)
     points = replace(points, cell=pieces.second[points.piece])
     out = np.zeros(target.N)
     if not isinstance(there.mapping, MappingAffine):
@@ -167,18 +176,21 @@ def _loads(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     return out
 
 
-def _loads_of_cells(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
-    """The same of piecewise constants, integrated on the cells: fields may be much finer."""
-    fan, source = Fan.from_basis(target), ShapeFunctions.of(basis, None)
+def _loads_of_cells(basis: CellBasis, values: ndarray, fan: Fan, n: int, far: bool) -> ndarray:
+    """The same of n cells that a fan fills: fields may be much finer than these."""
+    source = ShapeFunctions.of(basis, None)
     pieces = overlaps(fan.p[:, fan.t], source.cells)
     elements = _element_fan(basis)
     areas = np.bincount(elements.cell, elements.areas)
     shares = pieces.share * fan.areas[pieces.first]
-    _require_covered(areas, np.bincount(pieces.second, shares, len(areas)))
+    covered = np.bincount(pieces.second, shares, len(areas))
+    _require_covered(areas, covered)
     order = min(_degree(source), HIGHEST)
     points = points_in_pieces(None, fan, (pieces.first, pieces.vertices), order)
-    field = _field(source, values, replace(points, cell=pieces.second[points.piece]))
-    return np.bincount(points.cell, points.weight * field, target.N)
+    element = pieces.second[points.piece]
+    weight = points.weight * _made_good(areas, covered)[element]
+    field = _field(source, values, replace(points, weight=weight, cell=element), far)
+    return np.bincount(points.cell, weight * field, n)
 
 
 def _degree(functions: ShapeFunctions) -> int:
@@ -187,7 +199,7 @@ def _degree(functions: ShapeFunctions) -> int:
     return functions.basis.elem.maxdeg + (0 if affine else 2)
 
 
-def _field(source: ShapeFunctions, values: ndarray, points: Points) -> ndarray:
+def _field(source: ShapeFunctions, values: ndarray, points: Points, far: bool) -> ndarray:
     """A field at points, with its force and first moments in each element."""
     dofs = source.basis.element_dofs
     parts = [
@@ -195,7 +207,7 @@ def _field(source: ShapeFunctions, values: ndarray, points: Points) -> ndarray:
         for part in points.chunks(CHUNK)
     ]
     field = np.concatenate([*parts, np.empty(0)])
-    if isinstance(source.mapping, MappingAffine):
+    if isinstance(source.mapping, MappingAffine) and not far:
         return field
     elements = _Elements.of(source.basis)
     return field + np.sum(
@@ -207,13 +219,13 @@ def _exact(basis: CellBasis) -> CellBasis:
     """The basis about the middle of its mesh, with a rule for products of its functions."""
     mesh, degree = basis.mesh, 2 * basis.elem.maxdeg
     degree = min(degree if mesh.affine else degree + 2, HIGHEST)
-    return CellBasis(
-        mesh.translated(-middle_of(mesh)),
-        picklable(basis).elem,
-        intorder=degree,
-        elements=basis.tind,
-        dofs=basis.dofs,
-    )
+    return _moved(basis, middle_of(mesh), degree)
+
+
+def _moved(basis: CellBasis, origin: ndarray, intorder: int | None = None) -> CellBasis:
+    """The basis in coordinates from an origin."""
+    mesh, element = basis.mesh.translated(-origin), picklable(basis).elem
+    return CellBasis(mesh, element, intorder=intorder, elements=basis.tind, dofs=basis.dofs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,6 +280,11 @@ class _Elements:
         """Integrals of planes times the test functions."""
         field = np.sum(linear[..., None] * self._planes(), axis=0)
         return LinearForm(lambda v, w: v * w["field"]).assemble(self.basis, field=field)
+
+
+def _made_good(areas: ndarray, covered: ndarray) -> ndarray:
+    """Factors that make slivers good which rounding leaves out of what is covered."""
+    return np.divide(areas, covered, out=np.ones_like(areas), where=covered > areas / 2)
 
 
 def _require_covered(areas: ndarray, covered: ndarray) -> None:

@@ -14,7 +14,7 @@ from ..kernels.once import computed_once, remember
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
 from .dual_mesh import DualMesh
-from .planar import ragged
+from .planar import ragged, rounding
 from .polygons import readonly
 
 #: circles around triangles looked at together, for the memory to stay small
@@ -232,15 +232,19 @@ class Fan:
         """Triangle that contains each point of shape (2, m), -1 outside all of them."""
         # many circles pay for many points
         circled, middle, reach = self._circles(min(max(8 * x.shape[1] / self.t.shape[1], 1), THIN))
+        blur, v = rounding(x, self.p), self.p[:, self.t]
+        longest = np.hypot(*(np.roll(v, -1, axis=1) - v)).max(axis=0)
+        least = -1e-9 - blur * longest / (2 * self.areas)
+        reach = reach + blur
         tree = cKDTree(x.T)
-        deepest, depth = np.full(x.shape[1], -1), np.full(x.shape[1], -1e-9)
+        deepest, depth = np.full(x.shape[1], -1), np.full(x.shape[1], -np.inf)
         for begin in range(0, len(circled), TOGETHER):
             some = slice(begin, begin + TOGETHER)
             near = tree.query_ball_point(middle[:, some].T, reach[some], return_sorted=False)
             triangle = np.repeat(circled[some], [len(points) for points in near])
             point = np.fromiter(chain.from_iterable(near), int, len(triangle))
             inside = self.coordinates(triangle, x[:, point]).min(axis=0)
-            kept = np.nonzero(inside >= depth[point])[0]
+            kept = np.nonzero(inside >= np.maximum(depth[point], least[triangle]))[0]
             # the triangle deepest around a point wins
             kept = kept[np.argsort(inside[kept], kind="stable")]
             deepest[point[kept]], depth[point[kept]] = triangle[kept], inside[kept]
