@@ -253,3 +253,21 @@ def test_a_part_of_one_triangle_has_no_field():
     s = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(mesh).basis(), origin=(1 / 3, 1 / 3))
     with pytest.raises(MeshError, match=r"got triangle 0 alone.* Remedy: a finer mesh"):
         s.solve(1.0, unilateral=False).pressure_field()
+
+
+@pytest.mark.parametrize("seed", [2, 6])
+def test_rough_contact_has_no_peaks_of_its_own(seed):
+    """Cells of which the end of contact leaves a sliver tell of no pressure in it."""
+    n, rng = 24, np.random.default_rng(seed)
+    line = np.linspace(0.0, 1.0, n + 1)
+    basis = CellBasis(MeshQuad.init_tensor(line, line), ElementQuad0())
+    k = np.hypot(np.fft.fftfreq(n, 1 / n)[:, None], np.fft.rfftfreq(n, 1 / n))
+    waves = np.where((k >= 2) & (k <= 5), np.maximum(k, 1) ** -1.8, 0)
+    height = np.fft.irfft2(waves * np.exp(2j * np.pi * rng.random(k.shape)))
+    height *= 1e-2 / height.std()
+    punch = RigidPunch(HalfSpace(1.0, 0.3), basis, gap=(height.max() - height).ravel())
+    for force in (0.003, 0.03):
+        s = punch.solve(force=force, tilt=(0, 0))
+        field, p = s.pressure_field(refine=2)
+        assert p.max() < 2 * s.pressure.max()
+        assert field_resultant(field, p) == pytest.approx(s.resultant, rel=1e-9)

@@ -42,6 +42,8 @@ TINY = 1e-20
 ROUNDING = 1e-8
 #: of the slopes in the fit
 RIDGE = 1e-5
+#: pressures over those of cells around where contact ends: as under a ball that touches one cell
+MOST = 1.5
 
 
 def pressure_field(
@@ -90,10 +92,12 @@ def pressure_field(
     if other is not None:
         checked_solution("other", other)
     laws = EdgeLaws.of(solution, checked_integer("refine", refine, at_least=0, at_most=6))
-    s = _fitted(solution, laws, _smoothed(solution, other))
-    values = laws.at_nodes * laws.between(s)
+    pressure, loads = _smoothed(solution, other), laws.of_cells(solution.punch.footprint)
+    values = laws.at_nodes * laws.between(_fitted(solution, laws, pressure, loads))
     if (solution.pressure >= 0).all():
         values = values.clip(0.0)
+    if laws.depth is not None:
+        values = np.minimum(values, _most(solution, laws, pressure, loads))
     basis = CellBasis(laws.refined.mesh, ElementTriP1())
     return basis, balanced(basis, values, solution.resultant, solution.footprint.origin)
 
@@ -170,8 +174,13 @@ class EdgeLaws:
 
     @cached_property
     def at_nodes(self) -> ndarray:
-        """The laws at the nodes, such that between them triangles have their load in the mean:
-        a little less than the values of the laws, and finite on a singular edge."""
+        """The laws at the nodes."""
+        return self.edge_at_nodes * self._closing(self.refined.parent, self.refined.shares)
+
+    @cached_property
+    def edge_at_nodes(self) -> ndarray:
+        """That of the edge at the nodes, such that between them triangles have their load in the
+        mean: a little less than its values, and finite on a singular edge."""
         parent, shares, edge = self.refined.parent, self.refined.shares, self.refined.edge
         mesh = self.refined.mesh
         root = np.sqrt(_quadratic(self.refined.base, self.phi, parent, shares))
@@ -189,11 +198,11 @@ class EdgeLaws:
                 np.bincount(mesh.t.ravel(), (x * nodes).ravel(), len(w)) for x in (left, share)
             )
             w += np.divide(total, areas, out=np.zeros_like(w), where=areas > 0)
-        return w * self._closing(parent, shares)
+        return w
 
     def of_cells(self, cells: Any) -> tuple[ndarray, ndarray, ndarray, ndarray]:
         """Integral of the laws over each cell, where it acts, how far it spreads around there,
-        (3, n) along xx, xy and yy, and the part of w left there by the end of contact."""
+        (3, n) along xx, xy and yy, and the integral of that of the edge alone."""
         fan, base = cells.fan, self.refined.base
         parent, corners, phi = self._in_fan(fan, cells.basis)
         grade = phi
@@ -223,7 +232,7 @@ class EdgeLaws:
         total = np.where(sums[0] > 0, sums[0], 1.0)
         (x, y), squares = sums[1:3] / total, sums[3:6] / total
         acting = np.stack([x, y]) + cells.partition.centroids
-        return sums[0], acting, squares - [x * x, x * y, y * y], sums[0] / sums[6]
+        return sums[0], acting, squares - [x * x, x * y, y * y], sums[6]
 
     def _in_fan(self, fan: Fan, basis: CellBasis) -> tuple[ndarray, ndarray, ndarray]:
         """Of each triangle of a fan that of the base it is in, the coordinates there, first axis,
@@ -299,7 +308,23 @@ def _quadratic(base: MeshTri, c: ndarray, parent: ndarray, shares: ndarray) -> n
     return out + beside[0] * a * b + beside[1] * b * d + beside[2] * a * d
 
 
-def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarray:
+def _most(
+    solution: CellPressures, laws: EdgeLaws, pressure: ndarray, loads: tuple[ndarray, ...]
+) -> ndarray:
+    """The largest pressures at the nodes of the refinement, by those of the cells around.
+
+    Where contact ends on cells of which it leaves a sliver, their loads tell of no pressure.
+    """
+    base, refined = laws.refined.base, laws.refined
+    factor = pressure * solution.punch.footprint.partition.areas / loads[-1]
+    around = _around(solution, base).astype(bool)
+    largest = around.multiply(factor).max(axis=1).toarray().ravel()
+    return MOST * laws.edge_at_nodes * largest[base.t[:, refined.parent]].max(axis=0)
+
+
+def _fitted(
+    solution: CellPressures, laws: EdgeLaws, pressure: ndarray, loads: tuple[ndarray, ...]
+) -> ndarray:
     """The factor s and its slopes at the nodes of the base, shape (3, n).
 
     Polynomials of the second degree are fitted to the cells around, in the least squares; those
@@ -307,9 +332,9 @@ def _fitted(solution: CellPressures, laws: EdgeLaws, pressure: ndarray) -> ndarr
     """
     cells, base = solution.punch.footprint, laws.refined.base
     areas, n = cells.partition.areas, base.p.shape[1]
-    total, acting, spread, left = laws.of_cells(cells)
+    total, acting, spread, whole = loads
     s = pressure * areas / np.where(total > 0, total, 1.0)
-    trust = np.where(pressure != 0, left, 0.0) ** 2
+    trust = np.where(pressure != 0, total / whole, 0.0) ** 2  # by what the end of contact leaves
     around = _around(solution, base)
     node, cell = around.nonzero()
     arm = acting[:, cell] - base.p[:, node]
