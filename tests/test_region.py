@@ -350,3 +350,21 @@ def test_flat_ends_with_small_roundings(size):
     punch = RigidPunch(HalfSpace(1.0, 0.0), cells, gap=RoundedCylinder(b, rounding))
     s = punch.solve(0.3 * size**2)
     assert s.contact_area == pytest.approx(np.pi * b**2, rel=0.08)
+
+
+@pytest.mark.parametrize("digits", [6, 8, 10])
+def test_digits_of_coordinates_do_not_decide_on_the_contact_area(digits):
+    """On a regular grid, where eight cells are as far from a corner as the last one that counts."""
+    line = np.linspace(-1.0, 1.0, 25)
+    mesh = MeshQuad.init_tensor(line, line)
+
+    def gap(x):
+        waves = 0.3 * np.cos(7 * x[0] + 1) * np.cos(5 * x[1])
+        return 0.05 * (x[0] ** 2 + 0.7 * x[1] ** 2 + waves)
+
+    areas = []
+    for p in (mesh.p, np.round(mesh.p, digits)):
+        basis = CellBasis(MeshQuad(p, mesh.t), ElementQuad0())
+        punch = RigidPunch(HalfSpace(1.0, 0.3), basis, gap=gap)
+        areas.append(punch.solve(force=0.02, at=(0.1, -0.05)).contact_area)
+    assert areas[1] == pytest.approx(areas[0], rel=10.0 ** (1 - digits))

@@ -11,7 +11,7 @@ from ..kernels.compiled import inputs, vectorised
 #: pairs of points that are looked at one by one, in some milliseconds
 ONE_BY_ONE = 2**20
 #: squares of distances that differ by a smaller part of them are equal
-TIE = 1e-9
+TIE = 1e-4
 #: so many points more are looked at, as on regular grids up to four are as near as the last one,
 #: and so many times as many while all of them are
 TIED = 4
