@@ -171,6 +171,7 @@ LAYERS = [
         "contact.planes",
         "contact.contact_line",
         "contact.region",
+        "contact.period",
         "contact.edges",
         "contact.loaded_cells",
         "contact.footprint",

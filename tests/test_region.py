@@ -16,6 +16,7 @@ from skfem_dual import (
 )
 from skfem_dual.contact import region
 from skfem_dual.contact.planes import PlaneFit
+from skfem_dual.elements.balance import field_resultant
 from skfem_dual.grids import generate
 from skfem_dual.grids.cellwise import nodal_mesh
 from skfem_dual.grids.corners import signed_areas
@@ -354,7 +355,7 @@ def test_flat_ends_with_small_roundings(size):
 
 @pytest.mark.parametrize("digits", [6, 8, 10])
 def test_digits_of_coordinates_do_not_decide_on_the_contact_area(digits):
-    """On a regular grid, where eight cells are as far from a corner as the last one that counts."""
+    """On a regular grid eight cells are as far from a corner as the last one that counts."""
     line = np.linspace(-1.0, 1.0, 25)
     mesh = MeshQuad.init_tensor(line, line)
 
@@ -368,3 +369,24 @@ def test_digits_of_coordinates_do_not_decide_on_the_contact_area(digits):
         punch = RigidPunch(HalfSpace(1.0, 0.3), basis, gap=gap)
         areas.append(punch.solve(force=0.02, at=(0.1, -0.05)).contact_area)
     assert areas[1] == pytest.approx(areas[0], rel=10.0 ** (1 - digits))
+
+
+def test_where_a_period_is_cut_does_not_matter():
+    n = 24
+    line = np.linspace(0.0, 1.0, n + 1)
+    cells = CellBasis(MeshQuad.init_tensor(line, line), ElementQuad0())
+    x, y = cells.mesh.p[:, cells.mesh.t].mean(axis=1)
+    waves = (3 * x + 2 * y, 4 * x - 3 * y + 0.16, x + 5 * y + 0.3)
+    gap = 0.01 * sum(1 - np.cos(2 * np.pi * w) for w in waves).reshape(n, n)
+    ground = PeriodicGround(HalfSpace(1.0, 0.3), (1.0, 1.0))
+    found = [
+        RigidPunch(ground, cells, gap=np.roll(gap, shift, (0, 1)).ravel()).solve(force=0.02)
+        for shift in ((0, 0), (3, 0), (7, 11))
+    ]
+    areas = [s.contact_area for s in found]
+    assert areas == pytest.approx([areas[0]] * 3, rel=1e-7)
+    nodal = [s.nodal_pressure() for s in found]
+    greatest = [values.max() for _, values in nodal]
+    assert greatest == pytest.approx([greatest[0]] * 3, rel=1e-9)
+    basis, values = nodal[0]
+    assert field_resultant(basis, values)[0] == pytest.approx(0.02, rel=1e-12)

@@ -30,6 +30,7 @@ from ..operators.influence_operator import COARSEST, RTOL
 from .edges import EdgeBoundaries, weights_of
 from .load import Hull
 from .loaded_cells import LoadedCells
+from .period import PeriodTriangles
 from .region import PlanTriangles
 
 Edge = Literal["singular", "constant"]
@@ -113,7 +114,11 @@ class Footprint(LoadedCells):
     @computed_once
     def triangles(self) -> PlanTriangles:
         """Triangles on which regions of contact are drawn."""
-        return PlanTriangles.of(self.partition, nodal_mesh(self.basis), self.weights)
+        plan, cells = nodal_mesh(self.basis), self.partition
+        triangles = PlanTriangles.of(cells, plan, self.weights)
+        if isinstance(self.substrate, PeriodicGround) and cells.lattice is not None:
+            return PeriodTriangles.over(triangles, cells.lattice)
+        return triangles
 
     @computed_once
     def smooth(self) -> Slopes:

@@ -159,7 +159,8 @@ def bearing_pressure(solution: CellPressures) -> float:
     on layers thinner than the cells, where they take smaller ones to be right to percents. Of all
     circles in the plan whose radius is a fifth of that of the largest one, that with the largest
     mean is taken; it may touch the edge. Where contact has become narrower than the circle the
-    mean on it tells nothing: it is never less than the force over the area in contact.
+    mean on it tells nothing: it is never less than the force over the area in contact. Circles
+    stay within a period of the ground: where it is cut decides on the mean.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy import ndarray
@@ -10,6 +10,7 @@ from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..contact.footprint import Footprint
+from ..contact.period import nodes_alike
 from ..contact.pressed import Pressed, settlement
 from ..contact.region import ContactRegion
 from ..elements.balance import balanced
@@ -17,8 +18,10 @@ from ..elements.curvature import Curvature
 from ..elements.influence import flat_points
 from ..elements.line_weights import LineWeights
 from ..grids.cellwise import nodal_mesh, nodal_values
+from ..grids.lattice import Lattice
 from ..grids.planar import contours
 from ..grids.polygons import readonly
+from ..ground.periodic import PeriodicGround
 from ..kernels.once import computed_once
 from ..messages import shown
 
@@ -261,13 +264,15 @@ class CellPressures:
 
         On dual cells the node takes the pressure in its cell. On triangles and quadrilaterals it
         takes the mean over the cells around it, weighted by area. Nodes on a singular edge take
-        the mean pressures of cells, finite where the pressure itself is not.
+        the mean pressures of cells, finite where the pressure itself is not. On ground with a
+        period cells go on beyond its edge.
 
         Parameters
         ----------
         conserve : bool
             Whether force and first moments of the field are those of the solution, by the least
-            change of the values on a singular edge, or of all without one.
+            change of the values on a singular edge, or of all without one. On ground with a
+            period the force is, whose place is arbitrary.
 
         Returns
         -------
@@ -289,6 +294,9 @@ class CellPressures:
             inside = self._over_law(cells, mesh.p[:, nodes])
             pressure = np.where(inner, weights.relative(cells, root) * inside, pressure)
         nodal, values = nodal_values(basis, pressure)
+        if isinstance(self.footprint.substrate, PeriodicGround):
+            lattice = cast(Lattice, self.footprint.partition.lattice)
+            return nodal, nodes_alike(lattice, nodal.mesh.p, values)
         if conserve:
             part = None
             if weights is not None and self.line is None:
