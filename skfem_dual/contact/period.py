@@ -85,8 +85,9 @@ class PeriodTriangles(PlanTriangles):
         """As of `PlanTriangles`, on the period."""
         (wide, cell), (points, triangles) = self._beyond, self._inner
         found = wide.with_thin(fitted, pressure[cell], opening[cell], even)
-        holes = found.holes if found.holes is False else readonly(found.holes[triangles])
-        return replace(found, p=self.p, t=self.t, level=readonly(found.level[points]), holes=holes)
+        holes = np.broadcast_to(found.holes, found.t.shape[1])[triangles]
+        level = readonly(found.level[points])
+        return replace(found, p=self.p, t=self.t, level=level, holes=readonly(holes))
 
 
 def nodes_alike(lattice: Lattice, p: ndarray, values: ndarray) -> ndarray:
