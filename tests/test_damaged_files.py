@@ -104,7 +104,7 @@ def test_groups_without_a_name(tmp_path):
         "$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n"
         "$Elements\n3\n1 2 2 1 1 1 2 3\n2 2 2 2 2 1 3 4\n3 1 2 7 7 1 2\n$EndElements\n"
     )
-    with pytest.warns(MeshWarning, match="a group of cells without a name"):
+    with pytest.warns(MeshWarning, match="without a name: 2 of areas, 7 of lines"):
         found = read_mesh(path)
     assert set(found.subdomains) == {"half"}
     assert found.subdomains["half"].tolist() == [0]

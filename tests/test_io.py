@@ -80,6 +80,57 @@ def test_groups_of_gmsh(request):
     assert radius == pytest.approx(1.0)
 
 
+OLD_GMSH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+1 1 "edge"
+1 2 "joint"
+2 1 "raft"
+$EndPhysicalNames
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 0
+$EndNodes
+$Elements
+4
+1 1 2 1 1 1 2
+2 1 2 2 2 1 3
+3 2 2 1 1 1 2 3
+4 2 2 1 1 1 3 4
+$EndElements
+"""
+
+
+@pytest.mark.parametrize("written", [None, "ascii", "binary"])
+def test_groups_of_older_gmsh(tmp_path, written):
+    """Numbers count anew in each dimension, lines inside of the plan are boundaries."""
+    path = tmp_path / "plan.msh"
+    path.write_text(OLD_GMSH)
+    if written:
+        again = meshio.gmsh.read(path)
+        meshio.gmsh.write(path, again, "2.2", binary=written == "binary")
+    found = read_mesh(path)
+    assert {k: v.tolist() for k, v in found.subdomains.items()} == {"raft": [0, 1]}
+    assert set(found.boundaries) == {"edge", "joint"}
+    for name, ends in (("edge", [0, 1]), ("joint", [0, 2])):
+        assert found.facets[:, found.boundaries[name]].T.tolist() == [ends]
+
+
+def test_groups_of_gmsh_without_a_name(request, tmp_path):
+    text = (request.path.parent / "data" / "disc.msh").read_text()
+    path = tmp_path / "plan.msh"
+    for kept, lost in (('1 1 "edge"', "2 of areas"), ('2 2 "footing"', "1 of lines")):
+        path.write_text(text.replace('2\n1 1 "edge"\n2 2 "footing"', f"1\n{kept}"))
+        with pytest.warns(MeshWarning, match=f"groups of cells without a name: {lost}. Remedy"):
+            found = read_mesh(path)
+        assert [*(found.boundaries or {}), *(found.subdomains or {})] == [kept.split('"')[1]]
+
+
 def test_other_cells_are_named_and_left_out(tmp_path):
     path = tmp_path / "mixed.vtu"
     p = np.hstack([MESH.p, [[2.0, 3.0, 3.0, 2.0], [0.0, 0.0, 1.0, 1.0]]])

@@ -20,6 +20,8 @@ from .writing import PathLike
 
 #: boundaries as scikit-fem writes them: which sides of each cell
 BY_SIDES = "skfem:b:"
+#: numbers of the cells' physical groups
+GROUPS = "gmsh:physical"
 
 
 @overload
@@ -99,7 +101,7 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
             part.members(blocks[i] if i < len(blocks) else None, name, path)
             for i, part in zip(keep, parts)
         ]
-        for name, blocks in user_tags(found.cell_sets).items()
+        for name, blocks in _groups(found, path).items()
     }
     data = {
         name: [part.data(blocks[i]) for i, part in zip(keep, parts)]
@@ -114,7 +116,7 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
             MeshWarning,
         )
     cells = [(part.kind, part.nodes) for part in parts]
-    mesh = _tagged_mesh(points[:, :2], cells, data, found.field_data, sets, wanted, path)
+    mesh = _tagged_mesh(points[:, :2], cells, data, sets, wanted, path)
     left_out = np.concatenate([part.left_out for part in parts])
     return _only_used(mesh, used, left_out, path)
 
@@ -145,11 +147,37 @@ def _require_plane(points: ndarray, path: PathLike) -> None:
         )
 
 
+def _groups(found: Any, path: PathLike) -> dict[str, list]:
+    """Cells of each block in sets and in groups of Gmsh, but for its curve numbers.
+
+    Gmsh numbers the groups of each dimension anew. Those without a name are told.
+    """
+    sets: dict[str, list] = {k: list(v) for k, v in user_tags(found.cell_sets).items()}
+    names = {tuple(v): k for k, v in found.field_data.items() if np.shape(v) == (2,)}
+    unnamed: set[str] = set()
+    for i, (block, tags) in enumerate(zip(found.cells, found.cell_data.get(GROUPS, []))):
+        if block.type not in KINDS:
+            continue
+        for number in np.unique(tags[tags != 0]):  # 0 is none
+            name = names.get((number, block.dim))
+            if name is None:
+                unnamed.add(f"{number} of {'lines' if block.dim == 1 else 'areas'}")
+            elif name not in found.cell_sets:  # MSH 4.1 has sets, with all groups of a cell
+                members = sets.setdefault(name, [None] * len(found.cells))
+                members[i] = np.nonzero(tags == number)[0]
+    if unnamed:
+        warn(
+            f"{path}: left out groups of cells without a name: {some(sorted(unnamed))}. Remedy: "
+            "name physical groups in Gmsh",
+            MeshWarning,
+        )
+    return sets
+
+
 def _tagged_mesh(
     points: ndarray,
     cells: list[tuple[str, ndarray]],
     cell_data: dict,
-    field_data: dict,
     cell_sets: dict,
     wanted: str,
     path: PathLike,
@@ -158,9 +186,8 @@ def _tagged_mesh(
     import meshio
     from skfem.io.meshio import from_meshio
 
-    slim = meshio.Mesh(
-        points, cells, cell_data=cell_data, field_data=field_data, cell_sets=cell_sets
-    )
+    # without field_data, in which from_meshio looks for names whatever the dimension
+    slim = meshio.Mesh(points, cells, cell_data=cell_data, cell_sets=cell_sets)
     with _told_by("skfem.io.meshio") as told:
         try:
             mesh = from_meshio(slim, force_meshio_type=wanted)
@@ -197,7 +224,7 @@ def _told_by(name: str) -> Iterator[list[str]]:
 def _only_used(
     mesh: MeshTri | MeshQuad, used: ndarray, known: ndarray, path: PathLike
 ) -> MeshTri | MeshQuad:
-    """The mesh with the points in ``used``, which its cells have, and with named tags.
+    """The mesh with the points in ``used``, which its cells have.
 
     Others are told, but for those in ``known``.
     """
@@ -208,15 +235,8 @@ def _only_used(
             f"{path}: left out {len(unused)} points that belong to no triangle: {some(unused)}",
             MeshWarning,
         )
-    tags = [_named(kind, path) for kind in (mesh.boundaries, mesh.subdomains)]
+    tags = [user_tags(kind) or None for kind in (mesh.boundaries, mesh.subdomains)]
     # keeps the order of the nodes, so facets and tags keep their numbers
     number = np.zeros(n, dtype=np.int32)
     number[used] = np.arange(len(used))
     return type(mesh)(np.ascontiguousarray(mesh.p[:, used]), number[mesh.t], *tags)
-
-
-def _named(tags: dict | None, path: PathLike) -> dict[str, ndarray] | None:
-    """The tags with a name, but for Gmsh's curve numbers."""
-    if tags and None in tags:
-        warn(f"{path}: left out a group of cells without a name", MeshWarning)
-    return user_tags({k: v for k, v in (tags or {}).items() if k is not None}) or None
