@@ -17,6 +17,7 @@ from skfem_dual import (
     RigidPunch,
     RigidPunches,
 )
+from skfem_dual.grids import generate
 from skfem_dual.grids.partition import Partition
 from skfem_dual.grids.polygons import Polygons
 from skfem_dual.io import (
@@ -198,6 +199,31 @@ def test_quadrilaterals_are_split_and_told(tmp_path):
     with pytest.warns(MeshWarning, match="1 quadrilaterals"):
         areas = Partition.from_mesh(read_mesh(path)).areas
     assert areas == pytest.approx([0.375, 0.375])  # not 0.6 and 0.15
+
+
+def test_collapsed_quadrilaterals_are_triangles(tmp_path):
+    """Corners at one place, as in the middle of polar grids, or twice the same."""
+    path = tmp_path / "plan.vtu"
+    grid = generate.polar(3, 8)
+    MeshQuad(grid.p, grid.t).with_subdomains({"last": np.arange(7, 24)}).save(path)
+    with pytest.warns(MeshWarning, match="24 .* into two triangles each, but 8 with a side of no"):
+        found = read_mesh(path)
+    assert found.t.shape == (3, 8 + 2 * 16)
+    dual = DualMesh.from_mesh(found)
+    assert (len(dual), dual.areas.sum()) == (25, pytest.approx(np.pi))
+    assert found.subdomains["last"].tolist() == list(range(7, 40))
+
+    p = with_z(np.array([[0, 1, 1, 0, 2, 2], [0, 0, 1, 1, 0, 1.0]]), 0.0)
+    cells = [("line", [[1, 4]]), ("quad", [[1, 4, 5, 5], [0, 1, 2, 3], [1, 5, 2, 2]])]
+    sets = {"right": [[], [0, 2]], "edge": [[0], []]}
+    path = tmp_path / "plan.inp"
+    meshio.write(path, meshio.Mesh(p, cells, cell_sets=sets))
+    with pytest.warns(MeshWarning, match="but 2 with a side"):
+        found = read_mesh(path)
+    assert found.t.shape == (3, 4)
+    corners = [sorted(found.t[:, k].tolist()) for k in found.subdomains["right"]]
+    assert corners == [[1, 4, 5], [1, 2, 5]]
+    assert found.facets[:, found.boundaries["edge"]].ravel().tolist() == [1, 4]
 
 
 def test_quadrilaterals_are_kept_as_cells(tmp_path):

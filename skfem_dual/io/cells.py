@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ..errors import MeshError
 from ..grids.planar import cross
@@ -23,6 +25,8 @@ KINDS = {
     "line3": ("line", 3),
 }
 CORNERS = {"triangle": 3, "quad": 4, "line": 2}
+#: a side shorter than this part of the longest has no length
+SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,19 +39,19 @@ class Cells:
         ``"triangle"``, ``"quad"`` or ``"line"``.
     nodes : (n, 3), (n, 4) or (n, 2) array of int
         Their corners.
-    each : int
-        How many were made of each cell in the file.
+    source : (n,) array of int
+        The cells in the file that they were made of.
     left_out : array of int
-        Nodes on sides and inside, which they do not keep.
+        Nodes on sides and inside and such at the same place, which they do not keep.
     """
 
     kind: str
     nodes: ndarray
-    each: int
+    source: ndarray
     left_out: ndarray
 
-    def members(self, index: Any, name: str, path: PathLike) -> ndarray:
-        """Cells made of some in the file, those of a set.
+    def members(self, index: Any, n: int, name: str, path: PathLike) -> ndarray:
+        """Cells made of some of the n in the file, those of a set.
 
         Raises
         ------
@@ -57,17 +61,27 @@ class Cells:
         index = np.asarray([] if index is None else index)
         if index.size == 0:
             return np.zeros(0, dtype=np.int64)
-        n = len(self.nodes) // self.each
         if index.ndim != 1 or index.dtype.kind not in "iu" or index.min() < 0 or index.max() >= n:
             raise MeshError(
                 f"expected cells from 0 to {n - 1} in the set {name!r} of {path}, got "
                 f"{some(index.ravel())}"
             )
-        return (self.each * index[:, None].astype(np.int64) + np.arange(self.each)).ravel()
+        return np.nonzero(np.isin(self.source, index))[0]
 
     def data(self, values: Any) -> Any:
         """Values of the cells in the file, for those made of them."""
-        return values if self.each == 1 else np.repeat(np.asarray(values), self.each, axis=0)
+        return np.asarray(values)[self.source]
+
+    def cut(self, points: ndarray, same: ndarray) -> "Cells":
+        """Triangles, or lines, between the nodes that stand for theirs, with sides of a length."""
+        nodes, source, kind = same[self.nodes], self.source, self.kind
+        if kind == "quad":
+            nodes, source, kind = _halves(points, nodes), np.repeat(source, 2), "triangle"
+        flat = (nodes == np.roll(nodes, 1, axis=1)).any(axis=1)
+        if self.kind == "triangle":  # which is refused with the others without area
+            flat[:] = False
+        gone = self.nodes[same[self.nodes] != self.nodes]
+        return Cells(kind, nodes[~flat], source[~flat], np.append(self.left_out, gone))
 
 
 def wanted_faces(counts: dict[str, int], quads: str, path: PathLike) -> str:
@@ -92,8 +106,11 @@ def wanted_faces(counts: dict[str, int], quads: str, path: PathLike) -> str:
     return "quad" if quads == "keep" and "quad" in faces else "triangle"
 
 
-def changes(counts: dict[str, int], wanted: str) -> str:
-    """What becomes of the cells in a file that are not what is made of them; empty if all are."""
+def changes(counts: dict[str, int], wanted: str, made: int) -> str:
+    """What becomes of the cells in a file that are not what is made of them; empty if all are.
+
+    Of the quadrilaterals so many cells are made.
+    """
     told = []
     if curved := {
         k: n for k, n in counts.items() if k in KINDS and KINDS[k][1] > CORNERS[KINDS[k][0]]
@@ -102,12 +119,14 @@ def changes(counts: dict[str, int], wanted: str) -> str:
         told.append(f"of {had} the corners are kept, their sides are straight")
     split = sum(n for k, n in counts.items() if KINDS.get(k, ("",))[0] == "quad")
     if split and wanted == "triangle":
-        told.append(f"{split} quadrilaterals are cut into two triangles each")
+        few = 2 * split - made
+        but = f", but {few} with a side of no length into one" if few else ""
+        told.append(f"{split} quadrilaterals are cut into two triangles each{but}")
     return "; ".join(told)
 
 
-def plain_cells(block: Any, points: ndarray, wanted: str, path: PathLike) -> Cells:
-    """The cells of a block by their corners, quadrilaterals cut if triangles are wanted.
+def plain_cells(block: Any, n: int, path: PathLike) -> Cells:
+    """The cells of a block by their corners, which are some of n points.
 
     Raises
     ------
@@ -116,7 +135,6 @@ def plain_cells(block: Any, points: ndarray, wanted: str, path: PathLike) -> Cel
     """
     nodes = np.asarray(block.data)
     kind, size = KINDS[block.type]
-    n = len(points)
     if nodes.ndim != 2 or nodes.shape[1] != size or nodes.dtype.kind not in "iu":
         raise MeshError(
             f"expected {size} whole numbers for each {block.type} in {path}, got an array of "
@@ -130,9 +148,24 @@ def plain_cells(block: Any, points: ndarray, wanted: str, path: PathLike) -> Cel
             "write the file again from the program that made the mesh"
         )
     nodes, left_out = np.split(nodes.astype(np.int64), [CORNERS[kind]], axis=1)
-    if kind == "quad" == wanted or kind != "quad":
-        return Cells(kind, nodes, 1, np.unique(left_out))
-    return Cells("triangle", _halves(points, nodes), 2, np.unique(left_out))
+    return Cells(kind, nodes, np.arange(len(nodes)), np.unique(left_out))
+
+
+def triangles(cells: list[Cells], points: ndarray) -> list[Cells]:
+    """The cells with quadrilaterals cut into two triangles, or one if a side has no length.
+
+    Nodes at the ends of such a side become one, as in the middle of polar grids.
+    """
+    quads = np.vstack([part.nodes for part in cells if part.kind == "quad"])
+    ends = np.stack([quads, np.roll(quads, -1, axis=1)])
+    with np.errstate(over="ignore", invalid="ignore"):  # coordinates are looked at later
+        length = np.hypot(*(points[ends[1], :2] - points[ends[0], :2]).transpose(2, 0, 1))
+        longest = length.max(axis=1, keepdims=True)
+        short = ends[:, (length <= SAME * longest) & np.isfinite(longest)]
+    n = len(points)
+    label = connected_components(coo_array((np.ones(len(short.T)), short), (n, n)))[1]
+    _, first = np.unique(label, return_index=True)
+    return [part.cut(points, first[label]) for part in cells]
 
 
 def _halves(points: ndarray, quads: ndarray) -> ndarray:

@@ -14,7 +14,7 @@ from ..arguments import checked_choice
 from ..errors import MeshError, MeshWarning, warn
 from ..grids.checks import user_tags
 from ..grids.polygons import some
-from .cells import KINDS, changes, plain_cells, wanted_faces
+from .cells import KINDS, changes, plain_cells, triangles, wanted_faces
 from .guarded import read_through_meshio
 from .writing import PathLike
 
@@ -42,7 +42,8 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
         are read as Gmsh's or Ansys Fluent's, by their content.
     quads : {"split", "keep"}
         Whether quadrilaterals are cut into two triangles each, along the diagonal that gives the
-        better ones, or stay what they are, if there is nothing else: cells of
+        better ones, those with a side of no length into one, or stay what they are, if there is
+        nothing else: cells of
         ``CellBasis(mesh, ElementQuad0())``.
 
     Returns
@@ -77,7 +78,9 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
     points = _points(found.points, path)
     keep = [i for i, block in enumerate(found.cells) if block.type in KINDS]
     # xdmf and others hand over cells unsorted by kind: only what from_meshio understands
-    parts = [plain_cells(found.cells[i], points, wanted, path) for i in keep]
+    parts = plain = [plain_cells(found.cells[i], len(points), path) for i in keep]
+    if cut := wanted == "triangle" and any(part.kind == "quad" for part in plain):
+        parts = triangles(plain, points)
     belongs = np.zeros(len(points), dtype=bool)
     for part in parts:
         if part.kind == wanted:
@@ -94,19 +97,20 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
             f"{path}: only triangles and quadrilaterals are read; left out {had}",
             MeshWarning,
         )
-    if told := changes(counts, wanted):
+    made = sum(len(part.nodes) for part, whole in zip(parts, plain) if whole.kind == "quad")
+    if told := changes(counts, wanted, made):
         warn(f"{path}: {told}", MeshWarning)
     sets = {
         name: [
-            part.members(blocks[i] if i < len(blocks) else None, name, path)
-            for i, part in zip(keep, parts)
+            part.members(blocks[i] if i < len(blocks) else None, len(whole.nodes), name, path)
+            for i, part, whole in zip(keep, parts, plain)
         ]
         for name, blocks in _groups(found, path).items()
     }
     data = {
         name: [part.data(blocks[i]) for i, part in zip(keep, parts)]
         for name, blocks in found.cell_data.items()
-        if not (name.startswith(BY_SIDES) and any(part.each > 1 for part in parts))
+        if not (name.startswith(BY_SIDES) and cut)
     }
     if len(data) < len(found.cell_data):
         lost = ", ".join(n.removeprefix(BY_SIDES) for n in found.cell_data if n not in data)
