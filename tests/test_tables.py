@@ -41,6 +41,9 @@ def test_where_forces_act_and_what_moments_do(tmp_path):
         ("name,force\n\n# no\na,1\nb,heavy\n", "line 5: expected a number for force, got 'heavy'"),
         ('name,force\na,"1,5"\n', "line 2: .*Remedy: a decimal point"),
         ("name;force\na;1,500\n", "line 2: .*may be decimal or part thousands.*1500 or 1,5000"),
+        ("name;force\na;-1.000\nb;2.000\n", "line 2: .*point may be decimal.*-1000 or -1.0000"),
+        ("name\tforce\na\t5\nb\t2.000\n", "line 3: .*point may be decimal or part thousands"),
+        ("name;force\na;1.000,5\nb;0.25\n", "line 3: expected decimal commas or decimal points"),
         ("name;force\na;1,5\nb;25.000\n", "line 3: expected decimal commas or decimal points"),
         ("name;force [kN]\na;1,5\n", "line 1: expected units .* force in kN. Remedy: units="),
         ("name,force\na,inf\n", "line 2: expected a finite number for force"),
@@ -52,6 +55,24 @@ def test_where_forces_act_and_what_moments_do(tmp_path):
 def test_wrong_tables_name_the_line(tmp_path, text, message):
     with pytest.raises(ValueError, match=message):
         read_cases(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "forces"),
+    [
+        ("1.000", "0.500", (1.0, 0.5)),
+        ("1.000", "-12.3456", (1.0, -12.3456)),
+        ("1.000", "1.5E3", (1.0, 1500.0)),
+        ("1.000,5", "2.000", (1000.5, 2000.0)),
+        ("1.000.000,5", "-0,25", (1000000.5, -0.25)),
+        ("1,000.5", "2,000", (1000.5, 2000.0)),
+    ],
+)
+def test_one_number_tells_what_the_marks_of_others_are(tmp_path, first, second, forces):
+    found = read_cases(write(tmp_path, f"name;force\na;{first}\nb;{second}\n"))
+    assert tuple(row.force for row in found) == forces
+    (row,) = read_cases(write(tmp_path, "name,force\na,1.000\n"))
+    assert row.force == 1.0
 
 
 def test_unicode_text_of_excel(tmp_path):

@@ -14,8 +14,13 @@ from .writing import PathLike
 MANY = 100_000
 #: a blank or an apostrophe between thousands
 GROUPED = re.compile(r"(?<=\d)[ \u00a0\u2009\u202f'\u2019](?=\d{3}(?!\d))")
-#: may be a number with a decimal comma, or thousands
-THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+#: may be a number with a decimal mark, or thousands
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([.,]\d{3})+")
+#: thousands parted by one mark beside a decimal one, which tells what the others are
+PARTED = {
+    mark: re.compile(rf"([+-]?[1-9]\d{{0,2}}(?:[{mark}]\d{{3}})+)([{decimal}]\d*)?")
+    for mark, decimal in (".,", ",.")
+}
 #: the unit of a column: E [MPa], E (MPa), E / MPa, E in MPa
 HEADING = re.compile(r"(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|/\s*(\S+)|\sin\s+(\S+))?\s*")
 
@@ -100,6 +105,7 @@ def make_numbers(
     """Turn cells of rows, each with where it is, into what `float` reads, in place.
 
     Nothing remains between thousands; with delimiters other than commas decimal commas are points.
+    There 1.000 may be either, unless another number shows what points are: 0.5, or 1.000,5.
     Rows may be shorter than others.
 
     Raises
@@ -117,27 +123,32 @@ def make_numbers(
 
 def _make_points(rows: Sequence[tuple[str, list[str]]], columns: Sequence[int]) -> None:
     """Turn decimal commas of cells into points; refuse what may be either."""
-    found = [(where, cells[i]) for where, cells in rows for i in columns if i < len(cells)]
+    places = [(where, cells, i) for where, cells in rows for i in columns if i < len(cells)]
+    for mark, parted in PARTED.items():
+        matches = [(cells, i, parted.fullmatch(cells[i])) for _, cells, i in places]
+        if any(match and match[2] for *_, match in matches):
+            for cells, i, match in matches:
+                if match:
+                    cells[i] = cells[i].replace(mark, "")
+    found = [(where, cells[i]) for where, cells, i in places]
     commas = [item for item in found if "," in item[1]]
-    if not commas:
-        return
+    points = [item for item in found if re.fullmatch(r"[-+]?[\d.,]*\.[\d.,eE+-]*", item[1])]
     remedy = "Remedy: one decimal mark in all of the table, nothing between thousands"
-    if points := [item for item in found if re.fullmatch(r"[-+]?[\d.,]*\.[\d.,e+-]*", item[1])]:
+    if points and commas:
         (where, other), (_, cell) = points[0], commas[0]
         raise ValueError(
             f"{where}: expected decimal commas or decimal points, got {one_line(other, 40)!r} "
             f"beside {one_line(cell, 40)!r}. {remedy}"
         )
-    if all(THOUSANDS.fullmatch(cell) for _, cell in commas):
-        where, cell = commas[0]
+    marked = commas or points
+    if marked and all(THOUSANDS.fullmatch(cell) for _, cell in marked):
+        (where, cell), mark = marked[0], "comma" if commas else "point"
         raise ValueError(
-            f"{where}: expected a number, got {one_line(cell, 40)!r}, whose comma may be decimal "
-            f"or part thousands. {remedy}, such as {cell.replace(',', '')} or {cell}0"
+            f"{where}: expected a number, got {one_line(cell, 40)!r}, whose {mark} may be decimal "
+            f"or part thousands. {remedy}, such as {re.sub('[.,]', '', cell)} or {cell}0"
         )
-    for _, cells in rows:
-        for i in columns:
-            if i < len(cells):
-                cells[i] = cells[i].replace(",", ".")
+    for _, cells, i in places:
+        cells[i] = cells[i].replace(",", ".")
 
 
 def unit_factor(heading: Heading, quantity: str, units: Units, where: str) -> float:
