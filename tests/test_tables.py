@@ -49,6 +49,9 @@ def test_where_forces_act_and_what_moments_do(tmp_path):
         ("name,force\na,inf\n", "line 2: expected a finite number for force"),
         ("name,force\na,1,2\n", "line 2: expected 2 columns, got 3"),
         ("name,force\n,1\n", "line 2: expected a name"),
+        ("name,force,\na,1,2\n", "line 2: expected 2 columns, got 3"),
+        ('name,force\na,1\n"b,1\nc,1\n', "line 3: expected a quoted cell that ends"),
+        ('name,force\n"a\n",1\nb,x\n', "line 4: expected a number for force, got 'x'"),
         ("name,force\na,1\na,2\n", "line 3: expected another name than 'a', see .*line 2"),
     ],
 )
@@ -73,6 +76,23 @@ def test_one_number_tells_what_the_marks_of_others_are(tmp_path, first, second, 
     assert tuple(row.force for row in found) == forces
     (row,) = read_cases(write(tmp_path, "name,force\na,1.000\n"))
     assert row.force == 1.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sep=;\r\nName;Force\r\ndead load;1,5\r\n",
+        "SEP=|\nname|force\ndead load|1,5\n",
+        "sep=\t\nname\tforce\ndead load\t1,5\n",
+        "name;force;;\ndead load;1,5;\n\n;;;\n",
+        'name;"force\n"\n# "\n"dead\nload";1,5\n',
+        '"name" ,"force"\n"dead load" ,1.5',
+    ],
+)
+def test_tables_as_excel_has_them(tmp_path, text):
+    """What parts the columns in a first line, empty columns, line breaks in quoted cells."""
+    (row,) = read_cases(write(tmp_path, text))
+    assert (row.name, row.force) == ("dead load", 1.5)
 
 
 def test_unicode_text_of_excel(tmp_path):

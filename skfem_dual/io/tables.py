@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Collection, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 from ..messages import one_line
@@ -21,6 +22,10 @@ PARTED = {
     mark: re.compile(rf"([+-]?[1-9]\d{{0,2}}(?:[{mark}]\d{{3}})+)([{decimal}]\d*)?")
     for mark, decimal in (".,", ",.")
 }
+#: what empty lines consist of
+EMPTY = " ;,\t\r\n"
+#: a first line that tells Excel what parts the columns; what follows the last line
+SEPARATOR, END = re.compile(r"sep=([^\w\s\"]|\t)\s*$", re.IGNORECASE), "end"
 #: the unit of a column: E [MPa], E (MPa), E / MPa, E in MPa
 HEADING = re.compile(r"(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|/\s*(\S+)|\sin\s+(\S+))?\s*")
 
@@ -52,7 +57,8 @@ def read_table(
 
     Commas, semicolons or tabs part the columns, whichever the headings have. With semicolons and
     tabs decimal commas are read, too. Cells come with decimal points and without blanks between
-    thousands, but for columns ``texts``. Empty lines and those that begin with ``#`` do not count.
+    thousands, but for columns ``texts``. Empty lines and those that begin with ``#`` do not count,
+    nor do empty columns on the right; a first line ``sep=;`` tells what parts the columns.
 
     Raises
     ------
@@ -63,29 +69,57 @@ def read_table(
         cells than the headings, or it cannot be told which marks are decimal.
     """
     path = require_file(path, "a CSV file")
-    numbered = [
-        (number, line)
-        for number, line in enumerate(text_of(path).splitlines(), 1)
-        if line.strip(" ;,\t") and not line.lstrip().startswith("#")
-    ]
+    delimiter, numbered = _records(path)
     if not 2 <= len(numbered) <= MANY + 1:
         raise ValueError(
             f"expected a line of headings and 1 to {MANY} lines below in {path}, got "
             f"{len(numbered)} lines"
         )
-    rows, delimiter = [], delimiter_of(numbered[0][1])
-    for number, line in numbered:
-        cells = cells_of(line, delimiter)
+    rows = []
+    columns = max(i for i, head in enumerate(numbered[0][1], 1) if head)
+    for number, cells in numbered:
         where = f"{path}, line {number}"
+        while len(cells) > columns and not cells[-1]:  # empty columns of a sheet
+            cells.pop()
         rows.append((where, cells))
-        if len(cells) != len(rows[0][1]):
-            raise ValueError(f"{where}: expected {len(rows[0][1])} columns, got {len(cells)}")
+        if len(cells) != columns:
+            raise ValueError(f"{where}: expected {columns} columns, got {len(cells)}")
     (where, heads), *below = rows
     headings = [Heading.of(head) for head in heads]
     make_numbers(
         below, [i for i, head in enumerate(headings) if head.name not in texts], delimiter
     )
     return where, headings, below
+
+
+def _records(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
+    """What parts the columns; cells of lines that are not empty, and the numbers of these.
+
+    Quoted cells may go on in the next line.
+    """
+    lines = [
+        "\n" if line.lstrip().startswith("#") or not line.strip(EMPTY) else line
+        for line in text_of(path).splitlines(keepends=True)
+    ]
+    first = next((i for i, line in enumerate(lines) if line != "\n"), 0)
+    if told := SEPARATOR.match("".join(lines[first : first + 1])):
+        lines[first] = "\n"
+    delimiter = told[1] if told else delimiter_of("".join(lines[first : first + 1]))
+    reader = csv.reader([*lines, END], delimiter=delimiter, skipinitialspace=True)
+    found, number = [], 1
+    try:
+        for cells in reader:
+            found.append((number, [" ".join(cell.splitlines()).strip() for cell in cells]))
+            number = reader.line_num + 1
+    except csv.Error:  # a cell that is too long
+        found.append((number, []))
+    number, last = found.pop()
+    if last != [END]:
+        raise ValueError(
+            f"{path}, line {number}: expected a quoted cell that ends, got one without a quote "
+            "at its end"
+        )
+    return delimiter, [(number, cells) for number, cells in found if any(cells)]
 
 
 def delimiter_of(line: str) -> str:
