@@ -56,6 +56,17 @@ def test_mode_and_symbolic_links_are_kept(tmp_path):
     assert stat.S_IMODE((tmp_path / "fresh.txt").stat().st_mode) == 0o640
 
 
+def test_write_protected_files_remain(tmp_path, monkeypatch):
+    path = tmp_path / "result.txt"
+    path.write_text("old")
+    monkeypatch.setattr(os, "access", lambda target, mode: target != path)  # root may do all
+    with pytest.raises(PermissionError, match=r"a file that may be written, got .*result\.txt"):
+        write_whole(path, write)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+    write_whole(tmp_path / "other.txt", write)
+
+
 def test_errors_name_the_file_and_not_its_part(tmp_path):
     with pytest.raises(FileExistsError, match="got the folder"):
         write_whole(tmp_path, write)

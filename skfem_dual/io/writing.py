@@ -54,12 +54,15 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     TypeError
         If one is no path, the other no function.
     OSError
-        If ``path`` is a folder, a pipe or a device, or its folder cannot be written to.
+        If ``path`` is a folder, a pipe or a device, or it or its folder cannot be written to.
     """
     target = Path(os.path.realpath(checked_path(path)))
     if not callable(write):
         raise TypeError(f"expected a function of a file name for write, got {shown(write)}")
     mode = _mode_of(target)
+    # to replace a file takes the permission of its folder only
+    if mode is not None and not os.access(target, os.W_OK):
+        raise PermissionError(f"expected a file that may be written, got {path}")
     part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}"
     try:
         os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
