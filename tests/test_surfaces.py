@@ -191,6 +191,9 @@ def test_bad_arrays(tmp_path):
         MeasuredProfile.read(tmp_path / "none.npy", (1, 1))
     with pytest.raises(TypeError, match="two numbers for spacing"):
         MeasuredProfile.read(file, "1.0")
+    np.save(file, np.zeros((0, 3)))
+    with pytest.raises(ValueError, match=r"expected places with heights in .*a\.npy, got none"):
+        MeasuredProfile.read(file)
 
 
 @pytest.mark.parametrize("separator", [";", "\t"])
@@ -200,15 +203,17 @@ def test_decimal_commas_and_remarks(tmp_path, separator):
     file.write_text("# measured, by hand\n" + file.read_text().replace(".", ","))
     check(MeasuredProfile.read(file, SPACING, ORIGIN))
     file.write_text(file.read_text() + separator.join(["0.5", "1,5", "2", "3"]))
-    with pytest.raises(ValueError, match=r"grid\.csv: .*Remedy: one decimal mark in all of it"):
+    with pytest.raises(ValueError, match=r"grid\.csv: .*Remedy: one decimal mark in all"):
         MeasuredProfile.read(file, SPACING, ORIGIN)
 
 
 def test_commas_that_may_part_thousands_are_refused(tmp_path):
     file = tmp_path / "grid.csv"
     file.write_text("1,234;2,345\n3,456;4,567\n")
-    with pytest.raises(ValueError, match=r"line 1: expected a number, got '1,234'"):
+    with pytest.raises(ValueError, match=r"line 1: expected a number, got '1,234'") as error:
         MeasuredProfile.read(file, SPACING, ORIGIN)
+    assert str(error.value).count("Remedy: ") == 1
+    assert str(error.value).endswith("nothing between thousands, such as 1234 or 1,2340")
 
 
 def test_a_surface_is_told_in_a_line(tmp_path):

@@ -16,6 +16,11 @@ from .writing import PathLike
 SEPARATORS = ";", "\t", ","
 #: what stands where nothing was measured
 MISSING = {"na", "nan", "nil", "none", "null", "bad", "missing", "nodata", "void"}
+#: what to do about texts that are no numbers, unless their reader knows
+REMEDY = (
+    "one decimal mark in all of it, a comma only between semicolons or tabs, and a number where "
+    "nothing was measured"
+)
 
 Points = ndarray | tuple[ndarray, ndarray]
 
@@ -51,6 +56,8 @@ def read_heights(
                 f"expected origin= for a grid of heights only, got {origin} for {file}, whose "
                 "columns tell places. Remedy: MeasuredProfile(x, height) of places moved"
             )
+        if not len(values):
+            raise ValueError(f"expected places with heights in {file}, got none")
         _require_finite(file, values)
         return values[:, :2].T, values[:, 2]
     if min(values.shape) < 2:
@@ -107,10 +114,10 @@ def _text(file: Any) -> ndarray:
             _require_numbers(lines, separator)  # tells where
             raise
     except ValueError as error:
+        why, _, remedy = str(error).partition(" Remedy: ")
         raise ValueError(
-            f"expected numbers in columns in {file}: {one_line(str(error), 160).rstrip('.')}. "
-            "Remedy: one decimal mark in all of it, a comma only between semicolons or tabs, and "
-            "a number where nothing was measured"
+            f"expected numbers in columns in {file}: {one_line(why, 160).rstrip('.')}. Remedy: "
+            + (remedy or REMEDY)
         ) from error
 
 
