@@ -308,6 +308,28 @@ def test_damaged_entities(tmp_path):
         Plan.read(path, layer="0")
 
 
+@pytest.mark.parametrize("rise", [0.0, 1e-6, 1.0])
+@pytest.mark.parametrize("kind", ["LINE", "POLYLINE", "SPLINE"])
+def test_what_is_not_at_one_height_is_refused(tmp_path, kind, rise):
+    corners = [(0, 0, 3), (1, 0, 3 + rise), (1, 1, 3 + rise), (0, 1, 3)]
+
+    def draw(space, layer):
+        for k in range(4):
+            if kind == "LINE":
+                space.add_line(corners[k], corners[(k + 1) % 4], dxfattribs=layer)
+        if kind == "POLYLINE":
+            space.add_polyline3d(corners, close=True, dxfattribs=layer)
+        if kind == "SPLINE":
+            space.add_open_spline([*corners, corners[0]], 1, dxfattribs=layer)
+
+    path = drawing(tmp_path / "a.dxf", draw)
+    if rise == 1.0:
+        with pytest.raises(MeshError, match=rf"y plane, got a {kind} out of it .*, z from 3 to 4"):
+            Plan.read(path)
+    else:
+        assert Plan.read(path).area == pytest.approx(1.0)
+
+
 def test_whole_arcs_are_circles(tmp_path):
     def draw(space, layer):
         space.add_arc((3, 1), 2.0, 30, 390, dxfattribs=layer)

@@ -15,6 +15,8 @@ from .tables import Corner
 
 #: ends of lines nearer to each other than this part of the drawing are joined
 NEAR = 1e-6
+#: rise of a shape over its extent up to which it lies in the plane, where it is shorter by 1e-9
+TILT = 4.5e-5
 #: shapes that make rings
 SHAPES = {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE"}
 #: what some of them must have
@@ -143,15 +145,14 @@ def _piece(entity: Any, path: Path) -> Shape:
     kind, up = entity.dxftype(), float(entity.dxf.extrusion.z)
     if missing := [name for name in NEEDED.get(kind, ()) if not entity.dxf.hasattr(name)]:
         raise MeshError(f"expected a {kind} with {missing[0]} in {path}, got one without")
-    if abs(up) < 1 - 1e-9:
-        raise MeshError(
-            f"expected a plan in the x, y plane, got a {kind} out of it in {path}. Remedy: draw "
-            "the outline in the plane"
-        )
+    if abs(up) < 1 - TILT**2 / 2:
+        raise _tilted(kind, path)
+    if kind == "SPLINE":
+        _plane([*entity.control_points, *entity.fit_points], kind, path)
     if kind in ("ELLIPSE", "SPLINE"):
         return arcs_of(entity)
     if kind == "LINE":
-        return _plane([entity.dxf.start, entity.dxf.end]), np.zeros(2), False
+        return _plane([entity.dxf.start, entity.dxf.end], kind, path), np.zeros(2), False
     turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360 if kind == "ARC" else 0.0
     if kind in ("CIRCLE", "ARC") and turn == 0:
         x, y, _ = entity.ocs().to_wcs(entity.dxf.center)
@@ -159,7 +160,8 @@ def _piece(entity: Any, path: Path) -> Shape:
         return np.array([[x + r, x - r], [y, y]]), np.ones(2), True
     if kind == "ARC":
         bulge = np.sign(up) * np.tan(np.radians(turn / 4))
-        return _plane([entity.start_point, entity.end_point]), np.array([bulge, 0.0]), False
+        ends = _plane([entity.start_point, entity.end_point], kind, path)
+        return ends, np.array([bulge, 0.0]), False
     if kind == "LWPOLYLINE":
         corners = list(entity.vertices_in_wcs())
         bulges = [b for *_, b in entity.get_points("xyb")]
@@ -170,7 +172,7 @@ def _piece(entity: Any, path: Path) -> Shape:
         corners = list(entity.points_in_wcs())
         bulges = [float(v.dxf.get("bulge", 0.0)) for v in entity.vertices]
         closed = bool(entity.is_closed)
-    return _plane(corners), np.sign(up) * np.array(bulges, dtype=float), closed
+    return _plane(corners, kind, path), np.sign(up) * np.array(bulges, dtype=float), closed
 
 
 def _distinct(found: list[Shape], tol: float, path: Path) -> list[Shape]:
@@ -198,8 +200,19 @@ def _key(x: ndarray, bulges: ndarray, closed: bool, tol: float) -> tuple:
     return (closed, min(keys))
 
 
-def _plane(points: list[Any]) -> ndarray:
-    return np.array([[p.x for p in points], [p.y for p in points]], dtype=float)
+def _plane(points: list[Any], kind: str, path: Path) -> ndarray:
+    """Points of a shape, which must be at one height, in the plane; shape (2, n)."""
+    x = np.array([tuple(point) for point in points], dtype=float).reshape(-1, 3).T
+    if len(points) and np.ptp(x[2]) > TILT * np.ptp(x[:2], axis=1).max():
+        raise _tilted(kind, path, f", z from {x[2].min():g} to {x[2].max():g}")
+    return x[:2]
+
+
+def _tilted(kind: str, path: Path, how: str = "") -> MeshError:
+    return MeshError(
+        f"expected a plan in the x, y plane, got a {kind} out of it in {path}{how}. Remedy: draw "
+        "the outline in the plane"
+    )
 
 
 def _joined(pieces: list[Piece], tol: float, path: Path) -> list[ndarray]:
