@@ -8,6 +8,7 @@ import sys
 from typing import Any, NoReturn
 
 from .arguments import LARGEST, SMALLEST
+from .io.tables import written_number
 from .messages import one_line
 
 #: an error or a warning takes one line of so many characters
@@ -17,7 +18,7 @@ LINE = 300
 def number(text: str) -> float:
     """A number of the command line."""
     try:
-        value = float(text)
+        value = written_number(text)
     except ValueError:
         raise argparse.ArgumentTypeError(
             f"expected a number, got {one_line(repr(text), 40)}"

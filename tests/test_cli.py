@@ -301,6 +301,7 @@ LOAD = [*GROUND, "--force", "1"]
         (["solve", DISC, *LOAD, "--at", "0", "0", "--tilt", "0", "0"], "tilt or a load point"),
         (["solve", DISC, *GROUND, "--force", "nan"], "expected a finite number"),
         (["solve", DISC, *GROUND, "--force", "heavy"], "expected a number, got 'heavy'"),
+        (["solve", DISC, *GROUND, "--force", "1_0"], "expected a number, got '1_0'"),
         (["solve", DISC, *LOAD, "--at", "1"], "expected 2 arguments"),
         (["solve", DISC, *LOAD, "--grid", "hexagons"], "invalid choice: 'hexagons'"),
         (["solve", DISC, "--force", "1"], "either --young and --poisson or --substrate"),
