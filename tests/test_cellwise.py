@@ -68,6 +68,16 @@ def test_project_interpolate_interpolator(basis):
     assert at == pytest.approx(values)
 
 
+def test_orders_that_scikit_fem_has(dual):
+    for make in (dual.basis, dual.primal_basis):
+        with pytest.raises(ValueError, match="expected intorder from 0 to 19, got 20"):
+            make(intorder=20)
+    basis = dual.basis(intorder=19)
+    assert basis.dx.sum() == pytest.approx(dual.areas.sum())
+    length = basis.boundary(intorder=30).dx.sum()  # facets have rules of any order
+    assert length == pytest.approx(basis.boundary().dx.sum())
+
+
 def test_doflocs_are_centroids(basis):
     assert np.array_equal(basis.doflocs, basis.partition.centroids)
 

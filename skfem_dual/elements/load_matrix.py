@@ -19,6 +19,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from ..arguments import checked_flag, checked_instance, checked_integer
+from ..grids.cellwise import HIGHEST
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import some
@@ -30,8 +31,6 @@ from .shape_functions import ShapeFunctions
 #: part of the area of a cell that may be missing by rounding, and how much of its radius times
 #: its greatest coordinate
 MISSING, ROUNDING = 1e-9, 8 * float(np.finfo(float).eps)
-#: degree up to which scikit-fem has rules on triangles
-HIGHEST = 19
 #: values of test functions computed at a time
 CHUNK = 2**18
 

@@ -18,12 +18,12 @@ from skfem.element import ElementComposite
 from skfem.mapping import MappingAffine
 
 from ..arguments import checked_array, checked_choice, checked_instance
-from ..grids.cellwise import CellwiseBasis
+from ..grids.cellwise import HIGHEST, CellwiseBasis
 from ..grids.fan import Fan
 from ..grids.mappings import is_far, middle_of
 from ..grids.polygons import some
 from .influence import flat_points
-from .load_matrix import HIGHEST, MISSING, Points, missing_planes, points_in_pieces
+from .load_matrix import MISSING, Points, missing_planes, points_in_pieces
 from .overlaps import overlaps
 from .shape_functions import ShapeFunctions, picklable
 

@@ -31,8 +31,8 @@ from .dual_mesh import DualMesh
 from .mappings import own_mapping
 from .partition import Partition
 
-#: highest order of the quadrature rules of scikit-fem that are of any use here
-MOST_ORDER = 100
+#: highest order of the quadrature rules of scikit-fem on triangles, and of any use on facets
+HIGHEST, MOST_ON_FACETS = 19, 100
 
 
 class CellwiseBasis(CellBasis):
@@ -85,7 +85,7 @@ class CellwiseBasis(CellBasis):
         checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
         checked_choice("grid", grid, ("dual", "primal"))
         if intorder is not None:
-            intorder = checked_integer("intorder", intorder, at_least=0, at_most=MOST_ORDER)
+            intorder = checked_integer("intorder", intorder, at_least=0, at_most=HIGHEST)
         if quadrature is not None:
             quadrature = checked_quadrature(quadrature)
         self.dual = dual
@@ -200,7 +200,7 @@ class CellwiseBasis(CellBasis):
             )
         checked_subset("facets", facets, self.mesh.nfacets, self.mesh.boundaries)
         if intorder is not None:
-            intorder = checked_integer("intorder", intorder, at_least=0, at_most=MOST_ORDER)
+            intorder = checked_integer("intorder", intorder, at_least=0, at_most=MOST_ON_FACETS)
         if quadrature is not None:
             quadrature = checked_quadrature(quadrature, 1)
         return FacetBasis(
