@@ -342,6 +342,15 @@ def test_far_from_the_origin():
     assert mesh.p.shape[1] == pytest.approx(300, rel=0.03)
 
 
+@pytest.mark.parametrize("sizes", [{"n": 50}, {"size": 0.4}])
+def test_too_far_from_the_origin(sizes):
+    """Where no digits are left, as of plans."""
+    corners = np.array([[0, 2, 2], [0, 0, 2.0]])
+    assert polygon(corners + 1e12, **sizes).nelements > 20
+    with pytest.raises(MeshError, match=r"size of 2 at 1e\+15. Remedy: coordinates from a point"):
+        polygon(corners + 1e15, **sizes)
+
+
 @pytest.mark.parametrize("sense", [1, -1])
 def test_senses_of_small_outlines_far_from_the_origin(sense):
     """A kite of a centimetre at site coordinates."""

@@ -8,7 +8,8 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ..arguments import LARGEST, checked_array, checked_number, checked_points
+from ..arguments import FARTHEST, LARGEST, checked_array, checked_number, checked_points
+from ..errors import MeshError
 from ..kernels.once import computed_once
 from ..messages import place
 from .outline import distance_to_segments, inside_loops
@@ -180,6 +181,20 @@ def corners_of(name: str, corners: ArrayLike) -> ndarray:
         raise ValueError(f"expected {name} without repeated corners; leave out the last one")
     twice = np.sum(cross(v - v[:, :1], onward - v[:, :1]))
     return v if twice > 0 else v[:, ::-1].copy()
+
+
+def require_digits(box: ndarray) -> None:
+    """Refuse an outline, by its box from least to greatest x and y, whose points are not apart.
+
+    Farther off they have four digits left, or fewer.
+    """
+    size, away = np.ptp(box, axis=1).max(), np.abs(box).max()
+    if away > FARTHEST * size:
+        raise MeshError(
+            f"expected an outline not farther from (0, 0) than {FARTHEST:g} times its size, "
+            f"whose coordinates have digits left, got a size of {size:.3g} at {away:.3g}. "
+            "Remedy: coordinates from a point nearby"
+        )
 
 
 def check_loops(loops: list[ndarray]) -> None:

@@ -12,7 +12,7 @@ from ..arguments import checked_integer, checked_number, checked_size
 from ..errors import MeshError, MeshWarning, warn
 from .checks import crossing_condition
 from .corners import Corners, numbered, signed_areas, unit
-from .curves import Curve, shares
+from .curves import Curve, require_digits, shares
 from .outline import inside_loops
 from .planar import cross
 from .preprocess import silent
@@ -79,6 +79,7 @@ def generated(
     if nboundary is not None:
         least = sum(c.least for c in curves)
         nboundary = checked_integer("nboundary", nboundary, at_least=least, at_most=MOST)
+    require_digits(curves[0].box)
     mesh = triangulated(curves, size, n or 0, ratio, nboundary)
     if n is not None and (found := mesh.nvertices) > max(TOLD * n, n + BEYOND):
         ends = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]]

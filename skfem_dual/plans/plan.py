@@ -20,6 +20,7 @@ from ..arguments import (
     shown,
 )
 from ..errors import MeshError
+from ..grids.curves import require_digits
 from ..grids.polygons import readonly
 from .corners import SAME, ring_of
 from .crossings import nested, require_parts, require_simple
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from matplotlib.axes import Axes
-
-#: plans farther from (0, 0) than so many times their size have four digits left, or fewer
-FARTHEST = 1e12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,13 +69,7 @@ class Plan:
             raise ValueError("expected at least one part, got none")
         object.__setattr__(self, "parts", parts)
         names = _names(self.parts)
-        size, away = np.ptp(self.bounds, axis=1).max(), np.abs(self.bounds).max()
-        if away > FARTHEST * size:
-            raise MeshError(
-                f"expected an outline not farther from (0, 0) than {FARTHEST:g} times its size, "
-                f"whose coordinates have digits left, got a size of {size:.3g} at {away:.3g}. "
-                "Remedy: coordinates from a point nearby"
-            )
+        require_digits(self.bounds)
         require_simple(self.rings, [name for part in names for name in part])
         require_parts(list(self.parts), names)
 
