@@ -187,7 +187,7 @@ def test_points_between_the_nodes_of_a_round_mesh(capsys, request, tmp_path):
         (["--corners", "0,0;2,0;2,2"], "got '0,0;2,0;2,2'. Remedy: commas inside corners and"),
         (["--corners", "(0,0) (2,0) (2,2)"], "blanks between them alone, such as 0,0 12,0 12,8"),
         (["--corners", ""], "expected corners, got none. Remedy: commas inside corners"),
-        (["--corners", "0,0 1,0"], "at least 3 corners of --corners, got 2"),
+        (["--corners", "0,0 1,0"], "at least 3 points for --corners, got 2"),
     ],
 )
 def test_what_has_no_use(capsys, request, arguments, message):

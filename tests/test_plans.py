@@ -267,7 +267,10 @@ def test_a_mesh_of_another_plan_is_refused():
             r"meeting itself at",
         ),
         (lambda: Plan.from_rings([]), "expected at least one ring"),
-        (lambda: Plan.from_polygon([(0, 0), (1, 1)]), "at least 3 corners of corners, got 2"),
+        (
+            lambda: Plan.from_polygon([(0, 0), (1, 1)]),
+            "expected at least 3 points for corners, got 2",
+        ),
     ],
 )
 def test_outlines_that_are_none(make, message):

@@ -52,7 +52,7 @@ def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
         )
     least = 2 if b.any() else 3
     if x.shape[1] < least:
-        raise MeshError(f"expected at least {least} corners of {name}, got {x.shape[1]}")
+        raise MeshError(f"expected at least {least} points for {name}, got {x.shape[1]}")
     extent = np.ptp(x, axis=1).max()
     if 0 < extent < 1 / LARGEST:
         raise MeshError(
@@ -72,7 +72,7 @@ def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
     folded = np.abs(ring.turns) > np.pi - SMOOTH * 1e-2
     if folded.any():
         raise MeshError(
-            f"expected corners of {name} with an angle between their sides, got none at "
+            f"expected {name} with angles between their sides, got none at "
             f"{place(x[:, int(np.argmax(folded))])}, where the line turns back. Remedy: leave "
             "that corner out, or move it"
         )
