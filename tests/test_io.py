@@ -122,6 +122,13 @@ def test_groups_of_older_gmsh(tmp_path, written):
         assert found.facets[:, found.boundaries[name]].T.tolist() == [ends]
 
 
+def test_lines_that_a_group_has_twice_count_once(tmp_path):
+    path = tmp_path / "plan.msh"
+    twice = OLD_GMSH.replace("$Elements\n4", "$Elements\n5\n5 1 2 2 2 3 1")
+    path.write_text(twice)
+    assert len(read_mesh(path).boundaries["joint"]) == 1
+
+
 def test_groups_of_gmsh_without_a_name(request, tmp_path):
     text = (request.path.parent / "data" / "disc.msh").read_text()
     path = tmp_path / "plan.msh"

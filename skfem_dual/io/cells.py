@@ -51,7 +51,7 @@ class Cells:
     left_out: ndarray
 
     def members(self, index: Any, n: int, name: str, path: PathLike) -> ndarray:
-        """Cells made of some of the n in the file, those of a set.
+        """Cells made of some of the n in the file, those of a set; of equal lines one.
 
         Raises
         ------
@@ -66,7 +66,11 @@ class Cells:
                 f"expected cells from 0 to {n - 1} in the set {name!r} of {path}, got "
                 f"{some(index.ravel())}"
             )
-        return np.nonzero(np.isin(self.source, index))[0]
+        found = np.nonzero(np.isin(self.source, index))[0]
+        if self.kind == "line":
+            ends = np.sort(self.nodes[found], axis=1)
+            found = found[np.sort(np.unique(ends, axis=0, return_index=True)[1])]
+        return found
 
     def data(self, values: Any) -> Any:
         """Values of the cells in the file, for those made of them."""
