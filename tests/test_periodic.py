@@ -236,6 +236,12 @@ GAP = {"gap": lambda x: x[0]}
             ),
             '"auto" or "toeplitz"',
         ),
+        (
+            lambda: RigidPunch(
+                PeriodicGround(SOIL, (1, 1)), cells(8, 8), gap=lambda x: x[0] ** 2
+            ).solve(force=-1.0),
+            "does not pull on a PeriodicGround",
+        ),
     ],
 )
 def test_what_a_period_does_not_allow(make, message):

@@ -384,4 +384,9 @@ def between_waves(load: Load, unilateral: bool, name: str) -> Load:
             f"{', '.join(given)}{'' if unilateral else ', unilateral=False'}: a tilt is not "
             "periodic, and a settlement relative to the mean of the surface imposes no force"
         )
+    if load.force < 0:
+        raise ValueError(
+            f"{name}: expected a force into the ground, which does not pull on a PeriodicGround, "
+            f"got force={load.force:g}"
+        )
     return Load(force=load.force, tilt=(0.0, 0.0))

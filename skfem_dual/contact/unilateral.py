@@ -299,6 +299,6 @@ def solve_scaled(stiffness: ndarray, given: ndarray) -> ndarray:
         raise ConvergenceError(
             "the punch can move without resistance; likely cause: a plan of a few cells on one "
             "line, cells on top of each other, or a load or origin extremely far away. Remedy: "
-            "use at least three cells that do not lie on one line"
+            "use at least three cells that do not lie on one line, or impose tilt=(0, 0)"
         )
     return right.T @ ((left.T @ (given.T / rows).T).T / sizes).T
