@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import defaultdict
 from concurrent.futures import (
     BrokenExecutor,
     Executor,
@@ -581,7 +582,8 @@ def test_results_in_the_file_that_do_not_load(tmp_path, monkeypatch):
 @dataclass(frozen=True)
 class Number:
     value: float
-    notes: dict = field(default_factory=dict, init=False)
+    notes: dict = field(default_factory=dict, init=False, compare=False)
+    offset: float = field(default=0.0, init=False)
 
     @cached_property
     def root(self):
@@ -598,6 +600,37 @@ class Plain:
     @cached_property
     def root(self):
         return self.value**0.5
+
+
+class Scaled:
+    def __init__(self, function, factor):
+        self.__wrapped__, self.factor = function, factor
+
+    def __call__(self, x):
+        return self.factor * self.__wrapped__(x)
+
+
+class Slotted:
+    __slots__ = ("value",)
+
+
+class Named(dict):
+    pass
+
+
+class Listed(list):
+    pass
+
+
+class Gathered(set):
+    pass
+
+
+def having(value, /, **attributes):
+    """The value, with attributes that no argument of its class tells."""
+    for name, attribute in attributes.items():
+        object.__setattr__(value, name, attribute)
+    return value
 
 
 VALUES = st.recursive(
@@ -647,6 +680,8 @@ def scaled(factor):
         (partial(square, x=1), partial(square, x=1)),
         (Path("a/b"), Path("a") / "b"),
         (np.random.default_rng(1), np.random.default_rng(1)),
+        (having(Named(a=1, b=2), c=3), having(Named(b=2, a=1), c=3)),
+        (Gathered({"one", "two", "three"}), Gathered({"three", "two", "one"})),
     ],
 )
 def test_equal_contents(a, b):
@@ -671,6 +706,15 @@ def test_equal_contents(a, b):
         (int, float),
         (np, os),
         (lru_cache(scaled(2)), lru_cache(scaled(3))),
+        (numba.vectorize(scaled(2)), numba.vectorize(scaled(3))),
+        (Scaled(square, 1), Scaled(square, 10)),
+        (having(Number(1), offset=1.0), having(Number(1), offset=2.0)),
+        (having(Number(1), unit="m"), having(Number(1), unit="mm")),
+        (having(Slotted(), value=1), having(Slotted(), value=2)),
+        (having(Named(a=1), unit="m"), having(Named(a=1), unit="mm")),
+        (having(Listed([1]), unit="m"), having(Listed([1]), unit="mm")),
+        (having(Gathered([1]), unit="m"), having(Gathered([1]), unit="mm")),
+        (defaultdict(int, a=1), defaultdict(float, a=1)),
     ],
 )
 def test_different_contents(a, b):
@@ -684,6 +728,16 @@ def test_what_is_cached_is_no_content(kind):
     if kind is Number:
         used.notes["found"] = "later"
     assert fingerprint(used) == fingerprint(kind(2.0))
+
+
+def test_a_mesh_that_has_been_used_is_the_same():
+    """It keeps facets, mapping and trees in attributes of its own."""
+    used = disc(2)
+    assert len(used.facets.T)
+    assert len(used.mapping().A)
+    assert used.element_finder()([0.0], [0.0])
+    assert fingerprint(used) == fingerprint(disc(2))
+    assert fingerprint(used) != fingerprint(used.with_boundaries({"all": lambda x: x[0] < 2}))
 
 
 def test_a_punch_that_has_been_solved_is_the_same():

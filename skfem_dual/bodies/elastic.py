@@ -140,7 +140,7 @@ class ElasticPunch(Body):
     origin: Pair = (0.0, 0.0)
     gap: Gap | None = None
     rtol: float | None = None
-    timings: dict[str, float] = field(default_factory=dict, init=False)
+    timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
     edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:

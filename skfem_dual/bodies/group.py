@@ -93,7 +93,7 @@ class RigidPunches(RigidBodies):
     joined: Sequence[Sequence[int]] = ()
     stiffness: Any = None
     names: Sequence[str] = ()
-    timings: dict[str, float] = field(default_factory=dict, init=False)
+    timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
 
     def __post_init__(self) -> None:
         punches = tuple(checked_sequence("punches", self.punches))

@@ -118,7 +118,7 @@ class RigidPunch(Movable, RigidBodies):
     gap: Gap | None = None
     rtol: float | None = None
     symmetry: Literal["auto"] | Symmetry | None = None
-    timings: dict[str, float] = field(default_factory=dict, init=False)
+    timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
     edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:

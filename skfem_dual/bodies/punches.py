@@ -96,7 +96,7 @@ class Punches:
     punches: Sequence[RigidPunch | ElasticPunch]
     names: Sequence[str] = ()
     stiffness: ClassVar[None] = None  # no frame
-    timings: dict[str, float] = field(default_factory=dict, init=False)
+    timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
 
     def __post_init__(self) -> None:
         punches = tuple(checked_sequence("punches", self.punches))

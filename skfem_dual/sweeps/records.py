@@ -1,19 +1,22 @@
 """A file of results, found by the content of problem and case."""
 
-import functools
 import io
 import os
 import pickle
 import struct
 import types
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
+from numba.core.dispatcher import Dispatcher
+from numba.np.ufunc.ufunc_base import UfuncBase
+from skfem import Mesh
 from skfem.element import Element
 
 from ..bodies.elastic import ElasticPunch
@@ -32,6 +35,8 @@ Problem = Callable[..., Any]
 
 MARK = b"skfem_dual sweep\n"
 HEAD = struct.Struct("<Q32s")  # length and SHA-256 of what follows
+#: what these answer follows from the function they wrap alone
+COMPILED_OR_CACHED: tuple[type[Any], ...] = Dispatcher, UfuncBase, type(lru_cache(abs))
 
 
 def record(key: bytes, body: bytes) -> bytes:
@@ -146,11 +151,11 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return [repr(value).encode()]
     if type(value) is np.ndarray and not value.dtype.hasobject:
         return [repr((value.dtype.str, value.shape)).encode(), value.tobytes()]
-    if isinstance(value, Mapping):
+    if type(value) in (dict, types.MappingProxyType):
         return sorted(of(key) + of(item) for key, item in value.items())
-    if isinstance(value, (set, frozenset)):
+    if type(value) in (set, frozenset):
         return sorted(map(of, value))
-    if isinstance(value, (list, tuple)):
+    if type(value) in (list, tuple):
         return map(of, value)
     if isinstance(value, (type, types.BuiltinFunctionType)):
         return [f"{value.__module__}.{value.__qualname__}".encode()]
@@ -166,21 +171,33 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return map(of, (*own, value.__defaults__, value.__kwdefaults__))
     if isinstance(value, types.MethodType):
         return map(of, (value.__func__, value.__self__))
-    if is_dataclass(value):
-        return map(of, ((f.name, getattr(value, f.name)) for f in fields(value) if f.init))
-    if hasattr(value, "__wrapped__"):  # compiled by numba, or a cache
+    if isinstance(value, COMPILED_OR_CACHED):
         return [of(value.__wrapped__)]
+    if isinstance(value, Mesh):  # which keeps facets and the like beside its fields once asked
+        return map(of, ((f.name, getattr(value, f.name)) for f in fields(value)))
     if isinstance(value, Element):  # what plate elements have made of text does not pickle
         value = without_functions(value)
     reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
     if isinstance(reduced, str):  # a global name
         return [reduced.encode()]
-    function, arguments, state, *items = (*reduced, None, None, None)[:5]
-    if isinstance(state, dict):
-        cached = functools.cached_property
-        state = {
-            k: v for k, v in state.items() if not isinstance(getattr(type(value), k, None), cached)
-        }
-    return map(
-        of, (function, arguments, state, *(list(i) if i is not None else None for i in items))
-    )
+    function, arguments, state, items, pairs = (*reduced, None, None, None)[:5]
+    if isinstance(value, (set, frozenset)):  # the order of its items is another in each process
+        arguments = set(value)
+    made = function, arguments, list(items or ()), dict(pairs or ())
+    return map(of, (*made, _content(value, state)))
+
+
+def _content(value: Any, state: Any) -> Any:
+    """The state of a value without what is computed from the rest of it, and without notes:
+    fields that neither make nor compare it."""
+    if isinstance(state, tuple):  # what is in slots comes second
+        return tuple(_content(value, part) for part in state)
+    if not isinstance(state, dict):
+        return state
+    declared = fields(value) if is_dataclass(value) else ()
+    notes = {field.name for field in declared if not (field.init or field.compare)}
+    return {
+        name: part
+        for name, part in state.items()
+        if name not in notes and not isinstance(getattr(type(value), name, None), cached_property)
+    }

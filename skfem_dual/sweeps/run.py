@@ -194,9 +194,10 @@ def sweep(
 
     Notes
     -----
-    A result is found in the file by the content of problem and case: the fields of dataclasses,
-    arrays, the code of functions, but not what a function reads from its module or calls. After
-    a change there, begin a new file. The file grows by one record for each result, with length and
+    A result is found in the file by the content of problem and case: what pickles of objects,
+    arrays, the code of functions, but neither cached properties, nor fields of dataclasses with
+    ``init=False, compare=False``, nor what a function reads from its module or calls. After a
+    change there, begin a new file. The file grows by one record for each result, with length and
     checksum; one that an interruption has torn is left out and its case run again. The records
     are pickled, as results may be any Python objects, so read only files that you trust. Each is
     handed to the operating system at once: an interrupted program loses none.
