@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -678,6 +679,8 @@ def scaled(factor):
         (np.array([1, "a"], dtype=object), np.array([1, "a"], dtype=object)),
         (scaled(2), scaled(2)),
         (partial(square, x=1), partial(square, x=1)),
+        (partial(square, np.sin), partial(square, np.sin)),
+        (re.compile("a"), re.compile("a")),
         (Path("a/b"), Path("a") / "b"),
         (np.random.default_rng(1), np.random.default_rng(1)),
         (having(Named(a=1, b=2), c=3), having(Named(b=2, a=1), c=3)),
@@ -703,6 +706,9 @@ def test_equal_contents(a, b):
         (np.array([None, 1]), np.array([None, 2])),
         (np.random.default_rng(1), np.random.default_rng(2)),
         (sum, max),
+        (np.sin, np.cos),
+        (re.compile("a"), re.compile("b")),
+        (re.compile("a"), re.compile("a", re.IGNORECASE)),
         (int, float),
         (np, os),
         (lru_cache(scaled(2)), lru_cache(scaled(3))),
@@ -753,6 +759,12 @@ def test_a_punch_that_has_been_solved_is_the_same():
 def test_compiled_functions_have_the_content_of_their_source():
     assert fingerprint(numba.njit(square)) == fingerprint(numba.njit(square))
     assert fingerprint(numba.njit(square)) != fingerprint(numba.njit(fussy))
+
+
+def test_functions_of_numpy_that_have_no_name_are_refused():
+    """All of them are called alike."""
+    with pytest.raises(pickle.PicklingError, match="lambda"):
+        fingerprint(np.frompyfunc(lambda x: x + 1, 1, 1))
 
 
 def test_values_inside_themselves():

@@ -1,5 +1,6 @@
 """A file of results, found by the content of problem and case."""
 
+import copyreg
 import io
 import os
 import pickle
@@ -177,8 +178,12 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return map(of, ((f.name, getattr(value, f.name)) for f in fields(value)))
     if isinstance(value, Element):  # what plate elements have made of text does not pickle
         value = without_functions(value)
-    reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
-    if isinstance(reduced, str):  # a global name
+    if reduce := copyreg.dispatch_table.get(type(value)):
+        reduced = reduce(value)
+    else:
+        reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
+    if isinstance(reduced, str):  # a global name, which pickle looks for
+        pickle.dumps(value)
         return [reduced.encode()]
     function, arguments, state, items, pairs = (*reduced, None, None, None)[:5]
     if isinstance(value, (set, frozenset)):  # the order of its items is another in each process
