@@ -246,6 +246,8 @@ def test_pickle_and_census():
     dual = DualMesh.from_mesh(disc(3))
     again = pickle.loads(pickle.dumps(dual))
     assert np.array_equal(again.p, dual.p)
+    for array in (again.p, again.facets, again.mesh.p, again.mesh.t, again.mesh.facets):
+        assert not array.flags.writeable
     assert "K_TV = 1.77" in repr(dual)
     assert "145" in repr(again)
 

@@ -344,6 +344,8 @@ def test_answer_of_a_pickled_plate(punch):
     again = t.punch.solve(t.f)
     np.testing.assert_array_equal(again.displacement, s.displacement)
     np.testing.assert_array_equal(t.deflection([0.2, 0.1]), s.deflection([0.2, 0.1]))
+    for array in (t.f, t.displacement, t.reactions, t.pressure, t.gap, t.resultant):
+        assert not array.flags.writeable
 
 
 def test_arrays_changed_later_are_none_of_the_plate(punch):

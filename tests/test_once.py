@@ -1,16 +1,18 @@
 """Attributes that are computed once, whatever threads ask for them."""
 
+import copy
 import pickle
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 from threading import Barrier
 
 import numpy as np
 import pytest
 
-from skfem_dual.kernels.once import _locks, computed_once, remember
+import skfem_dual
+from skfem_dual.kernels.once import ReadOnly, _locks, computed_once, remember
 
 
 @dataclass(frozen=True)
@@ -139,3 +141,44 @@ def test_what_others_have_computed():
     assert plan.counts == counts
     with pytest.raises(TypeError, match="what is computed once, got 'size'"):
         remember(plan, "size", 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Heights(ReadOnly):
+    """Arrays as they are kept by fields."""
+
+    values: np.ndarray
+    parts: tuple
+    names: dict
+    nothing: None = None
+
+
+COPIES = [
+    *(lambda x, p=p: pickle.loads(pickle.dumps(x, p)) for p in range(pickle.HIGHEST_PROTOCOL + 1)),
+    copy.deepcopy,
+]
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_arrays_of_copies_are_read_only(copied):
+    values = np.arange(3.0)
+    again = copied(Heights(values, (values + 1, [values + 2]), {"a": values + 3}))
+    arrays = again.values, again.parts[0], again.parts[1][0], again.names["a"]
+    for i, array in enumerate(arrays):
+        assert np.array_equal(array, values + i)
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0
+    assert values.flags.writeable
+
+
+def test_public_classes_of_arrays_are_read_only_in_copies():
+    kinds = [getattr(skfem_dual, name) for name in skfem_dual.__all__]
+    arrays = np.ndarray, np.ndarray | None
+    bad = [
+        kind.__name__
+        for kind in kinds
+        if is_dataclass(kind)
+        and any(field.type in arrays for field in fields(kind))
+        and not issubclass(kind, ReadOnly)
+    ]
+    assert not bad

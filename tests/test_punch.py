@@ -1,6 +1,7 @@
 """Punches against exact solutions and trusted numbers (references of the project)."""
 
 import pickle
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -412,3 +413,16 @@ def test_a_shape_changed_later_is_none_of_the_punch():
     gap[:] = 0.0
     assert pickle.loads(pickle.dumps(punch)).solve(0.2).settlement == expected
     assert replace(punch, rtol=1e-9).solve(0.2).settlement == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("copied", [lambda x: pickle.loads(pickle.dumps(x)), deepcopy])
+def test_copies_do_not_go_stale(copied):
+    """Their shape could be changed, but not what had been computed from it."""
+    known = punch(disc(2), edge="constant")
+    shaped = copied(replace(known, gap=known.partition.centroids[0] ** 2))
+    solution = copied(shaped.solve(1.0))
+    arrays = shaped.gap, solution.pressure, solution.gap, solution.resultant
+    assert not any(array.flags.writeable for array in arrays)
+    assert not solution.collocated_tilt.flags.writeable
+    with pytest.raises(ValueError, match="read-only"):
+        shaped.gap[:] = 0

@@ -21,6 +21,7 @@ from ..arguments import (
 from ..contact.load import Load, load_of
 from ..contact.unilateral import How
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from ..messages import shown
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.punch_solution import PunchSolution
@@ -33,7 +34,7 @@ MOST = 10**6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadPath:
+class LoadPath(ReadOnly):
     """Solutions along a path of loads.
 
     Attributes

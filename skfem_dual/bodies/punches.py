@@ -29,7 +29,7 @@ from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, union
 from ..contact.verify import verified
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..kernels.progress import progress_bars, timed
 from ..messages import shown
 from ..operators.compliance import Structures
@@ -52,7 +52,7 @@ from .resisted import NO_BALANCE
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Punches:
+class Punches(ReadOnly):
     """Rigid and elastic punches on one substrate that act on each other through the ground.
 
     A raft beside the footings of its neighbours, a stiff pier behind a wall that bends. Each body

@@ -19,7 +19,7 @@ from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround
 from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..operators.entries import ALIKE, EXACT, LARGE, SAMPLES, Entries, some_rows
 from ..operators.flattened import FlattenedOperator
 from ..operators.influence_operator import InfluenceOperator
@@ -43,7 +43,7 @@ class ExactRows(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadedCells:
+class LoadedCells(ReadOnly):
     """Cells on the ground, of one body or of several.
 
     Attributes

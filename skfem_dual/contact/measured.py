@@ -19,7 +19,7 @@ from ..arguments import (
 )
 from ..elements.balance import LINE, can_balance
 from ..grids.polygons import readonly
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..messages import apart, place, shown
 
 #: points so many distances of heights beyond a grid of them are on its rim
@@ -29,7 +29,7 @@ MICROMETRES = "um", "\u03bcm"
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredProfile:
+class MeasuredProfile(ReadOnly):
     """Heights measured at points, linear between them.
 
     Points that fill a rectangular grid are found to do so, in whatever order they come: between

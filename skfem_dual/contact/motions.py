@@ -26,7 +26,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..messages import shown
 from ..operators.factors import Factors
 from .edges import weights_of
@@ -55,7 +55,7 @@ def holding(cells: Footprint) -> HalfSpace | Stratified:
 
 
 @dataclass(frozen=True, eq=False)
-class Motions:
+class Motions(ReadOnly):
     """Tractions by rigid motions: three horizontal ones, or all six under a rough base.
 
     Motions are (Ux, Uy, twist), preceded under a rough base by (W0, Lx, Ly), all at the centroid
@@ -180,7 +180,7 @@ def moving(by: ndarray) -> ndarray:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShearSolution:
+class ShearSolution(ReadOnly):
     """Shear tractions under a rigid base, and how it slides and twists.
 
     Attributes

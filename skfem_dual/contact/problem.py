@@ -10,6 +10,7 @@ from numpy import ndarray
 from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from .load import Constraints
 
 #: contact on fewer cells is rough
@@ -75,7 +76,7 @@ class ContactProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
+class Contact(ReadOnly):
     """What a method found.
 
     Attributes

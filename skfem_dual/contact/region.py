@@ -25,7 +25,7 @@ from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.compiled import inputs
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from .contact_line import AROUND, Seen, edge_distance, mean_of_nearest, moved_line
 from .planes import PlaneFit
 
@@ -50,7 +50,7 @@ CUT = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactRegion:
+class ContactRegion(ReadOnly):
     """The part of the plan in contact.
 
     Attributes
@@ -221,7 +221,7 @@ class ContactRegion:
 
 
 @dataclass(frozen=True, eq=False)
-class PlanTriangles:
+class PlanTriangles(ReadOnly):
     """Triangles on which contact regions of the same cells are drawn.
 
     Attributes

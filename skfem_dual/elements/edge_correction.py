@@ -13,7 +13,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from ..kernels.compiled import inputs, vectorised
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .law_strips import STRIPS
@@ -29,7 +29,7 @@ CELL = 2
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeCorrection:
+class EdgeCorrection(ReadOnly):
     """Settlements under ``w / mean(w) - 1`` on each cell, to be added to those of uniform cells.
 
     Attributes

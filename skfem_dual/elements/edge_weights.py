@@ -29,7 +29,7 @@ from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
-from ..kernels.once import computed_once, remember
+from ..kernels.once import ReadOnly, computed_once, remember
 from .graded_rule import graded
 from .law_moments import Factors, Triangles, factor_at, law_moments
 from .law_polynomials import law_polynomials
@@ -48,7 +48,7 @@ ROUNDING = 8 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeWeights:
+class EdgeWeights(ReadOnly):
     """The weight ``w = phi^(-1/2)``, times the factor of the ground's law, on some cells.
 
     Parameters

@@ -18,6 +18,7 @@ from scipy.sparse import csc_matrix, csr_matrix, eye
 
 from ..ground.substrates import Substrate
 from ..kernels.compiled import inputs
+from ..kernels.once import ReadOnly
 from ..kernels.threads import Threads
 from .cell_dipoles import (
     ROWS,
@@ -47,7 +48,7 @@ CELL = 4
 
 
 @dataclass(frozen=True, eq=False)
-class SlopeCorrection:
+class SlopeCorrection(ReadOnly):
     """Settlements under ``w / mean(w) g . (x - y)`` on each cell, of `Slopes`.
 
     Attributes

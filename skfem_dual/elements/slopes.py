@@ -25,7 +25,7 @@ from scipy.spatial import cKDTree
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 
@@ -93,7 +93,7 @@ class Around(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class Slopes(ReadOnly):
     """Slopes of the pressure inside the n cells of a partition.
 
     Attributes

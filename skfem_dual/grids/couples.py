@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from ..arguments import checked_choice, checked_indices, checked_instance
 from ..errors import MeshError
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from .dual_mesh import DualMesh
 from .partition import Partition
 from .polygons import Polygons, readonly
@@ -19,7 +19,7 @@ Kind = Literal["1-type", "2-type", "maximal", "minimal"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GridCouple:
+class GridCouple(ReadOnly):
     """Two grids A and B and what corresponds to what in them.
 
     Build it with `GridCouple.from_dual`, `rectangular_couple`, `minimal_couple`,

@@ -1,7 +1,7 @@
 """The 1-type dual grid of a triangulation (Definition 2)."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
@@ -11,7 +11,7 @@ from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
 from ..arguments import checked_indices
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once, freeze
 from .checks import array_conditions, check_type, dual_conditions, user_tags
 from .corners import Corners, numbered
 from .partition import Partition
@@ -26,7 +26,7 @@ _PAIRS = [0, 1, 1, 2, 0, 2]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DualMesh:
+class DualMesh(ReadOnly):
     """A triangulation together with its 1-type dual grid: one polygonal cell per node.
 
     The cell of an inner node joins the barycentres of the triangles around it directly; the
@@ -60,6 +60,11 @@ class DualMesh:
 
     mesh: MeshTri
     partition: Partition
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        mesh = self.mesh
+        freeze((mesh.doflocs, mesh.t, mesh.t2f, mesh.facets))
 
     @classmethod
     def from_mesh(cls, mesh: MeshTri) -> "DualMesh":

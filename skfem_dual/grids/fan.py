@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from skfem import CellBasis, Mesh
 
 from ..kernels.compiled import compiled, inputs
-from ..kernels.once import computed_once, remember
+from ..kernels.once import ReadOnly, computed_once, remember
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
 from .dual_mesh import DualMesh
@@ -24,7 +24,7 @@ THIN = 100
 
 
 @dataclass(frozen=True, eq=False)
-class Fan:
+class Fan(ReadOnly):
     """Triangles that fill cells of a partition, all or some.
 
     Attributes

@@ -9,7 +9,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..arguments import checked_indices, checked_instance
 from ..errors import MeshError
-from ..kernels.once import computed_once, remember
+from ..kernels.once import ReadOnly, computed_once, remember
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
 from .lattice import Lattice
@@ -19,7 +19,7 @@ from .report import Condition, require
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Partition:
+class Partition(ReadOnly):
     """Cells, the ribs between them and the node that belongs to each cell.
 
     Parameters

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike
 from ..arguments import checked_indices, checked_points
 from ..errors import MeshError
 from ..kernels.compiled import inputs, vectorised
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 
 
 def readonly(a: ArrayLike, dtype: DTypeLike | None = None) -> ndarray:
@@ -36,7 +36,7 @@ def some(indices: ArrayLike) -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Polygons:
+class Polygons(ReadOnly):
     """Simple polygons, counter-clockwise, on shared points.
 
     Parameters

@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from .corners import unit
 from .planar import cross
 from .polygons import readonly
@@ -18,7 +18,7 @@ MEAN_MARGIN = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class MeshQuality:
+class MeshQuality(ReadOnly):
     """Quantities of a triangulation that meets the structural conditions.
 
     Parameters

@@ -8,11 +8,12 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError
+from ..kernels.once import ReadOnly
 from .polygons import some
 
 
 @dataclass(frozen=True, eq=False)
-class Condition:
+class Condition(ReadOnly):
     """One condition and where it is not met.
 
     Attributes
@@ -73,7 +74,7 @@ class Condition:
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
+class Measure(ReadOnly):
     """A quantity of quality, one value per entity.
 
     Attributes

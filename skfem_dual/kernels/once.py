@@ -49,6 +49,28 @@ class computed_once(cached_property[_T]):
         return _first(instance, cast(str, self.attrname), self.func)
 
 
+class ReadOnly:
+    """Objects whose arrays are read-only in pickles and copies, too.
+
+    numpy makes those writable, and what has been computed from them would go stale.
+    """
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        freeze(state)
+        self.__dict__.update(state)
+
+
+def freeze(value: Any) -> None:
+    """Make arrays read-only, also those in tuples, lists and dictionaries."""
+    if isinstance(value, ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, dict):
+        freeze(list(value.values()))
+    elif isinstance(value, (list, tuple)):
+        for part in value:
+            freeze(part)
+
+
 def remember(instance: object, name: str, value: Any) -> None:
     """Keep what has been computed for a `computed_once` of an object together with others.
 

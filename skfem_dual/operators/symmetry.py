@@ -28,7 +28,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..errors import MeshError
 from ..grids.partition import Partition
 from ..grids.polygons import readonly, some
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from .representations import Component, representations
 
 #: tolerance of a symmetry that is given, as that of `Symmetry.detect`
@@ -44,7 +44,7 @@ class Saving(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Symmetry:
+class Symmetry(ReadOnly):
     """Rotations about the centroid of a plan, and reflections, that take its cells to each other.
 
     Attributes

@@ -8,6 +8,7 @@ from numpy import ndarray
 from ..arguments import checked_array, checked_number
 from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from ..solutions.punch_solution import PunchSolution
 from .checks import check_couple
 
@@ -21,7 +22,7 @@ SHARE = 0.4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CoupleEstimate:
+class CoupleEstimate(ReadOnly):
     """What two solutions on dual grids tell of their errors; see `estimate_error`.
 
     Attributes

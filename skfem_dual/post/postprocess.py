@@ -14,6 +14,7 @@ from ..elements.balance import balanced, field_resultant
 from ..grids.dual_mesh import DualMesh
 from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from ..solutions.punch_solution import PunchSolution
 from .checks import check_couple
 from .conserve import Balance
@@ -26,7 +27,7 @@ from .weights import chosen as chosen_weights
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PostprocessedPressure:
+class PostprocessedPressure(ReadOnly):
     """The field `postprocess` makes of two solutions; unpacks as ``basis, values``.
 
     Attributes

@@ -12,12 +12,13 @@ from ..grids.couples import GridCouple
 from ..grids.dual_mesh import DualMesh
 from ..grids.general import general_triangulation
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from .functional import CoupleFunctional, Neighbours, Weights
 from .weights import Choice, chosen
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SmoothedCouple:
+class SmoothedCouple(ReadOnly):
     """New values at the nodes of two dual grids; unpacks as ``first, second``.
 
     Attributes

@@ -18,6 +18,7 @@ from ..contact.footprint import Footprint
 from ..grids.outline import distance_to_segments, edge_ribs, inside_loops
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from .pressures import CellPressures, checked_solution
 
 #: radius of the circles, over that of the largest circle that fits into the plan
@@ -33,7 +34,7 @@ SQUARES, WIDER, FEWER = 2**13, 0.02, 128
 
 
 @dataclass(frozen=True, eq=False)
-class Circles:
+class Circles(ReadOnly):
     """Circles in a plan, and the mean pressures on them.
 
     Attributes

@@ -19,6 +19,7 @@ from ..elements.depth import components, strata_of
 from ..elements.stresses import Stresses
 from ..elements.strips import CellLoads
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from ..messages import apart, place, shown
 from .pressures import CellPressures, checked_solution
 
@@ -109,7 +110,7 @@ def _fields(
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(ReadOnly):
     """Stresses, displacements and strain over the depth below a point of the surface.
 
     Attributes

@@ -18,6 +18,7 @@ from ..grids.dual_mesh import DualMesh
 from ..grids.evening import evening
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
+from ..kernels.once import ReadOnly
 from ..messages import shown
 from ..operators.symmetry import Symmetry
 
@@ -37,7 +38,7 @@ Side = Literal["found", "proven"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Bounds:
+class Bounds(ReadOnly):
     """Between which values the exact position of a punch is expected.
 
     Attributes

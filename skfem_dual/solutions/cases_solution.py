@@ -14,7 +14,7 @@ from ..contact.by_work import Alone
 from ..contact.footprint import Footprint
 from ..contact.load import Load
 from ..grids.polygons import readonly
-from ..kernels.once import computed_once, remember
+from ..kernels.once import ReadOnly, computed_once, remember
 from ..messages import shortened
 from .bearing import Circles, bearing_pressure
 from .punch_solution import PunchSolution
@@ -62,7 +62,7 @@ class Extreme:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CasesSolution:
+class CasesSolution(ReadOnly):
     """Answers of one rigid punch under several load cases.
 
     ``cases[i]`` and ``cases["name"]`` are the `PunchSolution` of a case. Arrays have one value

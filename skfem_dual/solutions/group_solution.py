@@ -11,7 +11,7 @@ from ..contact.by_work import Beside, Member
 from ..contact.load import Load
 from ..contact.pressed import Pressed
 from ..contact.problem import Contact
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..messages import shortened
 from .elastic_solution import ElasticSolution
 from .punch_solution import PunchSolution
@@ -105,7 +105,7 @@ def _moved(solution: PunchSolution | ElasticSolution) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class GroupAnswer:
+class GroupAnswer(ReadOnly):
     """Positions of all bodies of a group by the work of the pressures, computed on demand.
 
     Attributes

@@ -22,7 +22,7 @@ from ..grids.lattice import Lattice
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
-from ..kernels.once import computed_once
+from ..kernels.once import ReadOnly, computed_once
 from ..messages import shown
 
 #: distances over the extent of the plan that are printed as zero
@@ -40,7 +40,7 @@ def checked_solution(name: str, value: Any) -> "CellPressures":
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures:
+class CellPressures(ReadOnly):
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -394,7 +394,7 @@ class CellPressures:
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeCoefficient:
+class EdgeCoefficient(ReadOnly):
     """Limit of ``p sqrt(d)`` at the edge, d the distance to it, along the contours of a plan.
 
     Attributes
