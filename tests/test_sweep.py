@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections import defaultdict
 from concurrent.futures import (
     BrokenExecutor,
@@ -37,10 +38,12 @@ from skfem_dual import (
     GradedHalfSpace,
     HalfSpace,
     Plate,
+    ResolutionWarning,
     RigidPunch,
     RigidPunches,
     column_load,
 )
+from skfem_dual.errors import warn
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.sweeps import workers
 from skfem_dual.sweeps.records import fingerprint, pickled, restored
@@ -260,6 +263,34 @@ def test_a_failed_case_is_told_and_the_others_go_on(where, processes):
     assert "three will not do" in repr(found)
     assert isinstance(found, SweepResult)
     pools["threads"].shutdown()
+
+
+def warning_square(x):
+    if x > 1:
+        warn(f"{x} cells", ResolutionWarning)
+    return fussy(x)
+
+
+@pytest.mark.parametrize("where", ["here", "threads", "processes"])
+def test_warnings_of_cases_are_those_of_the_sweep(where, processes):
+    """They were printed by other processes, whatever filters the caller had."""
+    with ThreadPoolExecutor(1) as threads, warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        pool = {"here": None, "threads": threads, "processes": processes}[where]
+        line = sys._getframe().f_lineno + 1
+        sweep(warning_square, [1, 2, 3], pool)
+    told = sorted(str(w.message) for w in seen if w.category is ResolutionWarning)
+    assert told == ["2 cells", "3 cells"]
+    assert {(w.filename, w.lineno) for w in seen} == {(__file__, line)}
+
+
+def test_a_warning_that_is_an_error_ends_the_sweep(tmp_path):
+    """What has been found is in the file by then."""
+    with pytest.raises(ResolutionWarning, match="2 cells"):
+        sweep(warning_square, [1, 2, 4], file=tmp_path / "s")
+    with pytest.raises(ResolutionWarning, match="4 cells"):
+        sweep(warning_square, [1, 2, 4], file=tmp_path / "s")
+    assert sweep(warning_square, [1, 2, 4], file=tmp_path / "s").results == [1, 4, 16]
 
 
 def halved(x):

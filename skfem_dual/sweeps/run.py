@@ -191,6 +191,8 @@ def sweep(
     -----
     ConvergenceWarning
         If a case failed.
+    ResolutionWarning, MeshWarning
+        What the package warns of in the cases that are run, wherever that is.
 
     Notes
     -----
@@ -265,11 +267,13 @@ def sweep(
                     error = error_text(failure)
             if error is not None:
                 finish(number, error=error)
-                continue
-            if file is not None:
-                records.write(record(keys[number], answer.body))
-                records.flush()
-            finish(number, result, seconds)
+            else:
+                if file is not None:
+                    records.write(record(keys[number], answer.body))
+                    records.flush()
+                finish(number, result, seconds)
+            for warned in answer.warned:  # here, wherever the case was run
+                warn(*warned)
     ordered = tuple(outcomes[number] for number in range(len(cases)))
     run = [o.seconds for o in ordered if o.error is None and not o.resumed]
     timings = {"sweep": perf_counter() - start, "cases": sum(run)}

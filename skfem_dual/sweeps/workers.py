@@ -15,6 +15,7 @@ from queue import SimpleQueue
 from time import perf_counter
 from typing import Any, NamedTuple
 
+from ..errors import Told, warnings_kept
 from ..kernels.limits import limited_threads
 from .orphans import end_with_parent
 from .records import Problem, pickled
@@ -172,6 +173,7 @@ class _Answer(NamedTuple):
     body: bytes = b""
     error: str | None = None
     broken: bool = False
+    warned: tuple[Told, ...] = ()
 
 
 #: by their content: the problems of sweeps in this process, and the last one sent to it
@@ -198,15 +200,21 @@ def _work(task: _Task) -> _Answer:
         if problem is None:
             return _Answer(worker)
         _receive(task.token, problem)
+    with warnings_kept() as warned:  # of other processes and threads nobody would hear them
+        answer = _run(problem, task)
+    return answer._replace(worker=worker, warned=tuple(warned))
+
+
+def _run(problem: Problem, task: _Task) -> _Answer:
     try:
         with nullcontext() if task.threads is None else limited_threads(task.threads):
             start = perf_counter()
             case = task.case
             result = problem(**case) if isinstance(case, Mapping) else problem(case)
             seconds = perf_counter() - start
-        return _Answer(worker, pickled((result, seconds), problem))
+        return _Answer(body=pickled((result, seconds), problem))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - told; the other cases go on
-        return _Answer(worker, error=error_text(error))
+        return _Answer(error=error_text(error))
 
 
 def cores() -> int:
