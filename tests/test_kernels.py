@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from skfem_dual.kernels import compiled as module
+from skfem_dual.kernels import disk
 from skfem_dual.kernels.compiled import compiled, inlined, inputs, vectorised, when_compiling
 from skfem_dual.kernels.threads import LEAST, Threads
 
@@ -179,6 +180,22 @@ def test_what_is_compiled_into_a_kernel_may_change(tmp_path, monkeypatch):
             assert cubed(3.0) == expected
             assert sum(cubed.stats.cache_hits.values()) == hits
     monkeypatch.delitem(sys.modules, "moved_functions")
+
+
+def test_code_without_docstrings_has_caches_of_its_own(tmp_path, monkeypatch):
+    """Under python -OO, that of a plain run was compiled anew, and then the other way round."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.replace("return", '"""The cube."""\n    return'))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+
+    def is_loaded(level):
+        monkeypatch.setattr(disk, "OPTIMISED", f".opt-{level}" if level else "")
+        found = {"__name__": "script"}
+        exec(compile(script.read_text(), script, "exec", optimize=level), found)
+        assert found["cubed"](3.0) == 27.0
+        return sum(found["cubed"].stats.cache_hits.values()) == 1
+
+    assert [is_loaded(level) for level in (0, 2, 0, 2)] == [False, False, True, True]
 
 
 def test_when_compiling_calls_once():

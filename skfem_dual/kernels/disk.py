@@ -5,6 +5,7 @@ at the file of a function only, not at functions and numbers of others that are 
 """
 
 import pickle
+import sys
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from hashlib import sha256
@@ -16,6 +17,8 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numpy import ndarray
 
 DIGEST = sha256().digest_size
+#: in names of files, as of Python's own: without docstrings and asserts code is another
+OPTIMISED = f".opt-{sys.flags.optimize}" if sys.flags.optimize else ""
 
 
 class _CheckedFiles(IndexDataCacheFile):
@@ -83,7 +86,8 @@ class CheckedCache(FunctionCache):
 
     def __init__(self, function: Callable) -> None:
         super().__init__(function)
-        self._cache_file = _CheckedFiles(function, self._cache_path, self._impl.filename_base)
+        name = self._impl.filename_base + OPTIMISED
+        self._cache_file = _CheckedFiles(function, self._cache_path, name)
 
 
 def _compiled_into(function: Callable, known: set[Callable]) -> Iterator[bytes]:
