@@ -1,12 +1,16 @@
 """Limits of threads of the whole process."""
 
+import os
+import signal
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from time import sleep
 
 import numba
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from skfem_dual.kernels import limits
 from skfem_dual.kernels.limits import SharedLimit, limited_threads, threads_for_matrix
 
 
@@ -78,3 +82,75 @@ def test_a_limit_that_another_may_lift_is_asked_for_again():
     with threadpool_limits(1, "blas"), threads_for_matrix(200):
         assert set(blas()) == {1}
     assert blas() == before
+
+
+def in_forked_process(check):
+    """Whether it holds there; not if it does not come to an end."""
+    process = os.fork()
+    if process == 0:
+        signal.alarm(10)
+        code = 1
+        try:
+            code = 0 if check() else 2
+        finally:
+            os._exit(code)
+    return os.waitpid(process, 0)[1] == 0
+
+
+def limited_to_one():
+    with limited_threads(1):
+        return set(blas()) == {1}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_limits_of_other_threads_end():
+    """They have no threads in a forked process, which stayed limited for good."""
+    asked, done = threading.Event(), threading.Event()
+
+    def work():
+        with limited_threads(1):
+            asked.set()
+            assert done.wait(timeout=30)
+
+    with threadpool_limits(2, "blas"), ThreadPoolExecutor(1) as pool:
+        other = pool.submit(work)
+        assert asked.wait(timeout=10)
+        assert set(blas()) == {1}
+        assert in_forked_process(lambda: set(blas()) == {2} and limited_to_one())
+        done.set()
+        other.result()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_limits_of_the_thread_that_forks_go_on():
+    with threadpool_limits(2, "blas"):
+        limit = limited_threads(1)
+        limit.__enter__()
+
+        def lifted():
+            kept = set(blas()) == {1}
+            limit.__exit__(None, None, None)
+            return kept and set(blas()) == {2}
+
+        assert in_forked_process(lifted)
+        limit.__exit__(None, None, None)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_while_another_thread_changes_limits(monkeypatch):
+    """Locks that it held at that time were released by nobody."""
+    changing = threading.Event()
+
+    def apply(threads):
+        changing.set()
+        sleep(0.05)
+
+    monkeypatch.setattr(limits._numba, "_apply", apply)
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(limited_to_one)
+        assert changing.wait(timeout=10)
+        assert in_forked_process(limited_to_one)
+        assert other.result()

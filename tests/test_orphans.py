@@ -1,15 +1,20 @@
 """Workers of sweeps end with the program that started them, even if it is killed."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from types import SimpleNamespace
 
 import pytest
 from marks import slow
 
+from skfem_dual.sweeps import orphans
 from skfem_dual.sweeps.orphans import end_with_parent
 
 SCRIPT = """
@@ -70,6 +75,19 @@ def test_workers_end_when_their_parent_is_killed(kind, tmp_path):
         for file in seen.iterdir():
             if is_alive(int(file.name)):
                 os.kill(int(file.name), signal.SIGKILL)
+
+
+def test_workers_look_once_also_when_forked(monkeypatch):
+    """A forked one inherits what is known of others, but none of their threads."""
+    parent = SimpleNamespace(sentinel=None)
+    monkeypatch.setattr(multiprocessing, "parent_process", lambda: parent)
+    monkeypatch.setattr(orphans, "_watch", lambda *_: started.put(os.getpid()))
+    monkeypatch.setattr(orphans, "_looking", {os.getpid() + 1: object()})
+    started = SimpleQueue()
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda _: end_with_parent(), range(20)))
+    assert started.get(timeout=10) == os.getpid()
+    assert started.empty()
 
 
 def test_programs_of_their_own_are_left_alone():

@@ -26,24 +26,42 @@ class SharedLimit:
 
     def __init__(self, apply: Callable[[int | None], None]) -> None:
         self._apply = apply
-        self._wanted: list[int] = []
+        self._wanted: list[tuple[int, int]] = []  # by which thread
         self._lock = threading.Lock()
 
     @contextmanager
     def __call__(self, threads: int) -> Iterator[None]:
-        self._change(self._wanted.append, threads)
+        wanted = threads, threading.get_ident()
+        with self._lock:
+            self._change([*self._wanted, wanted])
         try:
             yield
         finally:
-            self._change(self._wanted.remove, threads)
+            with self._lock:
+                rest = list(self._wanted)
+                rest.remove(wanted)
+                self._change(rest)
 
-    def _change(self, change: Callable[[int], None], threads: int) -> None:
-        with self._lock:
-            before = min(self._wanted, default=None)
-            change(threads)
-            after = min(self._wanted, default=None)
-            if after != before:
-                self._apply(after)
+    def _change(self, wanted: list[tuple[int, int]]) -> None:
+        before, after = (min(each, default=(None,))[0] for each in (self._wanted, wanted))
+        self._wanted = wanted
+        if after != before:
+            self._apply(after)
+
+    def watch_forks(self) -> None:
+        """In forked processes, end what was asked for by threads that they do not have."""
+        # no thread is about to change the limit meanwhile
+        os.register_at_fork(
+            before=self._lock.acquire,
+            after_in_parent=self._lock.release,
+            after_in_child=self._end_others,
+        )
+
+    def _end_others(self) -> None:
+        try:
+            self._change([each for each in self._wanted if each[1] == threading.get_ident()])
+        finally:
+            self._lock.release()
 
 
 class _Blas:
@@ -65,13 +83,13 @@ def _limit_blas(threads: int | None) -> None:
 
 
 def _hold_blas(threads: int | None) -> ExitStack | None:
+    openblas = getattr(threadpoolctl, "OpenBLASController", None)
+    if clear := getattr(openblas, "clear_controlling_thread", None):  # recent versions
+        clear(force=True)  # whoever has limited it for good, or forked while it was limited
     if _Blas.held is not None:
         _Blas.held.close()
     if threads is None:
         return None
-    openblas = getattr(threadpoolctl, "OpenBLASController", None)
-    if clear := getattr(openblas, "clear_controlling_thread", None):  # recent versions
-        clear(force=True)  # whoever has limited it for good
     held = ExitStack()
     held.enter_context(_libraries().limit(limits=threads, user_api="blas"))
     return held
@@ -88,15 +106,15 @@ def _forget() -> None:
     _Blas.holder = None
 
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget)
-
-
 def _limit_numba(threads: int | None, known: int = numba.config.NUMBA_NUM_THREADS) -> None:
     numba.config.NUMBA_NUM_THREADS = known if threads is None else min(threads, known)
 
 
 _blas, _numba = SharedLimit(_limit_blas), SharedLimit(_limit_numba)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
+    _blas.watch_forks()
+    _numba.watch_forks()
 
 
 @contextmanager

@@ -8,9 +8,9 @@ from multiprocessing import connection
 #: seconds between two looks at the parent
 PERIOD = 0.5
 
-#: the process that is looking, for a forked one inherits the name but not the thread
-_looking: int | None = None
-_lock = threading.Lock()
+#: by their numbers the processes that are looking: a forked one inherits the others, but not their
+#: threads, nor those that would release a lock
+_looking: dict[int, object] = {}
 
 
 def end_with_parent() -> None:
@@ -19,12 +19,9 @@ def end_with_parent() -> None:
     Idle workers wait for tasks on a pipe that they hold open themselves, for ever if nobody is
     left to close it.
     """
-    global _looking
-    process = multiprocessing.parent_process()
-    with _lock:
-        if process is None or _looking == os.getpid():
-            return
-        _looking = os.getpid()
+    process, first = multiprocessing.parent_process(), object()
+    if process is None or _looking.setdefault(os.getpid(), first) is not first:
+        return
     # None from loky; for a fork server the only sign, for forked workers none, as others of them
     # hold the other end
     ends = [process.sentinel] if process.sentinel is not None else []
