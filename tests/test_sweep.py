@@ -908,6 +908,28 @@ def test_wrong_arguments(arguments, error, message):
         sweep(*arguments)
 
 
+def test_workers_as_an_integer_of_numpy(monkeypatch):
+    monkeypatch.setattr(workers, "_started", lambda number, job: ThreadPoolExecutor(number))
+    assert sweep(square, range(3), np.int64(2)).results == [0, 1, 4]
+
+
+@pytest.mark.parametrize(
+    ("file", "error", "message"),
+    [
+        ("", ValueError, "expected the path of a file for results of a sweep, got ''"),
+        ("a\0b", ValueError, r"results of a sweep, got 'a\\x00b'"),
+        (".", ValueError, "results of a sweep, got the folder .. Remedy: name a regular file"),
+        ("missing/s", FileNotFoundError, "no such folder for results of a sweep: missing. Rem"),
+        (b"s", TypeError, "results of a sweep, got bytes"),
+    ],
+)
+def test_wrong_files(file, error, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(error, match=message):
+        sweep(square, [1], file=file)
+    assert not list(tmp_path.iterdir())
+
+
 def test_wrong_threads():
     with pytest.raises(ValueError, match="threads from 1 to 10000, got 0"):
         sweep(square, [], threads=0)

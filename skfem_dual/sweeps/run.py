@@ -1,6 +1,5 @@
 """Many problems through any executor: results as they come, kept in a file, ordered at the end."""
 
-import os
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -14,8 +13,9 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from ..arguments import checked_flag, checked_instance, checked_integer, checked_sequence
+from ..arguments import checked_flag, checked_integer, checked_sequence
 from ..errors import ConvergenceWarning, warn
+from ..io.guarded import require_file
 from ..messages import shown
 from .records import (
     PathLike,
@@ -184,6 +184,8 @@ def sweep(
         If ``problem`` is not callable, ``executor`` is no executor, or ``threads`` is not whole.
     ValueError
         If ``threads`` or the number of workers is not positive, or ``file`` is something else.
+    FileNotFoundError
+        If the folder of ``file`` is missing.
     RuntimeError
         If own worker processes cannot start.
 
@@ -221,6 +223,7 @@ def sweep(
     """
     _require_arguments(problem, file, on_result)
     progress = checked_flag("progress", progress)
+    executor = _checked_executor(executor)
     threads = _threads(executor, threads)
     cases = checked_sequence("cases", cases)
     start = perf_counter()
@@ -298,20 +301,38 @@ def _require_arguments(problem: object, file: object, on_result: object) -> None
     if not callable(problem):
         raise TypeError(f"expected a callable problem such as punch.solve, got {shown(problem)}")
     if file is not None:
-        checked_instance("file", file, (str, os.PathLike))
+        _require_results(file)
     if on_result is not None and not callable(on_result):
         raise TypeError(f"expected a function for on_result, got {shown(on_result)}")
 
 
-def _threads(executor: Executor | int | None, threads: int | None) -> int | None:
-    """The limit of threads in a worker."""
-    if isinstance(executor, bool) or not isinstance(executor, (int, Executor, type(None))):
+def _require_results(file: Any) -> None:
+    """Refuse what is no file of results and cannot become one."""
+    try:
+        require_file(file, "a file for results of a sweep")
+    except FileNotFoundError:  # it is begun
+        folder = Path(file).parent
+        if not folder.is_dir():
+            raise FileNotFoundError(
+                f"no such folder for results of a sweep: {folder}. Remedy: make it first"
+            ) from None
+
+
+def _checked_executor(executor: Any) -> Executor | int | None:
+    """The executor, a number of workers as an integer."""
+    if executor is None or isinstance(executor, Executor):
+        return executor
+    try:
+        return checked_integer("executor", executor, at_least=1, at_most=MOST)
+    except TypeError:
         raise TypeError(
             f"expected a concurrent.futures.Executor, a number of workers or None, got "
             f"{shown(executor)}. Remedy for a client of dask: client.get_executor()"
-        )
-    if isinstance(executor, int):
-        checked_integer("executor", executor, at_least=1, at_most=MOST)
+        ) from None
+
+
+def _threads(executor: Executor | int | None, threads: int | None) -> int | None:
+    """The limit of threads in a worker."""
     if threads is not None:
         return checked_integer("threads", threads, at_least=1, at_most=MOST)
     if isinstance(executor, int):
