@@ -502,3 +502,10 @@ def test_clusters_of_graded_and_of_flat_cells(monkeypatch):
             every = components(SOIL, loads, points)
         size = np.abs(every).max(axis=1, keepdims=True)
         assert (np.abs(found - every) < 1e-10 * size).all()
+
+
+def test_stresses_are_equal_to_themselves_only():
+    one, other = (stresses(SOIL, DUAL.partition, PRESSURE, POINTS) for _ in range(2))
+    assert {one: "one", other: "other"}[one] == "one"
+    assert one == one
+    assert one != other

@@ -31,6 +31,17 @@ class Stresses(NamedTuple):
     tau_yz: ndarray
     tau_zx: ndarray
 
+    # by identity, as other answers: tuples ask their arrays, which do not tell
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __ne__(self, other: object) -> bool:
+        return self is not other
+
+    def __hash__(self) -> int:
+        return object.__hash__(self)
+
     @property
     def tensor(self) -> ndarray:
         """The components as a symmetric tensor of shape (3, 3, m)."""
