@@ -35,7 +35,8 @@ class Told(NamedTuple):
     category: type[Warning]
 
 
-PACKAGE = __name__.split(".")[0]
+#: whose lines are passed over: our own, and those through which dataclasses are replaced
+PACKAGES = __name__.split(".")[0], "dataclasses"
 _kept: ContextVar[list[Told] | None] = ContextVar("warnings kept", default=None)
 
 
@@ -44,7 +45,7 @@ def warn(message: str, category: type[Warning]) -> None:
     kept = _kept.get()
     if kept is None:
         frame, level = sys._getframe(), 1
-        while frame.f_back and str(frame.f_globals.get("__name__")).split(".")[0] == PACKAGE:
+        while frame.f_back and str(frame.f_globals.get("__name__")).split(".")[0] in PACKAGES:
             frame, level = frame.f_back, level + 1
         warnings.warn(message, category, stacklevel=level)
     else:

@@ -284,13 +284,18 @@ def test_warnings_of_cases_are_those_of_the_sweep(where, processes):
     assert {(w.filename, w.lineno) for w in seen} == {(__file__, line)}
 
 
-def test_a_warning_that_is_an_error_ends_the_sweep(tmp_path):
-    """What has been found is in the file by then."""
-    with pytest.raises(ResolutionWarning, match="2 cells"):
-        sweep(warning_square, [1, 2, 4], file=tmp_path / "s")
-    with pytest.raises(ResolutionWarning, match="4 cells"):
-        sweep(warning_square, [1, 2, 4], file=tmp_path / "s")
-    assert sweep(warning_square, [1, 2, 4], file=tmp_path / "s").results == [1, 4, 16]
+def test_a_warning_that_is_an_error_is_that_of_its_case(tmp_path):
+    """The others go on, and the case is run again where it is none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ResolutionWarning)
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        found = sweep(warning_square, [1, 2, 4], file=tmp_path / "s")
+    assert [outcome.result for outcome in found.outcomes] == [1, None, None]
+    assert "ResolutionWarning: 2 cells" in found.outcomes[1].error
+    with pytest.warns(ResolutionWarning, match="[24] cells"):
+        again = sweep(warning_square, [1, 2, 4], file=tmp_path / "s")
+    assert again.results == [1, 4, 16]
+    assert [outcome.resumed for outcome in again.outcomes] == [True, False, False]
 
 
 def halved(x):

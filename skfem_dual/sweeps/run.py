@@ -263,11 +263,13 @@ def sweep(
         stack.callback(ours.pop, token, None)
         for number, answer in stack.enter_context(closing(all_answers(executor, job, waiting))):
             error = answer.error
-            if error is None:
-                try:
+            try:
+                for warned in answer.warned:  # here, wherever the case was run
+                    warn(*warned)
+                if error is None:
                     result, seconds = restored(answer.body, problem)
-                except Exception as failure:  # noqa: BLE001 - told; the other cases go on
-                    error = error_text(failure)
+            except Exception as failure:  # noqa: BLE001 - told; the other cases go on
+                error = error or error_text(failure)
             if error is not None:
                 finish(number, error=error)
             else:
@@ -275,8 +277,6 @@ def sweep(
                     records.write(record(keys[number], answer.body))
                     records.flush()
                 finish(number, result, seconds)
-            for warned in answer.warned:  # here, wherever the case was run
-                warn(*warned)
     ordered = tuple(outcomes[number] for number in range(len(cases)))
     run = [o.seconds for o in ordered if o.error is None and not o.resumed]
     timings = {"sweep": perf_counter() - start, "cases": sum(run)}
