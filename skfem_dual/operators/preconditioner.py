@@ -229,15 +229,22 @@ def _choose(starts, items, middle, half, x, places, chosen):
             if far <= (1 + OVERLAP) * half[k]:
                 away[count], kept[count] = far, j
                 count += 1
-        if count > AROUND:
-            order = np.argsort(away[:count])
-            while count > AROUND and away[order[count - 1]] > half[k]:
-                count -= 1
-            kept = kept[order]
-        if chosen.shape[0] > 0:
-            chosen[places[k] : places[k + 1]] = np.sort(kept[:count])
-        else:
+        while count > AROUND:
+            farthest = np.argmax(away[:count])
+            if away[farthest] <= half[k]:
+                break
+            count -= 1
+            away[farthest], kept[farthest] = away[count], kept[count]
+        if chosen.shape[0] == 0:
             places[k] = count
+            continue
+        own = chosen[places[k] : places[k + 1]]
+        for i in range(count):  # one after the other to its place: sorts take seconds to compile
+            at = i
+            while at > 0 and own[at - 1] > kept[i]:
+                own[at] = own[at - 1]
+                at -= 1
+            own[at] = kept[i]
 
 
 def _inverses(
