@@ -1,11 +1,12 @@
 """Plates of one thickness on the ground, against rigid and limp ones, and columns on them."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
-from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, LinearForm
+from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, ElementTriP2, LinearForm
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
@@ -163,6 +164,10 @@ def test_elements_without_second_derivatives_are_no_plate(loaded):
     basis = CellBasis(loaded.punch.structure.mesh, ElementTriP1())
     with pytest.raises(TypeError, match="second derivatives, as of ElementTriMorley, got one of"):
         RAFT.stiffness(basis)
+    mixed = CellBasis(basis.mesh, ElementTriP1() * ElementTriP2())
+    other = SimpleNamespace(structure=mixed)
+    with pytest.raises(TypeError, match="second derivatives, as of ElementTriMorley, got one of"):
+        RAFT.moments(dataclasses.replace(loaded, punch=other, displacement=np.zeros(mixed.N)))
 
 
 def test_bending_moments(loaded):

@@ -6,7 +6,7 @@ from marks import slow
 from plans import disc, rectangle
 from skfem import CellBasis, ElementQuad0, MeshQuad
 
-from skfem_dual import Cone, DualMesh, HalfSpace, Paraboloid, RigidPunch
+from skfem_dual import Cone, DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
 
 SOIL = HalfSpace(1.0, 0.3)
 PLANS = {"disc": disc(2), "rectangle": rectangle(8, 1.0, 0.5)}
@@ -125,3 +125,19 @@ def test_force_without_an_arm_is_a_load():
     assert s.success
     assert s.force > 0
     assert s.centre_of_pressure == pytest.approx((0, 0), abs=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("method", ["auto", "active-set"])
+@pytest.mark.parametrize(("centre", "settlement"), [(0.8, 0.2), (0.8, 0.4), (-0.4, 0.2)])
+def test_one_body_of_a_group_turns_out_of_the_way(method, centre, settlement):
+    """What others bear is no measure of its rounding."""
+    soil, mesh = HalfSpace(1.0, 0.0), disc(2)
+    shaped = RigidPunch(soil, BASES["disc"], gap=Paraboloid(1.0, (centre, 0.0)))
+    flat = RigidPunch(soil, DualMesh.from_mesh(mesh.translated((2.5, 0.0))).basis())
+    loads = [{"settlement": settlement}, {"force": 1.0, "at": (2.5, 0.0)}]
+    found = RigidPunches([shaped, flat]).solve(loads, method=method)
+    assert found.success
+    assert found[0].force == 0.0
+    alone = flat.solve(1.0, (2.5, 0.0)).collocated_settlement
+    assert found[1].collocated_settlement == pytest.approx(alone, rel=1e-9)

@@ -51,6 +51,8 @@ def test_where_forces_act_and_what_moments_do(tmp_path):
         ("name,force\n,1\n", "line 2: expected a name"),
         ("name,force,\na,1,2\n", "line 2: expected 2 columns, got 3"),
         ('name,force\na,1\n"b,1\nc,1\n', "line 3: expected a quoted cell that ends"),
+        ('force;name\n1;"P\n2;"Q\n3;R\n', "line 2: expected a quoted cell that ends"),
+        ('name,force\n"P,1\nQ,2\n"R",3\nS,4\n', "line 2: expected a quoted cell that ends"),
         ('name,force\n"a\n",1\nb,x\n', "line 4: expected a number for force, got 'x'"),
         ("name,force\na,1\na,2\n", "line 3: expected another name than 'a', see .*line 2"),
     ],
@@ -93,6 +95,14 @@ def test_tables_as_excel_has_them(tmp_path, text):
     """What parts the columns in a first line, empty columns, line breaks in quoted cells."""
     (row,) = read_cases(write(tmp_path, text))
     assert (row.name, row.force) == ("dead load", 1.5)
+
+
+def test_quotes_in_cells(tmp_path):
+    """Comments and empty lines are such between cells only; a quote inside is one of inches."""
+    text = '"force\n[kN]";name\n1;"P\n#2"\n\n# no\n2;"Q" \n3;5" pipe\n'
+    rows = read_cases(write(tmp_path, text), units="kN,m")
+    assert [(row.force, row.name) for row in rows] == [(1.0, "P #2"), (2.0, "Q"), (3.0, '5" pipe')]
+    assert [row.where.rsplit(" ", 1)[1] for row in rows] == ["3", "7", "8"]
 
 
 def test_unicode_text_of_excel(tmp_path):

@@ -165,3 +165,18 @@ def test_square(grid):
     x = 1 - np.array([[0.04], [0.04]]) * 0.5 ** np.arange(3)
     p = solution.pressure_at(x)
     assert np.log2(p[1:] / p[:-1]) == pytest.approx(1 - EXPONENTS[90], abs=0.02)
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.5])
+def test_corners_do_not_look_across_gaps(gap):
+    """Their law goes as far as to the edge of their own part, and of a notch to none."""
+    one, far = rectangle(6), 2.0 + gap
+    both = one + one.translated((far, 0.0))
+    alone, beside = (wedges(m, m.boundary_facets()).reach for m in (one, both))
+    assert beside == pytest.approx(np.tile(alone, 2), rel=1e-12)
+    notched = polygon(
+        [(0, 0), (3, 0), (3, 3), (1.6, 3), (1.6, 1), (1.4, 1), (1.4, 3), (0, 3)], n=200
+    )
+    found = wedges(notched, notched.boundary_facets())
+    upper = (found.x[:, 1] == 3.0) & (np.abs(found.x[:, 0] - 1.5) < 0.2)
+    assert found.reach[upper] == pytest.approx([1.4, 1.4], rel=1e-9)

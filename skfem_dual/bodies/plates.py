@@ -183,7 +183,8 @@ class Plate:
         checked_instance("solution", solution, ElasticSolution)
         basis = solution.punch.structure
         field = basis.interpolate(solution.displacement)
-        _require_curvatures(basis, None if np.ndim(field) != 2 else field.hess)
+        plain = not isinstance(field, tuple) and np.ndim(field) == 2
+        _require_curvatures(basis, field.hess if plain else None)
         bent = np.asarray(dd(field))
         nu = self.poisson
         m = -self.rigidity * ((1 - nu) * bent + nu * eye(trace(bent), 2))

@@ -102,8 +102,6 @@ class CellForces:
         without_resultant = self.projection(working)
         apart = np.where(working, self.scale * gap, 0.0)
         slope = without_resultant(apart)
-        if np.linalg.norm(slope) <= SPENT * np.linalg.norm(apart):
-            slope = np.zeros_like(slope)  # on so few cells all forces have resultants
         if (inverse := self.problem.inverse) is not None:
             # between projections on both sides it is as symmetric as it is alone
             slope = without_resultant(self._spread * (inverse @ (slope / self.scale)))
@@ -142,7 +140,9 @@ class CellForces:
 
         def project(force: ndarray) -> ndarray:
             out = np.where(working, force, 0.0)
+            least = SPENT * np.abs(out)
             out -= _least(stiffness, self.acting @ out) @ sides
+            out[np.abs(out) <= least] = 0.0  # on few cells of a body all forces have resultants
             return out
 
         return project

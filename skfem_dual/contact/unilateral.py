@@ -35,6 +35,8 @@ FREE = 1e13
 ARM = 1e-10
 #: parts of what a load does, and of the largest load, that are rounding
 TURNED, ROUNDING = 1e-9, 1e-14
+#: pressures over the largest that are rounding, as on a cell on which a body rests without a force
+NIL = 1e-12
 #: why conjugate gradients end before contact is found
 FEW = "so few cells are in contact that the load alone tells their pressures"
 #: cells in contact from which on iterations between them are sooner than a factorisation
@@ -108,7 +110,8 @@ def active_set(
         excess = np.where(contact, -pressure * least[1], -gap * least[0])
         history.append(int(wrong.sum()))
         if not wrong.any():
-            return Contact(pressure.clip(0), motion, gap, contact, history=tuple(history))
+            pressure = _without_rounding(pressure)
+            return Contact(pressure, motion, gap, contact, history=tuple(history))
         # block pivoting: all wrong cells change side as long as they become fewer, else the last
         if history[-1] < fewest:
             fewest, patience = int(history[-1]), 3
@@ -250,7 +253,8 @@ def conjugate_gradients(
                 bar.update()
                 bar.set_postfix_str(f"violation {history[-1]:.1e}, {contact.sum()} cells")
             if history[-1] <= gap_rtol:
-                return Contact(force / areas, motion, gap, contact, history=tuple(history))
+                pressure = _without_rounding(force / areas)
+                return Contact(pressure, motion, gap, contact, history=tuple(history))
             before = forces.descent(gap, contact, before)
             if before.decrease == 0:
                 if forces.problem.inverse is None or contact.sum() <= len(motion):
@@ -271,6 +275,10 @@ def conjugate_gradients(
                 break
             force, settlement = projected
     return Contact(force / areas, motion, gap, force > 0, False, message, tuple(history))
+
+
+def _without_rounding(pressure: ndarray) -> ndarray:
+    return np.where(pressure > NIL * pressure.max(initial=0.0), pressure, 0.0)
 
 
 def _violation(gap: ndarray, contact: ndarray, settlement: ndarray) -> float:

@@ -204,15 +204,20 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
         ]
     )
     p, q, x = mesh.p.take(a, axis=1), mesh.p.take(b, axis=1), mesh.p[:, node].T
-    reach = np.array([_facing(corner, p, q) for corner in x])
+    reach = np.array([_facing(*corner, p, q) for corner in zip(x, bisector.T, angle, strict=True)])
     return Wedges(node, x, bisector.T, angle, reach)
 
 
-def _facing(x: ndarray, a: ndarray, b: ndarray) -> float:
-    """Distance of a point to the nearest of some segments that do not point at it."""
+def _facing(x: ndarray, bisector: ndarray, angle: float, a: ndarray, b: ndarray) -> float:
+    """Distance of a corner to the nearest of some segments that do not point at it.
+
+    Only those inside of its angle: what lies across a gap is another part, or a notch away.
+    """
     along, offset = b - a, x[:, None] - a
     s = (np.sum(offset * along, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
     way = offset - s * along
     r, length = np.hypot(*way), np.hypot(*along)
     facing = (np.abs(np.sum(way * along, axis=0)) < POINTING * r * length) & (r > 0)
+    turn = np.arctan2(cross(bisector[:, None], -way), -bisector @ way)
+    facing &= np.abs(turn) < angle / 2 + 1e-9
     return float(r[facing].min(initial=np.hypot(*offset).max()))

@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Collection, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,8 +25,8 @@ PARTED = {
 }
 #: what empty lines consist of
 EMPTY = " ;,\t\r\n"
-#: a first line that tells Excel what parts the columns; what follows the last line
-SEPARATOR, END = re.compile(r"sep=([^\w\s\"]|\t)\s*$", re.IGNORECASE), "end"
+#: a first line that tells Excel what parts the columns
+SEPARATOR = re.compile(r"sep=([^\w\s\"]|\t)\s*$", re.IGNORECASE)
 #: the unit of a column: E [MPa], E (MPa), E / MPa, E in MPa
 HEADING = re.compile(r"(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|/\s*(\S+)|\sin\s+(\S+))?\s*")
 
@@ -95,31 +96,44 @@ def read_table(
 def _records(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
     """What parts the columns; cells of lines that are not empty, and the numbers of these.
 
-    Quoted cells may go on in the next line.
+    Quoted cells may go on in the next lines, whatever these begin with.
     """
-    lines = [
-        "\n" if line.lstrip().startswith("#") or not line.strip(EMPTY) else line
-        for line in text_of(path).splitlines(keepends=True)
-    ]
-    first = next((i for i, line in enumerate(lines) if line != "\n"), 0)
-    if told := SEPARATOR.match("".join(lines[first : first + 1])):
-        lines[first] = "\n"
-    delimiter = told[1] if told else delimiter_of("".join(lines[first : first + 1]))
-    reader = csv.reader([*lines, END], delimiter=delimiter, skipinitialspace=True)
-    found, number = [], 1
-    try:
-        for cells in reader:
-            found.append((number, [" ".join(cell.splitlines()).strip() for cell in cells]))
-            number = reader.line_num + 1
-    except csv.Error:  # a cell that is too long
-        found.append((number, []))
-    number, last = found.pop()
-    if last != [END]:
-        raise ValueError(
-            f"{path}, line {number}: expected a quoted cell that ends, got one without a quote "
-            "at its end"
-        )
+    lines = text_of(path).splitlines(keepends=True)
+    found: list[tuple[int, list[str]]] = []
+    delimiter, at = "", 0
+    while at < len(lines):
+        begin, line = at, lines[at]
+        if line.lstrip().startswith("#") or not line.strip(EMPTY):
+            at += 1
+            continue
+        if not delimiter and (told := SEPARATOR.match(line)):
+            delimiter, at = told[1], at + 1
+            continue
+        delimiter = delimiter or delimiter_of(_heading(lines[at:]))
+        read = partial(csv.reader, delimiter=delimiter, skipinitialspace=True)
+        reader = read((lines[k] for k in range(begin, len(lines))), strict=True)
+        try:
+            cells = next(reader)
+            at += reader.line_num
+        except csv.Error as error:
+            if line.count('"') % 2 or len(line) > csv.field_size_limit():
+                raise ValueError(
+                    f"{path}, line {begin + 1}: expected a quoted cell that ends before the next "
+                    f"column, got {one_line(line, 40)!r}. Remedy: a quote at its end, or none"
+                ) from error
+            cells, at = next(read([line])), at + 1  # such as blanks behind a quote
+        found.append((begin + 1, [" ".join(cell.splitlines()).strip() for cell in cells]))
     return delimiter, [(number, cells) for number, cells in found if any(cells)]
+
+
+def _heading(lines: list[str]) -> str:
+    """The first line, without what is quoted, which may go on in the next ones."""
+    text = lines[0]
+    for line in lines[1:]:
+        if text.count('"') % 2 == 0:
+            break
+        text += line
+    return re.sub('"[^"]*"', "", text) if text.count('"') % 2 == 0 else lines[0]
 
 
 def delimiter_of(line: str) -> str:
