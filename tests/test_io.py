@@ -122,6 +122,20 @@ def test_groups_of_older_gmsh(tmp_path, written):
         assert found.facets[:, found.boundaries[name]].T.tolist() == [ends]
 
 
+def test_one_name_for_lines_and_areas(request, tmp_path):
+    """Of which meshio keeps one."""
+    path = tmp_path / "plan.msh"
+    path.write_text(OLD_GMSH.replace('"raft"', '"edge"'))
+    found = read_mesh(path)
+    assert {k: v.tolist() for k, v in found.subdomains.items()} == {"edge": [0, 1]}
+    assert set(found.boundaries) == {"edge", "joint"}
+    text = (request.path.parent / "data" / "disc.msh").read_text()
+    path.write_text(text.replace('"footing"', '"edge"'))
+    newer = read_mesh(path)
+    assert set(newer.boundaries) == set(newer.subdomains) == {"edge"}
+    assert len(newer.boundaries["edge"]) == len(newer.boundary_facets())
+
+
 def test_lines_that_a_group_has_twice_count_once(tmp_path):
     path = tmp_path / "plan.msh"
     twice = OLD_GMSH.replace("$Elements\n4", "$Elements\n5\n5 1 2 2 2 3 1")

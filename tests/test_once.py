@@ -171,6 +171,22 @@ def test_arrays_of_copies_are_read_only(copied):
     assert values.flags.writeable
 
 
+def test_shallow_copies_share_arrays():
+    """Which are those of a user, who may change them."""
+    values = np.arange(3.0)
+    again = copy.copy(Heights(values, (), {}))
+    assert again.values is values
+    assert values.flags.writeable
+
+
+def test_corners_of_plans_are_read_only_in_copies():
+    plan = skfem_dual.Plan.from_polygon([(0, 0), (2, 0), (2, 1)])
+    for copied in COPIES:
+        corners = copied(plan).parts[0][0].corners
+        with pytest.raises(ValueError, match="read-only"):
+            corners[:] = 0
+
+
 def test_public_classes_of_arrays_are_read_only_in_copies():
     kinds = [getattr(skfem_dual, name) for name in skfem_dual.__all__]
     arrays = np.ndarray, np.ndarray | None

@@ -29,6 +29,7 @@ from skfem_dual import (
     DualMesh,
     HalfSpace,
     InfluenceOperator,
+    MeshError,
     RigidPunch,
     evaluate,
     flexible_settlement,
@@ -329,6 +330,19 @@ def test_fields_that_are_not_scalar_are_refused(element, remedy):
     ):
         with pytest.raises(TypeError, match=remedy):
             call()
+
+
+def test_targets_on_a_part_of_their_mesh():
+    m = rectangle(6)
+    half = np.nonzero(m.p[:, m.t].mean(axis=1)[0] < 0)[0]
+    basis = CellBasis(m, ElementTriP1(), elements=half)
+    found = transfer(basis, basis.doflocs[0], CellBasis(m, ElementTriP2(), elements=half))
+    target = CellBasis(m, ElementTriP2())
+    on = np.unique(target.element_dofs[:, half])
+    assert found[on] == pytest.approx(target.doflocs[0, on], abs=1e-13)
+    assert not np.delete(found, on).any()
+    with pytest.raises(MeshError, match=r"expected a basis on all .* restrict the mesh"):
+        transfer(basis, np.ones(basis.N), CellBasis(m, ElementTriP0(), elements=half))
 
 
 SITE = (451204.7, 5411903.6)

@@ -21,6 +21,7 @@ from ..arguments import checked_array, checked_choice, checked_instance
 from ..grids.cellwise import HIGHEST, CellwiseBasis
 from ..grids.fan import Fan
 from ..grids.mappings import is_far, middle_of
+from ..grids.partition import Partition
 from ..grids.polygons import some
 from .influence import flat_points
 from .load_matrix import MISSING, Points, missing_planes, points_in_pieces
@@ -140,11 +141,16 @@ def transfer(basis: CellBasis, values: ndarray, target: CellBasis) -> ndarray:
     if isinstance(target, CellwiseBasis) or target.elem.maxdeg == 0:
         fan = Fan.from_basis(target)
         fan = replace(fan, p=fan.p - middle[:, None]) if far else fan
-        areas = np.bincount(target.element_dofs[0], target.dx.sum(axis=1), target.N)
+        areas = Partition.from_basis(target).areas
+        if isinstance(target, CellwiseBasis):  # as loads on them are assembled
+            areas = np.bincount(target.element_dofs[0], target.dx.sum(axis=1), target.N)
         return _loads_of_cells(basis, values, fan, target.N, far) / areas
     target = _moved(target, middle) if far else target
     mass = BilinearForm(lambda u, v, w: u * v).assemble(_exact(target))
-    return splu(mass.tocsc()).solve(_loads(basis, values, target, far))
+    loads, out = _loads(basis, values, target, far), np.zeros(target.N)
+    used = np.unique(target.element_dofs)  # of all elements, or of those it is on
+    out[used] = splu(mass.tocsc()[used][:, used]).solve(loads[used])
+    return out
 
 
 def _loads(basis: CellBasis, values: ndarray, target: CellBasis, far: bool) -> ndarray:

@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
+from ..kernels.once import ReadOnly
 from .planar import cross
 from .polygons import Polygons, readonly
 
@@ -17,7 +18,7 @@ PLACES = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Lattice:
+class Lattice(ReadOnly):
     """Places of cells in a regular grid along the axes.
 
     Attributes

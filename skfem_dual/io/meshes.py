@@ -1,9 +1,11 @@
 """Meshes of triangles and quadrilaterals of any format of meshio."""
 
 import logging
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -20,6 +22,8 @@ from .writing import PathLike
 
 #: boundaries as scikit-fem writes them: which sides of each cell
 BY_SIDES = "skfem:b:"
+#: dimension, number and name of a group in a file of Gmsh
+NAMED = re.compile(rb'([0-3])\s+(\d+)\s+"(.*)"')
 #: numbers of the cells' physical groups
 GROUPS = "gmsh:physical"
 
@@ -158,6 +162,7 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
     """
     sets: dict[str, list] = {k: list(v) for k, v in user_tags(found.cell_sets).items()}
     names = {tuple(v): k for k, v in found.field_data.items() if np.shape(v) == (2,)}
+    names |= _names(path)
     unnamed: set[str] = set()
     for i, (block, tags) in enumerate(zip(found.cells, found.cell_data.get(GROUPS, []))):
         if block.type not in KINDS:
@@ -166,8 +171,9 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
             name = names.get((number, block.dim))
             if name is None:
                 unnamed.add(f"{number} of {'lines' if block.dim == 1 else 'areas'}")
-            elif name not in found.cell_sets:  # MSH 4.1 has sets, with all groups of a cell
-                members = sets.setdefault(name, [None] * len(found.cells))
+                continue
+            members = sets.setdefault(name, [None] * len(found.cells))
+            if members[i] is None or not len(members[i]):  # MSH 4.1 has all groups of a cell there
                 members[i] = np.nonzero(tags == number)[0]
     if unnamed:
         warn(
@@ -176,6 +182,21 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
             MeshWarning,
         )
     return sets
+
+
+def _names(path: PathLike) -> dict[tuple[int, int], str]:
+    """Names of groups in a file of Gmsh by their number and dimension: of equal ones of lines and
+    areas meshio keeps one."""
+    names: dict[tuple[int, int], str] = {}
+    if Path(path).suffix.lower() != ".msh":
+        return names
+    with Path(path).open("rb") as file:
+        for line in file:
+            if line.startswith((b"$Entities", b"$Nodes")):  # behind the names
+                break
+            if row := NAMED.fullmatch(line.strip()):
+                names[int(row[2]), int(row[1])] = row[3].decode(errors="replace")
+    return names
 
 
 def _tagged_mesh(

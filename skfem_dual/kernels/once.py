@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable
 from functools import cached_property
 from threading import RLock
-from typing import Any, TypeVar, cast, overload
+from typing import Any, Self, TypeVar, cast, overload
 
 from numpy import ndarray
 
@@ -58,6 +58,12 @@ class ReadOnly:
     def __setstate__(self, state: dict[str, Any]) -> None:
         freeze(state)
         self.__dict__.update(state)
+
+    def __copy__(self) -> Self:
+        """With the same arrays, which may be those of others."""
+        other = object.__new__(type(self))
+        other.__dict__.update(cast(dict, self.__getstate__() or {}))
+        return other
 
 
 def freeze(value: Any) -> None:

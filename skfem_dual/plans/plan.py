@@ -22,6 +22,7 @@ from ..arguments import (
 from ..errors import MeshError
 from ..grids.curves import require_digits
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from .corners import SAME, ring_of
 from .crossings import nested, require_parts, require_simple
 from .mesh import Part, mesh_of, refined
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Plan:
+class Plan(ReadOnly):
     """Plan of a footing: where it may touch the ground.
 
     Make it by `from_polygon`, `circle`, `from_rings` or `read`; the sum of two plans has the

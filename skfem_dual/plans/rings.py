@@ -9,6 +9,7 @@ from numpy import ndarray
 from ..grids.curves import Width, along
 from ..grids.planar import cross
 from ..grids.polygons import readonly
+from ..kernels.once import ReadOnly
 from .sides import Sides
 
 #: an arc has a node for so much of its angle at least
@@ -18,7 +19,7 @@ SMOOTH = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Ring:
+class Ring(ReadOnly):
     """A closed line with ``corners`` (2, k) and bulges (k,) of the sides that start there.
 
     It is a boundary as those of `grids.curves`; its polygons have the area within it.
