@@ -264,7 +264,7 @@ def mixed(n=2):
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, np.pi / 2, np.pi, 2.0])
-@pytest.mark.parametrize("away", [0.0, 1e-14, -1e-14])
+@pytest.mark.parametrize("away", [0.0, 1e-14, -1e-14, 1e-7, -1e-7])
 def test_hanging_nodes(turn, away):
     """In facets whose other side is not cut there; where it is, at a slit, nodes are in pairs."""
     c, s = np.cos(turn), np.sin(turn)

@@ -227,7 +227,7 @@ def test_collapsed_quadrilaterals_are_triangles(tmp_path):
     path = tmp_path / "plan.vtu"
     grid = generate.polar(3, 8)
     MeshQuad(grid.p, grid.t).with_subdomains({"last": np.arange(7, 24)}).save(path)
-    with pytest.warns(MeshWarning, match="24 .* into two triangles each, but 8 with a side of no"):
+    with pytest.warns(MeshWarning, match="24 .* into two triangles each, but 8 with sides of no"):
         found = read_mesh(path)
     assert found.t.shape == (3, 8 + 2 * 16)
     dual = DualMesh.from_mesh(found)
@@ -239,7 +239,7 @@ def test_collapsed_quadrilaterals_are_triangles(tmp_path):
     sets = {"right": [[], [0, 2]], "edge": [[0], []]}
     path = tmp_path / "plan.inp"
     meshio.write(path, meshio.Mesh(p, cells, cell_sets=sets))
-    with pytest.warns(MeshWarning, match="but 2 with a side"):
+    with pytest.warns(MeshWarning, match="but 2 with sides"):
         found = read_mesh(path)
     assert found.t.shape == (3, 4)
     corners = [sorted(found.t[:, k].tolist()) for k in found.subdomains["right"]]

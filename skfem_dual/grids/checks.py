@@ -189,7 +189,8 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
         "no hanging nodes, which lie on a facet of a triangle beside",
         "node",
         hanging(p, boundary),
-        "cut the triangle there, from the node to the corner opposite, or remove the node",
+        "cut the triangle there, from the node to the corner opposite, or remove the node; the "
+        "two sides of a slit need the same nodes",
     )
     yield Condition(
         "the triangles around a node to form one fan",

@@ -11,6 +11,8 @@ from .polygons import Polygons
 
 #: what is nearer than this part of a segment or polygon counts as touching it
 MARGIN = 1e-10
+#: angle up to which facets from one node lie along each other, where coordinates have six digits
+ALONG = 1e-5
 #: pairs of segments looked at together, for the memory to stay small
 CHUNK = 2**20
 
@@ -158,7 +160,7 @@ def hanging(p: ndarray, facets: ndarray) -> ndarray:
     node, other = np.hstack([facets, facets[::-1]])
     along = p.take(other, axis=1) - p.take(node, axis=1)
     length, angle = np.hypot(*along), np.arctan2(*along)
-    margin = MARGIN + rounding(p) / length
+    margin = ALONG + rounding(p) / length
     # once more from the other side, where angles begin again
     again = np.tile(np.arange(len(node)), 2)
     angle = np.append(angle, angle + 2 * np.pi)

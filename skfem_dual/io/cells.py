@@ -110,10 +110,10 @@ def wanted_faces(counts: dict[str, int], quads: str, path: PathLike) -> str:
     return "quad" if quads == "keep" and "quad" in faces else "triangle"
 
 
-def changes(counts: dict[str, int], wanted: str, made: int) -> str:
+def changes(counts: dict[str, int], wanted: str, few: int) -> str:
     """What becomes of the cells in a file that are not what is made of them; empty if all are.
 
-    Of the quadrilaterals so many cells are made.
+    Of so few quadrilaterals less than two triangles are made.
     """
     told = []
     if curved := {
@@ -123,8 +123,7 @@ def changes(counts: dict[str, int], wanted: str, made: int) -> str:
         told.append(f"of {had} the corners are kept, their sides are straight")
     split = sum(n for k, n in counts.items() if KINDS.get(k, ("",))[0] == "quad")
     if split and wanted == "triangle":
-        few = 2 * split - made
-        but = f", but {few} with a side of no length into one" if few else ""
+        but = f", but {few} with sides of no length into one or none" if few else ""
         told.append(f"{split} quadrilaterals are cut into two triangles each{but}")
     return "; ".join(told)
 

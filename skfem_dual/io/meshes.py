@@ -85,6 +85,8 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
     parts = plain = [plain_cells(found.cells[i], len(points), path) for i in keep]
     if cut := wanted == "triangle" and any(part.kind == "quad" for part in plain):
         parts = triangles(plain, points)
+    if not any(len(part.nodes) for part in parts if part.kind == wanted):
+        raise MeshError(f"expected quadrilaterals with an area in {path}, got none")
     belongs = np.zeros(len(points), dtype=bool)
     for part in parts:
         if part.kind == wanted:
@@ -101,8 +103,12 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
             f"{path}: only triangles and quadrilaterals are read; left out {had}",
             MeshWarning,
         )
-    made = sum(len(part.nodes) for part, whole in zip(parts, plain) if whole.kind == "quad")
-    if told := changes(counts, wanted, made):
+    pieces = [
+        np.bincount(part.source, minlength=len(whole.nodes))
+        for part, whole in zip(parts, plain)
+        if whole.kind == "quad"
+    ]
+    if told := changes(counts, wanted, sum(int(np.sum(made < 2)) for made in pieces)):
         warn(f"{path}: {told}", MeshWarning)
     sets = {
         name: [
