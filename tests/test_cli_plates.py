@@ -92,6 +92,17 @@ def test_a_raft_under_columns(capsys, raft, tmp_path):
 
 
 @pytest.mark.usefixtures("raft")
+def test_a_raft_under_its_own_weight_alone(capsys, tmp_path):
+    cases_in(tmp_path, "name,q\nown weight,8\n", "own.csv")
+    loads = ["--cells", 40, "--loads", "own.csv", "--table", "out.csv"]
+    code, _, err = run(capsys, "solve", "raft.csv", *UNITS, "--plate", "0.4,30e6,0.2", *loads)
+    assert (code, err) == (0, [])
+    found = (tmp_path / "out.csv").read_text().splitlines()
+    force = dict(zip(*(line.split(",") for line in found), strict=True))["force"]
+    assert float(force) == pytest.approx(8 * 24, rel=1e-9)
+
+
+@pytest.mark.usefixtures("raft")
 def test_a_raft_beside_a_rigid_pad(capsys, tmp_path):
     """Two of them on one ground, with the difference of their settlements."""
     x, y = SITE

@@ -300,3 +300,39 @@ def test_an_area_made_for_the_allowable_pressure_keeps_it(units, n):
     text = report_html(solution, units=units, allowable=allowable)
     assert "kept by the mean pressures, and exceeded by the largest" in text
     assert "EXCEEDED" in report_html(solution, units=units, allowable=0.999999 * allowable)
+
+
+def test_cases_of_a_group():
+    """Each a solution of all bodies, as of those under a frame."""
+    ground, mesh = HalfSpace(30e3, 0.3), rectangle(2.0, 2.0, n=30)
+    feet = [
+        RigidPunch(ground, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0))
+        for x in (0.0, 6.0)
+    ]
+    frame = np.zeros((6, 6))
+    frame[np.ix_([0, 3], [0, 3])] = 1e4 * np.array([[1, -1], [-1, 1]])
+    group = RigidPunches(feet, stiffness=frame, names=["left", "right"])
+    cases = {
+        name: group.solve([{"force": a}, {"force": b}])
+        for name, a, b in (("live", 100.0, 300.0), ("dead", 200.0, 200.0))
+    }
+    left, right = bodies_of(cases, Details())
+    assert (left.name, right.name) == ("left", "right")
+    assert left.cases.names == ("live", "dead")
+    assert [s.force for s in right.cases.solutions] == [cases[name][1].force for name in cases]
+    assert "left" in report_html(cases, units="kN,m")
+    other = RigidPunches(feet, names=["a", "b"]).solve([{"force": 1.0}] * 2)
+    with pytest.raises(ValueError, match="cases of the same bodies"):
+        bodies_of({**cases, "other": other}, Details())
+
+
+def test_gaps_at_corners_are_the_largest():
+    """What the page says of all is not less than what its table says of one."""
+    basis = DualMesh.from_mesh(rectangle(8.0, 5.0, n=60)).basis()
+    raft = Plate(0.3, 30e6, 0.2).on(HalfSpace(30e3, 0.3), basis)
+    s = raft.solve(column_load(raft.structure, (2.0, 1.0), 500.0, sides=(0.5, 0.5)))
+    (body,) = bodies_of(s, Details())
+    x = 0.9999 * np.array([[-4.0, 4.0, 4.0, -4.0], [-2.5, -2.5, 2.5, 2.5]])
+    gaps = s.ground_displacement(x) - s.deflection(x)
+    assert gaps.max() > 1.01 * s.gap.max()
+    assert body.largest_gap[0] == pytest.approx(gaps.max(), rel=1e-3)

@@ -313,7 +313,10 @@ class RigidPunches(RigidBodies):
         """
         how = How.checked(unilateral, method, gap_rtol)
         if self.stiffness is not None:
-            raise ValueError("expected punches without a frame. Remedy: solve case by case")
+            raise ValueError(
+                "expected punches without a frame. Remedy: solve case by case; reports take what "
+                "is answered by the names of the cases"
+            )
         names, given = named(cases)
         loads = [self._given(f"load case {name!r}", case) for name, case in zip(names, given)]
         tell_of_coarse(self)

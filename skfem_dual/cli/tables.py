@@ -120,7 +120,7 @@ def _columns(body: Body, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
         ("force", units.force, np.array([plan.force for plan in body.standings])),
         ("min defl.", sink, least),
         ("max defl.", sink, largest),
-        ("max gap", sink, np.array([solution.gap.max() for solution in body.solutions])),
+        ("max gap", sink, body.largest_gap),
         pressure,
     ]
 

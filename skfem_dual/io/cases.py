@@ -196,7 +196,8 @@ def _require_heads(heads: list[str], where: str, known: tuple[str, ...]) -> None
             )
         if heads.count(head) > 1:
             raise ValueError(f"{where}: expected each heading once, got {head} twice")
-    for needed in ("name", "force"):
+    loads = () if "q" in heads else ("force",)
+    for needed in ("name", *loads):
         if needed not in heads:
             raise ValueError(f"{where}: expected a heading {needed}, got {', '.join(heads)}")
     for pair in (("x", "y"), ("ex", "ey"), ("mx", "my"), ("hx", "hy"), ("bx", "by")):
@@ -225,7 +226,7 @@ def _case(factors: dict[str, float], cells: list[str], where: str) -> CaseRow:
         where,
         found["name"],
         found.get("footing", ""),
-        number("force"),
+        number("force") if "force" in found else 0.0,
         pair("x", "y"),
         pair("ex", "ey"),
         pair("mx", "my") or (0.0, 0.0),

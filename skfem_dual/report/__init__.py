@@ -114,7 +114,8 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
     solution : PunchSolution, ElasticSolution, CasesSolution or mapping of str to them
         What to report, on any grid: one load of a punch or a structure, or load cases; those of a
         structure are a mapping of their names to solutions. Several bodies on the same ground,
-        rigid ones and structures, are a mapping of their names to any of these.
+        rigid ones and structures, are a mapping of their names to any of these; or what a group
+        answers, and a mapping of the names of its load cases to that.
     details : Details, optional
         What else it says, or as keyword arguments:
     **said

@@ -34,6 +34,8 @@ def bodies_of(solution: Any, details: Details) -> list[Body]:
         ground, or points wanted are on none of the plans.
     """
     if isinstance(solution, PunchesSolution):
+        solution = _named({"load": solution})
+    elif isinstance(solution, Mapping) and solution and _all_of(PunchesSolution, solution):
         solution = _named(solution)
     if not isinstance(solution, Mapping) or _is_one(solution):
         solution = {"": solution}
@@ -59,17 +61,22 @@ def bodies_of(solution: Any, details: Details) -> list[Body]:
     return bodies
 
 
-def _named(found: PunchesSolution) -> dict[str, Any]:
-    """The solutions of several bodies by their names, numbers of those that have none."""
-    named = zip(found.punches.names, found.solutions, strict=True)
-    return {name: {"load": s} for name, s in named}
+def _named(cases: Mapping[str, PunchesSolution]) -> dict[str, Any]:
+    """The solutions of several bodies in some cases by their names, numbers of those that have
+    none."""
+    names = [list(found.punches.names) for found in cases.values()]
+    if any(others != names[0] for others in names):
+        raise ValueError(f"expected cases of the same bodies, got bodies {names}")
+    return {name: {case: found[name] for case, found in cases.items()} for name in names[0]}
+
+
+def _all_of(kind: type, solutions: Mapping) -> bool:
+    return all(isinstance(each, kind) for each in solutions.values())
 
 
 def _is_one(solutions: Mapping) -> bool:
     """Whether solutions of structures are cases of one."""
-    found = list(solutions.values())
-    elastic = all(isinstance(each, ElasticSolution) for each in found)
-    return elastic and _count(found) == 1
+    return _all_of(ElasticSolution, solutions) and _count(list(solutions.values())) == 1
 
 
 def _count(solutions: Sequence[Any]) -> int:

@@ -226,7 +226,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         "reactions": solution.vertical_reaction,
         "deflection": {"least": body.deflections[k, 0], "largest": body.deflections[k, 1]},
         "mean_settlement": body.mean_settlement[k],
-        "largest_gap": solution.gap.max(),
+        "largest_gap": body.largest_gap[k],
         "moments": moments,
         **_pressed(body, k, solution),
         "in_cells": {

@@ -75,6 +75,16 @@ def deflections_on(solution: ElasticSolution, plan: Plan) -> tuple[ndarray, ndar
     return np.hstack([punch.collocation_points, x]), w
 
 
+def largest_gap(solution: ElasticSolution, plan: Plan) -> float:
+    """Of the collocation points and, under a flat base that lifts off, the corners and extremes of
+    the plan."""
+    largest = float(solution.gap.max())
+    if solution.punch.gap is not None or not largest > 0:
+        return largest
+    x = a_little_inside(plan, plan.points)
+    return max(largest, float(np.max(solution.ground_displacement(x) - solution.deflection(x))))
+
+
 def cautions_of(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ...]]:
     """What does not look right, in parts of sentences."""
     deepest = np.abs(deflections_on(solution, plan)[1]).max() / plan.size
@@ -185,7 +195,7 @@ def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html
             symbol(unit),
         ),
         ("Difference of both", amount(np.ptp(w), unit), symbol(unit)),
-        ("Largest gap to the ground", amount(solution.gap.max(), unit), symbol(unit)),
+        ("Largest gap to the ground", amount(largest_gap(solution, plan), unit), symbol(unit)),
     ]
     x = np.hstack([plan.points, wanted])
     inside = a_little_inside(plan, x)

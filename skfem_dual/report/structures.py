@@ -34,7 +34,13 @@ from .page import (
     table,
 )
 from .results import axes_of, in_words, isobars_figure, point_names
-from .structure import a_little_inside, deflection_figure, deflections_on, input_rows
+from .structure import (
+    a_little_inside,
+    deflection_figure,
+    deflections_on,
+    input_rows,
+    largest_gap,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +130,11 @@ class Structure:
         """Least and largest of the points and the vertices of the cells, shape (k, 2)."""
         found = [deflections_on(plan.solution, plan)[1] for plan in self.standings]
         return np.array([(w.min(), w.max()) for w in found])
+
+    @cached_property
+    def largest_gap(self) -> ndarray:
+        """Of the points and the corners of the plan, shape (k,)."""
+        return np.array([largest_gap(plan.solution, plan) for plan in self.standings])
 
     @cached_property
     def mean_pressure(self) -> ndarray:
@@ -257,11 +268,16 @@ def deflections_section(body: Structure) -> Html:
             place(np.full(2, np.nan) if plan.force_point is None else plan.force_point, size),
             amount(least, sink, 4),
             amount(most, sink, 4),
-            amount(plan.solution.gap.max(), sink, 4),
+            amount(gap, sink, 4),
             percent(share),
         )
-        for name, plan, (least, most), share in zip(
-            body.names, body.standings, body.deflections, body.contact_share, strict=True
+        for name, plan, (least, most), gap, share in zip(
+            body.names,
+            body.standings,
+            body.deflections,
+            body.largest_gap,
+            body.contact_share,
+            strict=True,
         )
     ]
     return section(
