@@ -628,3 +628,44 @@ def test_joined_with_their_centre_on_the_edge_between_them():
     ]
     found = RigidPunches(halves, joined=[(0, 1)]).solve([{"force": 1.0}])
     assert np.all(found.success)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize(
+    ("shift", "digits"), [((-3.0, 0.0), 1e-13), ((1.0, 0.5), 1e-13), ((1e5, -3e4), 1e-6)]
+)
+def test_origins_do_not_decide_under_a_frame(shift, digits, unilateral):
+    """A beam on two feet, one of which lifts off; its stiffness is changed exactly."""
+    span, bending = 6.0, 2e4
+    beam = np.array(
+        [
+            [12, 6 * span, -12, 6 * span],
+            [6 * span, 4 * span**2, -6 * span, 2 * span**2],
+            [-12, -6 * span, 12, -6 * span],
+            [6 * span, 2 * span**2, -6 * span, 4 * span**2],
+        ]
+    )
+    frame = np.zeros((6, 6))
+    frame[np.ix_([0, 1, 3, 4], [0, 1, 3, 4])] = bending / span**3 * beam
+    mesh, soil = rectangle(4, 1.0, 1.0), HalfSpace(30e3, 0.3)
+
+    def positions(dx, dy):
+        back = np.eye(6)
+        back[0, 1:3] = back[3, 4:6] = -dx, -dy
+        feet = [
+            RigidPunch(
+                soil, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x + dx, dy)
+            )
+            for x in (0.0, span)
+        ]
+        loads = [
+            {"force": force, "at": (ex - dx, ey - dy)}
+            for force, ex, ey in ((200.0, -0.5, 0.2), (400.0, 0.7, 0.1))
+        ]
+        found = RigidPunches(feet, stiffness=back.T @ frame @ back).solve(
+            loads, unilateral=unilateral
+        )
+        assert sum(s.force for s in found.solutions) == pytest.approx(600.0, rel=1e-12)
+        return back @ np.concatenate([[s.settlement, *s.tilt] for s in found.solutions])
+
+    assert positions(*shift) == pytest.approx(positions(0.0, 0.0), rel=digits)

@@ -6,6 +6,7 @@ With the stiffness K of the frame against the positions s of the bodies the bala
 the equations are those of a body that bends, see `ElasticPunch`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,9 @@ from ..grids.polygons import some
 from ..kernels.once import computed_once
 from ..operators.compliance import Compliance, generalised_inverse
 from ..operators.yielding import YieldingOperator
+
+#: parts of products that are rounding
+ROUNDING = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +82,7 @@ class FramedSystem:
             bodies.areas,
             bodies.timings,
         )
-        return system, Constraints.forces(motions.T @ self._forces)
+        return system, Constraints.forces(_product(motions.T, self._forces))
 
     def require_balance(self, unilateral: bool) -> None:
         """Refuse loads that bodies and frame cannot balance.
@@ -130,6 +134,24 @@ class FramedSystem:
         """Free motions under loads and pressures, but for motions of the whole."""
         forces = self._forces - self._resultants @ contact.pressure
         return self._compliance[0].displacements(forces)
+
+
+def about_centroids(stiffness: ndarray, origins: Sequence[ndarray]) -> ndarray:
+    """The stiffness of a frame against positions of the bodies' centroids, by that against those
+    of their origins, which are as far from them."""
+    shift = np.eye(len(stiffness))
+    for n, origin in enumerate(origins):
+        shift[3 * n, 3 * n + 1 : 3 * n + 3] = origin
+    half = np.abs(stiffness) @ np.abs(shift)
+    found, size = shift.T @ stiffness @ shift, np.abs(shift).T @ half
+    found = np.where(np.abs(found) > ROUNDING * size, found, 0.0)
+    return (found + found.T) / 2
+
+
+def _product(matrix: ndarray, vector: ndarray) -> ndarray:
+    """Where it is but rounding, zero: loads of nothing are told from others."""
+    found, size = matrix @ vector, np.abs(matrix) @ np.abs(vector)
+    return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
 
 
 def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:

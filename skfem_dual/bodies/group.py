@@ -30,7 +30,7 @@ from ..solutions.cases_solution import CasesSolution
 from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
-from .frame import FramedSystem, checked_stiffness
+from .frame import FramedSystem, about_centroids, checked_stiffness
 from .joined import bodies_of, checked_joined, free_of
 from .neighbours import (
     checked_names,
@@ -169,10 +169,7 @@ class RigidPunches(RigidBodies):
 
     @computed_once
     def centres(self) -> list[ndarray]:
-        """Point of each body to which its position refers: the centroid; under a frame, whose
-        stiffness refers to them, the origin."""
-        if self.stiffness is not None:
-            return [np.array(self.punches[body[0]].origin) for body in self.bodies]
+        """Centroid of each body, to which its position refers."""
         weighed = [(p.centre, p.partition.areas.sum()) for p in self.punches]
         return [
             sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
@@ -357,7 +354,12 @@ class RigidPunches(RigidBodies):
         """What the loads of all bodies impose, and the frame."""
         own = zip(self._given("loads", loads), self._origins, strict=True)
         together = Constraints.together([load.constraints(origin) for load, origin in own])
-        return replace(together, frame=self.stiffness)
+        return replace(together, frame=self._frame)
+
+    @computed_once
+    def _frame(self) -> ndarray | None:
+        """The stiffness of the frame, which refers to origins, to positions about centroids."""
+        return None if self.stiffness is None else about_centroids(self.stiffness, self._origins)
 
     @property
     def _origins(self) -> list[ndarray]:
