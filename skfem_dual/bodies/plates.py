@@ -222,7 +222,8 @@ def column_load(
         Of the rectangle along x and y, over which the load is spread: evenly, moments linearly.
         Without them it acts on the point.
     moments : pair of float
-        ``mx`` and ``my``, positive where they press down the side of larger y, of larger x.
+        ``mx`` and ``my``, positive where they press down the side of larger y, of larger x: those
+        of tables of load cases. M1 and M2 of a `Load` are ``-my`` and ``mx``.
 
     Returns
     -------

@@ -36,7 +36,8 @@ class Load:
         Where the force acts, (epsilon_x, epsilon_y) from the punch's origin; default (0, 0).
     moments : pair of float
         M1, M2 of (4): the first moments of the pressure are ``P epsilon_x - M1`` and
-        ``P epsilon_y + M2``; default (0, 0). Not together with ``tilt``.
+        ``P epsilon_y + M2``; default (0, 0). Not together with ``tilt``. Of moments about x and
+        y, as of `column_load` and tables of load cases, they are ``-my, mx``.
     settlement : float
         Settlement W0 of the origin instead of the force, positive into the ground.
     tilt : pair of float
