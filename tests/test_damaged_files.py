@@ -81,7 +81,7 @@ def test_what_a_reader_hands_over_is_checked(monkeypatch, change, message):
     parts = {"points": POINTS, "cells": {"triangle": MESH.t.T}} | change
     monkeypatch.setattr(meshes, "read_through_meshio", lambda path: meshio.Mesh(**parts))
     with pytest.raises(MeshError, match=message):
-        read_mesh("plan.msh")
+        read_mesh("plan.vtu")
 
 
 def test_points_that_are_not_finite(tmp_path):

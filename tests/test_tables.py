@@ -97,6 +97,15 @@ def test_tables_as_excel_has_them(tmp_path, text):
     assert (row.name, row.force) == ("dead load", 1.5)
 
 
+@pytest.mark.parametrize(
+    "heads", ["name;force;mx;my", '"name";force;"mx";my', 'name;"force\n";mx;my']
+)
+@pytest.mark.parametrize("name", ['5" pipe', '"5"" pipe"'])
+def test_what_parts_columns_beside_quotes(tmp_path, heads, name):
+    (row,) = read_cases(write(tmp_path, f"{heads}\n{name};1,5;0;0\n"))
+    assert (row.name, row.force) == ('5" pipe', 1.5)
+
+
 def test_quotes_in_cells(tmp_path):
     """Comments and empty lines are such between cells only; a quote inside is one of inches."""
     text = '"force\n[kN]";name\n1;"P\n#2"\n\n# no\n2;"Q" \n3;5" pipe\n'

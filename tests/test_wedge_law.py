@@ -180,3 +180,18 @@ def test_corners_do_not_look_across_gaps(gap):
     found = wedges(notched, notched.boundary_facets())
     upper = (found.x[:, 1] == 3.0) & (np.abs(found.x[:, 0] - 1.5) < 0.2)
     assert found.reach[upper] == pytest.approx([1.4, 1.4], rel=1e-9)
+
+
+def test_corners_know_their_own_part_only():
+    """Also acute ones, which no side faces, and wherever the plan lies."""
+    sharp = polygon([(0, 0), (2, 0), (1, 0.3)], n=60)
+    alone = wedges(sharp, sharp.boundary_facets())
+    far = sharp + rectangle(3).translated((20.0, 0.0))
+    found = wedges(far, far.boundary_facets())
+    for x, reach in zip(alone.x, alone.reach, strict=True):
+        (own,) = np.nonzero(np.hypot(*(found.x - x).T) < 1e-6)[0]
+        assert found.reach[own] == pytest.approx(reach, rel=1e-6)
+    blunt = polygon([(0, 0), (4, 0), (5, 1)], n=100)
+    here = wedges(blunt, blunt.boundary_facets()).reach
+    away = blunt.translated((4e5, 5.3e6))
+    assert wedges(away, away.boundary_facets()).reach == pytest.approx(here, rel=1e-6)

@@ -142,9 +142,9 @@ def about_centroids(stiffness: ndarray, origins: Sequence[ndarray]) -> ndarray:
     shift = np.eye(len(stiffness))
     for n, origin in enumerate(origins):
         shift[3 * n, 3 * n + 1 : 3 * n + 3] = origin
-    half = np.abs(stiffness) @ np.abs(shift)
-    found, size = shift.T @ stiffness @ shift, np.abs(shift).T @ half
-    found = np.where(np.abs(found) > ROUNDING * size, found, 0.0)
+    size = np.abs(shift).T @ np.abs(stiffness) @ np.abs(shift)
+    found = shift.T @ stiffness @ shift
+    found = np.where(np.abs(found) > 4 * np.finfo(float).eps * size, found, 0.0)
     return (found + found.T) / 2
 
 

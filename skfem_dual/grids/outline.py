@@ -4,12 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..kernels.compiled import inputs, vectorised
 from .partition import Partition
-from .planar import cross
+from .planar import cross, rounding
 from .polygons import readonly
 
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
@@ -204,14 +206,23 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
         ]
     )
     p, q, x = mesh.p.take(a, axis=1), mesh.p.take(b, axis=1), mesh.p[:, node].T
-    reach = np.array([_facing(*corner, p, q) for corner in zip(x, bisector.T, angle, strict=True)])
+    if not len(node):
+        return Wedges(node, x, bisector.T, angle, np.empty(0))
+    part = connected_components(coo_array((np.ones(mesh.nfacets), mesh.facets), (n, n)))[1]
+    own = {k: part[a] == k for k in np.unique(part[node])}
+    reach = np.array(
+        [
+            _facing(x[i], bisector[:, i], float(angle[i]), p[:, own[k]], q[:, own[k]])
+            for i, k in enumerate(part[node])
+        ]
+    )
     return Wedges(node, x, bisector.T, angle, reach)
 
 
 def _facing(x: ndarray, bisector: ndarray, angle: float, a: ndarray, b: ndarray) -> float:
     """Distance of a corner to the nearest of some segments that do not point at it.
 
-    Only those inside of its angle: what lies across a gap is another part, or a notch away.
+    Only those inside of its angle: what others face lies across a notch.
     """
     along, offset = b - a, x[:, None] - a
     s = (np.sum(offset * along, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
@@ -219,5 +230,6 @@ def _facing(x: ndarray, bisector: ndarray, angle: float, a: ndarray, b: ndarray)
     r, length = np.hypot(*way), np.hypot(*along)
     facing = (np.abs(np.sum(way * along, axis=0)) < POINTING * r * length) & (r > 0)
     turn = np.arctan2(cross(bisector[:, None], -way), -bisector @ way)
-    facing &= np.abs(turn) < angle / 2 + 1e-9
+    blur = 1e-9 + rounding(a, b) / np.where(r > 0, r, 1.0)
+    facing &= np.abs(turn) < angle / 2 + blur
     return float(r[facing].min(initial=np.hypot(*offset).max()))

@@ -174,7 +174,7 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
         if block.type not in KINDS:
             continue
         for number in np.unique(tags[tags != 0]):  # 0 is none
-            name = names.get((number, block.dim))
+            name = names.get((abs(number), block.dim))  # of a reversed line it is negative
             if name is None:
                 unnamed.add(f"{number} of {'lines' if block.dim == 1 else 'areas'}")
                 continue

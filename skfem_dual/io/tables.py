@@ -27,6 +27,9 @@ PARTED = {
 EMPTY = " ;,\t\r\n"
 #: a first line that tells Excel what parts the columns
 SEPARATOR = re.compile(r"sep=([^\w\s\"]|\t)\s*$", re.IGNORECASE)
+#: quoted cells, such that go on, and lines of headings at most; inches have quotes inside
+QUOTED, OPENED = re.compile(r'(^|[;,\t]) *"[^"]*"'), re.compile(r'(^|[;,\t]) *"')
+HEADING_LINES = 20
 #: the unit of a column: E [MPa], E (MPa), E / MPa, E in MPa
 HEADING = re.compile(r"(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|/\s*(\S+)|\sin\s+(\S+))?\s*")
 
@@ -127,13 +130,13 @@ def _records(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
 
 
 def _heading(lines: list[str]) -> str:
-    """The first line, without what is quoted, which may go on in the next ones."""
-    text = lines[0]
-    for line in lines[1:]:
-        if text.count('"') % 2 == 0:
-            break
+    """The first line, without quoted cells, which may go on in the next ones."""
+    text = ""
+    for line in lines[:HEADING_LINES]:
         text += line
-    return re.sub('"[^"]*"', "", text) if text.count('"') % 2 == 0 else lines[0]
+        if not OPENED.search(rest := QUOTED.sub(r"\1", text)):
+            return rest
+    return lines[0]
 
 
 def delimiter_of(line: str) -> str:

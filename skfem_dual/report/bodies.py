@@ -65,7 +65,7 @@ def _named(cases: Mapping[str, PunchesSolution]) -> dict[str, Any]:
     """The solutions of several bodies in some cases by their names, numbers of those that have
     none."""
     names = [list(found.punches.names) for found in cases.values()]
-    if any(others != names[0] for others in names):
+    if any(set(others) != set(names[0]) for others in names):
         raise ValueError(f"expected cases of the same bodies, got bodies {names}")
     return {name: {case: found[name] for case, found in cases.items()} for name in names[0]}
 
