@@ -273,7 +273,7 @@ def warning_square(x):
 
 @pytest.mark.parametrize("where", ["here", "threads", "processes"])
 def test_warnings_of_cases_are_those_of_the_sweep(where, processes):
-    """They were printed by other processes, whatever filters the caller had."""
+    """They come to the filters of the caller, whichever process or thread runs the cases."""
     with ThreadPoolExecutor(1) as threads, warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         pool = {"here": None, "threads": threads, "processes": processes}[where]
