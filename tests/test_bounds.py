@@ -154,6 +154,21 @@ def test_thin_layers_that_hardly_change_their_volume(thickness, poisson, exact, 
     assert high - low < 0.015 * exact
 
 
+@pytest.mark.parametrize(
+    "soil",
+    [UNIT, LayeredHalfSpace([Layer(0.26, 1.0, 0.5)], "bonded")],
+    ids=["homogeneous", "thin"],
+)
+def test_both_grids_have_the_same(soil):
+    dual = DualMesh.from_mesh(fine_disc(n=150))
+    bases = dual.basis(), dual.primal_basis()
+    one, other = (RigidPunch(soil, basis).solve(1.0).bounds for basis in bases)
+    assert one.settlement == pytest.approx(other.settlement, rel=1e-9)
+    assert one.tilt == pytest.approx(other.tilt, abs=1e-9 * one.settlement[1])
+    # Fredholm's equation of the second kind with 320 points
+    assert soil is UNIT or one.settlement[0] < 0.01286488 < one.settlement[1]
+
+
 def test_crusts_are_not_taken_for_thin_layers():
     basis = DualMesh.from_mesh(fine_disc(n=150)).basis()
     crust = LayeredHalfSpace([Layer(0.25, 4.0, 0.3)], HalfSpace(1.0, 0.3))

@@ -100,9 +100,11 @@ class Bounds(ReadOnly):
         to_point = np.vstack([[1.0, *at], [0, 1, 0], [0, 0, 1]])
         with warnings_kept():  # those of the solution were told
             on_others = list(_on_other_grids(solution))
-        own, *others = (s.positions @ to_point.T for s in (solution, *on_others))
-        best = others[0][0] if _weighted(solution) and not _on_dual(solution) else own[0]
-        half = _half(solution, on_others, best, [own, *others])
+        found = [solution, *on_others]
+        if _weighted(solution) and not _on_dual(solution):
+            found.reverse()  # of both grids the dual cells are the middle, whichever was asked
+        positions = [s.positions @ to_point.T for s in found]
+        best, half = positions[0][0], _half(found, positions)
         imposed = np.array([load.settlement is not None, *[load.tilt is not None] * 2])
         half[imposed] = 0.0
         by: list[tuple[Side, Side]] = [
@@ -142,9 +144,10 @@ def _weighted(solution: Any) -> bool:
     return solution.punch.edge == "singular" and solution.punch.gap is None
 
 
-def _half(solution: Any, on_others: list[Any], best: ndarray, positions: list[ndarray]) -> ndarray:
-    """Half of the widths of settlement, Lx and Ly about the best of all positions."""
-    found, shaped = [solution, *on_others], solution.punch.gap is not None
+def _half(found: list[Any], positions: list[ndarray]) -> ndarray:
+    """Half of the widths of settlement, Lx and Ly about the position of the first solution."""
+    solution, best = found[0], positions[0][0]
+    shaped = solution.punch.gap is not None
     full = len(solution.contact) == len(solution.pressure)
     factors, weighted = TRIANGLES, _weighted(solution)
     worse: Pair | float = COLLOCATED
