@@ -39,8 +39,11 @@ def place(x: Sequence[float] | ndarray) -> str:
 
     >>> place((451204.8, 5411903.6))
     '(451204.8, 5411903.6)'
+    >>> place((451206172.87, 5411901606.21))
+    '(451206172.87, 5411901606.21)'
     """
-    return f"({x[0]:.10g}, {x[1]:.10g})"
+    digits = 10 if max(abs(x[0]), abs(x[1])) < 1e8 else 13  # in mm
+    return f"({x[0]:.{digits}g}, {x[1]:.{digits}g})"
 
 
 def shown(value: Any) -> str:

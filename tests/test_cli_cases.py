@@ -56,8 +56,13 @@ def test_horizontal_loads(capsys, footing, tmp_path):
     text = "name,force,hx,hy,torsion\nrest,500,0,0,0\nstorm,500,60,-20,45\n"
     cases, data, rows = cases_in(tmp_path, text), tmp_path / "out.json", tmp_path / "out.csv"
     files = ["--json", data, "--table", rows, "--report", tmp_path / "out.html"]
-    code, _, err = run(capsys, "solve", path, *UNITS, "--loads", cases, *files)
+    code, out, err = run(capsys, "solve", path, *UNITS, "--loads", cases, *files)
     assert (code, err) == (0, [])
+    (head,) = (line.split() for line in out if line.startswith("case "))
+    (told,) = (line.split() for line in out if line.startswith("storm "))
+    assert head[-4:] == ["Ux", "Uy", "twist", "contact"]
+    moved = 1000 * np.array([*shear.displacement, shear.twist])
+    assert np.array(told[-5:-2], dtype=float) == pytest.approx(moved, rel=1e-3)
     rest, storm = json.loads(data.read_text())["footings"][0]["cases"]
     assert rest["displacement"] == pytest.approx([0.0, 0.0])
     assert storm["displacement"] == pytest.approx(shear.displacement)

@@ -246,6 +246,8 @@ def test_wrong_refinements():
         solution.pressure_field(9)
     with pytest.raises(TypeError, match="expected an integer for refine"):
         solution.pressure_field(1.5)
+    with pytest.raises(TypeError, match="True or False for conserve, got 'no'"):
+        solution.nodal_pressure(conserve="no")
 
 
 def test_a_part_of_one_triangle_has_no_field():

@@ -51,6 +51,7 @@ from skfem_dual import (
     load_matrix,
 )
 from skfem_dual.elements.load_matrix import graded
+from skfem_dual.elements.shape_functions import ShapeFunctions
 from skfem_dual.grids import generate
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.partition import Partition
@@ -323,6 +324,20 @@ def test_plate_elements_on_quadrilaterals(side):
     punch = RigidPunch(SOIL, CellBasis(mesh, ElementTriP0()), edge="constant")
     found = load_matrix(punch.partition, None, punch.fan, basis) @ np.ones(mesh.nelements)
     np.testing.assert_allclose(found, unit_load.assemble(basis), atol=1e-12)
+
+
+def test_plate_elements_on_rectangles_beside_the_origin_are_polynomials():
+    """Whose coefficients are of the coordinates themselves and lose digits."""
+    grid = MeshQuad.init_tensor(np.linspace(0, 5, 9), np.linspace(0, 2, 5))
+    mesh = rectangle(4).scaled((1.0, 0.5)).translated((2.5, 1.0))
+    basis = CellBasis(grid, ElementQuadBFS(), intorder=12)
+    assert ShapeFunctions.of(basis, None)._polynomial
+    s = RigidPunch(SOIL, CellBasis(mesh, ElementTriP0()), origin=(2.5, 1.0)).solve(2.0, (0.3, 0.1))
+    load, arm = s.load_vector(basis), basis.zeros()
+    deflection, slope = basis.nodal_dofs[:2]
+    arm[deflection], arm[slope] = grid.p[0], 1.0
+    assert load[deflection].sum() == pytest.approx(2.0, rel=1e-11)
+    assert load @ arm == pytest.approx(2.0 * 2.8, rel=1e-11)
 
 
 def test_what_does_not_cover_the_plan_is_told():

@@ -267,6 +267,7 @@ def test_a_mesh_of_another_plan_is_refused():
             r"meeting itself at",
         ),
         (lambda: Plan.from_rings([]), "expected at least one ring"),
+        (lambda: Plan.from_polygon(np.zeros((2, 0))), "expected at least 3 points for corners"),
         (
             lambda: Plan.from_polygon([(0, 0), (1, 1)]),
             "expected at least 3 points for corners, got 2",

@@ -313,3 +313,15 @@ def test_a_rotation_about_the_middle_has_no_force():
     found = solve_plan(plan, SOIL, settlement=0.0, tilt=(0.01, 0.0), unilateral=False)
     assert found.accuracy.reached
     assert found.accuracy.cells < 1000
+
+
+def test_horizontal_loads_on_a_circle():
+    """Mindlin: Ux = (2 - nu) H / (8 G a), twist = 3 T / (16 G a^3)."""
+    ground = HalfSpace(1.0, 0.3)
+    shear = 1.0 / 2.6
+    found = solve_plan(
+        Plan.circle((3.0, 1.0), 2.0), ground, 1.0, horizontal=(0.1, 0), torsion=0.05
+    )
+    assert found.accuracy.reached
+    assert found.shear.displacement[0] == pytest.approx(1.7 * 0.1 / (16 * shear), rel=1e-3)
+    assert found.shear.twist == pytest.approx(3 * 0.05 / (16 * shear * 8), rel=2e-3)

@@ -258,7 +258,7 @@ def test_range():
         (lambda: GradedHalfSpace.init_profile(float, 0.2), TypeError, "for young, got the class"),
         (lambda: Layer(0.0, 1.0, 0.2), ValueError, "positive thickness"),
         (lambda: Layer(1.0, 1.0, 0.2, -1.0), ValueError, "at the bottom of the layer"),
-        (lambda: LayeredHalfSpace([], "bonded"), TypeError, "sequence of Layer"),
+        (lambda: LayeredHalfSpace([], "bonded"), ValueError, "at least one layer, got none"),
         (lambda: LayeredHalfSpace([1.0], "bonded"), TypeError, "sequence of Layer"),
         (lambda: LayeredHalfSpace([Layer(1, 1, 0.2)], "glued"), TypeError, "got 'glued'"),
         (

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..messages import decimals_of, shortened
+from ..messages import decimals_of, place, shortened
 from ..report.bodies import Body, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
@@ -114,7 +114,7 @@ def _columns(body: Body, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
         (lx, ly), largest = body.tilts, body.cases.largest_settlement
         tilt = ("tilt Lx", units.slope, lx), ("tilt Ly", units.slope, ly)
         settled = "settlement", sink, body.cases.settlement
-        return [settled, *tilt, ("max settl.", sink, largest), pressure]
+        return [settled, *tilt, ("max settl.", sink, largest), pressure, *_slides(body, units)]
     least, largest = body.deflections.T
     return [
         ("force", units.force, np.array([plan.force for plan in body.standings])),
@@ -123,6 +123,14 @@ def _columns(body: Body, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
         ("max gap", sink, body.largest_gap),
         pressure,
     ]
+
+
+def _slides(footing: Footing, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
+    """Displacements and twists of the cases by horizontal loads, if there are any."""
+    if not any(load.shear is not None for load in footing.cases.loads):
+        return []
+    marks = units.displacement, units.displacement, units.slope
+    return list(zip(("Ux", "Uy", "twist"), marks, footing.cases.sliding, strict=True))
 
 
 def _plate_rows(body: Body) -> dict[str, str]:
@@ -186,7 +194,7 @@ def _bounds(footing: Footing, times: Mapping[str, float]) -> dict[str, str]:
 def _base_rows(base: Base) -> dict[str, str]:
     """What a footing is, and how its mesh was chosen."""
     x, y = np.where(np.abs(base.origin) < NOISE * np.ptp(base.mesh.p), 0.0, base.origin)
-    origin = f"({x:.9g}, {y:.9g}), {base.origin_is}"
+    origin = f"{place((x, y))}, {base.origin_is}"
     mesh = f"{base.path}, {len(base.dual)} nodes, {base.mesh.nelements} triangles"
     chosen = {} if base.accuracy is None else {"Accuracy": str(base.accuracy)}
     return {"Mesh": mesh, "Origin": origin} | chosen

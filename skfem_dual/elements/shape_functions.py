@@ -31,8 +31,9 @@ _B = TypeVar("_B", bound=AbstractBasis)
 NODAL = 1e-3
 #: a point of the reference element that is in no lattice
 BESIDE = 0.31, 0.57, 0.23
-#: what polynomials may be off there, and parallel sides, by rounding
-ROUNDING = 1e-10
+#: what polynomials may be off there, made of coordinates that are not about the middle of each
+#: cell, and parallel sides, by rounding
+COEFFICIENTS, ROUNDING = 1e-7, 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +168,7 @@ class ShapeFunctions:
         wanted = self._evaluated(local, cell)[..., 0]
         found = self._tabulated(np.tile(local, len(cell)), cell)
         off = np.abs(found - wanted).max(initial=0.0)
-        return bool(off < ROUNDING * np.abs(wanted).max(initial=0.0))
+        return bool(off < COEFFICIENTS * np.abs(wanted).max(initial=0.0))
 
     @computed_once
     def _lattice(self) -> tuple[ndarray, ndarray]:

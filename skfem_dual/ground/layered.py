@@ -89,7 +89,11 @@ class LayeredHalfSpace(Stratified):
 
     def __post_init__(self) -> None:
         layers = tuple(checked_sequence("layers", self.layers))
-        if not layers or not all(isinstance(layer, Layer) for layer in layers):
+        if not layers:
+            raise ValueError(
+                "expected at least one layer, got none. Remedy: what lies below alone"
+            )
+        if not all(isinstance(layer, Layer) for layer in layers):
             raise TypeError(f"expected a sequence of Layer for layers, got {shown(self.layers)}")
         object.__setattr__(self, "layers", layers)
         if not (

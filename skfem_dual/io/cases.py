@@ -23,7 +23,7 @@ PARTS = ("bx", "by", "q")
 ALSO = {
     **dict.fromkeys(("case", "load case", "lastfall", "cas", "cas de charge"), "name"),
     **dict.fromkeys(("fundament", "semelle"), "footing"),
-    **dict.fromkeys(("p", "v", "f", "kraft", "kräfte", "last"), "force"),
+    **dict.fromkeys(("p", "v", "f", "n", "kraft", "kräfte", "last", "load"), "force"),
 }
 #: what they measure
 QUANTITY = {

@@ -91,8 +91,10 @@ def text_of(path: Path) -> str:
     try:
         return content.decode("utf-16" if marked else "utf-8-sig")
     except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
         raise ValueError(
-            f"expected text in UTF-8 in {path}: {error}. Remedy: save it as UTF-8"
+            f"expected text in UTF-8 in {path}, got the byte 0x{content[error.start]:02x} in line "
+            f"{line}. Remedy: save it as UTF-8, in Excel as the kind of file CSV UTF-8"
         ) from error
 
 

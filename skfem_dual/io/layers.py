@@ -94,6 +94,12 @@ def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
             "well. Remedy: leave that empty, or leave out the word for a half-space below"
         )
     if not below:
+        none = [SHOWN[k] for k in SHOWN if k in columns and not cells[columns[k]]]
+        if none:
+            raise ValueError(
+                f"{last}: expected {' and '.join(none)} of what lies below the layers, got none. "
+                "Remedy: its moduli, or the word rigid there"
+            )
         below = moduli(rows[-1])
         if ends in columns and cells[columns[ends]].lower() not in OPEN:
             raise ValueError(

@@ -105,6 +105,8 @@ def _coordinates(name: str, corners: Any) -> tuple[ndarray, ndarray | None]:
             f"expected {name} as pairs (x, y), an array (n, 2) or (2, n), got shape {x.shape}"
         )
     x = x if len(x) == 2 and x.shape != (2, 2) else x.T
+    if not x.size:
+        raise MeshError(f"expected at least 3 points for {name}, got none")
     bulges = x[2] if len(x) == 3 else None
     for value in (x[:2].min(), x[:2].max()):
         checked_number(f"coordinates of {name}", float(value), at_least=-LARGEST, at_most=LARGEST)

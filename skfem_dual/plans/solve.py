@@ -6,6 +6,7 @@ from ..arguments import Pair, checked_flag, checked_instance, checked_number, ch
 from ..contact.load import Load
 from ..errors import ResolutionWarning, warn
 from ..ground.substrates import Substrate, checked_substrate
+from ..messages import place
 from ..operators.resources import available_memory
 from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
@@ -29,9 +30,9 @@ class PlanSolution(PunchSolution):
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, without the condition number."""
-        rows, (x, y) = super().table(), self.punch.origin
+        rows = super().table()
         last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        rows.setdefault("Origin", f"({x:.10g}, {y:.10g})")
+        rows.setdefault("Origin", place(self.punch.origin))
         return rows | {"Accuracy": str(self.accuracy)} | last
 
 
@@ -44,6 +45,8 @@ def solve_plan(
     *,
     settlement: float | None = None,
     tilt: Pair | None = None,
+    horizontal: Pair | None = None,
+    torsion: float | None = None,
     origin: Pair | None = None,
     accuracy: float = 1e-3,
     time_limit: float | None = None,
@@ -67,8 +70,8 @@ def solve_plan(
         Vertical force, positive into the ground. Not together with ``settlement``.
     at : pair of float, optional
         Where it acts, in the coordinates of the plan; in the origin by default.
-    moments, settlement, tilt : optional
-        As in `Load`.
+    moments, settlement, tilt, horizontal, torsion : optional
+        As in `Load`; the mesh is chosen by the vertical ones.
     origin : pair of float, optional
         The point, in the coordinates of the plan, to which settlement, moments and the numbers
         of the answer refer; by default the plan's centroid.
@@ -131,7 +134,7 @@ def solve_plan(
     problem = Problem(
         plan,
         substrate,
-        (Load(force, at, moments, settlement, tilt),),
+        (Load(force, at, moments, settlement, tilt, horizontal, torsion),),
         origin,
         checked_flag("unilateral", unilateral),
         checked_flag("progress", progress),

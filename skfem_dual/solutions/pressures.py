@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
+from ..arguments import checked_flag
 from ..contact.footprint import Footprint
 from ..contact.period import nodes_alike
 from ..contact.pressed import Pressed, settlement
@@ -280,7 +281,13 @@ class CellPressures(ReadOnly):
             First-order basis on the mesh.
         values : (N,) array of float
             Its vector.
+
+        Raises
+        ------
+        TypeError
+            If ``conserve`` is neither True nor False.
         """
+        conserve = checked_flag("conserve", conserve)
         basis, weights = self.footprint.basis, self.footprint.weights
         pressure = self.pressure
         if weights is not None:
