@@ -5,6 +5,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import warnings
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
@@ -336,6 +337,17 @@ def test_warnings_take_one_line(capsys, tmp_path):
     assert code == 0
     told = "only triangles and quadrilaterals are read; left out 1 tetra"
     assert err == [f"skfem-dual: warning: {path}: {told}"]
+
+
+def test_deprecations_in_other_packages_are_not_told(capsys, monkeypatch):
+    def read(path, *args, **options):
+        warnings.warn("required by future versions", DeprecationWarning, stacklevel=1)
+        warnings.warn("left out", MeshWarning, stacklevel=1)
+        return MeshTri().refined()
+
+    monkeypatch.setattr("skfem_dual.cli.grids.read_mesh", read)
+    code, _, err = run(capsys, "dual", DISC)
+    assert (code, err) == (0, ["skfem-dual: warning: left out"])
 
 
 def test_outputs_are_checked_before_the_work(capsys, tmp_path, monkeypatch):

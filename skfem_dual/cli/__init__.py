@@ -36,6 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = build_parser().parse_args(argv)
         with warnings.catch_warnings():
             warnings.simplefilter("default")
+            warnings.simplefilter("ignore", DeprecationWarning)  # for who writes programs
             options.warned = []
             warnings.showwarning = partial(show_warning, options.warned)
             check_files(options)

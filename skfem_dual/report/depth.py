@@ -21,6 +21,8 @@ DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
 JUST_BELOW = 1e-6
 #: depths between which ground without layers is looked at, over the same
 PARTS = np.array([0.5, 1.0, 2.0])
+#: steps of the drawing between two of the depths
+STEPS = 4
 
 
 class Below(NamedTuple):
@@ -30,6 +32,8 @@ class Below(NamedTuple):
     ----------
     profile : Profile
         Over the depth.
+    curve : Profile
+        The same at more depths, for a drawing.
     depths : (k,) array of float
         Where one part of the ground ends and the next begins, interfaces if there are any.
     parts : (k + 1,) array of float
@@ -39,6 +43,7 @@ class Below(NamedTuple):
     """
 
     profile: Profile
+    curve: Profile
     depths: ndarray
     parts: ndarray
     bottom: float
@@ -70,10 +75,13 @@ def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
     even = ground.strata.on_interfaces(DEPTHS / DEPTHS[-1] * lowest)
     depths = np.union1d(even, both)
     profile = vertical_profile(solution, at, depths)
+    numbers = np.arange(1, STEPS * len(depths) + 1) / STEPS
+    closer = np.interp(numbers, np.arange(len(depths) + 1), [0.0, *depths])
+    curve = vertical_profile(solution, at, closer)
     finite = interfaces[:-1]
     depths = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
     parts = settlement_by_layers(solution, np.reshape(at, (2, 1)), depths)[:, 0]
-    return Below(profile, depths, parts, float(interfaces[-1]))
+    return Below(profile, curve, depths, parts, float(interfaces[-1]))
 
 
 def depth_of_footing(footing: Footing) -> Html:
@@ -119,7 +127,7 @@ def depth_section(
         f"Stress with depth{f', {name}' if name else ''}",
         table(rows, head, "", numeric=True),
         figure(
-            profile_picture(profile, units),
+            profile_picture(found.curve, units),
             f"Stresses, strain and settlement {plain}",
             joined(
                 ["Stresses, vertical strain and settlement ", where,
