@@ -173,3 +173,14 @@ def test_not_square():
     other = operator.at([[0.0], [0.0]])
     with pytest.raises(ValueError, match="square"):
         Preconditioner.from_operator(other)
+
+
+def test_residuals_hold_where_parts_of_the_ground_cancel():
+    """A thin layer that keeps its volume settles by a hundredth of its parts, which are rounded."""
+    soil = LayeredHalfSpace([Layer(0.1, 1.0, 0.5)], "bonded")
+    basis = DualMesh.from_mesh(generate.disc(n=800)).basis()
+    operator = InfluenceOperator(soil, basis, method="fast")
+    found = solve_many(operator, planes(basis))
+    assert found.success
+    left = np.linalg.norm(planes(basis) - operator @ found.solution, axis=0)
+    assert (left < 3.1e-6 * np.linalg.norm(planes(basis), axis=0)).all()
