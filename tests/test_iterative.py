@@ -176,7 +176,7 @@ def test_not_square():
 
 
 def test_residuals_hold_where_parts_of_the_ground_cancel():
-    """A thin layer that keeps its volume settles by a hundredth of its parts, which are rounded."""
+    """A thin layer that keeps its volume settles by a hundredth of its rounded parts."""
     soil = LayeredHalfSpace([Layer(0.1, 1.0, 0.5)], "bonded")
     basis = DualMesh.from_mesh(generate.disc(n=800)).basis()
     operator = InfluenceOperator(soil, basis, method="fast")

@@ -27,8 +27,8 @@ RESTART = 60
 MOST = 300
 #: relative residuals that rounding to single precision hardly changes
 ROUGH = 1e-6
-#: but on ground in layers, where parts of a settlement cancel: by so many times what is allowed, and
-#: so many corrections take that away
+#: but on ground in layers, where parts of a settlement cancel: by so many times what is allowed,
+#: which so many corrections take away
 SPOILT, CORRECTIONS = 3.0, 3
 
 
@@ -137,24 +137,25 @@ def solve_many(
     if rtol >= ROUGH and isinstance(operator, InfluenceOperator):
         product = operator.roughly
     bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
+
+    def sought(b: ndarray, rtols: ndarray) -> tuple[ndarray, list[tuple[float, ...]]]:
+        searches = [_search(*each, most, bar, dtype) for each in zip(b.T, rtols)]
+        found = _together(product, inverse, searches, bar)
+        if not found:
+            return np.zeros_like(b), []
+        vectors, residuals = zip(*found)
+        return _answered(inverse, vectors), list(residuals)
+
     # threads of BLAS go on waiting for work, in the way of those of the products
     with bar, limited_threads(1, "blas"):
-
-        def sought(b: ndarray, rtols: ndarray) -> tuple[ndarray, list[tuple[float, ...]]]:
-            searches = [_search(*each, most, bar, dtype) for each in zip(b.T, rtols)]
-            found = _together(product, inverse, searches, bar)
-            if not found:
-                return np.zeros_like(b), []
-            vectors, residuals = zip(*found)
-            return _answered(inverse, vectors), list(residuals)
-
         solution, residuals = sought(rhs, np.full(rhs.shape[1], rtol))
         if rtol >= ROUGH and _may_cancel(operator):
             sizes = np.linalg.norm(rhs, axis=0)
             for _ in range(CORRECTIONS):
                 left = rhs - operator @ solution
                 off = np.linalg.norm(left, axis=0) / np.where(sizes > 0, sizes, 1.0)
-                again = np.nonzero(off > SPOILT * rtol)[0]
+                converged = np.array([history[-1] <= 1.01 * rtol for history in residuals])
+                again = np.nonzero(converged & (off > SPOILT * rtol))[0]
                 if not len(again):
                     break
                 step, more = sought(left[:, again], rtol / off[again])
@@ -170,7 +171,7 @@ def solve_many(
     message = f"residuals after {counts}"
     if failed:
         message += f"; columns {failed} have not converged to {rtol:g}"
-    return IterativeSolution(solution, residuals, iterations, not failed, message)
+    return IterativeSolution(solution, tuple(residuals), iterations, not failed, message)
 
 
 def _may_cancel(operator: Operator) -> bool:
