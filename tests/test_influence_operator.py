@@ -529,3 +529,11 @@ def test_elements_of_other_bases_are_cells():
     assert operator @ means == pytest.approx(expected, rel=1e-9)
     with pytest.raises(TypeError, match=r"piecewise constants .* ElementVector"):
         InfluenceOperator(soil, CellBasis(basis.mesh, ElementVector(ElementTriP1())))
+
+
+def test_the_common_refinement_is_not_made_for_products():
+    """It has six triangles in each, and takes longer than all else."""
+    dual = DualMesh.from_mesh(disc(2))
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), dual.basis())
+    assert (operator @ np.ones(len(dual)) > 0).all()
+    assert "refinement" not in vars(dual)

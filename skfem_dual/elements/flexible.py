@@ -89,7 +89,8 @@ def flexible_settlement(
 
 def cells_of(basis: Any) -> Any:
     """Constants on the elements of a basis of scalars on a plane mesh; others as they are."""
-    plane = isinstance(basis, CellBasis) and basis.mesh.dim() == 2 and basis.elem.maxdeg > 0
+    # the degree first: cells of a partition have theirs without the mesh, made when asked for
+    plane = isinstance(basis, CellBasis) and basis.elem.maxdeg > 0 and basis.mesh.dim() == 2
     if not plane or [np.ndim(field) for field in basis.basis[0]] != [2]:
         return basis
     constant = ElementTriP0() if basis.mesh.t.shape[0] == 3 else ElementQuad0()
