@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skfem_dual.elements.nearby import in_circles
+from skfem_dual.grids.nearby import in_circles
 
 
 @pytest.mark.parametrize("few", [0, 2**20])
@@ -11,7 +11,7 @@ from skfem_dual.elements.nearby import in_circles
 def test_against_all_pairs(spread, few, monkeypatch):
     """Circles whose radii lie ``spread`` powers of ten apart, also beside all points, by squares
     and without."""
-    monkeypatch.setattr("skfem_dual.elements.nearby.FEW", few)
+    monkeypatch.setattr("skfem_dual.grids.nearby.FEW", few)
     rng = np.random.default_rng(spread)
     x = rng.normal(size=(2, 300)) * 10 ** rng.uniform(-spread, 0, 300) + 1e3
     centres = np.hstack([x[:, :100], rng.uniform(-9, 9, (2, 50)) + 1e3, [[1e9, 0], [1e3, -1e9]]])

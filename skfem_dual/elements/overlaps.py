@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
 
+from ..grids.nearby import in_circles
 from ..kernels.compiled import compiled, inputs
 
 #: distances that count as zero, over the size of a triangle
@@ -92,10 +92,8 @@ def neighbours(triangles: ndarray, cells: ndarray) -> tuple[ndarray, ndarray]:
     size = np.floor(np.log2(s))
     for each in np.unique(size):  # cells of about one size at a time
         members = np.nonzero(size == each)[0]
-        tree = cKDTree(y[:, members].T)
-        near = tree.query_ball_point(x.T, MORE * (r + s[members].max()), workers=-1)
-        at = np.repeat(np.arange(len(near)), [len(beside) for beside in near])
-        beside = members[np.concatenate([*near, np.empty(0)]).astype(np.int64)]
+        points, offsets = in_circles(MORE * (r + s[members].max()), x, y[:, members])
+        at, beside = np.repeat(np.arange(len(r)), np.diff(offsets)), members[points]
         meet = np.hypot(*(x[:, at] - y[:, beside])) <= MORE * (r[at] + s[beside])
         found.append(np.stack([at[meet], beside[meet]]))
     at, beside = np.hstack(found)

@@ -13,8 +13,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
+from ..grids.nearby import in_circles
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
-from .nearby import in_circles
 from .ribs import FAR, atanh_series
 
 #: segments that are looked at together, and what is known of each

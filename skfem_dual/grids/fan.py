@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
 from skfem import CellBasis, Mesh
 
 from ..kernels.compiled import compiled, inputs
@@ -14,6 +12,7 @@ from ..kernels.once import ReadOnly, computed_once, remember
 from .cellwise import CellwiseBasis
 from .corners import signed_areas
 from .dual_mesh import DualMesh
+from .nearby import in_circles
 from .planar import ragged, rounding
 from .polygons import readonly
 
@@ -231,18 +230,17 @@ class Fan(ReadOnly):
     def locate(self, x: ndarray) -> ndarray:
         """Triangle that contains each point of shape (2, m), -1 outside all of them."""
         # many circles pay for many points
-        circled, middle, reach = self._circles(min(max(8 * x.shape[1] / self.t.shape[1], 1), THIN))
-        blur, v = rounding(x, self.p), self.p[:, self.t]
-        longest = np.hypot(*(np.roll(v, -1, axis=1) - v)).max(axis=0)
+        many = min(8 * x.shape[1] / self.t.shape[1], THIN)
+        circled, middle, reach, longest = self._circles(many) if many > 1 else self._few_circles
+        blur = rounding(x, self.p)
         least = -1e-9 - blur * longest / (2 * self.areas)
         reach = reach + blur
-        tree = cKDTree(x.T)
+        points, offsets = in_circles(reach, middle, x)
         deepest, depth = np.full(x.shape[1], -1), np.full(x.shape[1], -np.inf)
         for begin in range(0, len(circled), TOGETHER):
-            some = slice(begin, begin + TOGETHER)
-            near = tree.query_ball_point(middle[:, some].T, reach[some], return_sorted=False)
-            triangle = np.repeat(circled[some], [len(points) for points in near])
-            point = np.fromiter(chain.from_iterable(near), int, len(triangle))
+            ends = offsets[begin : begin + TOGETHER + 1]
+            point = points[ends[0] : ends[-1]]
+            triangle = np.repeat(circled[begin : begin + TOGETHER], np.diff(ends))
             inside = self.coordinates(triangle, x[:, point]).min(axis=0)
             kept = np.nonzero(inside >= np.maximum(depth[point], least[triangle]))[0]
             # the triangle deepest around a point wins
@@ -250,8 +248,14 @@ class Fan(ReadOnly):
             deepest[point[kept]], depth[point[kept]] = triangle[kept], inside[kept]
         return deepest
 
-    def _circles(self, most: float) -> tuple[ndarray, ndarray, ndarray]:
-        """Circles that cover the triangles together: triangle, centre and radius of each.
+    @computed_once
+    def _few_circles(self) -> tuple[ndarray, ndarray, ndarray, ndarray]:
+        """One around each triangle."""
+        return self._circles(1.0)
+
+    def _circles(self, most: float) -> tuple[ndarray, ndarray, ndarray, ndarray]:
+        """Circles that cover the triangles together: triangle, centre and radius of each; and the
+        longest sides of the triangles.
 
         Thin triangles have several, so many at most, along their longest sides: one would hold
         the points of as many others as they are longer than high.
@@ -273,7 +277,7 @@ class Fan(ReadOnly):
         middle[:, single] = mean[:, of[single]]
         reach[single] = np.hypot(*(v - mean[:, None])).max(axis=0)[of[single]]
         # a little more: points on the boundary are inside
-        return of, middle, 1.000001 * reach
+        return of, middle, 1.000001 * reach, length
 
 
 def _numbered(t: ndarray, n: int) -> tuple[ndarray, ndarray]:
