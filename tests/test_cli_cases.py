@@ -29,7 +29,7 @@ SITE = (512300.0, 231400.0)
 def footing(tmp_path):
     """A footing of 4 m by 2 m at site coordinates."""
     path = tmp_path / "footing.msh"
-    mesh = rectangle(8, 2.0, 1.0).translated(SITE)
+    mesh = rectangle(6, 2.0, 1.0).translated(SITE)
     mesh.save(path)
     return path, mesh
 
@@ -40,6 +40,7 @@ def cases_in(tmp_path, text, name="cases.csv"):
     return path
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_horizontal_loads(capsys, footing, tmp_path):
     """As options and as columns, on the terminal, in the table, as data and in the report."""
     path, mesh = footing
@@ -99,6 +100,7 @@ def test_columns_of_zeros_are_no_horizontal_loads(capsys, tmp_path):
     assert run(capsys, "solve", left, *UNITS, "--loads", cases)[0] == 0
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_pictures_of_nothing_are_told(capsys, tmp_path, footing):
     """The rest is written: the table and the page were lost, and pictures left out unsaid."""
     png, page, vtu = (tmp_path / f"out.{kind}" for kind in ("png", "html", "vtu"))
@@ -116,6 +118,7 @@ def test_pictures_of_nothing_are_told(capsys, tmp_path, footing):
     assert err[-2] == f"skfem-dual: not written, as no case has a solution: {png}, {vtu}"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_settlements_as_of_another_unit_are_remarks(capsys, tmp_path, footing):
     """Once each, in the data and on the page."""
     page, data = tmp_path / "out.html", tmp_path / "out.json"
@@ -194,15 +197,17 @@ def test_arguments_that_have_options_are_in_messages():
     """A message that is changed takes its words on the command line along."""
     texts = []
     for path in Path(skfem_dual.__file__).parent.rglob("*.py"):
-        if path.parent.name == "cli":
+        source = path.read_text(encoding="utf-8")
+        if path.parent.name == "cli" or "Remedy" not in source:
             continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(ast.parse(source)):
             if isinstance(node, ast.JoinedStr):
                 parts = [getattr(part, "value", "") for part in node.values]
                 texts.append("".join(part if isinstance(part, str) else "_" for part in parts))
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
                 texts.append(node.value)
-    assert not [argument for argument, _ in OPTIONS if not re.search(argument, "\n".join(texts))]
+    text = "\n".join(texts)
+    assert not [argument for argument, _ in OPTIONS if not re.search(argument, text)]
 
 
 def test_cases_from_a_table(capsys, tmp_path, footing):
@@ -255,6 +260,7 @@ def test_the_outline_that_turns_over_is_named(capsys, tmp_path):
     assert err[-1].startswith("skfem-dual: no solution: body right: expected a resultant within")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_case_that_turns_over(capsys, tmp_path, footing):
     loads = cases_in(tmp_path, "name,force,ex,ey\ndead,1,0,0\ngale,1,2.5,0\n")
     table, data, page = (tmp_path / f"out.{kind}" for kind in ("csv", "json", "html"))

@@ -49,11 +49,11 @@ def test_a_raft_under_columns(capsys, raft, tmp_path):
     """On the terminal, as data, as a table, and as a file with bending moments."""
     files = ["--json", "out.json", "--table", "out.csv", "--vtu", "out.vtu"]
     loads = ["--loads", "cases.csv", "--point", f"{SITE[0] + 1},{SITE[1] + 1}"]
-    code, out, err = run(capsys, *raft, *PLATE, "--cells", 80, *loads, *files)
+    code, out, err = run(capsys, *raft, *PLATE, "--cells", 40, *loads, *files)
     assert (code, err) == (0, [])
     assert "Plate              0.4 m thick, E 30000 MPa, nu 0.2" in out
 
-    cells = DualMesh.from_mesh(Plan.read("raft.csv").mesh(n=80)).basis()
+    cells = DualMesh.from_mesh(Plan.read("raft.csv").mesh(n=40)).basis()
     middle = SITE[0] + 3, SITE[1] + 2
     plate = Plate(0.4, 30e6, 0.2)
     punch = plate.on(SOIL, cells, origin=middle)
@@ -113,7 +113,7 @@ def test_a_raft_beside_a_rigid_pad(capsys, tmp_path):
     cases_in(tmp_path, text, "both.csv")
     files = ["--json", "out.json", "--vtu", "out.vtu", "--table", "out.csv"]
     bodies = ["solve", "raft.csv", "pad.csv", *UNITS, "--plate", "raft=0.4,30e6,0.2"]
-    loads = ["--cells", 80, "--loads", "both.csv", "--accuracy", "1e-2"]
+    loads = ["--cells", 40, "--loads", "both.csv", "--accuracy", "1e-2"]
     code, out, err = run(capsys, *bodies, *loads, *files)
     assert (code, err) == (0, [])
     found = json.loads((tmp_path / "out.json").read_text())
@@ -129,7 +129,7 @@ def test_a_raft_beside_a_rigid_pad(capsys, tmp_path):
 
 
 def test_one_force_on_a_mesh(capsys, raft, tmp_path):
-    mesh = Plan.read("raft.csv").mesh(n=80)
+    mesh = Plan.read("raft.csv").mesh(n=40)
     mesh.save("mesh.msh")
     command = ["solve", "mesh.msh", *UNITS, *PLATE, "--grid", "triangles", "--force", 100]
     code, _, err = run(capsys, *command, "--at", 1, 0.5, "--json", "out.json")
@@ -180,14 +180,15 @@ def test_wrong_plates(capsys, raft, tmp_path, options, message):
 @pytest.fixture(scope="module")
 def group():
     """A raft and a pad, solved together."""
-    cells = DualMesh.from_mesh(Plan.from_polygon([(0, 0), (6, 0), (6, 4), (0, 4)]).mesh(n=80))
+    cells = DualMesh.from_mesh(Plan.from_polygon([(0, 0), (6, 0), (6, 4), (0, 4)]).mesh(n=40))
     raft = Plate(0.4, 30e6, 0.2).on(SOIL, cells.basis(), origin=(3.0, 2.0))
-    pad = DualMesh.from_mesh(Plan.circle((8.0, 2.0), 1.0).mesh(n=60))
+    pad = DualMesh.from_mesh(Plan.circle((8.0, 2.0), 1.0).mesh(n=30))
     punch = RigidPunch(SOIL, pad.basis(), origin=(8.0, 2.0))
     load = column_load(raft.structure, (2.0, 1.0), 500.0)
     return Punches([raft, punch]).solve([load, {"force": 300.0, "at": (0.1, 0.0)}])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_several_bodies_as_they_are_solved(group, tmp_path):
     """A page and data of all bodies, without naming them."""
     text = report_html(group)
@@ -220,6 +221,7 @@ def test_a_single_structure_as_data(group, tmp_path):
         write_report(tmp_path / "out.json", raft, plates={"raft": Plate(0.4, 30e6, 0.2)})
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_thickness_in_another_unit_is_suspected(capsys, raft, tmp_path):
     """On the terminal, on the page and as data."""
     load = ["--force", "300", "--cells", "20"]
@@ -250,12 +252,13 @@ def test_a_million_cells_under_a_plate_are_refused_before_their_mesh(capsys, raf
     assert "a plate on 1000000 cells takes about 1.953e+05 MiB. Remedy: at most 41943" in err[0]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_columns_are_listed(capsys, raft, tmp_path):
     """On the page with their units, as data as they went in, in the coordinates of the plan."""
     cases_in(tmp_path, COLUMNS)
     files = ["--json", "out.json", "--report", "out.html"]
     code, _, err = run(
-        capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "60", "--quiet", *files
+        capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "20", "--quiet", *files
     )
     assert (code, err) == (0, [])
     (structure,) = json.loads((tmp_path / "out.json").read_text())["structures"]

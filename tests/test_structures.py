@@ -36,7 +36,8 @@ from skfem_dual.grids.generate import annulus
 from skfem_dual.grids.surroundings import surroundings
 from skfem_dual.io import write_structure
 from skfem_dual.io.structures import KINDS
-from skfem_dual.report import report_html, write_report
+from skfem_dual.report import figures, report_html, write_report
+from skfem_dual.report.numbers import Plan
 from skfem_dual.visuals.matplotlib import isobars
 from skfem_dual.visuals.pyvista import deformed
 from skfem_dual.visuals.relief import Relief
@@ -169,7 +170,7 @@ def upside_down(solution):
 
 def test_a_solid_with_z_downwards_is_the_same(tmp_path):
     """Also if its walls bear a part of the load."""
-    free = block(tilt=0.5, young=50.0)
+    free = block(tilt=0.5, young=50.0, n=3)
     base = free.punch.structure
     held = base.get_dofs(lambda x: (x[0] < -0.99) & (x[2] > 0.9)).all()
     punch = dataclasses.replace(free.punch, D=held)
@@ -196,7 +197,7 @@ def test_a_solid_with_z_downwards_is_the_same(tmp_path):
 
 def test_the_displacement_of_several_fields_is_that_on_which_pressure_works(tmp_path):
     """Rotations come first here; z is downwards, as the component named is into the ground."""
-    free = upside_down(block(young=50.0))
+    free = upside_down(block(young=50.0, n=3))
     mesh = free.punch.structure.mesh
     element = ElementVector(ElementTetP1())
     own = CellBasis(mesh, element)
@@ -331,7 +332,9 @@ def test_isobars_and_notebooks(raft):
     plt.close("all")
 
 
-def test_report(raft, tmp_path):
+def test_report(raft, tmp_path, request):
+    assert figures.deflection_picture(raft, Plan(raft)).uri
+    request.getfixturevalue("undrawn")
     path = tmp_path / "raft.html"
     write_report(path, raft, title="Raft 3", mesh_name="raft.msh")
     text = path.read_text(encoding="utf-8")
@@ -358,6 +361,7 @@ def test_report(raft, tmp_path):
     assert np.abs(np.array(values) - edge).min() < 1e-4 * abs(edge)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_report_says_what_was_asked_for(raft):
     """Pressures against an allowable one, deflections of points, stresses below one."""
     said = dict(allowable=1.01 * raft.mean_pressure, points=[(0.1, 0.2)], profile=(0.3, 0.0))
@@ -373,6 +377,7 @@ def test_report_says_what_was_asked_for(raft):
         report_html(raft, points=[(0, 0), (3, 0)])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_report_of_a_solid_and_of_no_solution(cube):
     text = report_html(cube)
     assert "Structure on elastic ground" in text
