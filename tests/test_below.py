@@ -57,7 +57,7 @@ def test_far_from_the_origin(on_crust):
     far = np.array([[4.5e5], [5.4e6]])
     cells = DualMesh.from_mesh(disc(3).translated(far.ravel())).basis()
     there = RigidPunch(CRUST, cells, origin=far.ravel()).solve(1.0)
-    x, z = np.array([[0.1, 0.9, 1.1], [0.0, 0.1, 0.2]]), np.full((1, 3), 0.05)
+    x, z = np.array([[0.9, 1.1], [0.1, 0.2]]), np.full((1, 2), 0.05)
     for quantity in (stress_below, displacement_below):
         expected = np.asarray(quantity(on_crust, np.vstack([x, z])))
         found = np.asarray(quantity(there, np.vstack([x + far, z])))

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc, perturbed, rectangle
 from skfem import MeshTri
 
@@ -166,7 +167,7 @@ def on_touching_circle(pressure):
     return pressure(0.8 + r * np.cos(angle), r * np.sin(angle)).mean()
 
 
-@pytest.mark.parametrize("at", [0.0, 0.3])
+@pytest.mark.parametrize("at", [*slow(0.0), 0.3])
 def test_bearing_pressure_does_not_depend_on_the_mesh(at):
     """Exact on a disc: ``(1 + 3 e x) / (2 sqrt(1 - r^2))`` of the mean."""
     exact = on_touching_circle(lambda x, y: 0.5 * (1 + 3 * at * x) / np.sqrt(1 - x**2 - y**2))
@@ -183,26 +184,26 @@ def test_bearing_pressure_does_not_depend_on_the_mesh(at):
 
 def test_bearing_pressure_does_not_depend_on_axes():
     """Points of the circles turn, and turn over, with the plan."""
-    at, mesh = np.array([0.3, 0.2]), perturbed(rectangle(8, 1.0, 0.75), 0.03)
+    at, mesh = np.array([0.3, 0.2]), perturbed(rectangle(6, 1.0, 0.75), 0.03)
     found = []
-    for angle, side in [(0.0, 1), (0.4, 1), (2.0, 1), (0.9, -1)]:
+    for angle, side in [(0.0, 1), (2.0, 1), (0.9, -1)]:
         cos, sin = np.cos(angle), np.sin(angle)
         turn = np.array([[cos, -side * sin], [sin, side * cos]])
         turned = punch(MeshTri(turn @ mesh.p, mesh.t))
         found.append(bearing_pressure(turned.solve(1.0, at=tuple(turn @ at))))
-    assert found == pytest.approx([found[0]] * 4, rel=1e-9)
+    assert found == pytest.approx([found[0]] * 3, rel=1e-9)
 
 
 def test_bearing_pressure_of_a_sphere():
     """Hertz: ``3 P / (2 pi a^2)`` in the middle, less on a circle of finite radius."""
-    solution = punch(MeshTri.init_circle(5), gap=Paraboloid(1.0)).solve(0.5)
+    solution = punch(MeshTri.init_circle(4), gap=Paraboloid(1.0)).solve(0.5)
     a = (0.75 * 0.5) ** (1 / 3)
     top = 1.5 * 0.5 / np.pi / a**2
     mean = top * 2 / 3 * (1 - (1 - (0.2 / a) ** 2) ** 1.5) / (0.2 / a) ** 2
     assert bearing_pressure(solution) == pytest.approx(mean, rel=5e-3)
 
 
-@pytest.mark.parametrize("n", [60, 151, 200])
+@pytest.mark.parametrize("n", [60, *slow(151, 200)])
 def test_circles_are_those_of_the_plan(n):
     """A fifth of the largest one in it, wherever the cells have their centroids."""
     strip = punch(fine_rectangle(10, 1.5, n=n))
@@ -226,7 +227,7 @@ def test_bearing_pressure_of_contact_narrower_than_a_circle():
 
 def test_bearing_pressure_of_shaped_punches_pressed_to_the_edge(tmp_path):
     """Each case by its own law of the edge, as alone; reports say which."""
-    shaped = punch(disc(3), gap=Paraboloid(50.0))
+    shaped = punch(disc(2), gap=Paraboloid(50.0))
     cases = shaped.solve_many([{"force": 10.0}, {"force": 0.01}])
     for pressure, force, edge in zip(
         cases.largest_pressure, (10.0, 0.01), ("singular", "constant"), strict=True
@@ -262,8 +263,8 @@ def test_table(tmp_path):
 
 def test_tables_of_several_footings(tmp_path):
     """Columns of one table are there for all."""
-    still = punch(disc(3)).solve_many([Load(force=1.0)])
-    pushed = punch(disc(3)).solve_many([Load(force=2.0, horizontal=(0.5, 0.0))])
+    still = punch(disc(1)).solve_many([Load(force=1.0)])
+    pushed = punch(disc(1)).solve_many([Load(force=2.0, horizontal=(0.5, 0.0))])
     write_cases(path := tmp_path / "out.csv", still, pushed, footings=("Süd", "Łąka"))
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

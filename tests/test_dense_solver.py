@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc, perturbed, rectangle
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
@@ -11,9 +12,12 @@ SOIL = HalfSpace(1.0, 0.25)
 THIN = LayeredHalfSpace([Layer(0.1, 1.0, 0.45)], "bonded")
 
 
-@pytest.mark.parametrize("ground", [SOIL, THIN])
+SQUARE, STRIP = perturbed(rectangle(20), 0.02), rectangle(60, 3.0, 0.3, graded=True)
+
+
 @pytest.mark.parametrize(
-    "mesh", [perturbed(rectangle(20), 0.02), rectangle(60, 3.0, 0.3, graded=True)]
+    ("mesh", "ground"),
+    [(SQUARE, SOIL), (STRIP, THIN), *slow((SQUARE, THIN), (STRIP, SOIL))],
 )
 def test_solutions_to_rounding_without_factors(mesh, ground):
     punch = RigidPunch(ground, DualMesh.from_mesh(mesh).basis())

@@ -109,13 +109,13 @@ def test_light_and_nearly_full_contact_of_a_surface_wavy_in_two_directions():
 @pytest.mark.parametrize("ground", GROUNDS)
 def test_products_are_those_of_the_symbol(ground):
     """Each wave is only made larger or smaller, the mean taken away."""
-    basis = cells(20, 12, 2.0, 0.9)
+    basis = cells(12, 8, 2.0, 0.9)
     periodic = PeriodicGround(ground, (2.0, 0.9))
     operator = InfluenceOperator(periodic, basis, edge="constant")
     assert operator.method == "toeplitz"
     assert operator.error < 1e-13
     x = operator.x
-    for i, j in ((1, 0), (0, 3), (4, 5), (9, 0)):
+    for i, j in ((1, 0), (0, 2), (3, 3), (5, 0)):
         k = 2 * np.pi * np.array([i / 2.0, j / 0.9])
         wave = np.cos(k @ x)
         expected = ground.symbol(np.hypot(*k)) * wave

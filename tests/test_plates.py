@@ -113,7 +113,7 @@ def test_limp_plates_as_far_as_rounding_lets():
         limp = Plate(thickness, 30e3, 0.2).on(SOIL, basis, edge="constant")
         return limp.solve(12.0 * weight(limp.structure), unilateral=unilateral)
 
-    for thickness in np.geomspace(5e-4, 5e-3, 5):
+    for thickness in np.geomspace(5e-4, 5e-3, 3):
         for unilateral in (True, False):
             solution = found(thickness, unilateral)
             assert solution.success
@@ -228,7 +228,7 @@ def test_too_many_cells_are_refused_before_the_work(monkeypatch):
 def test_cells_too_large_for_how_a_plate_bends_are_told():
     """Largest deflections of 253 mm were told where it is 40, and nothing said."""
     soil, thin, thick = HalfSpace(30e3, 0.3), Plate(0.01, 210e6, 0.3), Plate(0.1, 210e6, 0.3)
-    dual = DualMesh.from_mesh(rectangle(10.0, 8.0, n=200))
+    dual = DualMesh.from_mesh(rectangle(10.0, 8.0, n=100))
     for plate in (thin, thick):
         raft = plate.on(soil, dual.basis())
         f = column_load(raft.structure, (0.0, 0.0), 500.0, sides=(0.3, 0.3))

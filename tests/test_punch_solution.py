@@ -66,10 +66,10 @@ def test_settlement_and_tilt_at_600_cells(mesh, stiffness, grid):
 @pytest.mark.parametrize("grid", ["dual", *slow("primal")])
 def test_stiffness_is_that_of_the_positions_under_loads(grid):
     """By the work of the pressures, both; for nu = 0 and E = a = 1 it is 2 and 4/3."""
-    dual = DualMesh.from_mesh(generate.disc(n=600))
+    dual = DualMesh.from_mesh(generate.disc(n=300))
     punch = RigidPunch(UNIT, dual.basis() if grid == "dual" else dual.primal_basis())
     K = punch.stiffness()
-    assert K.diagonal() == pytest.approx([2.0, 4 / 3, 4 / 3], rel=7e-5)
+    assert K.diagonal() == pytest.approx([2.0, 4 / 3, 4 / 3], rel=1.4e-4)
     assert punch.stiffness(full=True)[:3, :3] == pytest.approx(K, abs=2e-6)
     loaded = punch.solve(1.0, (0.1, -0.2))
     assert K @ [loaded.settlement, *loaded.tilt] == pytest.approx([1.0, 0.1, -0.2], rel=1e-12)
@@ -111,11 +111,13 @@ def test_pressure_near_the_edge_grows_like_the_exact_one():
         assert np.median(ratio) == pytest.approx(1, abs=0.06)
 
 
-@pytest.mark.parametrize("edge", ["singular", "constant"])
-@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize(
+    ("grid", "edge"),
+    [("dual", "singular"), *[(g, "constant") for g in GRIDS], *slow(("primal", "singular"))],
+)
 def test_pressure_at_points_has_the_means_of_the_cells(grid, edge):
     """Quadrature of the pressure over cells gives back the unknowns."""
-    solution = solve(perturbed(rectangle(4), 0.05), grid, at=(0.2, 0.1), edge=edge)
+    solution = solve(perturbed(rectangle(3), 0.05), grid, at=(0.2, 0.1), edge=edge)
     fan = solution.punch.fan
     fine = MeshTri.init_refdom().refined(4)
     share = np.vstack([1 - fine.p.sum(axis=0), fine.p])[:, fine.t].mean(axis=1)

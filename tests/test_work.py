@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc, perturbed, rectangle
 from skfem import CellBasis, ElementTriP0, MeshTri
 
@@ -45,7 +46,7 @@ def test_square(grid):
     assert found.tilt[0] == pytest.approx(0.1 * SQUARE[1], rel=3e-4)
 
 
-@pytest.mark.parametrize("stretched", [0.28, 0.1])
+@pytest.mark.parametrize("stretched", [*slow(0.28), 0.1])
 def test_triangles_stretched_across_the_edge(stretched):
     """Load that grows to the end of a long triangle acts at points inside it."""
     even = drawn_rectangle(2, 2, n=800)
