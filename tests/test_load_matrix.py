@@ -69,7 +69,7 @@ def ring():
     return annulus(5, 40)
 
 
-@pytest.fixture(scope="module", params=["dual", "triangles"])
+@pytest.fixture(scope="module", params=["dual", *slow("triangles")])
 def solution(request, ring):
     dual = DualMesh.from_mesh(ring)
     return solved(dual.basis() if request.param == "dual" else dual.primal_basis())

@@ -739,6 +739,8 @@ def test_pictures_of_slender_plans_have_room(monkeypatch, site):
 
     original = figures._written
     monkeypatch.setattr(figures, "_written", written)
+    picture = figures.Picture(URI, 100)  # of another kind
+    monkeypatch.setattr("skfem_dual.report.depth.profile_picture", lambda *a: picture)
     mesh = polygon([[0.0, 40.0, 40.0, 0.0], [0.0, 0.0, 1.5, 1.5]], n=80).translated(site)
     punch = RigidPunch(
         SOIL, DualMesh.from_mesh(mesh).basis(), origin=(site[0] + 20, site[1] + 0.75)
