@@ -633,6 +633,7 @@ LONG = {
     "ex31_million_cells",
     "ex32_raft_lifting_off",
     "ex33_square_raft",
+    "ex35_frame_on_footings",
     "ex36_wind_turbine",
 }
 
