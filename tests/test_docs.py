@@ -25,7 +25,10 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS) for path in (DOCS / "guide").glob("*.md"))
 #: pages whose programs take longest
-LONG = [Path("guide/command_line.md"), Path("guide/structures.md")]
+LONG = [
+    Path("guide") / f"{name}.md"
+    for name in ("command_line", "ground", "lift_off", "motions", "pictures", "structures")
+]
 PROGRAMS = [
     Path("index.md"),
     Path("quickstart.md"),
@@ -66,12 +69,10 @@ def shown_as(row: re.Match) -> str:
 
 
 @pytest.mark.parametrize("page", [*PROGRAMS, *slow(*LONG)], ids=str)
-def test_its_programs_run(page, tmp_path, monkeypatch, request):
+def test_its_programs_run(page, tmp_path, monkeypatch, undrawn):
     """Each goes on where the one before ended, and prints what stands below it."""
     import matplotlib.pyplot as plt
 
-    if page.name != "report.md":
-        request.getfixturevalue("undrawn")
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     monkeypatch.chdir(tmp_path)
     blocks = BLOCK.findall((DOCS / page).read_text(encoding="utf-8"))

@@ -365,7 +365,7 @@ def test_a_plan_all_of_whose_triangles_are_flat():
         rectangle(1.0, 1e-11, n=30)
 
 
-@pytest.mark.parametrize("short", [0.1, 0.01, 1e-3])
+@pytest.mark.parametrize("short", [0.1, 1e-3, *slow(0.01)])
 @pytest.mark.parametrize("n", [100, 800])
 def test_short_sides_have_small_triangles_around(short, n):
     """A step, a slot and a chamfer; triangles as long as the others would be slivers."""
@@ -381,11 +381,11 @@ def test_short_sides_have_small_triangles_around(short, n):
 
 def test_far_more_nodes_than_asked_for_are_told():
     """Corners so near each other that each pair takes hundreds of triangles."""
-    angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     angle = np.sort(np.append(angle, angle + 1e-5))
     outline = np.stack([5 * np.cos(angle), 4 * np.sin(angle)])
-    with pytest.warns(MeshWarning, match=r"about 300 nodes, got \d+: facets as short as 4.*e-05"):
-        polygon(outline, n=300)
+    with pytest.warns(MeshWarning, match=r"about 100 nodes, got \d+: facets as short as 4.*e-05"):
+        polygon(outline, n=100)
 
 
 def test_small_holes_have_small_triangles_around():
@@ -394,7 +394,7 @@ def test_small_holes_have_small_triangles_around():
     quarter = np.tan(np.pi / 8)
     outline = [(0, 0), (9.9, 0, quarter), (10, 0.1), (10, 5), (9, 6, -0.2), (0, 6)]
     plan = Plan.from_polygon(outline, holes)
-    mesh = plan.mesh(n=400)
+    mesh = plan.mesh(n=200)
     assert np.degrees(smallest_angles(mesh.p, mesh.t).min()) > 15
     assert area(mesh) == pytest.approx(plan.area, rel=1e-13)
     assert [len(mesh.boundaries[name]) >= 12 for name in ("hole0", "hole1")] == [True, True]

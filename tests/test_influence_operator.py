@@ -52,7 +52,7 @@ def steep():
 BASES = {
     "dual cells": DualMesh.from_mesh(disc(4)).basis(),
     "steep dual cells": DualMesh.from_mesh(steep()).basis(),
-    "triangles": CellBasis(perturbed(rectangle(18), 0.01), ElementTriP0()),
+    "triangles": CellBasis(perturbed(rectangle(14), 0.01), ElementTriP0()),
 }
 
 
@@ -258,7 +258,7 @@ def test_numbers_of_any_kind(method):
     assert operator @ (2j * q) == pytest.approx(2j * expected, rel=1e-13)
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(st.floats(-1e4, 1e4), st.floats(1e-6, 1e6), st.integers(0, 3), st.integers(0, 2**32 - 1))
 def test_moved_scaled_turned_and_renumbered(shift, factor, quarters, seed):
     rng = np.random.default_rng(seed)
@@ -328,7 +328,7 @@ def test_vectors_in_blocks(monkeypatch):
 def test_single_precision_in_any_units(unit, largest):
     """Near a cell cubes of distances are beyond it in metres, where these are nanometres; so are
     pressures of 1e45, and those of 1e-50."""
-    basis = DualMesh.from_mesh(disc(6).scaled(unit)).basis()
+    basis = DualMesh.from_mesh(disc(5).scaled(unit)).basis()
     operator = InfluenceOperator(GROUNDS["homogeneous"], basis, 1e-6, "fast")
     q = np.random.default_rng(0).random((operator.shape[1], 4)) * largest
     settled = operator @ q
@@ -364,7 +364,7 @@ def test_exact_entries_of_many_cells(monkeypatch):
 @pytest.mark.parametrize("n", [6, *slow(8)])
 def test_memory_of_the_whole_way(n):
     mesh = disc(n)
-    RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(6)).basis(), rtol=1e-6).solve(1.0)
+    RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(disc(5)).basis(), rtol=1e-6).solve(1.0)
     tracemalloc.start()
     try:
         punch = RigidPunch(GROUNDS["homogeneous"], DualMesh.from_mesh(mesh).basis(), rtol=1e-6)
@@ -465,7 +465,7 @@ WEIGHTS = RigidPunch(GROUNDS["homogeneous"], BASES["triangles"]).weights
         ({"collocation": "corner"}, ValueError, "'corner'"),
         ({"collocation": [0.0, 1.0]}, ValueError, r"shape \(2, m\)"),
         ({"basis": Partition.from_basis(BASES["dual cells"])}, ValueError, "with a partition"),
-        ({"edge": WEIGHTS}, ValueError, "weights of 545 cells for edge, got 648"),
+        ({"edge": WEIGHTS}, ValueError, "weights of 545 cells for edge, got 392"),
         ({"substrate": HalfSpace}, TypeError, "a substrate such as HalfSpace"),
     ],
 )
@@ -486,7 +486,7 @@ def test_bad_points():
         operator.roughly(1.0)
 
 
-@pytest.mark.parametrize("name", ["dual cells", "steep dual cells"])
+@pytest.mark.parametrize("name", ["dual cells", *slow("steep dual cells")])
 def test_the_smallest_tolerance(name):
     """Moments of cells up to a fixed degree reach 5e-8, however long the expansions are."""
     ground, basis = GROUNDS["homogeneous"], BASES[name]
@@ -509,9 +509,9 @@ def test_benchmark(monkeypatch, capsys):
     monkeypatch.syspath_prepend(folder)
     monkeypatch.delitem(sys.modules, "plans", raising=False)
     fast_operator = importlib.import_module("fast_operator")
-    found = fast_operator.main(sizes=(1000,))
+    found = fast_operator.main(sizes=(500,))
     assert all(row.error < 1e-6 for row in found.values())
-    for _, lifted in fast_operator.punches(sizes=(1000,)).values():
+    for _, lifted in fast_operator.punches(sizes=(500,)).values():
         assert lifted.settlement == pytest.approx(0.4821, rel=1e-3)
     assert "graded" in capsys.readouterr().out
     for name in ("fast_operator", "plans"):

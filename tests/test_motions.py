@@ -57,13 +57,13 @@ def scaled(stiffness, length):
 
 @pytest.fixture(scope="module")
 def unit_circle():
-    return circle(600, 1.0)
+    return circle(300, 1.0)
 
 
 def test_circle(unit_circle):
     stiffness = unit_circle.stiffness(full=True)
     exact = exact_circle(1.0)
-    assert stiffness.diagonal() == pytest.approx(exact, rel=1e-4)
+    assert stiffness.diagonal() == pytest.approx(exact, rel=2e-4)
     rest = stiffness - np.diag(stiffness.diagonal())
     assert np.abs(rest).max() < 1e-5 * exact[0]
 
@@ -71,15 +71,15 @@ def test_circle(unit_circle):
 def test_circle_converges():
     exact = exact_circle(2.0)[3:5]
     errors = [
-        np.abs(circle(n).stiffness(full=True).diagonal()[3:5] / exact - 1).max() for n in (75, 300)
+        np.abs(circle(n).stiffness(full=True).diagonal()[3:5] / exact - 1).max() for n in (25, 100)
     ]
     assert errors[1] < 0.4 * errors[0]
 
 
 def test_circle_of_triangles():
-    punch = RigidPunch(SOIL, CellBasis(disc(n=300).scaled(2.0), ElementTriP0()))
+    punch = RigidPunch(SOIL, CellBasis(disc(n=150).scaled(2.0), ElementTriP0()))
     found, exact = punch.stiffness(full=True).diagonal(), exact_circle(2.0)
-    assert found[:5] == pytest.approx(exact[:5], rel=2e-4)
+    assert found[:5] == pytest.approx(exact[:5], rel=4e-4)
     assert found[5] == pytest.approx(exact[5], rel=1e-3)
 
 
@@ -87,7 +87,7 @@ def test_ellipse():
     """Under Q / (2 pi a b sqrt(1 - x^2/a^2 - y^2/b^2)) the ground moves as one; all chords through
     a point carry pi / sqrt(cos^2/a^2 + sin^2/b^2) times its factor."""
     a, b = 2.0, 1.0
-    mesh = disc(n=300)
+    mesh = disc(n=150)
     mesh = type(mesh)(mesh.p * np.array([[a], [b]]), mesh.t)
     soil = HalfSpace(2 * (1 + NU), NU)
     found = RigidPunch(soil, CellBasis(mesh, ElementTriP0())).stiffness(full=True)
@@ -106,7 +106,7 @@ def test_ellipse():
 @pytest.mark.parametrize(
     ("nu", "n"),
     [
-        (0.4, 300),
+        (0.4, 150),
         *slow((0.2, 300), (0.0, 600)),
     ],
 )
@@ -123,13 +123,13 @@ def test_bonded_circle(nu, n):
 
 
 def test_incompressible_ground_couples_nothing():
-    punch = circle(100, soil=HalfSpace(3.0, 0.5))
+    punch = circle(60, soil=HalfSpace(3.0, 0.5))
     smooth, rough = punch.stiffness(full=True), punch.stiffness(full=True, rough=True)
     assert scaled(rough, 2.0) == pytest.approx(scaled(smooth, 2.0), rel=2e-3, abs=1e-3)
 
 
 def test_bonded_is_stiffer():
-    punch = base(rectangle(3.0, 1.0, n=150))
+    punch = base(rectangle(3.0, 1.0, n=40))
     rough, smooth = (
         scaled(punch.stiffness(full=True, rough=bonded), 1.5) for bonded in (True, False)
     )
@@ -147,14 +147,14 @@ def test_bonded_is_stiffer():
 @pytest.mark.parametrize("rough", [False, True])
 def test_reciprocity_of_collocation(rough, soil):
     """Before it is made symmetric the stiffness is so up to the error of the discretisation."""
-    cells = base(rectangle(3.0, 1.0, n=120), soil).footprint
+    cells = base(rectangle(3.0, 1.0, n=60), soil).footprint
     found = Motions(cells, rough, np.ones(len(cells), dtype=bool)).collocated_stiffness
     assert np.abs(found - found.T).max() < (0.05 if rough else 1e-3) * np.abs(found).max()
 
 
 @pytest.mark.parametrize("rough", [False, True])
 def test_objectivity(rough):
-    mesh = rectangle(3.0, 1.0, n=60)
+    mesh = rectangle(3.0, 1.0, n=40)
     angle = 0.7
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s], [s, c]])
@@ -168,7 +168,7 @@ def test_objectivity(rough):
 def test_origin():
     """Motions of another point do the same work."""
     by = np.array([0.7, -1.1])
-    here, there = (circle(120, origin=tuple(o)).stiffness(full=True) for o in (0 * by, by))
+    here, there = (circle(60, origin=tuple(o)).stiffness(full=True) for o in (0 * by, by))
     motion = np.array([0.3, 0.1, -0.2, 0.4, 0.5, 0.6])
     w, lx, ly, ux, uy, twist = motion
     same = [w + lx * by[0] + ly * by[1], lx, ly, ux - twist * by[1], uy + twist * by[0], twist]
@@ -178,7 +178,7 @@ def test_origin():
 
 def test_far_from_the_origin():
     """At site coordinates as at the origin, in units of the largest stiffness of a kind."""
-    mesh, far = disc(n=60), (4.5e5, 5.4e6)
+    mesh, far = disc(n=40), (4.5e5, 5.4e6)
     for rough in (False, True):
         here = base(mesh).stiffness(full=True, rough=rough)
         there = base(mesh.translated(far), origin=far).stiffness(full=True, rough=rough)
@@ -191,18 +191,18 @@ def test_torsion_of_circle(unit_circle):
     solution = punch.solve(1.0, torsion=torsion)
     shear = solution.shear
     assert shear.twist == pytest.approx(3 * torsion / (16 * SHEAR), rel=1e-4)
-    assert shear.displacement == pytest.approx(0.0, abs=1e-6 * shear.twist)
+    assert shear.displacement == pytest.approx(0.0, abs=2e-6 * shear.twist)
     x = punch.partition.centroids
     r = np.hypot(*x)
     inner = (r < 0.8) & (r > 0.1)
     around = (x[0] * shear.traction[1] - x[1] * shear.traction[0]) / r
     exact = 3 * torsion * r / (4 * np.pi * np.sqrt(1 - r**2))
-    assert around[inner] == pytest.approx(exact[inner], rel=0.01)
+    assert around[inner] == pytest.approx(exact[inner], rel=0.02)
     assert solution.pressure == pytest.approx(punch.solve(1.0).pressure)
 
 
 def test_tractions_balance_the_load():
-    punch = base(rectangle(3.0, 1.0, n=150), origin=(0.4, 0.2))
+    punch = base(rectangle(3.0, 1.0, n=60), origin=(0.4, 0.2))
     shear = punch.solve(1.0, at=(-0.3, -0.2), horizontal=(0.3, -0.2), torsion=0.5).shear
     qx, qy = shear.traction
     # punch.resultants are integrals of 1, x and y from the centroid
@@ -264,7 +264,7 @@ def test_torsion_by_finite_elements():
     twist[base] = 1.0
     twist = solve(*condense(K, x=twist, D=np.union1d(base, held)))
     ground = LayeredHalfSpace([Layer(1.0, SOIL.young, NU, 2.0)], "bonded")
-    found = circle(150, 1.0, ground).stiffness(full=True)[5, 5]
+    found = circle(80, 1.0, ground).stiffness(full=True)[5, 5]
     assert found == pytest.approx(twist @ K @ twist, rel=1e-3)
 
 
@@ -282,6 +282,7 @@ def test_equal_layers_are_homogeneous(rough):
     assert off.max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rough", [False, True])
 def test_thick_layers(rough):
     """The ground below a layer of 300 radii is felt by 1 in 300."""
@@ -291,11 +292,11 @@ def test_thick_layers(rough):
     assert found[[1, 5], [1, 5]] == pytest.approx(exact[[1, 5], [1, 5]], rel=1e-4)
 
 
-@pytest.mark.parametrize("ratio", [2.0, 4.0])
+@pytest.mark.parametrize("ratio", [2.0, *slow(4.0)])
 def test_stratum_on_rock(ratio):
     """E. Kausel's and G. Gazetas's formulas for circles, which are good to some 5 %."""
     rock = LayeredHalfSpace([Layer(ratio, SOIL.young, NU)], "bonded")
-    found = circle(100, 1.0, rock).stiffness(full=True).diagonal() / exact_circle(1.0)
+    found = circle(40, 1.0, rock).stiffness(full=True).diagonal() / exact_circle(1.0)
     tilt, slide = 1 + 1 / (6 * ratio), 1 + 1 / (2 * ratio)
     expected = [1 + 1.28 / ratio, tilt, tilt, slide, slide, 1 + 1 / (10 * ratio)]
     assert found == pytest.approx(expected, rel=0.06)
@@ -303,11 +304,11 @@ def test_stratum_on_rock(ratio):
 
 def test_lifted_off():
     """Cells without contact carry nothing, and what remains is softer."""
-    punch = circle(200, 1.0)
+    punch = circle(100, 1.0)
     held = punch.solve(1.0, horizontal=(0.1, 0.0), torsion=0.1)
     lifted = punch.solve(1.0, at=(0.6, 0.0), horizontal=(0.1, 0.0), torsion=0.1)
     free = lifted.pressure == 0
-    assert free.sum() > 20
+    assert free.sum() > 10
     assert not lifted.shear.traction[:, free].any()
     assert np.abs(lifted.shear.traction[:, ~free]).max(axis=0).min() > 0
     softer = np.linalg.eigvalsh(held.shear.stiffness - lifted.shear.stiffness)
@@ -324,7 +325,7 @@ def test_contact_that_ends_under_the_base(shape, rtol, dual):
 
     Exact: K. L. Johnson, Contact Mechanics (1985), sections 3.7 and 3.9.
     """
-    grid = DualMesh.from_mesh(disc(n=600))
+    grid = DualMesh.from_mesh(disc(n=600 if dual else 300))
     radius, modulus = 0.7, SOIL.young / (1 - NU**2)
     force = modulus * radius**2 * (4 * radius / 15 if rtol == 1e-3 else 0.1 * np.pi / 2)
     punch = RigidPunch(SOIL, grid.basis() if dual else grid.primal_basis(), gap=shape)
@@ -335,10 +336,10 @@ def test_contact_that_ends_under_the_base(shape, rtol, dual):
     assert solution.shear.traction @ punch.partition.areas == pytest.approx(0.0, abs=1e-14)
 
 
-@pytest.mark.parametrize("soil", [SOIL, CRUST])
+@pytest.mark.parametrize("soil", [CRUST, *slow(SOIL)])
 def test_both_grids_agree_on_what_lifted_off(soil):
     """Within 1 %, as do the areas of contact; cells that stick whole are 3 % apart."""
-    grid = DualMesh.from_mesh(disc(n=300))
+    grid = DualMesh.from_mesh(disc(n=150))
     load = {"at": (0.55, 0.2), "horizontal": (1.0, 0.0), "torsion": 1.0}
     one, other = (
         RigidPunch(soil, basis).solve(1.0, **load).shear
@@ -349,11 +350,11 @@ def test_both_grids_agree_on_what_lifted_off(soil):
     )
 
 
-@pytest.mark.parametrize("angle", [0.3, 1.1])
+@pytest.mark.parametrize("angle", [0.3, *slow(1.1)])
 def test_contact_that_ends_turns_with_the_base(angle):
     c, s = np.cos(angle), np.sin(angle)
     turn, load = np.array([[c, -s], [s, c]]), np.array([0.3, -0.1])
-    mesh = disc(n=150)
+    mesh = disc(n=80)
     turned = MeshTri(turn @ mesh.p, np.random.default_rng(0).permutation(mesh.t.T).T.copy())
     one, other = (
         base(m).solve(1.0, at=tuple(q @ [0.6, 0.1]), horizontal=tuple(q @ load), torsion=0.2).shear
@@ -366,9 +367,9 @@ def test_contact_that_ends_turns_with_the_base(angle):
 
 def test_more_triangles_than_a_matrix_takes(monkeypatch):
     """Their dual cells take their place."""
-    punch = circle(150, 1.0)
+    punch = circle(100, 1.0)
     lifted = punch.solve(1.0, at=(0.6, 0.0), torsion=0.1).shear
-    monkeypatch.setattr(motions, "DENSE", 100)
+    monkeypatch.setattr(motions, "DENSE", 50)
     again = punch.solve(1.0, at=(0.6, 0.0), torsion=0.1).shear
     assert again.twist != lifted.twist
     assert again.stiffness == pytest.approx(lifted.stiffness, rel=2e-3, abs=0.04)

@@ -41,7 +41,7 @@ def test_circle(accuracy):
     assert record.cells == len(solution.pressure) == record.trials[-1].cells
 
 
-@pytest.mark.parametrize("seed", [*range(4), *slow(*range(4, 8))])
+@pytest.mark.parametrize("seed", [0, 1, *slow(*range(2, 8))])
 def test_random_plans(seed):
     plan, ground, load, truth = random_case(1000 + seed, 400)
     solution = solve_plan(plan, ground, **in_plan(plan, load))
@@ -275,7 +275,7 @@ def test_small_fillets_and_chamfers(bulge):
     for solution in settled.values():
         assert solution.accuracy.reached
         assert solution.accuracy.cells < 1000
-    close = solve_plan(trimmed(0.3, bulge), SOIL, 1.0, accuracy=2e-5)
+    close = solve_plan(trimmed(0.3, bulge), SOIL, 1.0, accuracy=5e-5)
     assert settled[0.3].settlement == pytest.approx(close.settlement, rel=2e-4)
     rise = [s.settlement / whole.settlement - 1 for s in settled.values()]
     assert 1e-3 < rise[0] < 6e-3
@@ -302,7 +302,7 @@ def test_moments_of_hardly_a_force(force):
     plan = Plan.from_polygon([(0, 0), (2, 0), (2, 2), (0, 2)])
     soil = LayeredHalfSpace([Layer(0.05, 1.0, 0.3)], "bonded")
     found = solve_plan(plan, soil, force, moments=(0.0, 0.3), unilateral=False)
-    fine = DualMesh.from_mesh(plan.mesh(n=2500, graded=0.3)).basis()
+    fine = DualMesh.from_mesh(plan.mesh(n=1000, graded=0.3)).basis()
     stiffness = RigidPunch(soil, fine, origin=(1.0, 1.0)).stiffness()
     assert found.accuracy.reached
     assert found.tilt[1] == pytest.approx(0.3 / stiffness[2, 2], rel=1e-3)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 from plans import annulus, disc, ellipse, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshQuad, MeshTri
 
@@ -77,7 +78,7 @@ def compliance_errors(name, k, graded, grid, collocation):
 
 
 @pytest.mark.parametrize("graded", [False, True], ids=["uniform", "graded"])
-@pytest.mark.parametrize("name", PLANS)
+@pytest.mark.parametrize("name", ["annulus", "rectangle", *slow("disc", "ellipse")])
 def test_settlement_and_tilt_of_known_plans(name, graded):
     """About 150, 600 and 2200 cells: centroids above, nodes below the exact answer."""
     above = [compliance_errors(name, k, graded, "dual", "centroid") for k in range(3)]

@@ -123,7 +123,7 @@ def test_positions_imposed_that_work_does_not_reach(beside, monkeypatch):
 
 
 def ball(x=0.0):
-    cells = DualMesh.from_mesh(disc(4).translated((x, 0.0))).basis()
+    cells = DualMesh.from_mesh(disc(3).translated((x, 0.0))).basis()
     return RigidPunch(SOIL, cells, gap=Sphere(4.0, (x, 0.0)), origin=(x, 0.0))
 
 
@@ -259,16 +259,17 @@ def test_shown():
 def test_bad_groups():
     with pytest.raises(TypeError, match="expected some RigidPunch or ElasticPunch, got none"):
         Punches([])
+    pad, near = footing(), slab(1.0, 0.5)
     with pytest.raises(TypeError, match="got 3"):
-        Punches([footing(), 3])
+        Punches([pad, 3])
     with pytest.raises(ValueError, match="on one substrate"):
-        Punches([footing(), slab(1.0, substrate=HalfSpace(2.0, 0.0))])
+        Punches([pad, slab(1.0, substrate=HalfSpace(2.0, 0.0))])
     with pytest.raises(ValueError, match=r"do not overlap, got punches 0, 1"):
-        Punches([footing(), slab(1.0, 0.5)])
+        Punches([pad, near])
     with pytest.raises(ValueError, match=r"overlap, got punches pad, slab"):
-        Punches([footing(), slab(1.0, 0.5)], names=["pad", "slab"])
+        Punches([pad, near], names=["pad", "slab"])
     with pytest.raises(ValueError, match="expected 2 names that differ"):
-        Punches([footing(), slab(1.0)], names=["pad", "pad"])
+        Punches([pad, slab(1.0)], names=["pad", "pad"])
 
 
 @pytest.fixture(scope="module")

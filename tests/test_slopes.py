@@ -88,9 +88,10 @@ def test_second_moments_are_those_of_the_law(name):
 @pytest.mark.parametrize(
     ("ground", "name"),
     [
-        *((SOIL, name) for name in BASES),
+        (SOIL, "dual"),
+        (SOIL, "triangles"),
         (GRADED, "quadrilaterals"),
-        *slow((GRADED, "dual"), (GRADED, "triangles")),
+        *slow((SOIL, "quadrilaterals"), (GRADED, "dual"), (GRADED, "triangles")),
     ],
 )
 def test_settlements_are_those_of_the_pressure(name, ground):
@@ -98,7 +99,7 @@ def test_settlements_are_those_of_the_pressure(name, ground):
     punch = RigidPunch(ground, BASES[name])
     law, rng = punch.footprint.slopes, np.random.default_rng(1)
     q = 1 + 0.5 * rng.random(len(punch.partition))
-    x = np.hstack([rng.uniform(-1.1, 1.1, (2, 12))[:, ::2], punch.collocation_points[:, ::120]])
+    x = np.hstack([rng.uniform(-1.1, 1.1, (2, 12))[:, ::3], punch.collocation_points[:, ::120]])
     cells = ground, punch.partition, x, punch.weights
     added = (Entries(*cells, law).matrix() - Entries(*cells).matrix()) @ q
     points = points_in_pieces(punch.weights, punch.fan, whole(punch.fan, 3), 2)
@@ -189,7 +190,7 @@ def test_no_pressure_is_negative_anywhere(eccentricity):
 
 def test_operators_carry_slopes():
     """Dense, symmetric and fast ones lead to one answer, lifted off too."""
-    basis = DualMesh.from_mesh(MeshTri.init_circle(4)).basis()
+    basis = DualMesh.from_mesh(MeshTri.init_circle(3)).basis()
     dense = RigidPunch(SOIL, basis).solve(1.0, (0.5, 0.0))
     symmetric = RigidPunch(SOIL, basis, symmetry="auto").solve(1.0, (0.5, 0.0))
     assert symmetric.pressure == pytest.approx(dense.pressure, abs=1e-9)

@@ -58,7 +58,7 @@ def test_burmister():
     assert 2 * np.pi * ground.primitive(1.0) / 1.5 == pytest.approx(0.4864731942, abs=1e-8)
 
 
-@pytest.mark.parametrize(("gradient", "expected"), [(1e3, 0.99800), (1e5, 0.99998)])
+@pytest.mark.parametrize(("gradient", "expected"), [(1e5, 0.99998), *slow((1e3, 0.99800))])
 def test_gibson(gradient, expected):
     """nu = 1/2, E = 1 + B z: the settlement under a uniform load tends to q / (2 G')."""
     ground = GradedHalfSpace.init_linear(1.0, 0.5, gradient)
@@ -84,7 +84,9 @@ def test_equal_moduli_are_homogeneous(ground):
     assert ground.primitive(R) == pytest.approx(HalfSpace(1.0, 0.25).primitive(R), rel=1e-9)
 
 
-@pytest.mark.parametrize("at", [(0.1, 0.05), (0.7, 0.0)], ids=["full contact", "lifted off"])
+@pytest.mark.parametrize(
+    "at", [(0.7, 0.0), *slow(((0.1, 0.05),))], ids=["lifted off", "full contact"]
+)
 def test_punches_on_equal_layers_are_those_on_a_half_space(at):
     """By the work of pressures, too: what is beyond c / r comes on top of the same sums."""
     basis = DualMesh.from_mesh(disc(2)).basis()
@@ -107,7 +109,7 @@ def test_splitting_a_layer_changes_nothing():
     assert error(power, R, LINEAR.influence(R)).max() < 1e-9
 
 
-@pytest.mark.parametrize("unit", [1e-3, 1e3])
+@pytest.mark.parametrize("unit", [1e-3, *slow(1e3)])
 def test_length_of_a_profile_is_found(unit):
     """In any unit of length, as good as a given one."""
     found = GradedHalfSpace.init_profile(lambda z: 2 * (1 + z / unit), 0.25)
@@ -164,7 +166,8 @@ PUNCHES = [
 @pytest.mark.parametrize(
     ("ground", "settlement", "tilt", "grid"),
     [
-        *((*known, "dual") for known in PUNCHES),
+        *((*PUNCHES[i], "dual") for i in (2, 5, 6)),
+        *slow(*((*PUNCHES[i], "dual") for i in (0, 1, 3, 4))),
         *slow(*((*known, "primal") for known in PUNCHES[2::2])),
     ],
 )
@@ -183,7 +186,7 @@ def test_rigid_circle(ground, settlement, tilt, grid):
 
 def test_pressure_under_a_circle_on_the_linear_ground():
     """p a^2 / P at r / a = 0, 0.3, 0.5, 0.7, 0.9 under a central force."""
-    dual = DualMesh.from_mesh(disc(5, graded=True))
+    dual = DualMesh.from_mesh(disc(4, graded=True))
     solution = RigidPunch(LINEAR, dual.basis()).solve(1.0)
     angle = np.linspace(0, 2 * np.pi, 40, endpoint=False) + 0.01
     expected = {0.3: 0.204275, 0.5: 0.216509, 0.7: 0.244841, 0.9: 0.349874}
@@ -206,15 +209,23 @@ def test_displacement_agrees_with_the_punch():
     assert far[0] == pytest.approx(LINEAR.influence(30.0 - 0.1), rel=2e-3)
 
 
-def test_pickle_and_text():
-    for ground in (
+@pytest.mark.parametrize(
+    "ground",
+    [
         BONDED,
         LINEAR,
-        GradedHalfSpace.init_exponential(1.0, 0.2, 3.0, 2.0),
-        GradedHalfSpace.init_power(1.0, 0.2, 0.5, 2.0),
-    ):
-        again = pickle.loads(pickle.dumps(ground))
-        assert np.array_equal(again.influence(R), ground.influence(R))
+        *slow(
+            GradedHalfSpace.init_exponential(1.0, 0.2, 3.0, 2.0),
+            GradedHalfSpace.init_power(1.0, 0.2, 0.5, 2.0),
+        ),
+    ],
+)
+def test_pickle(ground):
+    again = pickle.loads(pickle.dumps(ground))
+    assert np.array_equal(again.influence(R), ground.influence(R))
+
+
+def test_text():
     assert "E = 1 (1 + 1 z)" in repr(LINEAR)
     assert "bonded" in repr(BONDED)
 

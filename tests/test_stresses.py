@@ -86,7 +86,7 @@ def all_components(partition, pressure, x, soil=SOIL):
     return np.vstack([*stresses(soil, partition, pressure, x), two_g * u])
 
 
-@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize("poisson", [0.3, 0.5, *slow(0.0)])
 @pytest.mark.parametrize(
     "partition",
     [DUAL.partition, Partition.from_mesh(polar(2, 7))],
@@ -94,7 +94,7 @@ def all_components(partition, pressure, x, soil=SOIL):
 )
 def test_point_forces_integrated(partition, poisson):
     pressure = np.random.default_rng(2).uniform(-1, 2, len(partition))
-    x = POINTS[:, :12]
+    x = POINTS[:, :6]
     found = all_components(partition, pressure, x, HalfSpace(2.0, poisson))
     expected = by_quadrature(partition, pressure, x, poisson)
     assert found == pytest.approx(expected, rel=1e-13, abs=1e-14)
@@ -150,16 +150,16 @@ def test_surface_is_the_limit():
 def whole_plane(depth):
     """Points at a depth and weights of a rule for all of their plane."""
     s, w = np.polynomial.legendre.leggauss(40)
-    slope, turn = np.pi / 4 * (s + 1), 2 * np.pi * np.arange(36) / 36
+    slope, turn = np.pi / 4 * (s + 1), 2 * np.pi * np.arange(24) / 24
     r = depth * np.tan(slope)
     x = np.stack([np.outer(r, np.cos(turn)), np.outer(r, np.sin(turn))]).reshape(2, -1)
-    weight = np.repeat(np.pi / 4 * w * depth / np.cos(slope) ** 2 * r * 2 * np.pi / 36, 36)
+    weight = np.repeat(np.pi / 4 * w * depth / np.cos(slope) ** 2 * r * 2 * np.pi / 24, 24)
     return np.vstack([x, np.full(len(weight), depth)]), weight
 
 
 @pytest.mark.parametrize(
     ("ground", "tolerance"),
-    [(SOIL, 1e-11), (CRUST, 1e-6), (LINEAR, 1e-6), (ROCK, 1e-6)],
+    [(SOIL, 1e-11), (CRUST, 1e-6), *slow((LINEAR, 1e-6), (ROCK, 1e-6))],
     ids=["homogeneous", "layer", "linear", "rock"],
 )
 def test_force_crosses_every_plane(ground, tolerance):
@@ -186,8 +186,8 @@ def test_reciprocity(ground):
 
 @pytest.mark.parametrize(
     ("ground", "weighted"),
-    [(CRUST, True), (ROCK, True), *slow((ROCK, False), (LINEAR, False))],
-    ids=["crust, weighted", "rock, weighted", "rock", "linear"],
+    [(ROCK, True), *slow((CRUST, True), (ROCK, False), (LINEAR, False))],
+    ids=["rock, weighted", "crust, weighted", "rock", "linear"],
 )
 def test_surface_of_stratified_ground_is_the_limit(ground, weighted):
     """The settlements have other tables, those of the surface."""
@@ -214,7 +214,7 @@ def round_polar(rings, sectors):
     return MeshQuad(mesh.p * np.sqrt(angle / np.sin(angle)), mesh.t)
 
 
-@pytest.mark.parametrize(("ratio", "expected"), [(1, 0.646), (10, 0.292), (100, 0.081)])
+@pytest.mark.parametrize(("ratio", "expected"), [(10, 0.292), *slow((1, 0.646), (100, 0.081))])
 def test_burmister(ratio, expected):
     """sigma_z / q on the axis in the interface, a = h, nu = 1/2 (L. Fox, Computations of traffic
     stresses in a simple road structure, 1948)."""
@@ -371,7 +371,7 @@ def test_law_of_the_edge_below_a_rigid_circle(cells):
         basis = CellBasis(mesh, element)
     solution = RigidPunch(SOIL, basis).solve(1.0)
     h = np.sqrt(np.pi / basis.N)
-    r, turn = np.linspace(0.0, 1.5, 16), np.arange(1, 25) * 0.26
+    r, turn = np.linspace(0.0, 1.5, 11), np.arange(1, 13) * 0.52
     for depth, tolerance in ((0.3 * h, 2e-2), (h, 4e-3), (3 * h, 2e-3)):
         x = np.stack([np.outer(np.cos(turn), r), np.outer(np.sin(turn), r)]).reshape(2, -1)
         found = stress_below(solution, [*x, np.full(x.shape[1], depth)])
@@ -463,7 +463,7 @@ def test_neighbours_press_too():
 
 
 @pytest.mark.parametrize(
-    ("length", "at"), [(1.0, 0.0), (1.0, 5e6), *slow((1e-3, 0.0), (1e3, 0.0))]
+    ("length", "at"), [(1.0, 5e6), *slow((1.0, 0.0), (1e-3, 0.0), (1e3, 0.0))]
 )
 @pytest.mark.parametrize("kind", ["constant", "law of the edge"])
 def test_clusters_far_away_act_as_their_cells(monkeypatch, kind, length, at):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from marks import slow
 from plans import annulus, disc, perturbed, polar, rectangle
@@ -169,6 +169,7 @@ def test_motions_take_cells_to_their_images():
         assert np.abs(z[symmetry.permutations[6 + k]] - turn * mirrored).max() < 1e-14
 
 
+@settings(max_examples=40)
 @given(st.floats(0, 2 * np.pi), st.floats(-1e3, 1e3), st.floats(0.01, 100))
 def test_detection_does_not_depend_on_the_position(angle, shift, scale):
     mesh = turned(half(), angle, (shift, -2 * shift)).scaled(scale)
@@ -230,7 +231,7 @@ def test_edge_and_collocation_points_count():
 )
 def test_other_grounds_and_points(substrate, collocation):
     edge = "constant" if collocation == "node" else "singular"
-    punch = RigidPunch(substrate, dual(disc(3)), edge=edge, collocation=collocation)
+    punch = RigidPunch(substrate, dual(disc(2)), edge=edge, collocation=collocation)
     symmetry, matrix = symmetric(punch)
     assert symmetry.name == "C4v"
     rhs = punch.planes(punch.collocation_points).T
@@ -262,7 +263,7 @@ def test_contact_that_is_found():
         assert found.pressure == pytest.approx(expected.pressure, abs=1e-8)
 
 
-@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize("grid", ["dual", *slow("triangles")])
 @pytest.mark.parametrize("length", [2.0, *slow(3.0)])
 def test_turned_rectangles_of_equal_triangles(grid, length):
     """Distances and laws that are the same in many places decide nothing by their rounding."""
