@@ -143,7 +143,7 @@ def test_bonded_is_stiffer():
     assert (rough.diagonal() > smooth.diagonal()).all()
 
 
-@pytest.mark.parametrize("soil", [SOIL, CRUST], ids=["homogeneous", "layers"])
+@pytest.mark.parametrize("soil", [CRUST, *slow(SOIL)], ids=["layers", "homogeneous"])
 @pytest.mark.parametrize("rough", [False, True])
 def test_reciprocity_of_collocation(rough, soil):
     """Before it is made symmetric the stiffness is so up to the error of the discretisation."""
@@ -152,7 +152,7 @@ def test_reciprocity_of_collocation(rough, soil):
     assert np.abs(found - found.T).max() < (0.05 if rough else 1e-3) * np.abs(found).max()
 
 
-@pytest.mark.parametrize("rough", [False, True])
+@pytest.mark.parametrize("rough", [True, *slow(False)])
 def test_objectivity(rough):
     mesh = rectangle(3.0, 1.0, n=40)
     angle = 0.7
@@ -238,10 +238,10 @@ def torsion_of_disc(compliance, reach):
 @pytest.mark.parametrize(
     ("ground", "compliance"),
     [
-        (ROCK, lambda k: np.tanh(0.6 * k)),
         (CRUST, lambda k: (5 + np.tanh(0.4 * k)) / (1 + 5 * np.tanh(0.4 * k))),
+        *slow((ROCK, lambda k: np.tanh(0.6 * k))),
     ],
-    ids=["rock", "crust"],
+    ids=["crust", "rock"],
 )
 def test_torsion_on_a_layer(ground, compliance):
     found = circle(200, 1.0, ground).stiffness(full=True)[5, 5]
@@ -264,7 +264,7 @@ def test_torsion_by_finite_elements():
     twist[base] = 1.0
     twist = solve(*condense(K, x=twist, D=np.union1d(base, held)))
     ground = LayeredHalfSpace([Layer(1.0, SOIL.young, NU, 2.0)], "bonded")
-    found = circle(80, 1.0, ground).stiffness(full=True)[5, 5]
+    found = circle(60, 1.0, ground).stiffness(full=True)[5, 5]
     assert found == pytest.approx(twist @ K @ twist, rel=1e-3)
 
 

@@ -1,5 +1,6 @@
 import pickle
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from skfem_dual.grids.generate import rectangle
 BESIDE = 2.3
 
 
+@cache
 def footing(x=0.0, substrate=SOIL):
     cells = DualMesh.from_mesh(disc(3).translated((x, 0.0))).basis()
     return RigidPunch(substrate, cells, origin=(x, 0.0))
@@ -122,6 +124,7 @@ def test_positions_imposed_that_work_does_not_reach(beside, monkeypatch):
     assert np.array_equal(first.pressure, found[0].pressure[: len(first.pressure)])
 
 
+@cache
 def ball(x=0.0):
     cells = DualMesh.from_mesh(disc(3).translated((x, 0.0))).basis()
     return RigidPunch(SOIL, cells, gap=Sphere(4.0, (x, 0.0)), origin=(x, 0.0))

@@ -66,7 +66,7 @@ def check_warning(basis, poisson, thickness, edge="singular", limits=(0.003, 0.0
 
 
 @pytest.mark.parametrize("n", [150, *slow(300, 600)])
-@pytest.mark.parametrize("poisson", [0.0, 0.49, *slow(0.3, 0.45, 0.5)])
+@pytest.mark.parametrize("poisson", [0.49, *slow(0.0, 0.3, 0.45, 0.5)])
 @pytest.mark.parametrize("thickness", [0.1, 0.01, *slow(0.02)])
 def test_warned_where_settlements_are_off(n, poisson, thickness):
     check_warning(BASES[n], poisson, thickness)
@@ -76,7 +76,7 @@ def test_warned_where_settlements_are_off(n, poisson, thickness):
 def test_warned_of_constant_pressures(poisson):
     """On ground that does not vary 60 of them are 2.4 % off."""
     for basis in (COARSE, BASES[150]):
-        for thickness in (0.1, 0.03, 0.01):
+        for thickness in (0.1, 0.01):
             check_warning(basis, poisson, thickness, "constant", (0.005, 0.08))
 
 
@@ -98,7 +98,7 @@ def test_warned_on_graded_meshes(poisson, thickness):
 
 
 @pytest.mark.parametrize("poisson", [0.3, *slow(0.0)])
-@pytest.mark.parametrize("grid", ["dual", "primal"])
+@pytest.mark.parametrize("grid", ["dual", *slow("primal")])
 @pytest.mark.parametrize("thickness", [0.02, 0.001, *slow(0.005, 0.002)])
 def test_warned_of_soft_layers_far_thinner_than_cells(poisson, thickness, grid):
     """They are springs, but for 0.3 thicknesses at the edge."""
@@ -121,7 +121,7 @@ def test_skins_without_effect_have_none(hardness):
     fast summation, where the punch lifts off, and beside another one."""
     below = HalfSpace(1.0, 0.3)
     ground = LayeredHalfSpace([Layer(1e-5, hardness, 0.3)], below)
-    dual = DualMesh.from_mesh(disc(n=150))
+    dual = DualMesh.from_mesh(disc(n=80))
     for basis, options in ((dual.basis(), {}), (dual.primal_basis(), {"rtol": 1e-6})):
         for at in ((0.0, 0.0), (0.5, 0.1)):
             found, bare = (
@@ -161,7 +161,7 @@ def test_units_and_place_do_not_matter():
     assert (np.diff(plain) < 0).all()
 
 
-@pytest.mark.parametrize("size", [1e-60, 1e-19, 1e19, 1e60])
+@pytest.mark.parametrize("size", [1e-60, 1e-19, 1e60, *slow(1e19)])
 def test_sizes_that_are_no_numbers_in_the_end(size):
     """In units far from the plan's cells are refused, in others the answer is the same."""
     basis = DualMesh.from_mesh(disc(n=30).scaled(size)).basis()

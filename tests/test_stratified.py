@@ -126,7 +126,6 @@ def test_stiffer_ground_settles_less():
     grounds = [
         STIFF_TOP,
         HalfSpace(1.0, 0.25),
-        GradedHalfSpace.init_linear(1.0, 0.25, 0.1),
         LINEAR,
         LayeredHalfSpace([Layer(1.0, 1.0, 0.25, 1.0)], "bonded"),
     ]
@@ -166,8 +165,8 @@ PUNCHES = [
 @pytest.mark.parametrize(
     ("ground", "settlement", "tilt", "grid"),
     [
-        *((*PUNCHES[i], "dual") for i in (2, 5, 6)),
-        *slow(*((*PUNCHES[i], "dual") for i in (0, 1, 3, 4))),
+        *((*PUNCHES[i], "dual") for i in (2, 5)),
+        *slow(*((*PUNCHES[i], "dual") for i in (0, 1, 3, 4, 6))),
         *slow(*((*known, "primal") for known in PUNCHES[2::2])),
     ],
 )

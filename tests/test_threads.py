@@ -23,7 +23,7 @@ def plain():
 
 
 def symmetric():
-    return RigidPunch(SOIL, DualMesh.from_mesh(disc(3)).basis(), symmetry="auto")
+    return RigidPunch(SOIL, DualMesh.from_mesh(disc(2)).basis(), symmetry="auto")
 
 
 def layered():
