@@ -17,7 +17,7 @@ import pytest
 from marks import slow
 from skfem import MeshTri
 
-from skfem_dual import RigidPunch, __version__
+from skfem_dual import DualMesh, RigidPunch, __version__
 from skfem_dual.cli import main
 from skfem_dual.cli.messages import COMPILING, progress_of_compilation, show_warning
 from skfem_dual.errors import MeshWarning
@@ -27,6 +27,16 @@ DATA = Path(__file__).parent / "data"
 DISC = str(DATA / "disc.msh")
 DRAWING = str(DATA / "footing.dxf")
 GROUND = ["--young", "1", "--poisson", "0.25"]
+
+
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    """A file of a disc of few cells, of the area of the circle."""
+    path = tmp_path_factory.mktemp("coarse") / "disc.msh"
+    disc = MeshTri.init_circle(3)
+    x = disc.p * np.sqrt(np.pi / DualMesh.from_mesh(disc).partition.areas.sum())
+    meshio.write(path, meshio.Mesh(np.vstack([x, 0 * x[:1]]).T, {"triangle": disc.t.T}), "gmsh")
+    return str(path)
 
 
 def run(capsys, *args):
@@ -84,31 +94,31 @@ def test_grids_and_collocation(capsys, options, grid):
     assert any(line.endswith(grid) for line in out)
 
 
-def test_other_loads(capsys, tmp_path):
+def test_other_loads(capsys, coarse, tmp_path):
     """Moments with the paper's signs; a position instead of a load; another origin."""
     path = tmp_path / "out.json"
     to_file = ["--json", path]
     # mx presses down the side of larger y, my that of larger x
     pulled = ["--force", "-1e6", "--moments", "2e4", "3e4"]
-    code, _, err = run(capsys, "solve", DISC, *GROUND, *pulled, *to_file)
+    code, _, err = run(capsys, "solve", coarse, *GROUND, *pulled, *to_file)
     assert code == 2
     assert "does not pull" in err[0]
-    run(capsys, "solve", DISC, *GROUND, *pulled, "--bilateral", *to_file)
+    run(capsys, "solve", coarse, *GROUND, *pulled, "--bilateral", *to_file)
     found = only_case(json.loads(path.read_text()))
     assert found["load"]["moments"] == [2e4, 3e4]
     assert found["force"] == pytest.approx(-1e6)
     assert found["first_moments"] == pytest.approx([3e4, 2e4])
-    run(capsys, "solve", DISC, *GROUND, "--settlement", "0.5", "--tilt", "0.1", "-.1", *to_file)
+    run(capsys, "solve", coarse, *GROUND, "--settlement", "0.5", "--tilt", "0.1", "-.1", *to_file)
     found = only_case(json.loads(path.read_text()))
     assert (found["settlement"], found["tilt"]) == (pytest.approx(0.5), pytest.approx([0.1, -0.1]))
-    run(capsys, "solve", DISC, *GROUND, "--force", "1", "--origin", "0.2", "0", *to_file)
+    run(capsys, "solve", coarse, *GROUND, "--force", "1", "--origin", "0.2", "0", *to_file)
     assert only_case(json.loads(path.read_text()))["tilt"][0] > 0
 
 
-def test_lift_off(capsys, tmp_path):
+def test_lift_off(capsys, coarse, tmp_path):
     path = tmp_path / "out.json"
     load = ["--force", "1", "--at", "0.5", "0"]
-    code, out, err = run(capsys, "solve", DISC, *GROUND, *load, "--json", path)
+    code, out, err = run(capsys, "solve", coarse, *GROUND, *load, "--json", path)
     assert (code, err) == (0, [])
     assert any("contact on" in line for line in out)
     found = only_case(json.loads(path.read_text()))
@@ -118,13 +128,13 @@ def test_lift_off(capsys, tmp_path):
     assert found["complementarity_residual"] < 1e-12
 
 
-def test_moduli_in_another_unit_are_suspected(capsys):
+def test_moduli_in_another_unit_are_suspected(capsys, coarse):
     """Megapascals for kilopascals: a disc settles by half of its radius."""
     load = ["--force", "30", "--units", "kN,m"]
-    code, _, err = run(capsys, "solve", DISC, "--young", "30", "--poisson", "0.3", *load)
+    code, _, err = run(capsys, "solve", coarse, "--young", "30", "--poisson", "0.3", *load)
     assert code == 0
-    assert "a settlement is 22.8 % of the extent of the plan" in err[0]
-    code, _, err = run(capsys, "solve", DISC, "--young", "30e3", "--poisson", "0.3", *load)
+    assert "a settlement is 22.7 % of the extent of the plan" in err[0]
+    code, _, err = run(capsys, "solve", coarse, "--young", "30e3", "--poisson", "0.3", *load)
     assert (code, err) == (0, [])
 
 
@@ -142,43 +152,42 @@ def test_named_edges(capsys):
     assert "['edge', 'hole'], got ['rim']" in err[0]
 
 
-def test_layered_ground(capsys, tmp_path):
+def test_layered_ground(capsys, coarse, tmp_path):
     """One layer H = a bonded to a rigid base: W E0 a / P = 0.195493."""
     ground = tmp_path / "ground.toml"
     ground.write_text(
         'base = "bonded"\n[[layers]]\nthickness = 1.0\nyoung = 1.0\npoisson = 0.25\n'
     )
-    code, out, err = run(capsys, "solve", DISC, "--substrate", ground, "--force", "1")
+    code, out, err = run(capsys, "solve", coarse, "--substrate", ground, "--force", "1")
     assert (code, err) == (0, [])
     settlement = next(line for line in out if line.startswith("Settlement"))
     assert float(settlement[19:]) == pytest.approx(0.195493, rel=3e-3)
     assert any("Layer(thickness=1.0" in line for line in out)
 
 
-def test_pictures(capsys, tmp_path):
+def test_pictures(capsys, coarse, tmp_path):
     files = [tmp_path / "isobars.png", tmp_path / "isobars.svg", tmp_path / "both.png"]
     load = [*GROUND, "--force", "1", "--at", "0.1", "0"]
-    assert run(capsys, "solve", DISC, *load, "--png", files[0], "--svg", files[1])[0] == 0
-    assert run(capsys, "dual", DISC, "--png", files[2])[0] == 0
+    assert run(capsys, "solve", coarse, *load, "--png", files[0], "--svg", files[1])[0] == 0
+    assert run(capsys, "dual", coarse, "--png", files[2])[0] == 0
     assert files[0].read_bytes().startswith(b"\x89PNG")
     assert "<svg" in files[1].read_text()[:1000]
     assert min(f.stat().st_size for f in files) > 10_000
     assert sorted(tmp_path.iterdir()) == sorted(files)
 
 
-def test_axes_of_pictures_have_the_unit(capsys, tmp_path, monkeypatch):
+def test_axes_of_pictures_have_the_unit(capsys, coarse, tmp_path, monkeypatch):
     from skfem_dual.visuals import pyvista
 
     shown = []
 
     def isobars(*args, **options):
         plotter = original(*args, **options)
-        written = plotter.screenshot
 
         def screenshot(path):
             texts = [a for a in plotter.actors.values() if hasattr(a, "GetInput")]
             shown.extend(a.GetInput() for a in texts if isinstance(a.GetInput(), str))
-            return written(path)
+            Path(path).touch()
 
         plotter.screenshot = screenshot
         return plotter
@@ -187,15 +196,15 @@ def test_axes_of_pictures_have_the_unit(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(pyvista, "isobars", isobars)
     files = ["--png", tmp_path / "x.png", "--svg", tmp_path / "x.svg"]
     load = ["--young", "30e3", "--poisson", "0.3", "--force", "100", *files]
-    assert run(capsys, "solve", DISC, *load, "--units", "kN,cm")[::2] == (0, [])
+    assert run(capsys, "solve", coarse, *load, "--units", "kN,cm")[::2] == (0, [])
     assert "x, y [cm]" in shown
     assert "x [cm]" in (tmp_path / "x.svg").read_text()
     shown.clear()
-    assert run(capsys, "solve", DISC, *load)[0] == 0
+    assert run(capsys, "solve", coarse, *load[:-2])[0] == 0
     assert not any("x, y" in text for text in shown)
 
 
-def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
+def test_picture_of_moments_alone(capsys, coarse, tmp_path, monkeypatch):
     """Without a force the mean is next to nothing, and no measure."""
     from skfem_dual.visuals import matplotlib
 
@@ -208,21 +217,23 @@ def test_picture_of_moments_alone(capsys, tmp_path, monkeypatch):
     original = matplotlib.isobars
     monkeypatch.setattr(matplotlib, "isobars", isobars)
     load = [*GROUND, "--settlement", "0", "--tilt", "0.1", "0", "--bilateral"]
-    assert run(capsys, "solve", DISC, *load, "--svg", tmp_path / "x.svg")[0] == 0
+    assert run(capsys, "solve", coarse, *load, "--svg", tmp_path / "x.svg")[0] == 0
     bar = drawn["axes"].figure.axes[1]
     assert bar.get_ylabel() == "p / max |p|"
     ticks = [float(label.get_text().replace("\u2212", "-")) for label in bar.get_yticklabels()]
     assert 0 in ticks
     assert np.abs(ticks).max() < 2  # over the largest mean of a cell
-    code, _, err = run(capsys, "solve", DISC, *GROUND, "--force", "0", "--svg", tmp_path / "y.svg")
+    code, _, err = run(
+        capsys, "solve", coarse, *GROUND, "--force", "0", "--svg", tmp_path / "y.svg"
+    )
     assert code == 2
     assert "not written, as there is no pressure to draw" in err[0]
 
 
-def test_report(capsys, tmp_path):
+def test_report(capsys, coarse, tmp_path, undrawn):
     """The same numbers as in the JSON file, the bounds of the settlement too."""
     files = [tmp_path / "report.html", tmp_path / "out.json"]
-    solve = ["solve", DISC, *GROUND, "--force", "1", "--at", "0.5", "0"]
+    solve = ["solve", coarse, *GROUND, "--force", "1", "--at", "0.5", "0"]
     args = [*solve, "--grid", "triangles", "--report", files[0], "--json", files[1]]
     assert run(capsys, *args)[0] == 0
     text, found = files[0].read_text(encoding="utf-8"), json.loads(files[1].read_text())
@@ -241,7 +252,7 @@ def test_report(capsys, tmp_path):
     assert sorted(tmp_path.iterdir()) == sorted(files)
 
 
-def test_report_tells_what_went_wrong(capsys, tmp_path):
+def test_report_tells_what_went_wrong(capsys, tmp_path, undrawn):
     """Warnings of the run; no bounds of a load that the triangles do not carry."""
     path, report = tmp_path / "mixed.vtu", tmp_path / "report.html"
     square = MeshTri().refined(3)
@@ -383,7 +394,7 @@ def test_outputs_are_checked_before_the_work(capsys, tmp_path, monkeypatch):
     assert mesh.read_bytes() == Path(DISC).read_bytes()
 
 
-def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
+def test_a_solution_that_does_not_hold(capsys, coarse, tmp_path, monkeypatch):
     """Exit code 3, told in the table, on stderr and in the file."""
 
     def solve(punch, *args, **kwargs):
@@ -395,7 +406,7 @@ def test_a_solution_that_does_not_hold(capsys, tmp_path, monkeypatch):
     original = RigidPunch.solve
     monkeypatch.setattr(RigidPunch, "solve", solve)
     path = tmp_path / "out.json"
-    code, out, err = run(capsys, "solve", DISC, *GROUND, "--force", "1", "--json", path)
+    code, out, err = run(capsys, "solve", coarse, *GROUND, "--force", "1", "--json", path)
     assert code == 3
     assert [line for line in out if line.startswith("Success") and "NO" in line]
     assert err == ["skfem-dual: no solution: the contact cycles"]
@@ -437,17 +448,24 @@ def command(*args, shell="", **environment):
 @pytest.mark.parametrize(
     ("shell", "code", "environment"),
     [
-        ("| true", 0, {"PYTHONUNBUFFERED": "1"}),
-        *slow((">&-", 0, {}), (">/dev/full", 2, {}), ("", 0, {"PYTHONIOENCODING": "ascii"})),
+        ("| true", 0, {}),
+        *slow(
+            ("| true", 0, {"PYTHONUNBUFFERED": "1"}),
+            (">&-", 0, {}),
+            (">/dev/full", 2, {}),
+            ("", 0, {"PYTHONIOENCODING": "ascii"}),
+        ),
     ],
 )
-def test_files_are_written_whatever_becomes_of_the_table(tmp_path, shell, code, environment):
-    mesh, path = tmp_path / "größe.msh", tmp_path / "out.json"
-    mesh.write_bytes(Path(DISC).read_bytes())
-    found = command("solve", mesh, *LOAD, "--json", path, shell=shell, **environment)
+def test_files_are_written_whatever_becomes_of_the_table(
+    coarse, tmp_path, shell, code, environment
+):
+    mesh, path = tmp_path / "größe.msh", tmp_path / "out.vtu"
+    mesh.write_bytes(Path(coarse).read_bytes())
+    found = command("dual", mesh, "--vtu", path, shell=shell, **environment)
     assert found.returncode == code
     assert found.stderr.count("\n") == (code > 0)
-    assert json.loads(path.read_text())["success"] is True
+    assert len(read_dual(path)) == 145
 
 
 def test_before_the_command_line_is_imported():
@@ -497,29 +515,24 @@ def test_help_and_version(capsys):
     assert run(capsys, "--version")[1] == [f"skfem-dual {__version__}"]
 
 
-def test_as_a_module():
-    command = [sys.executable, "-m", "skfem_dual"]
-    found = subprocess.run(
-        [*command, "dual", DISC], capture_output=True, text=True, check=True, timeout=120
-    )
-    assert "Cells (nodes of the triangulation): 513" in found.stdout
-    assert found.stderr == ""
-    found = subprocess.run(
-        [*command, "dual", "none.msh"], capture_output=True, text=True, check=False, timeout=120
-    )
-    assert (found.returncode, found.stdout) == (2, "")
-    assert found.stderr == "skfem-dual: error: no such file: none.msh\n"
+@pytest.mark.parametrize(
+    ("args", "code", "out", "err"),
+    [
+        (["check", "none.msh"], 2, "", "skfem-dual: error: no such file: none.msh\n"),
+        *slow((["dual", DISC], 0, "Cells (nodes of the triangulation): 513", "")),
+    ],
+)
+def test_as_a_module(args, code, out, err):
+    found = command(*args)
+    assert found.returncode == code
+    for text, told in (found.stdout, out), (found.stderr, err):
+        assert told in text
+        assert bool(text) == bool(told)
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_early():
-    command = f"{sys.executable} -m skfem_dual check {DISC} | true"
-    found = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", command],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    found = command("check", DISC, shell="| true")
     assert found.stderr == ""
 
 
