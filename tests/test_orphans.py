@@ -29,14 +29,14 @@ def told(x):
     return x
 
 if __name__ == "__main__":
-    kind = sys.argv[2]
+    kind, workers = sys.argv[2], int(sys.argv[3])
     if kind == "own":
-        executor = 2
+        executor = workers
     elif kind == "loky":
         import loky
-        executor = loky.ProcessPoolExecutor(2)
+        executor = loky.ProcessPoolExecutor(workers)
     else:
-        executor = ProcessPoolExecutor(2, multiprocessing.get_context(kind))
+        executor = ProcessPoolExecutor(workers, multiprocessing.get_context(kind))
     sweep(told, range(100_000), executor)
 """
 
@@ -51,22 +51,27 @@ def is_alive(pid):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.parametrize("kind", ["own", *slow("spawn", "forkserver", "fork", "loky")])
-def test_workers_end_when_their_parent_is_killed(kind, tmp_path):
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [("own", 1), *slow(("own", 2), ("spawn", 2), ("forkserver", 2), ("fork", 2), ("loky", 2))],
+)
+def test_workers_end_when_their_parent_is_killed(kind, number, tmp_path):
     script, seen = tmp_path / "script.py", tmp_path / "seen"
     script.write_text(SCRIPT)
     seen.mkdir()
     program = subprocess.Popen(
-        [sys.executable, script, seen, kind], stderr=subprocess.DEVNULL, start_new_session=True
+        [sys.executable, script, seen, kind, str(number)],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
     )
     try:
         deadline = time.monotonic() + 120
-        while len(list(seen.iterdir())) < 2 and time.monotonic() < deadline:
+        while len(list(seen.iterdir())) < number and time.monotonic() < deadline:
             time.sleep(0.1)
         program.kill()
         program.wait()
         workers = [int(file.name) for file in seen.iterdir()]
-        assert len(workers) == 2
+        assert len(workers) == number
         deadline = time.monotonic() + 20
         while any(map(is_alive, workers)) and time.monotonic() < deadline:
             time.sleep(0.1)

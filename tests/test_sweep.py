@@ -28,6 +28,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 from numpy.testing import assert_allclose
 from plans import disc
 from threadpoolctl import threadpool_info
@@ -340,10 +341,11 @@ def test_results_that_do_not_load_have_failed(tmp_path):
     assert found.results == [None, 1]
 
 
-def test_own_workers_are_replaced_when_they_die(tmp_path):
+@pytest.mark.parametrize("workers", [1, *slow(2)])
+def test_own_workers_are_replaced_when_they_die(workers, tmp_path):
     cases = [dict(x=x) for x in range(8)]
     cases[3] = dict(x=3, once=str(tmp_path / "once"))
-    assert sweep(deadly, cases, 2).results == [x * x for x in range(8)]
+    assert sweep(deadly, cases, workers).results == [x * x for x in range(8)]
     assert (tmp_path / "once").exists()
 
 
@@ -569,6 +571,7 @@ def four_records(tmp_path_factory):
     return file, file.read_bytes()
 
 
+@settings(max_examples=30)
 @given(data=st.data())
 def test_a_torn_record_is_left_out(data, four_records):
     file, content = four_records
@@ -583,6 +586,7 @@ def test_a_torn_record_is_left_out(data, four_records):
     assert all(outcome.resumed for outcome in sweep(square, range(4), file=file).outcomes)
 
 
+@settings(max_examples=30)
 @given(data=st.data())
 def test_damage_costs_one_record(data, four_records):
     file, content = four_records
@@ -677,7 +681,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(VALUES)
 def test_content_survives_pickling(value):
     assert fingerprint(pickle.loads(pickle.dumps(value))) == fingerprint(value)
@@ -692,6 +696,7 @@ def test_content_of_a_structure_survives_use_and_pickling():
     assert fingerprint(pickle.loads(pickle.dumps(punch))) == fresh
 
 
+@settings(max_examples=40)
 @given(VALUES, VALUES)
 def test_contents_differ_where_values_do(a, b):
     # repr tells 1 from True and 0.0 from -0.0, but also orders of dictionaries
