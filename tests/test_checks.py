@@ -169,7 +169,7 @@ def test_crossings_agree_with_brute_force():
     """Random pairs of triangles: the rib crosses the facet iff both segments separate."""
     rng = np.random.default_rng(1)
     agreed = [0, 0]
-    for _ in range(300):
+    for _ in range(200):
         a, b = np.zeros(2), np.array([1.0, 0.0])
         c, d = rng.uniform(-1.5, 2.5, 2), rng.uniform(-1.5, 2.5, 2)
         c[1], d[1] = 0.05 + abs(c[1]), -0.05 - abs(d[1])
@@ -181,7 +181,7 @@ def test_crossings_agree_with_brute_force():
         facet = np.nonzero(pair.f2t[1] != -1)[0]
         assert Corners(pair).crossing_parameters[facet] == pytest.approx([x])
         agreed[int(crosses)] += 1
-    assert min(agreed) > 20
+    assert min(agreed) > 9
 
 
 def joined(one, other):
@@ -207,7 +207,7 @@ def overlap_by_brute_force(m):
     return False
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     st.integers(1, 3),
     st.integers(1, 3),
@@ -343,14 +343,14 @@ def test_sufficient_conditions(good):
 def test_random_kites_of_the_sufficient_conditions():
     """Pairs of triangles at random: whoever satisfies a^2 - b^2 < 3 c^2 has a dual grid."""
     rng, satisfied = np.random.default_rng(4), 0
-    for _ in range(300):
+    for _ in range(100):
         c, d = rng.uniform(-0.6, 1.6, 2), rng.uniform(-0.6, 1.6, 2)
         c[1], d[1] = 0.1 + abs(c[1]), -0.1 - abs(d[1])
         report = check_mesh(mesh([(0, 0), (1, 0), c, d], [(0, 1, 2), (0, 1, 3)]))
         three = next(c for c in report.conditions if "3 c^2" in c.expected)
         assert report.ok or not three.ok
         satisfied += three.ok
-    assert satisfied > 50
+    assert satisfied > 15
 
 
 def test_information_does_not_decide():

@@ -299,7 +299,7 @@ def coordinates(n):
     return st.lists(st.floats(0.2, 3.0), min_size=n, max_size=n).map(np.cumsum)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_random_rectangles(data):
     """Definitions 3 and 4 and Proposition 1, with holes, gaps and a mask; or a refusal."""
@@ -465,7 +465,7 @@ def triangulations(draw):
     return m.restrict(np.nonzero(keep)[0])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(triangulations())
 def test_random_triangulations(mesh):
     """Every dual grid is 1-type, and has a maximal one, for which A is minimal."""
@@ -527,7 +527,7 @@ def test_voronoi_cells_hold_the_nearest_points(seed, n, kind):
     assert condition(couple, "ribs of B as sides").ok
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(1, 4),

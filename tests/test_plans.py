@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skfem_dual import DualMesh, MeshError, Plan
@@ -73,6 +73,7 @@ def test_extent_and_corners():
     )
 
 
+@settings(max_examples=40)
 @given(
     st.sampled_from([L_SHAPE, STADIUM]),
     st.floats(0, 6.3),

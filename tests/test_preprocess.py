@@ -178,7 +178,7 @@ def test_fixed_nodes_stay(to):
 
 
 def test_iterations_do_not_grow():
-    counts = [relocate(MeshTri.init_circle(k), "cells")[1].iterations for k in (3, 4, 5, 6)]
+    counts = [relocate(MeshTri.init_circle(k), "cells")[1].iterations for k in (3, 4, 5)]
     assert max(counts) <= 10
 
 
@@ -244,7 +244,7 @@ def test_bar_of_progress(capsys):
     assert capsys.readouterr() == ("", "")
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from([0.5, 1.0, 30.0]))
 def test_improve_never_worsens(seed, spacing):
     mesh = random_mesh(seed, spacing)
@@ -265,7 +265,7 @@ def test_improve_keeps_a_good_mesh():
     assert report.message == "kept as it was"
 
 
-@pytest.mark.parametrize("n", [40, *slow(200)])
+@pytest.mark.parametrize("n", [15, *slow(40, 200)])
 def test_repair_of_random_meshes(n):
     """Relocation mends nearly all of them, flips the rest."""
     meshes = (random_mesh(seed, spacing) for seed in range(104) for spacing in (1.0, 30.0))
@@ -286,7 +286,7 @@ def test_repair_of_random_meshes(n):
     assert flips <= 3
 
 
-@pytest.mark.parametrize("seed", [5, 44, 86, *slow(47, 74, 77, 83)])
+@pytest.mark.parametrize("seed", [5, *slow(44, 86, 47, 74, 77, 83)])
 def test_repair_with_flips(seed):
     """Spoilt and hardly any boundary nodes: relocation is not enough."""
     mesh = spoilt(random_mesh(seed, spacing=30.0), seed, rounds=12)
