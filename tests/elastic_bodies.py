@@ -58,7 +58,8 @@ def rigidity(K):
 
 
 def kirchhoff(mesh, element=None):
-    basis = CellBasis(mesh, element or ElementTriMorley())
+    """Of Argyris' element, if any, curvatures are of the third degree."""
+    basis = CellBasis(mesh, element or ElementTriMorley(), intorder=6 if element else None)
     return basis, bending.assemble(basis)
 
 
@@ -133,8 +134,10 @@ def block_on(grid, height=1.0, n=6):
         "triangles": lambda: CellBasis(plan, ElementTriP0()),
         "quadrilaterals": lambda: CellBasis(plan, ElementQuad0()),
     }[grid]()
-    element = ElementHex1() if grid == "quadrilaterals" else ElementTetP1()
-    basis = Basis(mesh, ElementVector(element))
+    if grid == "quadrilaterals":
+        basis = Basis(mesh, ElementVector(ElementHex1()), intorder=3)  # exact in boxes
+    else:
+        basis = Basis(mesh, ElementVector(ElementTetP1()))
     K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis)
     return cells, basis, K, {"boundary": "base"}
 

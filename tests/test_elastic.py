@@ -162,7 +162,7 @@ def ring(r, n=48):
 
 @pytest.mark.parametrize(
     ("K", "cells"),
-    [(0.01, 150), (1, 150), (1000, 150), *slow((0.001, 400), (0.1, 150), (10, 150))],
+    [(0.01, 150), (1000, 150), *slow((0.001, 400), (0.1, 150), (1, 150), (10, 150))],
 )
 def test_brown(K, cells):
     """Circle under a uniform load; the edge by default is the better one at every stiffness.
@@ -182,7 +182,7 @@ def test_brown(K, cells):
     assert errors[None] < 0.7 * errors["constant"]
 
 
-@pytest.mark.parametrize(("K", "rtol"), [(1.0, 1e-8), (1e7, 1e-8), *slow((1e-7, 1e-5))])
+@pytest.mark.parametrize(("K", "rtol"), [(1.0, 1e-8), *slow((1e7, 1e-8), (1e-7, 1e-5))])
 def test_hundreds_of_cells(K, rtol):
     """The ground may pull, but does not: the same pressures, soft or stiff."""
     punch = raft(K, generate.disc(n=400), edge="constant")
@@ -240,25 +240,31 @@ def test_infinite_plate_under_a_point_force():
     assert s.deflection([0.0, 0.0]) == pytest.approx(1 / (3 * np.sqrt(3) * D), rel=5e-3)
 
 
-def soft_block(n, edge):
-    """Settlement of the top of a tall block beyond its shortening, under a uniform load."""
+def soft_block(n):
+    """Settlements of the top of a tall block beyond its shortening, under a uniform load.
+
+    With either law at the edge of its base.
+    """
     sides = [np.linspace(-0.5, 0.5, n + 1)] * 2 + [np.linspace(0, 3, 2 * n + 1)]
     mesh = MeshHex.init_tensor(*sides).with_boundaries({"base": lambda x: x[2] == 0})
-    basis = Basis(mesh, ElementVector(ElementHex1()))
+    basis = Basis(mesh, ElementVector(ElementHex1()), intorder=3)  # exact in boxes
     K = linear_elasticity(*lame_parameters(0.5, 0.0)).assemble(basis)
     top = basis.boundary(mesh.facets_satisfying(lambda x: x[2] == 3))
     f = LinearForm(lambda v, w: -v[2]).assemble(top)
     cells = CellBasis(trace(mesh, "base"), ElementQuad0())
-    s = ElasticPunch(SOIL, cells, basis, K, boundary="base", edge=edge).solve(f)
-    assert s.force == pytest.approx(1.0, rel=1e-10)
-    assert s.equilibrium_residual < 1e-10
-    return f @ s.displacement - 3 / 0.5
+    found = []
+    for edge in ("singular", "constant"):
+        s = ElasticPunch(SOIL, cells, basis, K, boundary="base", edge=edge).solve(f)
+        assert s.force == pytest.approx(1.0, rel=1e-10)
+        assert s.equilibrium_residual < 1e-10
+        found.append(f @ s.displacement - 3 / 0.5)
+    return found
 
 
 @pytest.mark.parametrize("n", [3, *slow(8)])
 def test_soft_tall_block_converges(n):
     """Both laws at the edge lead to one settlement, from either side and faster than h."""
-    coarse, fine = ([soft_block(k, edge) for edge in ("singular", "constant")] for k in (n, 2 * n))
+    coarse, fine = soft_block(n), soft_block(2 * n)
     assert coarse[0] < fine[0] < fine[1] < coarse[1]
     assert fine[1] - fine[0] < (coarse[1] - coarse[0]) / 2.5
     assert 0.866 < fine[0] < fine[1] < 0.946  # mean settlements of a rigid square, a loose one
@@ -341,7 +347,7 @@ def on_springs(name, ratio, young=1.0, vertical=True):
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
-@pytest.mark.parametrize("ratio", [1e-8, 1e-2, *slow(1e-5)])
+@pytest.mark.parametrize("ratio", [1e-8, *slow(1e-2, 1e-5)])
 @pytest.mark.parametrize("name", ["block", "beam"])
 def test_springs_against_sliding_change_nothing(name, ratio, unilateral):
     """Vertical loads and smooth ground do no work on them, however soft they are.
@@ -381,7 +387,7 @@ def test_springs_that_are_taken_for_none_are_no_success(name):
         assert not sprung.solve(f, unilateral=False).success
 
 
-@pytest.mark.parametrize("stiffness", [1e-6, 0.1, *slow(1e-3, 100.0)])
+@pytest.mark.parametrize("stiffness", [1e-6, *slow(0.1, 1e-3, 100.0)])
 @pytest.mark.parametrize("grid", ["dual", "quadrilaterals"])
 def test_a_solid_on_springs_slides_and_turns_only(grid, stiffness):
     """The ground resists none of its motions: as with three DOFs that keep it from sliding."""
@@ -406,13 +412,13 @@ def test_a_solid_on_springs_slides_and_turns_only(grid, stiffness):
 @pytest.mark.parametrize("body", ["solid", "plate"])
 def test_hexahedra_and_quadrilaterals_at_site_coordinates(body):
     """There scikit-fem's Newton iteration has no digits left, from a kilometre on."""
-    x = np.linspace(-1, 1, 5)
+    x = np.linspace(-1, 1, 4)
 
     def deflections(site):
         plan = MeshQuad.init_tensor(x, x).translated(site)
         if body == "solid":
-            mesh = MeshHex.init_tensor(x, x, x[2:]).translated((*site, 0.0))
-            basis = CellBasis(mesh, ElementVector(ElementHex1()))
+            mesh = MeshHex.init_tensor(x, x, np.linspace(0, 1, 3)).translated((*site, 0.0))
+            basis = CellBasis(mesh, ElementVector(ElementHex1()), intorder=3)
             K = linear_elasticity(*lame_parameters(10.0, 0.3)).assemble(basis)
             base = {"boundary": mesh.facets_satisfying(lambda x: x[2] == 0)}
             f = -1.0 * (np.arange(basis.N) == basis.nodal_dofs[2, np.argmax(mesh.p[2])])

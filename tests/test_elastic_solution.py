@@ -15,6 +15,7 @@ from elastic_bodies import (
     raft,
     uniform,
 )
+from marks import slow
 from plans import disc, rectangle
 from scipy.linalg import block_diag
 from skfem import (
@@ -50,7 +51,6 @@ from skfem_dual import (
     trace,
 )
 from skfem_dual.grids import generate
-from skfem_dual.visuals.matplotlib import isobars
 
 mpl.use("Agg")
 ECCENTRIC = (0.55, 0.1)
@@ -75,7 +75,7 @@ def moved(basis):
 def test_random_balanced_loads_are_in_equilibrium(punch):
     """Forces and moments of pressures and loads, and of every DOF."""
     rng, planes = np.random.default_rng(0), moved(punch.structure)
-    for _ in range(5):
+    for _ in range(2):
         f = uniform(punch) + 0.3 * sum(
             point_load(punch, x) for x in rng.uniform(-0.4, 0.4, (3, 2))
         )
@@ -138,10 +138,10 @@ def test_many_loads_are_single_ones(punch):
 
 
 def test_threads_share_a_punch(punch):
-    loads = [point_load(punch, (0.08 * i, 0.1)) for i in range(8)]
+    loads = [point_load(punch, (0.08 * i, 0.1)) for i in range(4)]
     alone = [punch.solve(f) for f in loads]
     fresh = replace(punch)  # all that is computed once is computed by some thread
-    with ThreadPoolExecutor(8) as pool:
+    with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(fresh.solve, loads))
     for s, t in zip(alone, together, strict=True):
         np.testing.assert_array_equal(s.displacement, t.displacement)
@@ -215,7 +215,7 @@ def test_a_raft_on_one_pile(punch):
     assert s.force + 3.0 * (to_pile @ s.displacement).item() == pytest.approx(load, rel=1e-9)
 
 
-@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("unilateral", [True, *slow(False)])
 def test_supports_carry_the_rest(unilateral):
     """Reactions and pressures balance the load, its moments about any point too."""
     free = raft(0.1)
@@ -326,12 +326,11 @@ def test_pressures_leave_as_those_of_a_rigid_punch(punch):
     assert load.assemble(basis, q=1.0) @ values == pytest.approx(s.force, rel=1e-9)
     basis, values = s.nodal_pressure()
     assert load.assemble(basis, q=1.0) @ values == pytest.approx(s.force, rel=1e-9)
-    other = CellBasis(disc(3).refined(), ElementTriP1())
+    other = CellBasis(disc(3), ElementTriP1())
     assert s.load_vector(other).sum() == pytest.approx(s.force, rel=1e-6)
     assert 0 < s.contact_area < np.pi
     assert s.contact_region.area == s.contact_area
-    for drawn in (s.plot(), isobars(s)):
-        assert drawn.get_figure().axes
+    assert s.plot().get_figure().axes
     assert "ElasticSolution" in repr(s)
     assert "Deflection" in s._repr_html_()
     assert "3 motions" in repr(punch)
@@ -348,12 +347,13 @@ def test_answer_of_a_pickled_plate(punch):
         assert not array.flags.writeable
 
 
-def test_arrays_changed_later_are_none_of_the_plate(punch):
+def test_arrays_changed_later_are_none_of_the_plate():
     """Pickles were of the stiffness and the camber that stand in the arrays now."""
+    punch = raft(0.1, disc(2))
     K, gap = punch.stiffness.copy(), np.linspace(0.0, 1e-3, len(punch.partition))
     held = punch.structure.nodal_dofs[0, :2].copy()
     plate = replace(punch, stiffness=K, gap=gap, D=held)
-    f = point_load(punch, ECCENTRIC)
+    f = uniform(punch)
     expected = plate.solve(f).displacement
     K.data *= 3
     gap *= 2
@@ -374,9 +374,9 @@ def test_answer_of_a_pickle(block):
 
 def test_units_do_not_matter():
     """In N and mm, or MN and m."""
-    plain = raft(0.1)
+    plain = raft(0.1, disc(2))
     s = plain.solve(point_load(plain, ECCENTRIC))
-    mesh = disc(3).scaled(1e3)
+    mesh = disc(2).scaled(1e3)
     dual = DualMesh.from_mesh(mesh)
     plate, K = kirchhoff(dual.refinement)
     rigid = 0.1 / 12 / 0.96 * 1e9 * 7e4
@@ -391,20 +391,21 @@ def test_contact_of_a_turned_block():
 
     def area(angle):
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        _, basis, _, options = block_on("quadrilaterals", n=6)
+        _, basis, _, options = block_on("quadrilaterals", n=5)
         mesh = replace(basis.mesh, doflocs=block_diag(turn, 1.0) @ basis.mesh.p)
-        solid = Basis(mesh, basis.elem)
+        solid = Basis(mesh, basis.elem, intorder=3)
         K = linear_elasticity(*lame_parameters(0.1, 0.3)).assemble(solid)
         cells = CellBasis(trace(mesh, "base"), ElementQuad0())
         body = ElasticPunch(SOIL, cells, solid, K, **options)
         return body.solve(point_load(body, turn @ [0.5, 0.2])).contact_area
 
-    areas = [area(angle) for angle in (0.0, 0.3, np.pi / 2)]
+    areas = [area(angle) for angle in (0.0, 0.3)]
     assert areas[0] < 3.5
     assert np.ptp(areas) < 1e-6 * areas[0]
 
 
-def test_refused(punch, block):
+def test_refused(block):
+    punch = raft(0.1, disc(2))
     cells, plate, K = punch.basis, punch.structure, punch.stiffness
     n = plate.N
     f = uniform(punch)
@@ -426,7 +427,7 @@ def test_refused(punch, block):
     with pytest.raises(TypeError, match='method "auto", "active-set" or "cg"'):
         punch.solve(f, method=np.zeros(2))
     assert len(replace(punch, D={}).compliance.fixed) == 0
-    small = CellBasis(disc(3).scaled(0.9), ElementTriMorley())
+    small = CellBasis(disc(2).scaled(0.9), ElementTriMorley())
     for wrong, message in (
         (dict(stiffness=K[:-1, :-1]), rf"stiffness of shape \({n}, {n}\).*got \({n - 1}, "),
         (dict(stiffness=with_hole), r"finite stiffness, got K\[5, 7\] = nan, 1"),

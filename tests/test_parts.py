@@ -7,6 +7,7 @@ import weakref
 import numpy as np
 import pytest
 from elastic_bodies import raft, uniform
+from marks import slow
 from plans import disc
 
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, Punches, RigidPunch, RigidPunches
@@ -56,7 +57,7 @@ def mixed():
     return body, body.solve([uniform(plate), {"force": 1.0}])
 
 
-@pytest.mark.parametrize("kind", [alone, imposed, shaped, many, group, elastic, mixed])
+@pytest.mark.parametrize("kind", [alone, many, mixed, *slow(imposed, shaped, group, elastic)])
 def test_bodies_are_freed_as_soon_as_nothing_names_them(kind):
     """A matrix may be most of the memory there is: it does not wait for the collector."""
     with warnings.catch_warnings():
