@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import disc, perturbed, polar, rectangle
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
@@ -118,7 +119,7 @@ def test_meshes_graded_to_the_edge(n):
     assert high - low < 5e-4 * high
 
 
-@pytest.mark.parametrize("n", [100, 170, 300])
+@pytest.mark.parametrize("n", [100, *slow(170, 300)])
 @pytest.mark.parametrize(
     ("ground", "exact"),
     # by meshes of 1000, 2000 and 3900 cells, to 1e-6
@@ -139,7 +140,7 @@ def test_acute_corners(ground, exact, n):
     assert high - low < 0.05 / n * exact
 
 
-@pytest.mark.parametrize("n", [150, 220, 300])
+@pytest.mark.parametrize("n", [150, *slow(220, 300)])
 @pytest.mark.parametrize(
     ("thickness", "poisson", "exact"),
     # of the mean of meshes with 3900 cells, even ones and graded ones
@@ -244,7 +245,7 @@ def test_triangles_without_a_dual_grid():
 
 
 @pytest.mark.parametrize(
-    ("n", "half", "centre"), [((5, 38), 1.3, (0.0, 0.0)), ((6, 68), 1.6, (-0.07, 0.03))]
+    ("n", "half", "centre"), [((5, 38), 1.3, (0.0, 0.0)), *slow(((6, 68), 1.6, (-0.07, 0.03)))]
 )
 def test_contact_a_few_cells_across(n, half, centre):
     """Those across tell how close its position is, not all of them."""

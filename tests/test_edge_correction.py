@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from marks import slow
 from plans import perturbed, rectangle
 from scipy.integrate import quad
 from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshQuad, MeshTri
@@ -81,8 +82,8 @@ def by_strips(monkeypatch):
 @pytest.mark.parametrize(
     "weights",
     [
-        weights_of_square(4),
-        weights_of(DualMesh.from_mesh(MeshTri.init_lshaped().refined(1)).basis()),
+        weights_of_square(3),
+        *slow(weights_of(DualMesh.from_mesh(MeshTri.init_lshaped().refined(1)).basis())),
         weights_of(CellBasis(perturbed(rectangle(3), 0.05), ElementTriP0())),
         weights_of(CellBasis(MeshQuad().refined(2), ElementQuad0())),
     ],

@@ -36,19 +36,19 @@ SOIL = HalfSpace(1.0, 0.25)
 def star():
     angle = np.arange(10) * np.pi / 5
     radius = np.where(np.arange(10) % 2, 0.5, 1.0)
-    return polygon((radius * [np.cos(angle), np.sin(angle)]), n=250)
+    return polygon((radius * [np.cos(angle), np.sin(angle)]), n=120)
 
 
 def two_holes():
     square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
     hole = np.array([(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)])
     holes = [np.add(hole, middle).T for middle in ((0.45, 0.4), (-0.4, -0.45))]
-    return polygon(np.transpose(square), holes=holes, n=250)
+    return polygon(np.transpose(square), holes=holes, n=150)
 
 
 PLANS = {
-    "thin ring": (lambda: annulus(3, 80, inner=0.9), (0.1, 0.05)),
-    "L": (lambda: MeshTri.init_lshaped().refined(3), (-0.1, 0.15)),
+    "thin ring": (lambda: annulus(3, 60, inner=0.9), (0.1, 0.05)),
+    "L": (lambda: MeshTri.init_lshaped().refined(2), (-0.1, 0.15)),
     "two holes": (two_holes, (0.1, -0.05)),
     "star": (star, (0.05, 0.02)),
     "disc that lifts off": (lambda: disc(3), (0.5, 0.1)),
@@ -105,7 +105,7 @@ def test_moments_from_a_far_origin():
             np.testing.assert_allclose(found, [0.2, 0.01, 0.004], atol=1e-8)
 
 
-@pytest.mark.parametrize("grid", ["dual", "primal"])
+@pytest.mark.parametrize("grid", ["dual", *slow("primal")])
 def test_field_of_the_central_circle(grid):
     """p = P / (2 pi sqrt(1 - r^2)), by distance from the edge; cells are 0.08 wide."""
     dual = DualMesh.from_mesh(disc(4))
@@ -192,7 +192,7 @@ def test_field_of_a_sphere():
         assert_carries(solution, field, p)
 
 
-@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+@pytest.mark.parametrize("grid", ["basis", *slow("primal_basis")])
 def test_units_do_not_move_the_field(grid):
     """No rounding decides where cells are cut that the line of contact crosses."""
     mesh = polygon([[-1, 1, 1, -1], [-1, -1, 1, 1]], n=250)
@@ -207,13 +207,13 @@ def test_units_do_not_move_the_field(grid):
 
 
 @pytest.mark.parametrize("grid", ["basis", *slow("primal_basis")])
-@pytest.mark.parametrize("case", ["whole", "lifts off", "sphere"])
+@pytest.mark.parametrize("case", [*slow("whole"), "lifts off", "sphere"])
 def test_renumbering_turning_and_mirroring_do_not_move_the_field(grid, case):
     mesh = polygon([[-1, 1, 1, -1], [-1, -1, 0.7, 1]], n=250)
     x, fields, levels = np.random.default_rng(1).uniform(-0.6, 0.6, (2, 300)), [], []
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
     at = np.array((0.4, 0.15) if case == "lifts off" else (0.04, 0.02))
-    for seed, place in ((None, np.eye(2)), (0, np.eye(2)), (1, turn), (2, np.diag([1, -1]))):
+    for seed, place in ((None, np.eye(2)), (0, turn), (1, np.diag([1, -1]))):
         own = MeshTri(np.ascontiguousarray(place @ mesh.p), mesh.t)
         own = own if seed is None else renumbered(own, seed)
         gap = Paraboloid(2.0) if case == "sphere" else None
@@ -257,7 +257,7 @@ def test_a_part_of_one_triangle_has_no_field():
         s.solve(1.0, unilateral=False).pressure_field()
 
 
-@pytest.mark.parametrize("seed", [2, 6])
+@pytest.mark.parametrize("seed", [2, *slow(6)])
 def test_rough_contact_has_no_peaks_of_its_own(seed):
     """Cells of which the end of contact leaves a sliver tell of no pressure in it."""
     n, rng = 24, np.random.default_rng(seed)

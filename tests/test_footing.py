@@ -222,6 +222,7 @@ def test_corners_of_outlines():
     assert outline_corners(far) - [[5e5], [-4e6]] == pytest.approx(np.array(expected), abs=1e-8)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_units_do_not_change_the_answer():
     """The same footing in kN and m, and in N and mm: the page reads the same."""
     pages = []

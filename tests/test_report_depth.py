@@ -32,7 +32,7 @@ LAYERS = [Layer(1.0, 20e3, 0.3), Layer(2.0, 5e3, 0.4)]
         HalfSpace(20e3, 0.3),
         *slow(GradedHalfSpace.init_linear(20e3, 0.3, 0.5)),
         LayeredHalfSpace(LAYERS, HalfSpace(50e3, 0.3)),
-        LayeredHalfSpace(LAYERS, "bonded"),
+        *slow(LayeredHalfSpace(LAYERS, "bonded")),
     ],
     ids=["homogeneous", "graded", "layers", "rock"],
 )
