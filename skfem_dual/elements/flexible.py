@@ -49,6 +49,11 @@ def flexible_settlement(
         If the ground or the basis is something else, or the pressures are not finite or not one
         per cell.
 
+    Notes
+    -----
+    Every pair of a cell and a point takes some 20 ns. For more than about 1e4 of both
+    ``InfluenceOperator(substrate, basis, edge="constant") @ pressure`` is faster, to 1e-6.
+
     Examples
     --------
     >>> from skfem import MeshTri
