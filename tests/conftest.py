@@ -38,6 +38,15 @@ PLAIN = {
     "test_hankel",
 }
 
+#: modules of the fast summation: the second worker ends with them, when the first has compiled it
+MANY = {
+    "test_fmm",
+    "test_influence_operator",
+    "test_iterative",
+    "test_system",
+    "test_toeplitz",
+}
+
 matplotlib.use("agg")
 # the same examples in every run: what passes here passes elsewhere
 settings.register_profile(
@@ -53,12 +62,13 @@ threadpool_limits(1, "blas")
 
 
 def pytest_collection_modifyitems(items):
-    first, second, others = [], [], []
+    first, second, last, others = [], [], [], []
+    kinds = (LONG, first), (PLAIN, second), (MANY, last)
     for item in items:
-        name = item.path.stem
-        (first if name in LONG else second if name in PLAIN else others).append(item)
+        own = (own for names, own in kinds if item.path.stem in names)
+        next(own, others).append(item)
     ahead = max(len(items) // 2 - len(first), 0)
-    items[:] = first + others[:ahead] + second + others[ahead:]
+    items[:] = first + others[:ahead] + second + others[ahead:] + last
 
 
 @pytest.fixture

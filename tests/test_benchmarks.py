@@ -126,8 +126,8 @@ def test_regular(load, ours, capsys, tmp_path):
 
 def test_structures(load, capsys):
     structures = load("structures")
-    rows = structures.main((150,), (6,), 0)
-    assert set(rows) == {("raft", 150), ("block", 6)}
+    rows = structures.main((60,), (5,), 0)
+    assert set(rows) == {("raft", 60), ("block", 5)}
     for row in rows.values():
         assert row.solution.success
         assert row.difference < 1e-7

@@ -198,7 +198,7 @@ def test_means_of_roots_times_coordinates():
     assert _mean_share(a, b, c).item() == pytest.approx(expected, rel=1e-10)
 
 
-@pytest.mark.parametrize("soil", [SOIL, LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], SOIL)])
+@pytest.mark.parametrize("soil", [SOIL, *slow(LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], SOIL))])
 def test_beside_a_flat_footing_that_lifts_off(soil):
     """Whose cells without slopes count in the equations, and the order of both does not."""
     sphere = RigidPunch(soil, DualMesh.from_mesh(disc(n=150)).basis(), gap=Paraboloid(2.0))

@@ -67,6 +67,7 @@ def test_a_load_near_the_rim():
     assert np.hypot(*one.tilt) == pytest.approx(other.tilt[0], rel=0.03)
 
 
+@pytest.mark.slow
 def test_triangles_grow_away_from_contact():
     """Long chords behind a circle that lifts off do not widen it where it touches."""
     plan, load = Plan.circle((0, 0), 1.0), {"force": 1e6, "at": (0.8, 0.0)}
@@ -267,7 +268,7 @@ def trimmed(cut, bulge):
     return Plan.from_polygon([*outline, (a, 6, 0), (c, 6, bulge), (0, b, 0), (0, c, bulge)])
 
 
-@pytest.mark.parametrize("bulge", [np.tan(np.pi / 8), *slow(0.0)])
+@pytest.mark.parametrize("bulge", slow(np.tan(np.pi / 8), 0.0))
 def test_small_fillets_and_chamfers(bulge):
     """They take small triangles in the corners alone, and count as little as they should."""
     whole = solve_plan(Plan.from_polygon([(0, 0), (10, 0), (10, 6), (0, 6)]), SOIL, 1.0)
@@ -320,7 +321,7 @@ def test_horizontal_loads_on_a_circle():
     ground = HalfSpace(1.0, 0.3)
     shear = 1.0 / 2.6
     found = solve_plan(
-        Plan.circle((3.0, 1.0), 2.0), ground, 1.0, horizontal=(0.1, 0), torsion=0.05
+        Plan.circle((3.0, 1.0), 2.0), ground, 1.0, horizontal=(0.1, 0), torsion=0.05, accuracy=5e-3
     )
     assert found.accuracy.reached
     assert found.shear.displacement[0] == pytest.approx(1.7 * 0.1 / (16 * shear), rel=1e-3)

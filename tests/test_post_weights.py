@@ -53,6 +53,7 @@ def test_ratio_of_weights_and_density(table2):
     assert table2.RATIOS[int(np.argmax(means["f3"]))] == 4
 
 
+@pytest.mark.slow
 def test_cross_validation_is_near_the_best_weights(table2):
     for chosen, best in table2.cross_validation(2).values():
         assert chosen < 1.07 * best

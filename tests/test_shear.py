@@ -130,7 +130,7 @@ def test_thin_layer_is_not_seen_from_afar():
     assert found == pytest.approx(below, rel=2e-3)
 
 
-@pytest.mark.parametrize("ground", [CRUST, LINEAR], ids=["layer", "gradient"])
+@pytest.mark.parametrize("ground", [CRUST, *slow(LINEAR)], ids=["layer", "gradient"])
 def test_cells_near_and_far(ground):
     """Under the same traction on all cells these do not matter, though forces in large ones are
     cut and in small ones put together."""

@@ -97,6 +97,7 @@ def test_punches_on_equal_layers_are_those_on_a_half_space(at):
     assert one.pressure == pytest.approx(other.pressure, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_splitting_a_layer_changes_nothing():
     split = LayeredHalfSpace([Layer(0.3, 1.0, 0.25), Layer(0.7, 1.0, 0.25)], "bonded")
     assert error(split, R, BONDED.influence(R)).max() < 1e-9

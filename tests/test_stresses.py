@@ -278,7 +278,7 @@ def derivatives(f, x, h):
     [
         (SOIL, POINTS, 4e-3, 1e-10),
         (CRUST, POINTS[:, np.abs(POINTS[2] - 0.8) > 0.05][:, :6], 1e-2, 1e-5),
-        (LINEAR, POINTS[:, :1], 1e-2, 1e-5),
+        *slow((LINEAR, POINTS[:, :1], 1e-2, 1e-5)),
     ],
     ids=["homogeneous", "layer", "linear"],
 )

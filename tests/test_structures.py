@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from elastic_shapes import SOIL, block, plate
+from marks import slow
 from scipy.sparse import block_diag, diags, identity
 from skfem import (
     BilinearForm,
@@ -232,7 +233,7 @@ def _on_a_part():
     return mesh, "raft", CellBasis(mesh.restrict("raft"), ElementQuad0())
 
 
-@pytest.mark.parametrize("make", [_of_second_order, _on_a_part])
+@pytest.mark.parametrize("make", [_of_second_order, *slow(_on_a_part)])
 def test_structures_on_any_mesh_by_their_vertices(make, tmp_path):
     mesh, elements, cells = make()
     basis = CellBasis(mesh, ElementQuad2() * ElementVector(ElementQuad2()), elements=elements)

@@ -341,7 +341,7 @@ def test_results_that_do_not_load_have_failed(tmp_path):
     assert found.results == [None, 1]
 
 
-@pytest.mark.parametrize("workers", [1, *slow(2)])
+@pytest.mark.parametrize("workers", slow(1, 2))
 def test_own_workers_are_replaced_when_they_die(workers, tmp_path):
     cases = [dict(x=x) for x in range(8)]
     cases[3] = dict(x=3, once=str(tmp_path / "once"))

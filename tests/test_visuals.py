@@ -806,6 +806,7 @@ def test_bad_places_are_marked():
         list(layers(good, False))
 
 
+@pytest.mark.slow
 def test_far_from_the_origin_and_single_levels():
     mesh = MeshTri.init_circle(3)
     values = np.hypot(*mesh.p) ** 2
