@@ -303,3 +303,12 @@ def test_site_coordinates_leave_pressures_their_digits(grid):
     found, expected = (punch.solve(1.0, (0.02, 0.03)) for punch in (found, expected))
     assert found.settlement == pytest.approx(expected.settlement, rel=1e-9)
     assert found.pressure == pytest.approx(expected.pressure, rel=1e-6)
+
+
+def test_points_far_away_change_nothing_at_others():
+    punch = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(rectangle(4)).basis())
+    solution = punch.solve(1.0)
+    edge = punch.basis.dual.mesh.p[0].max()
+    beside = [[edge + 1e-6], [0.0]]
+    assert solution.pressure_at(beside) == [0.0]
+    assert solution.pressure_at(np.hstack([beside, [[1e12], [0.0]]])).tolist() == [0.0, 0.0]

@@ -537,3 +537,11 @@ def test_the_common_refinement_is_not_made_for_products():
     operator = InfluenceOperator(HalfSpace(1.0, 0.0), dual.basis())
     assert (operator @ np.ones(len(dual)) > 0).all()
     assert "refinement" not in vars(dual)
+
+
+@pytest.mark.parametrize("method", ["dense", "fast"])
+def test_products_of_nothing(method):
+    dual = DualMesh.from_mesh(disc(3))
+    soil = GROUNDS["layered"] if method == "dense" else HalfSpace(1.0, 0.0)
+    operator = InfluenceOperator(soil, dual.basis(), method=method)
+    assert (operator @ np.zeros((len(dual), 0))).shape == (len(dual), 0)

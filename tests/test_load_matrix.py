@@ -421,3 +421,14 @@ def test_slivers_of_rounding_far_from_the_origin_are_no_load_left_out():
     f = s.load_vector(CellBasis(far, ElementTriP1()))
     found = np.array([f.sum(), *((far.p - site[:, None]) @ f)])
     np.testing.assert_allclose(found, s.resultant, rtol=1e-9, atol=1e-9)
+
+
+def test_constants_take_what_their_elements_carry():
+    """Loads of elements are the sums of those of their parts."""
+    s = solved(DualMesh.from_mesh(rectangle(5)).basis())
+    coarse = MeshTri.init_tensor(np.linspace(-1.2, 1.2, 8), np.linspace(-1.2, 1.2, 6))
+    fine = coarse.refined(2)
+    parent = coarse.element_finder()(*fine.p[:, fine.t].mean(axis=1))
+    found, parts = (s.load_vector(CellBasis(mesh, ElementTriP0())) for mesh in (coarse, fine))
+    sums = np.bincount(parent, parts, coarse.nelements)
+    assert found == pytest.approx(sums, abs=1e-13)

@@ -13,6 +13,7 @@ from skfem import (
     ElementVector,
     LinearForm,
     MeshQuad,
+    MeshTri,
     condense,
     solve,
 )
@@ -29,7 +30,7 @@ from skfem_dual import (
 from skfem_dual.elements.load_matrix import points_in_pieces
 from skfem_dual.elements.tangential import Tractions
 from skfem_dual.grids.fan import Fan
-from skfem_dual.grids.generate import disc
+from skfem_dual.grids.generate import disc, polygon
 from skfem_dual.grids.partition import Partition
 from skfem_dual.ground.hankel import BITS, ONE, SQUARES
 
@@ -170,3 +171,19 @@ def test_laws_inside_cells():
     ]
     # weighted triangles act as uniform ones whose loads act in the same points
     assert found == pytest.approx(np.array(expected) @ force, abs=1e-4)
+
+
+def test_mirrored_bases_that_lift_off_slide_alike():
+    """Cells are cut along the edge of contact whatever the sense of their vertices."""
+    mesh = polygon([(0, 0), (3, 0.3), (2.5, 2), (1, 3)], n=60)
+    mesh = mesh.translated(tuple(-mesh.p.mean(axis=1)))
+
+    def moved(sign):
+        mirrored = MeshTri(mesh.p * [[1.0], [sign]], mesh.t)
+        punch = RigidPunch(HalfSpace(1.0, 0.3), CellBasis(mirrored, ElementTriP0()))
+        found = punch.solve(
+            1.0, (0.6, -0.6 * sign), horizontal=(0.1, 0.2 * sign), torsion=0.1 * sign
+        )
+        return np.append(found.shear.displacement, found.shear.twist) * [1.0, sign, sign]
+
+    assert moved(-1.0) == pytest.approx(moved(1.0), rel=1e-8)

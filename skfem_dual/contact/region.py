@@ -185,6 +185,9 @@ class ContactRegion(ReadOnly):
             If there is no contact.
         """
         (lone, second, third), inside, *_ = self._cut
+        # the diagonal from the vertex farther from the edge, whatever their order
+        turned = np.abs(self.level[third]) < np.abs(self.level[second])
+        second, third = np.where(turned, third, second), np.where(turned, second, third)
         n = self.p.shape[1]
 
         def between(a: ndarray, b: ndarray) -> ndarray:

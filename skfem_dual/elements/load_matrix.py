@@ -63,7 +63,8 @@ def load_matrix(
         mappings have them, but the plan is shared out between them along straight sides.
     order : int, optional
         Degree up to which products with the test functions are integrated exactly; by default
-        the degree of the basis, and two more where its mapping is not affine, but at most 19.
+        the degree of the basis, at least 1, and two more where its mapping is not affine, but at
+        most 19.
     component : int, optional
         The scalar component of the test functions that the pressure works on, counted through
         all fields of the element. By default, on facets of a 3-D mesh, the traction
@@ -97,7 +98,8 @@ def load_matrix(
     if order is not None:
         order = checked_integer("order", order, at_least=0, at_most=HIGHEST - moments)
     else:
-        order = basis.elem.maxdeg + (0 if isinstance(target.mapping, MappingAffine) else 2)
+        # moments of cells take the first degree, whatever the test functions
+        order = max(basis.elem.maxdeg, 1) + (0 if isinstance(target.mapping, MappingAffine) else 2)
         order = min(order, HIGHEST - moments)  # ElementQuadP asks for more than it has
     pieces = overlaps(fan.p[:, fan.t], target.cells)
     cell = fan.cell[pieces.first]

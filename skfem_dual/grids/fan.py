@@ -232,7 +232,7 @@ class Fan(ReadOnly):
         # many circles pay for many points
         many = min(8 * x.shape[1] / self.t.shape[1], THIN)
         circled, middle, reach, longest = self._circles(many) if many > 1 else self._few_circles
-        blur = rounding(x, self.p)
+        blur = rounding(self.p)  # points farther out are outside
         least = -1e-9 - blur * longest / (2 * self.areas)
         reach = reach + blur
         points, offsets = in_circles(reach, middle, x)

@@ -292,6 +292,8 @@ class InfluenceOperator(LinearOperator):
                 f"expected pressure of shape ({n},) or ({n}, k), of all cells, got "
                 f"{pressure.shape}"
             )
+        if not pressure.size:
+            return np.zeros((self.shape[0], 0))
         return self._matmat(pressure)
 
     def dot(self, x: Any) -> Any:

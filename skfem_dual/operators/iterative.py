@@ -154,7 +154,9 @@ def solve_many(
             for _ in range(CORRECTIONS):
                 left = rhs - operator @ solution
                 off = np.linalg.norm(left, axis=0) / np.where(sizes > 0, sizes, 1.0)
-                converged = np.array([history[-1] <= 1.01 * rtol for history in residuals])
+                converged = np.array(
+                    [history[-1] <= 1.01 * rtol for history in residuals], dtype=bool
+                )
                 again = np.nonzero(converged & (off > SPOILT * rtol))[0]
                 if not len(again):
                     break
