@@ -243,3 +243,10 @@ def test_a_drawing_in_another_unit(capsys, tmp_path):
     assert rows(out)["Contact area"] == "6e+06 m²"
     _, _, err = run(capsys, *arguments[:-1], "kN,mm")
     assert err == ""
+
+
+def test_a_second_layer_is_refused(capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["solve", "a.dxf", "--layer", "A", "--layer", "B", *GROUND, "--force", "1"])
+    assert end.value.code == 2
+    assert "--layer: expected once, got A and B. Remedy" in capsys.readouterr().err

@@ -3,8 +3,9 @@ import pickle
 import numpy as np
 import pytest
 from scipy import interpolate
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
-from skfem_dual import MeasuredProfile
+from skfem_dual import HalfSpace, MeasuredProfile, RigidPunch
 
 X = np.random.default_rng(0).uniform(-1, 1, (2, 50))
 
@@ -132,3 +133,25 @@ def test_points_measured_twice_have_one_height():
 def test_bad_profiles(make, error, message):
     with pytest.raises(error, match=message):
         make()
+
+
+def test_heights_in_memory_are_those_of_a_file(tmp_path):
+    """The highest point touches first."""
+    heights = np.random.default_rng(0).uniform(size=(4, 5))
+    np.save(tmp_path / "z.npy", heights)
+    options = {"spacing": (0.5, 0.25), "origin": (1.0, -2.0)}
+    x = np.vstack([[1.25, 2.0, 2.75], [-1.9, -1.5, -0.8]])
+    for peaks in (True, False):
+        found = MeasuredProfile.from_heights(heights.tolist(), **options, peaks=peaks)
+        read = MeasuredProfile.read(tmp_path / "z.npy", **options, peaks=peaks)
+        assert found(x).tolist() == read(x).tolist()
+    i, j = np.unravel_index(heights.argmax(), heights.shape)
+    top = MeasuredProfile.from_heights(heights, 1.0)
+    assert top([[i + 0.5], [j + 0.5]]) == pytest.approx(0.0, abs=1e-15)
+    with pytest.raises(ValueError, match="two heights or more"):
+        MeasuredProfile.from_heights([[1.0, 2.0]], 1.0)
+    with pytest.raises(ValueError, match="positive distances for spacing"):
+        MeasuredProfile.from_heights(heights, 0.0)
+    cells = CellBasis(MeshQuad.init_tensor(np.arange(5.0), np.arange(6.0)), ElementQuad0())
+    with pytest.raises(ValueError, match=r"shape \(4, 5\). Remedy: MeasuredProfile.from_heights"):
+        RigidPunch(HalfSpace(1.0, 0.0), cells, gap=heights, origin=(2, 2.5)).solve(1.0)

@@ -153,8 +153,8 @@ def test_apostrophes_of_any_kind(tmp_path, mark):
     ("text", "message"),
     [
         (
-            "phi,E,nu\n,1,0\n",
-            "line 1: expected the headings thickness, E, nu.*the column 'phi'.*or leave it out",
+            "xi,E,nu\n,1,0\n",
+            "line 1: expected the headings thickness, E, nu.*the column 'xi'.*or leave it out",
         ),
         ("h,E,G,nu\n2,1,1,0\n", "line 1: expected .* one of E and G"),
         ("h,z,E,nu\n2,2,1,0\n", "line 1: expected .* one of thickness, depth"),
@@ -178,6 +178,12 @@ def test_apostrophes_of_any_kind(tmp_path, mark):
 def test_wrong_layers_name_the_line(tmp_path, text, message):
     with pytest.raises(ValueError, match=message):
         read_substrate(write(tmp_path, text, "g.csv"))
+
+
+def test_columns_of_weights_and_strengths_do_not_count(tmp_path):
+    plain = read_substrate(write(tmp_path, "h,E,nu\n1.5,15,.35\n,80,.3\n", "a.csv"))
+    text = "No.,h,E,nu,γ [kN/m3],phi [°],Bemerkung\n1,1.5,15,.35,19,30,weich\n2,,80,.3,20,35,\n"
+    assert read_substrate(write(tmp_path, text, "b.csv")) == plain
 
 
 CLAY, SAND = Layer(1.5, 8e3, 0.35), Layer(4.5, 40e3, 0.3)

@@ -363,6 +363,12 @@ def read_loads(options: argparse.Namespace) -> CaseRows | None:
                 f"{row.where}: expected a footing among {', '.join(names)}, the names of the mesh "
                 f"files, got {footing or 'none'}"
             )
+        if len(names) > 1 and (any(row.horizontal or ()) or row.torsion):
+            raise ValueError(
+                f"{row.where}: expected vertical loads of several footings, got horizontal ones: "
+                "how bases beside each other slide is not known. Remedy: leave out hx, hy and "
+                "torsion, and a run for each of them by itself"
+            )
         found.setdefault(row.name, {}).setdefault(footing, []).append(row)
     for case, of in found.items():
         if missing := [name for name in names if name not in of]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from os import PathLike
 from typing import Self
 
@@ -121,12 +122,51 @@ class MeasuredProfile(ReadOnly):
         """
         from ..io.surfaces import read_heights
 
+        peaks = checked_flag("peaks", peaks)
         if isinstance(unit, str) and unit in MICROMETRES:
             unit = "µm"
         checked_choice("unit", unit, ("m", "mm", "µm"))
         x, height = read_heights(path, spacing, checked_pair("origin", origin), unit)
-        height = height.max() - height if checked_flag("peaks", peaks) else height
-        return cls(x, height, in_middles=height.ndim == 2)
+        return cls(x, height.max() - height if peaks else height, in_middles=height.ndim == 2)
+
+    @classmethod
+    def from_heights(
+        cls,
+        height: ArrayLike,
+        spacing: float | Pair,
+        origin: Pair = (0.0, 0.0),
+        *,
+        peaks: bool = True,
+    ) -> Self:
+        """The surface of a punch from a grid of heights, as other programs have it.
+
+        Parameters
+        ----------
+        height : (nx, ny) array of float
+            The first index along x, the second along y.
+        spacing, origin, peaks
+            As of `read`.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If something is no number, or there are less than two heights in a direction.
+
+        Examples
+        --------
+        >>> bumps = MeasuredProfile.from_heights([[0.0, 1.0], [1.0, 3.0]], spacing=0.5)
+        >>> bumps([[0.25, 0.75], [0.25, 0.75]]).tolist()
+        [3.0, 0.0]
+        """
+        height = checked_array("height", height, ("nx", "ny"))
+        if min(height.shape) < 2:
+            raise ValueError(
+                "expected a grid of two heights or more in both directions, got shape "
+                f"{height.shape}"
+            )
+        places = middles(height.shape, checked_spacing(spacing), checked_pair("origin", origin))
+        gap = height.max() - height if checked_flag("peaks", peaks) else height
+        return cls(places, gap, in_middles=True)
 
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...)."""
@@ -184,6 +224,20 @@ class MeasuredProfile(ReadOnly):
             f"MeasuredProfile({' x '.join(map(str, self.height.shape))} heights, "
             f"{self.height.min():.6g} to {self.height.max():.6g}, at x {', y '.join(extent)})"
         )
+
+
+def checked_spacing(spacing: float | Pair) -> Pair:
+    """Distances along x and along y, or one for both."""
+    both = checked_pair("spacing", (spacing, spacing) if isinstance(spacing, Real) else spacing)
+    if min(both) <= 0:
+        raise ValueError(f"expected positive distances for spacing, got {both}")
+    return both
+
+
+def middles(shape: tuple[int, ...], spacing: Pair, origin: Pair) -> tuple[ndarray, ndarray]:
+    """Coordinates of the middles of equal rectangles from a corner on, along x and along y."""
+    x, y = (o + d * (np.arange(n) + 0.5) for o, d, n in zip(origin, spacing, shape, strict=True))
+    return x, y
 
 
 def _triangulated(x: ndarray, height: ndarray) -> Callable[[ndarray], ndarray]:

@@ -50,9 +50,11 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
         )
     values = np.asarray(values, dtype=float)
     if values.shape != x.shape[1:]:
+        grid = values.ndim == 2 and not callable(gap)
+        remedy = ". Remedy: MeasuredProfile.from_heights for heights on a grid" if grid else ""
         raise ValueError(
             f"expected a gap for each of the {x.shape[1]} collocation points, got shape "
-            f"{values.shape}"
+            f"{values.shape}{remedy}"
         )
     if not np.isfinite(values).all():
         bad = np.nonzero(~np.isfinite(values))[0]

@@ -26,8 +26,11 @@ CALLED = {
     "shear": ("g", "shear modulus", "schubmodul", "module de cisaillement"),
     "poisson": ("nu", "ν", "poisson", "poisson's ratio", "poissons ratio", "querdehnzahl",
                 "poissonzahl", "coefficient de poisson"),
-    "text": ("name", "soil", "layer", "description", "no", "nr", "boden", "bodenart", "schicht",
-             "sol", "couche"),
+    # and weights and strengths, of which elastic ground takes none
+    "text": ("name", "soil", "layer", "description", "no", "no.", "nr", "nr.", "boden", "bodenart",
+             "schicht", "sol", "couche", "remark", "remarks", "bemerkung", "bemerkungen",
+             "gamma", "γ", "unit weight", "wichte", "phi", "phi'", "φ", "φ'", "friction angle",
+             "reibungswinkel", "c", "c'", "cohesion", "kohäsion"),
 }  # fmt: skip
 #: the modulus under lateral strain nought, and what may be either
 OEDOMETRIC = ("es", "e_s", "eoed", "e_oed", "steifemodul", "constrained modulus")

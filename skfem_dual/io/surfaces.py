@@ -1,12 +1,12 @@
 """Heights of measured surfaces."""
 
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import Pair, checked_pair
+from ..arguments import Pair
+from ..contact.measured import checked_spacing, middles
 from ..messages import one_line
 from .guarded import require_file, text_of
 from .tables import cells_of, make_numbers
@@ -31,10 +31,7 @@ def read_heights(
     """Points and heights of a file, as `MeasuredProfile.read` takes them."""
     file = require_file(path, "a file of heights")
     if spacing is not None:
-        both = (spacing, spacing) if isinstance(spacing, Real) else spacing
-        spacing = checked_pair("spacing", both)
-        if min(spacing) <= 0:
-            raise ValueError(f"expected positive distances for spacing, got {spacing}")
+        spacing = checked_spacing(spacing)
     kind = file.suffix.lower()
     if kind == ".npy":
         values = _array(file)
@@ -66,8 +63,7 @@ def read_heights(
             f"{values.shape}"
         )
     _require_finite(file, values)
-    x, y = (o + d * (np.arange(n) + 0.5) for o, d, n in zip(origin, spacing, values.shape))
-    return (x, y), values
+    return middles(values.shape, spacing, origin), values
 
 
 def _require_finite(file: Any, values: ndarray) -> None:

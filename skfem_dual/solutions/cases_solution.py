@@ -159,6 +159,11 @@ class CasesSolution(ReadOnly):
         return Circles.of(self.footprint)
 
     @computed_once
+    def contact_area(self) -> ndarray:
+        """Areas of contact; shape (k,)."""
+        return self._of(lambda solution: solution.contact_area, (), lifting=True)
+
+    @computed_once
     def contact_share(self) -> ndarray:
         """Parts of the plan's area in contact; shape (k,)."""
         area = self.footprint.partition.areas.sum()
