@@ -88,7 +88,7 @@ def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) 
         If the suffix is not ``.vtu``, or the ground has a period.
     """
     kinds = (PunchSolution, ElasticSolution) if len(solutions) > 1 else PunchSolution
-    remedy = "write_structure for what bends, *solutions for neighbours"
+    remedy = "write_structure for what bends, *solutions for neighbours, write_field for a field"
     for solution in solutions or (None,):
         checked_instance("solution", solution, kinds, remedy)
     if any(isinstance(s.footprint.substrate, PeriodicGround) for s in solutions):
