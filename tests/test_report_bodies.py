@@ -112,6 +112,24 @@ def test_a_structure_beside_a_footing(group):
     assert "How far the numbers may be off, pad" in text
 
 
+def test_the_solver_is_told_of_each_body(cases, group):
+    """Each by its governing case, named where there are several."""
+    raft, pad = group.solutions
+    text = report_html({"raft": raft, "pad": pad})
+    (part,) = re.findall(r"<h2>Solver</h2>(.*?)</section>", text, re.DOTALL)
+    assert re.findall(r"<th scope=\"col\">(Solver.*?)</th>", part) == [
+        "Solver, raft",
+        "Solver, pad",
+    ]
+    assert re.findall(r"Result</th><td>(.*?)</td>", part) == [raft.message, pad.message]
+    assert part.count("Versions") == 1
+    assert "a structure of finite elements with a smooth base and a rigid, smooth punch" in part
+    assert "Case</th>" not in part
+    (part,) = re.findall(r"<h2>Solver</h2>(.*?)</section>", report_html(cases), re.DOTALL)
+    assert "Case</th><td>aside</td>" in part
+    assert cases["aside"].message in part
+
+
 def test_what_holds_a_structure_takes_part_of_its_loads():
     """A solid held sideways settles freely; a raft that is held down does not."""
     cube = block(tilt=0.5, n=3)

@@ -18,7 +18,7 @@ from ..solutions.punch_solution import PunchSolution
 from .bearing import points_section
 from .bodies import Body, bodies_of
 from .cases import bearing_of_bodies, cases_sections
-from .checks import error_section, resultant_section, solver_section, warnings_of
+from .checks import Solved, error_section, resultant_section, solver_section, warnings_of
 from .data import plain, report_data
 from .depth import depth_of_footing
 from .details import Details
@@ -189,5 +189,5 @@ def _punch_sections(
         depth_of_footing(footings[0]),
         resultant_section(solution, standing),
         error_section(standing, footings[0].accuracy),
-        solver_section(solution, __version__, details.units),
+        solver_section([Solved(solution)], __version__, details.units),
     ]

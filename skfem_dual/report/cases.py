@@ -12,6 +12,7 @@ from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
 from .checks import (
     ROUNDING,
+    Solved,
     cautions_of,
     cautions_of_bounds,
     error_section,
@@ -94,9 +95,17 @@ def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list
         if each.standing is not None:
             case = each.cases.names[each.governing]
             parts.append(error_section(each.standing, each.accuracy, case, each.name))
-    first = bodies[0].standing
-    if first is not None:
-        parts.append(solver_section(first.solution, version, first.units))
+    solved = [
+        Solved(
+            body.standing.solution,
+            body.name,
+            body.names[body.governing] if len(body.names) > 1 else "",
+        )
+        for body in bodies
+        if body.standing is not None
+    ]
+    if solved:
+        parts.append(solver_section(solved, version, bodies[0].details.units))
     return parts
 
 

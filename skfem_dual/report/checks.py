@@ -2,12 +2,13 @@
 
 import platform
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 import skfem
 
+from ..messages import listed
 from ..plans.search import Accuracy
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
@@ -179,8 +180,16 @@ def _accuracy(accuracy: Accuracy) -> Html:
     )  # fmt: skip
 
 
-def solver_section(solution: CellPressures, version: str, units: Units) -> Html:
-    """Iterations, residuals, versions and times."""
+class Solved(NamedTuple):
+    """A solution that a page shows, its body and its case, each empty where there is one only."""
+
+    solution: CellPressures
+    body: str = ""
+    case: str = ""
+
+
+def solver_section(solved: Sequence[Solved], version: str, units: Units) -> Html:
+    """Iterations, residuals and times of each body; versions."""
     versions = {
         "skfem_dual": version,
         "scikit-fem": skfem.__version__,
@@ -188,15 +197,34 @@ def solver_section(solution: CellPressures, version: str, units: Units) -> Html:
         "scipy": scipy.__version__,
         "Python": platform.python_version(),
     }
-    seconds = list(solution.timings.items())
-    rigid = isinstance(solution, PunchSolution)
-    body = "punch" if rigid else "structure"
-    what = (
-        "a rigid, smooth punch" if rigid else "a structure of finite elements with a smooth base"
+    kinds = {
+        True: "a rigid, smooth punch",
+        False: "a structure of finite elements with a smooth base",
+    }
+    what = dict.fromkeys(kinds[isinstance(each.solution, PunchSolution)] for each in solved)
+    told = ", ".join(f"{name} {v}" for name, v in versions.items())
+    tables = [_solver_rows(each, units) for each in solved]
+    tables[-1].append(("Versions", told, NONE))
+    return section(
+        "Solver",
+        *(
+            table(rows, (f"Solver, {each.body}" if each.body else "Solver", "", "Unit"))
+            for each, rows in zip(solved, tables, strict=True)
+        ),
+        paragraph(
+            f"Boundary elements on a dual grid: {listed(list(what))} without friction or adhesion "
+            "on linearly elastic ground, at small deformations."
+        ),
     )
+
+
+def _solver_rows(solved: Solved, units: Units) -> list[tuple]:
+    solution = solved.solution
+    body = "punch" if isinstance(solution, PunchSolution) else "structure"
     misfit = amount(solution.displacement_residual, units.displacement, 2)
     iterated = str(solution.iterations) if solution.iterations else "none needed"
-    rows: list[tuple] = [
+    return [
+        *([("Case", solved.case, NONE)] if solved.case else []),
         ("Result", solution.message, NONE),
         ("Converged", "yes" if solution.success else Html("<strong>NO</strong>"), NONE),
         ("Iterations for the contact region", iterated, NONE),
@@ -206,17 +234,8 @@ def solver_section(solution: CellPressures, version: str, units: Units) -> Html:
             NONE,
         ),
         (f"Largest misfit of ground and {body}", misfit, symbol(units.displacement)),
-        ("Time", joined([_seconds(n, t) for n, t in seconds], ", "), "s"),
-        ("Versions", ", ".join(f"{name} {v}" for name, v in versions.items()), NONE),
+        ("Time", joined([_seconds(n, t) for n, t in solution.timings.items()], ", "), "s"),
     ]
-    return section(
-        "Solver",
-        table(rows, ("Solver", "", "Unit")),
-        paragraph(
-            f"Boundary elements on a dual grid: {what} without friction or adhesion "
-            " on linearly elastic ground, at small deformations."
-        ),
-    )
 
 
 def _seconds(name: str, value: float) -> Html:

@@ -13,7 +13,7 @@ from ..solutions.bearing import Circles, bearing_pressure
 from ..solutions.elastic_solution import ElasticSolution
 from ..units import Units
 from .bearing import Borne, bearing_section
-from .checks import DEFORMED, ROUNDING, UNBALANCED, notices, solver_section
+from .checks import DEFORMED, ROUNDING, UNBALANCED, Solved, notices, solver_section
 from .depth import depth_section
 from .details import Details
 from .figures import deflection_picture
@@ -62,7 +62,7 @@ def structure_sections(
         bearing_section([borne], [Circles.of(footprint).radius], details),
         depth_section(solution, details),
         _balance(solution, plan),
-        solver_section(solution, version, details.units),
+        solver_section([Solved(solution)], version, details.units),
     ]
 
 
