@@ -87,6 +87,23 @@ def test_page_of_cases(cases):
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_resultants_of_cases_as_of_one(cases):
+    """Where each acts and its reserves, with the words of a page of that case alone."""
+    found = Page(report_html(cases, **SAID))
+    head, *rows = next(t for t in found.tables if len(t[0]) > 2 and t[0][2]["text"] == "ex [m]")
+    heads = [cell["text"].removesuffix(" [m]") for cell in head]
+    assert heads[2:4] == ["ex", "ey"]
+    assert heads[5:] == ["Reserve against lifting off", "Reserve against overturning"]
+    for name, *cells in rows:
+        alone = Page(report_html(cases[name["text"]], **SAID))
+        from_origin = np.add(cells[0]["values"], (0.3, 0.3))
+        assert [cell["values"][0] for cell in cells[1:3]] == pytest.approx(from_origin, abs=1e-9)
+        for k in (1, 4, 5, 6):
+            (own,) = (row for text, row in alone.rows.items() if text.startswith(heads[k]))
+            assert cells[k - 1]["values"] == pytest.approx(own[0]["values"], abs=1e-9), heads[k]
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_case_without_solution_is_told():
     punch = RigidPunch(SOIL, L_SHAPE.basis())
     with pytest.warns(ConvergenceWarning):
@@ -99,7 +116,11 @@ def test_a_case_without_solution_is_told():
     assert data["footings"][0]["cases"][1]["settlement"] is None
     with pytest.warns(ConvergenceWarning):
         nothing = punch.solve_many([{"force": 1.0, "at": (3, 0)}])
-    assert "NO SOLUTION" in report_html(nothing)
+    text = report_html(nothing)
+    assert "NO SOLUTION" in text
+    (over,) = (t[1] for t in Page(text).tables if t[0][-1]["text"].endswith("overturning"))
+    assert 0 < over[-1]["values"][0] < 1
+    assert over[-2]["values"][0] < 0  # beyond the edge
     json.dumps(report_data(bodies_of(nothing, Details())), allow_nan=False)
 
 

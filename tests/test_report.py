@@ -352,6 +352,9 @@ def test_reserves_by_hand():
     assert np.isnan(reach(square, np.array([3.0, 1.0]), centre))
     assert distance_inside(square, np.array([0.25, 1.0])) == pytest.approx(0.25)
     assert distance_inside(square, np.array([2.5, 1.0])) == pytest.approx(-0.5)
+    several = np.array([[1.25, 1.0, np.nan], [1.0, 1.0, np.nan]])
+    assert reach(square, centre, several) == pytest.approx([4.0, np.inf, np.nan], nan_ok=True)
+    assert distance_inside(square, several) == pytest.approx([0.75, 1.0, np.nan], nan_ok=True)
 
 
 # ---------------------------------------------------------------- contact and load

@@ -30,6 +30,7 @@ from .page import (
     aligned,
     alone,
     amount,
+    coordinate,
     joined,
     notice,
     number,
@@ -75,6 +76,8 @@ def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list
         _results(body) if isinstance(body, Footing) else deflections_section(body)
         for body in bodies
     ]
+    if footings:
+        parts.append(_resultants(footings))
     parts += [moments_section(s.plate, s.cases, s.details.units, s.name) for s in structures]
     parts += [_envelope(bodies), bearing_of_bodies(bodies)]
     if footings:
@@ -277,7 +280,7 @@ def _results(footing: Footing) -> Html:
     head += ["Kern used"] if kern else []
     rows = [
         (
-            cases.names[k] if cases.success[k] else f"{cases.names[k]} (NO SOLUTION)",
+            _shown(footing, k),
             amount(cases.settlement[k], sink, 4),
             *(amount(tilt, slope, 4) for tilt in footing.tilts[:, k]),
             amount(cases.largest_settlement[k], sink, 4),
@@ -296,6 +299,48 @@ def _results(footing: Footing) -> Html:
             "kern's edge: up to 100 % the whole base keeps contact."
             if kern
             else "",
+        ),
+    )
+
+
+def _shown(footing: Footing, k: int) -> str:
+    """The name of a case, and whether it lacks a solution."""
+    return f"{footing.names[k]}{'' if footing.success[k] else ' (NO SOLUTION)'}"
+
+
+def _resultants(footings: Sequence[Footing]) -> Html:
+    """Where they act in each case, and how far that is from trouble."""
+    length = footings[0].details.units.length.symbol
+    kern = any((~np.isnan(footing.lift_off_reserve)).any() for footing in footings)
+    head = ["Case", f"The resultant acts at [{length}]", *(f"e{c} [{length}]" for c in "xy")]
+    head += [f"Distance to the edge of the convex hull [{length}]"]
+    head += ["Reserve against lifting off"] if kern else []
+    head += ["Reserve against overturning"]
+    rows = []
+    for footing in footings:
+        size = float(np.ptp(footing.hull, axis=1).max())
+        eccentric = footing.resultants - np.array(footing.plan.origin)[:, None]
+        reserves = [footing.lift_off_reserve] if kern else []
+        reserves += [footing.overturning_reserve]
+        rows += [
+            (
+                footing.called(_shown(footing, k)),
+                place(footing.resultants[:, k], size),
+                *(coordinate(e, size) for e in eccentric[:, k]),
+                number(footing.edge_distance[k]),
+                *("∞" if reserve[k] == np.inf else number(reserve[k], 3) for reserve in reserves),
+            )
+            for k in range(len(footing.names))
+        ]
+    lifting = "leaves the kern (1 or more: whole base in contact) or " if kern else ""
+    return section(
+        "Resultants",
+        table(rows, head, "", numeric=True),
+        paragraph(
+            "ex and ey are the eccentricities from the origin. The reserves tell how many times "
+            "the distance of the resultant from the centroid of the plan may grow, under the "
+            f"same force, until it {lifting}reaches the edge of the convex hull of the plan (1: "
+            "it turns over); ∞ where it acts in the centroid."
         ),
     )
 

@@ -16,7 +16,7 @@ from ..plans.solve import PlanSolution
 from ..solutions.cases_solution import CasesSolution, Extreme
 from ..solutions.punch_solution import PunchSolution
 from .details import Details
-from .numbers import LEVEL, Standing, distance_inside, reach
+from .numbers import LEVEL, Standing, convex_hull, distance_inside, reach
 from .results import point_names
 
 
@@ -176,33 +176,43 @@ class Footing:
         return pressures / (np.nan if allowable is None else allowable)
 
     @cached_property
+    def lift_off_reserve(self) -> ndarray:
+        """Factor on the distance of the resultant from the centroid until it leaves the kern,
+        shape (k,); NaN without kern or resultant."""
+        return self._reserve(None if self.standing is None else self.standing.kern)
+
+    @cached_property
+    def overturning_reserve(self) -> ndarray:
+        """The same until it reaches the edge of the plan's convex hull, shape (k,)."""
+        return self._reserve(self.hull)
+
+    @cached_property
     def kern_use(self) -> ndarray:
         """Distance of the resultant from the centroid over that of the kern's edge, shape (k,).
 
         NaN without kern or resultant."""
-        standing = self.standing
-        if standing is None or standing.kern is None:
-            return np.full(len(self.cases), np.nan)
-        centre = self.cases.footprint.centre
-        found = [
-            reach(standing.kern, centre, x) if np.isfinite(x).all() else np.nan
-            for x in self._resultants
-        ]
         with np.errstate(divide="ignore"):
-            return 1 / np.array(found)
+            return 1 / self.lift_off_reserve
 
     @cached_property
     def edge_distance(self) -> ndarray:
         """Distance of the resultant from the edge of the plan's convex hull, shape (k,)."""
-        if self.standing is None:
-            return np.full(len(self.cases), np.nan)
-        hull = self.standing.hull
-        return np.array([distance_inside(hull, x) for x in self._resultants])
+        return distance_inside(self.hull, self.resultants)
 
-    @property
-    def _resultants(self) -> ndarray:
-        """Points of the resultants, shape (k, 2)."""
-        return np.where(self.cases.force > 0, self.cases.point, np.nan).T
+    @cached_property
+    def hull(self) -> ndarray:
+        """Convex hull of the plan, shape (2, m)."""
+        return convex_hull(self.plan.partition.polygons.p)
+
+    @cached_property
+    def resultants(self) -> ndarray:
+        """Points of the resultants, shape (2, k); NaN where there is none, or it pulls."""
+        return np.where(self.cases.force > 0, self.cases.point, np.nan)
+
+    def _reserve(self, polygon: ndarray | None) -> ndarray:
+        if polygon is None:
+            return np.full(len(self.cases), np.nan)
+        return reach(polygon, self.plan.centre, self.resultants)
 
 
 def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:

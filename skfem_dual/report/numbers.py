@@ -96,27 +96,27 @@ def characteristic_points(p: ndarray, corners: ndarray) -> ndarray:
     return chosen[:, np.argsort(angle)]
 
 
-def distance_inside(polygon: ndarray, point: ndarray) -> float:
-    """Distance of a point from the edge of a convex polygon (2, k), negative outside."""
+def distance_inside(polygon: ndarray, x: ndarray) -> ndarray:
+    """Distances of points, (2,) or (2, n), from the edge of a convex polygon (2, k), negative
+    outside."""
     middle = polygon.mean(axis=1)
     equations = ConvexHull((polygon - middle[:, None]).T).equations
-    return float(-(equations @ np.append(point - middle, 1.0)).max())
+    return -((x.T - middle) @ equations[:, :2].T + equations[:, 2]).max(axis=-1)
 
 
-def reach(polygon: ndarray, centre: ndarray, point: ndarray) -> float:
-    """How many times the arm from a centre to a point fits into a convex polygon (2, k).
+def reach(polygon: ndarray, centre: ndarray, x: ndarray) -> ndarray:
+    """How many times the arms from a centre to points, (2,) or (2, n), fit into a convex polygon.
 
     Infinite without an arm, NaN if the centre itself is outside.
     """
     equations = ConvexHull((polygon - centre[:, None]).T).equations
-    arm = point - centre
+    arm = x.T - centre
     if (equations[:, 2] >= 0).any():
-        return np.nan
-    if np.hypot(*arm) <= NEGLIGIBLE * np.ptp(polygon, axis=1).max():
-        return np.inf
-    rate = equations[:, :2] @ arm
-    ahead = rate > 0
-    return float((-equations[ahead, 2] / rate[ahead]).min())
+        return np.full(arm.shape[:-1], np.nan)
+    negligible = np.hypot(*arm.T) <= NEGLIGIBLE * np.ptp(polygon, axis=1).max()
+    # of each side: the part of its distance from the centre that the arm covers
+    covered = (arm @ equations[:, :2].T / -equations[:, 2]).max(axis=-1)
+    return np.where(negligible, np.inf, 1 / np.where(negligible, 1.0, covered))
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +291,7 @@ class Standing(Plan):
         """Whether the resultant acts in the kern; None without one of both."""
         if self.kern is None or self.force_point is None:
             return None
-        return distance_inside(self.kern, self.force_point) >= -NEGLIGIBLE * self.size
+        return bool(distance_inside(self.kern, self.force_point) >= -NEGLIGIBLE * self.size)
 
     @property
     def lift_off_reserve(self) -> float:
@@ -307,13 +307,15 @@ class Standing(Plan):
     def _reserve(self, polygon: ndarray | None) -> float:
         if polygon is None or self.force_point is None:
             return np.nan
-        return reach(polygon, self.solution.punch.centre, self.force_point)
+        return float(reach(polygon, self.solution.punch.centre, self.force_point))
 
     @property
     def edge_distance(self) -> float:
         """Distance of the resultant from the edge of the plan's convex hull, negative outside;
         NaN without a resultant."""
-        return np.nan if self.force_point is None else distance_inside(self.hull, self.force_point)
+        if self.force_point is None:
+            return np.nan
+        return float(distance_inside(self.hull, self.force_point))
 
     @property
     def deformation(self) -> float:
