@@ -263,6 +263,19 @@ def test_a_plate_without_a_load():
     assert "<html" in report_html({"none": raft.solve(nothing), "some": raft.solve(some)})
 
 
+def test_moments_of_a_plate_and_where_they_are_extreme():
+    """Twisting ones, too."""
+    made = Plate(0.3, 30e6, 0.2)
+    raft = made.on(HalfSpace(30e3, 0.3), DualMesh.from_mesh(rectangle(8.0, 5.0, n=60)).basis())
+    s = raft.solve(column_load(raft.structure, (2.0, 1.0), 500.0, sides=(0.5, 0.5)))
+    mesh = raft.structure.mesh
+    middles = mesh.p[:, mesh.t].mean(axis=1)
+    found = tables(report_html(s, plates={"": made}), "Bending moments")
+    for name, m in zip(("mx", "my", "mxy"), made.moments(s), strict=True):
+        expected = [(m[i], *middles[:, i]) for i in (m.argmin(), m.argmax())]
+        assert found[f"load: {name}"] == pytest.approx(np.ravel(expected))
+
+
 def test_loads_of_joined_footings():
     """Each was told to carry the force of both, and the load stood nowhere."""
     soil, origins = HalfSpace(30e3, 0.3), ((-2.0, 0.0), (2.0, 0.0))

@@ -144,24 +144,32 @@ def _material(plate: Plate | None, units: Units) -> list[tuple]:
 
 
 def moments_section(
-    plate: Plate | None, cases: Mapping[str, ElasticSolution], units: Units, name: str = ""
+    plate: Plate | None, cases: Mapping[str, ElasticSolution], units: Units, body: str = ""
 ) -> Html:
-    """Least and largest bending moments of a plate in each case."""
+    """Least and largest bending and twisting moments of a plate in each case, and where."""
     if plate is None:
         return NONE
-    unit = f"{units.moment.symbol}/{units.length.symbol}"
-    head = ["Case", *(f"{end} {m} [{unit}]" for m in ("mx", "my") for end in ("Least", "Largest"))]
+    unit, length = f"{units.moment.symbol}/{units.length.symbol}", units.length.symbol
+    head = ["Case: moment"]
+    head += [
+        text for end in ("Least", "Largest") for text in (f"{end} [{unit}]", f"at [{length}]")
+    ]
     rows = []
     for case, solution in cases.items():
-        m = plate.moments(solution)[:2]
-        rows.append((case, *(number(v, 4) for v in np.array([m.min(1), m.max(1)]).T.ravel())))
+        mesh, size = solution.punch.structure.mesh, Plan(solution, units).size
+        middles = mesh.p[:, mesh.t].mean(axis=1)
+        for name, m in zip(("mx", "my", "mxy"), plate.moments(solution), strict=True):
+            ends = int(np.argmin(m)), int(np.argmax(m))
+            shown = (cell for i in ends for cell in (number(m[i], 4), place(middles[:, i], size)))
+            rows.append((f"{case}: {name}", *shown))
     return section(
-        f"Bending moments{', ' if name else ''}{name}",
+        f"Bending moments{', ' if body else ''}{body}",
         table(rows, head, "", numeric=True),
         paragraph(
-            "Per length, means of the finite elements: positive mx and my pull the bottom of the "
-            "plate along x and along y. Under a force on a point they grow with every finer mesh: "
-            "give such a column its sides."
+            "Per length, means of the finite elements, at the middles of those: positive mx and "
+            "my pull the bottom of the plate along x and along y, and the twisting moment mxy "
+            "along the diagonal between both. Under a force on a point they grow with every finer "
+            "mesh: give such a column its sides."
         ),
     )
 
