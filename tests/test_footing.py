@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from datetime import date, datetime
 
 import numpy as np
@@ -109,7 +110,9 @@ def test_a_case_without_solution_is_told():
     with pytest.warns(ConvergenceWarning):
         cases = punch.solve_many({"dead": {"force": 1.0}, "gale": {"force": 1.0, "at": (3, 0)}})
     found = Page(report_html(cases))
-    assert found.texts["h1"][0].startswith("NOT CONVERGED")
+    assert found.texts["h1"][0].startswith("NO SOLUTION: ")
+    solver = next(t for t in found.tables if t[0][0]["text"] == "Solver")
+    assert [cell["text"] for cell in solver[1][:2]] == ["Case", "dead"]
     assert "NO SOLUTION in the case gale" in found.said("strong")
     data = report_data(bodies_of(cases, Details()))
     assert (data["success"], data["footings"][0]["cases"][1]["success"]) == (False, False)
@@ -118,6 +121,9 @@ def test_a_case_without_solution_is_told():
         nothing = punch.solve_many([{"force": 1.0, "at": (3, 0)}])
     text = report_html(nothing)
     assert "NO SOLUTION" in text
+    lost = replace(cases["dead"], success=False, message="gave up")
+    both = Page(report_html(replace(cases, solutions=(lost, None))))
+    assert both.texts["h1"][0].startswith("NOT CONVERGED: ")  # not for loads alone
     (over,) = (t[1] for t in Page(text).tables if t[0][-1]["text"].endswith("overturning"))
     assert 0 < over[-1]["values"][0] < 1
     assert over[-2]["values"][0] < 0  # beyond the edge

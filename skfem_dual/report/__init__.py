@@ -165,10 +165,22 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
         else:
             parts = cases_sections(bodies, mesh_name, __version__)
     title = title if details.title is None else details.title
-    failed = "" if success else "NOT CONVERGED: "
+    failed = "" if success else f"{_failure(bodies)}: "
     who = [text for text in (details.project, details.author) if text is not None]
     subtitle = " · ".join([*who, details.told_date, mesh_name])
     return page(failed + title, f"{subtitle} · skfem_dual {__version__}", joined(parts))
+
+
+def _failure(bodies: list[Body]) -> str:
+    """What heads a page some of whose cases failed: all by loads without equilibrium, or others
+    by iterations, which leave a solution."""
+    failed = [
+        solution
+        for body in bodies
+        for solution, found in zip(body.solutions, body.success, strict=True)
+        if not found
+    ]
+    return "NO SOLUTION" if all(each is None for each in failed) else "NOT CONVERGED"
 
 
 def _punch_sections(
