@@ -150,20 +150,7 @@ def solve_many(
     with bar, limited_threads(1, "blas"):
         solution, residuals = sought(rhs, np.full(rhs.shape[1], rtol))
         if rtol >= ROUGH and _may_cancel(operator):
-            sizes = np.linalg.norm(rhs, axis=0)
-            for _ in range(CORRECTIONS):
-                left = rhs - operator @ solution
-                off = np.linalg.norm(left, axis=0) / np.where(sizes > 0, sizes, 1.0)
-                converged = np.array(
-                    [history[-1] <= 1.01 * rtol for history in residuals], dtype=bool
-                )
-                again = np.nonzero(converged & (off > SPOILT * rtol))[0]
-                if not len(again):
-                    break
-                step, more = sought(left[:, again], rtol / off[again])
-                solution[:, again] += step
-                for k, history in zip(again, more):
-                    residuals[k] += tuple(off[k] * r for r in history[1:])
+            _correct(operator, rhs, rtol, sought, solution, residuals)
     solution.setflags(write=False)
     failed = [k for k, history in enumerate(residuals) if history[-1] > 1.01 * rtol]
     iterations = tuple(len(history) - 1 for history in residuals)
@@ -179,6 +166,33 @@ def solve_many(
 def _may_cancel(operator: Operator) -> bool:
     """Whether settlements may be small differences of what is rounded."""
     return isinstance(operator, InfluenceOperator) and isinstance(operator.substrate, Stratified)
+
+
+def _correct(
+    operator: Operator,
+    rhs: ndarray,
+    rtol: float,
+    sought: Callable[[ndarray, ndarray], tuple[ndarray, list[tuple[float, ...]]]],
+    solution: ndarray,
+    residuals: list[tuple[float, ...]],
+) -> None:
+    """Take from converged columns what single precision has spoilt, by products in double; the
+    residuals of those that keep it are the true ones."""
+    sizes = np.linalg.norm(rhs, axis=0)
+    for rounds in range(CORRECTIONS, -1, -1):
+        left = rhs - operator @ solution
+        off = np.linalg.norm(left, axis=0) / np.where(sizes > 0, sizes, 1.0)
+        spoilt = off > SPOILT * rtol
+        again = [k for k in np.nonzero(spoilt)[0] if residuals[k][-1] <= 1.01 * rtol]
+        if not again:
+            return
+        if rounds:
+            step, more = sought(left[:, again], rtol / off[again])
+            solution[:, again] += step
+            for k, history in zip(again, more):
+                residuals[k] += tuple(off[k] * r for r in history[1:])
+    for k in again:
+        residuals[k] = (*residuals[k][:-1], float(off[k]))
 
 
 def _together(
