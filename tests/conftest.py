@@ -38,15 +38,6 @@ PLAIN = {
     "test_hankel",
 }
 
-#: modules of the fast summation: the second worker ends with them, when the first has compiled it
-MANY = {
-    "test_fmm",
-    "test_influence_operator",
-    "test_iterative",
-    "test_system",
-    "test_toeplitz",
-}
-
 matplotlib.use("agg")
 # the same examples in every run: what passes here passes elsewhere
 settings.register_profile(
@@ -62,13 +53,12 @@ threadpool_limits(1, "blas")
 
 
 def pytest_collection_modifyitems(items):
-    first, second, last, others = [], [], [], []
-    kinds = (LONG, first), (PLAIN, second), (MANY, last)
+    first, second, others = [], [], []
     for item in items:
-        own = (own for names, own in kinds if item.path.stem in names)
-        next(own, others).append(item)
+        name = item.path.stem
+        (first if name in LONG else second if name in PLAIN else others).append(item)
     ahead = max(len(items) // 2 - len(first), 0)
-    items[:] = first + others[:ahead] + second + others[ahead:] + last
+    items[:] = first + others[:ahead] + second + others[ahead:]
 
 
 @pytest.fixture

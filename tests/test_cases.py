@@ -112,6 +112,8 @@ def test_turning_over_is_a_case_and_no_end():
     assert governs["largest_settlement"][0] == "dead"
     assert governs["contact_share"][0] == governs["slope"][0] == "wind"
     assert governs["contact_share"][1] == found["wind"].contact_area / of.partition.areas.sum()
+    areas = [found["dead"].contact_area, np.nan, found["wind"].contact_area]
+    np.testing.assert_array_equal(found.contact_area, areas)
     corner = found["dead"].punch_displacement(of.partition.polygons.p).max()
     assert governs["largest_settlement"][1] == pytest.approx(corner, rel=1e-12)
 

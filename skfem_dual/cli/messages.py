@@ -26,7 +26,6 @@ OPTIONS = (
         "outlines, for the command solve, end in .csv, .wkt, .geojson or .dxf",
     ),
     (r"sides=, over which it is spread", "bx and by in the table, over which it is spread"),
-    (r"RigidPunch\.solve for each by itself", "a run for each of them"),
     (r"method=\"cg\"", "a coarser mesh"),
     (r"time_limit=?", "--time-limit"),
     (r"memory=, or ", ""),
