@@ -38,6 +38,21 @@ def test_a_grid_of_heights_is_bilinear():
             shape([[0.0, 1.5], [0.0, 0.0]])
 
 
+@pytest.mark.parametrize("angle", [0, 90, 180, 270])
+@pytest.mark.parametrize("middle", [0.0, 1e7])
+def test_a_turned_grid_is_a_grid(angle, middle):
+    """Turned by rounding, too: one of triangles had other heights."""
+    x, y = np.meshgrid(*AXES, indexing="ij")
+    cos, sin = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
+    turn = np.array([[cos, -sin], [sin, cos]])
+    heights = np.random.default_rng(0).random(x.size)
+    places = turn @ np.stack([x.ravel(), y.ravel()]) + middle
+    found = MeasuredProfile(places, heights)(turn @ X + middle)
+    expected = MeasuredProfile(AXES, heights.reshape(x.shape))(X)
+    assert found == pytest.approx(expected, abs=1e-12 + 1e-15 * middle * 20)
+    MeasuredProfile(places, heights, in_middles=True)
+
+
 def test_scattered_points_are_triangulated_once(monkeypatch):
     made = []
     triangulated = interpolate.LinearNDInterpolator

@@ -185,7 +185,7 @@ class MeasuredProfile(ReadOnly):
         """Coordinates and heights (nx, ny) of a grid; None if the points are none."""
         if isinstance(self.x, tuple):
             return self.x, self.height
-        (x, i), (y, j) = (np.unique(part, return_inverse=True) for part in self.x)
+        (x, i), (y, j) = _lines(self.x)
         place = i * len(y) + j
         if min(len(x), len(y)) < 2 or len(x) * len(y) != len(place):
             return None
@@ -238,6 +238,18 @@ def middles(shape: tuple[int, ...], spacing: Pair, origin: Pair) -> tuple[ndarra
     """Coordinates of the middles of equal rectangles from a corner on, along x and along y."""
     x, y = (o + d * (np.arange(n) + 0.5) for o, d, n in zip(origin, spacing, shape, strict=True))
     return x, y
+
+
+def _lines(x: ndarray) -> list[tuple[ndarray, ndarray]]:
+    """Coordinates along x and along y, ascending, and which of them each point (2, n) has; those
+    that differ by rounding count as one."""
+    slack = max(OUTSIDE * np.ptp(x, axis=1).max(), 4 * np.spacing(np.abs(x).max()))
+    lines = []
+    for part in x:
+        different, which = np.unique(part, return_inverse=True)
+        number = np.cumsum(np.diff(different, prepend=different[0]) > slack)
+        lines.append((np.bincount(number, different) / np.bincount(number), number[which]))
+    return lines
 
 
 def _triangulated(x: ndarray, height: ndarray) -> Callable[[ndarray], ndarray]:
