@@ -168,6 +168,15 @@ def test_cases_and_paths():
             assert one.settlement == other.settlement
 
 
+@pytest.mark.filterwarnings("ignore:contact on 1 of 400 cells", "ignore:so few cells")
+def test_gradients_that_end_on_one_cell():
+    """Uniform pressures settle nothing here: there is no beginning again from all cells."""
+    rough = 0.1 * np.random.default_rng(0).random(400)
+    ground = PeriodicGround(HalfSpace(2.0, 0.3), (1.0, 1.0))
+    s = RigidPunch(ground, cells(20, 20), gap=rough).solve(1e-12, method="cg")
+    assert s.success or "the load alone tells their pressures" in s.message
+
+
 @pytest.mark.parametrize("place", ["at", "moments", "tilt"])
 def test_a_place_of_the_load_that_is_none(place):
     """As in tables of cases for other ground, too."""

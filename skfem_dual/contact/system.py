@@ -307,7 +307,10 @@ class ContactSystem:
     def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
         """Contact found from pressures on all cells: from too few no descent leads on."""
         every = np.ones(len(self.areas))
-        start = np.abs(problem.gap.min()) / np.abs(self.matrix @ every).max() * every
+        settled = np.abs(problem.matrix @ every).max()
+        if not settled > 0:  # on a period
+            return None
+        start = np.abs(problem.gap.min()) / settled * every
         contact = self._gradients(problem, start, gap_rtol)
         if contact.success and self._given:
             polished = active_set(problem, contact.pressure > 0)
