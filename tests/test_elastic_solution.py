@@ -22,15 +22,18 @@ from skfem import (
     Basis,
     BilinearForm,
     CellBasis,
+    ElementHex2,
     ElementQuad0,
     ElementQuad1,
     ElementTetP1,
     ElementTriMorley,
+    ElementTriP0,
     ElementTriP1,
     ElementTriP2,
     ElementVector,
     FacetBasis,
     LinearForm,
+    MeshHex,
     MeshQuad,
     MeshTet,
     MeshTri,
@@ -288,6 +291,37 @@ def test_a_structure_that_touches_nowhere_has_no_position(punch):
     with pytest.warns(ConvergenceWarning, match="nothing else tells its position"):
         s = hinged.solve(np.zeros(basis.N), x=x)
     assert not s.success
+
+
+def test_a_part_without_load_has_no_position():
+    """Beside a loaded plate it hovered anywhere, with success."""
+    one = MeshTri.init_tensor(np.linspace(0, 3, 5), np.linspace(0, 2, 4))
+    mesh = one + one.translated((4.0, 0.0))
+    basis, stiffness = kirchhoff(mesh)
+    bodies = CellBasis(mesh, ElementTriP0())
+    punch = ElasticPunch(SOIL, bodies, basis, stiffness)
+    of_one = LinearForm(lambda v, w: (w.x[0] < 3.5) * v).assemble(basis)
+    with pytest.warns(ConvergenceWarning, match=r"the part of the structure with cell 24 at"):
+        s = punch.solve(of_one)
+    assert not s.success
+    assert punch.solve(uniform(punch)).success
+    assert replace(punch, D=basis.get_dofs(lambda x: x[0] > 3.5)).solve(of_one).success
+
+
+@pytest.mark.filterwarnings("ignore:the structure bends within cells")
+def test_work_of_pressures_is_that_on_the_ground():
+    """Of a sheet far softer, deflections in the middles of cells may add less than nothing."""
+    thin = 0.01
+    mesh = MeshHex.init_tensor(np.linspace(0, 3, 7), np.linspace(0, 2, 5), np.array([0, thin]))
+    mesh = mesh.with_boundaries({"base": lambda x: x[2] == 0})
+    basis = CellBasis(mesh, ElementVector(ElementHex2()))
+    stiffness = linear_elasticity(*lame_parameters(1e3, 0.2)).assemble(basis)
+    loads = LinearForm(lambda v, w: -(1 + w.x[0] / 3) * v[2] / thin).assemble(basis)
+    plan = CellBasis(trace(mesh, "base"), ElementQuad0())
+    soil, options = HalfSpace(1e3, 0.3), {"boundary": "base", "edge": "constant"}
+    s = ElasticPunch(soil, plan, basis, stiffness, **options).solve(loads)
+    assert s.success
+    assert s.force == pytest.approx(9.0, rel=1e-9)
 
 
 def test_displacements_imposed_step_by_step(block):

@@ -103,7 +103,7 @@ class Verification:
         if self.how.unilateral and not pressure.min() >= 0:
             faults.append(f"the ground pulls by {-pressure.min():.1e}")
         # in any units
-        if largest > 0 and not (system.areas * (pressure / np.abs(pressure).max())) @ settled > 0:
+        if largest > 0 and not (system.areas * (pressure / np.abs(pressure).max())) @ ground > 0:
             faults.append(
                 "pressures do no work on the ground, their settlement has the wrong sign; likely "
                 "cause: layers thinner than the cells. Remedy: a finer mesh"

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import connected_components
 from skfem.assembly.basis import AbstractBasis
 
 from ..contact.pressed import Pressed
@@ -27,6 +28,8 @@ ROUNDING, LITTLE = 1e-10, 1e-3
 ALONG = 0.1
 #: work of a stiffness on its own motions that is rounding, over that of its entries
 NOISE = 64 * float(np.finfo(float).eps)
+#: motions that move a cell by less of what they move others are rounding there
+STILL = 1e-8
 #: mean deflections of cells farther from those of their middles, over the largest, are told
 BENT = 0.05
 
@@ -263,14 +266,29 @@ def _in_equilibrium(
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
             f"its loads; {cause}"
         )
-    elif moved.any() and not contact.touching.any():  # without any load it stays where it is
+    elif moved.any() and (lost := _untold(punch, contact.touching)).any():
+        which = "the structure"  # without any load it stays where it is
+        if not lost.all():
+            cell = int(lost.argmax())
+            at = place(punch.footprint.partition.centroids[:, cell])
+            which = f"the part of the structure with cell {cell} at {at}"
         message = (
-            "the structure touches the ground nowhere, and nothing else tells its position. "
+            f"{which} touches the ground nowhere, and nothing else tells its position. "
             "Remedy: loads that press it on the ground, or hold more of it, D="
         )
     else:
         return contact
     return replace(contact, success=False, message=message)
+
+
+def _untold(punch: Any, touching: ndarray) -> ndarray:
+    """Cells of parts of the structure that move without resistance and touch the ground nowhere,
+    (n,) array of bool."""
+    _, part = connected_components(punch.compliance.stiffness, directed=False)
+    part = part[np.asarray(abs(punch.trace).argmax(axis=1)).ravel()]
+    moved = np.abs(punch.trace @ punch.motions).max(axis=1, initial=0.0)
+    touched = np.bincount(part, touching) > 0
+    return ~touched[part] & (moved > STILL * moved.max())
 
 
 def _warn_if_bent(punch: Any, cells: Any, displacement: ndarray, touching: ndarray) -> None:
