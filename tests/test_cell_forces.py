@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import ConvergenceWarning, DualMesh, HalfSpace, RigidPunch, Sphere
 from skfem_dual.contact.cell_forces import CellForces
@@ -35,3 +36,15 @@ def test_contact_as_flat_as_rounding():
         solution = punch.solve(1e-3, method="cg")
     assert not solution.success
     assert solution.iterations < 20
+
+
+def test_forces_far_smaller_than_those_they_are_nearest_to():
+    """As under a pillar whose surroundings are far above the ground, at the first step."""
+    side = np.linspace(0, 1, 21)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    punch = RigidPunch(
+        HalfSpace(1.0, 0.3), cells, gap=lambda x: 1.0 * (np.hypot(x[0] - 0.5, x[1] - 0.5) > 0.2)
+    )
+    light, heavy = (punch.solve(force, tilt=(0, 0), method="cg") for force in (1e-14, 1e-4))
+    assert light.success
+    assert 1e10 * light.pressure == pytest.approx(heavy.pressure, rel=1e-4, abs=1e-8)

@@ -153,6 +153,13 @@ class CellForces:
         They are ``max(force + scale * (mu @ acting), 0)``; the few multipliers mu maximise a
         concave function, by Newton's method. None if there are no such forces.
         """
+        mu, pressed = self._multipliers(force)
+        if pressed is None:  # far larger than those given they leave rounding of themselves
+            _, pressed = self._multipliers(force + mu @ self.sides)
+        return pressed
+
+    def _multipliers(self, force: ndarray) -> tuple[ndarray, ndarray | None]:
+        """The multipliers, and the forces if they have the given resultants."""
         scale, given = self.scale, self.problem.given
         known = inputs(force, self.acting, self.sides)
 
@@ -180,7 +187,7 @@ class CellForces:
                 break  # as near as rounding lets
             mu = mu - step
             pressed, felt, borne, stiffness = trial
-        return pressed if _largest(felt - given) <= 1e-12 * size else None
+        return mu, pressed if _largest(felt - given) <= 1e-12 * size else None
 
 
 @vectorised
