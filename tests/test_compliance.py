@@ -109,6 +109,15 @@ def test_units_of_dofs_do_not_matter():
     assert Compliance(scaled, NOTHING).motions.shape[1] == 3
 
 
+def test_digits_of_a_stiffness_do_not_matter():
+    """Rigid motions do the work of rounding then, and are none the less without resistance."""
+    basis = Basis(MeshTet().refined(2), ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis).tocsc()
+    K.data = np.array([float(f"{entry:.11e}") for entry in K.data])
+    kinds = np.tile(np.arange(3), basis.N // 3)
+    assert Compliance(K, NOTHING, basis.doflocs, kinds).motions.shape[1] == 6
+
+
 def test_mechanisms_are_refused():
     """200 bars at random hold 600 DOFs."""
     bars = random_array((200, 600), density=0.05, rng=np.random.default_rng(0), format="csc")

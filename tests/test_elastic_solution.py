@@ -25,7 +25,9 @@ from skfem import (
     ElementHex2,
     ElementQuad0,
     ElementQuad1,
+    ElementQuadBFS,
     ElementTetP1,
+    ElementTetP2,
     ElementTriMorley,
     ElementTriP0,
     ElementTriP1,
@@ -38,7 +40,8 @@ from skfem import (
     MeshTet,
     MeshTri,
 )
-from skfem.helpers import ddot, dot, grad, sym_grad
+from skfem.helpers import dd, ddot, dot, eye, grad, sym_grad
+from skfem.helpers import trace as tr
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from skfem_dual import (
@@ -535,6 +538,44 @@ def test_loads_that_nothing_resists(block, q, words):
     s = replace(block, D=block.structure.nodal_dofs[:2, corners].ravel()).solve(f)
     assert s.success
     assert s.force == pytest.approx(-f[block.structure.nodal_dofs[2]].sum(), rel=1e-10)
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_sheets_bend_softly_but_not_freely(held):
+    """Less than a thousandth as thick as long."""
+    thick = 0.01
+    mesh = MeshTet.init_tensor(np.linspace(0, 6, 5), np.linspace(0, 4, 4), np.array([0, thick]))
+    mesh = mesh.with_boundaries({"base": lambda x: x[2] == 0})
+    basis = CellBasis(mesh, ElementVector(ElementTetP2()))
+    K = linear_elasticity(*lame_parameters(2.1e8, 0.3)).assemble(basis)
+    f = LinearForm(lambda v, w: -78.5 * v[2]).assemble(basis)
+    D = basis.get_dofs(lambda x: x[0] == 0).all(["u^1", "u^2"]) if held else None
+    plan = DualMesh.from_mesh(trace(mesh, "base")).basis()
+    sheet = ElasticPunch(HalfSpace(30e3, 0.3), plan, basis, K, boundary="base", D=D)
+    assert sheet.compliance.motions.shape[1] == (1 if held else 6)
+    assert sheet.idle_motions.shape[1] == (0 if held else 3)
+    solution = sheet.solve(f)
+    assert solution.success
+    assert solution.force == pytest.approx(78.5 * 24 * thick, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [75, 100, 200])
+def test_a_strip_of_one_row_of_cells_turns_about_its_axis(n):
+    """As no point of its cells resists, and no load along the axis makes it."""
+    mesh = MeshQuad.init_tensor(np.linspace(0, 200, n + 1), np.array([0.0, 1.0]))
+    basis = CellBasis(mesh, ElementQuadBFS())
+    K = BilinearForm(
+        lambda u, v, _: 1e4 * ddot(0.8 * dd(u) + 0.2 * eye(tr(dd(u)), 2), dd(v))
+    ).assemble(basis)
+    strip = ElasticPunch(SOIL, CellBasis(mesh, ElementQuad0()), basis, K)
+    bell = lambda x: np.exp(-(((x[0] - 60) / 20) ** 2))  # noqa: E731
+    f = LinearForm(lambda v, w: bell(w.x) * v).assemble(basis)
+    assert strip.idle_motions.shape[1] == 1
+    assert np.abs(f @ strip.idle_motions) < 1e-10 * np.abs(f).sum()
+    assert strip.solve(f, unilateral=False).force == pytest.approx(20 * np.sqrt(np.pi), rel=1e-4)
+    aside = LinearForm(lambda v, w: bell(w.x) * (1 + 1e-6 * w.x[1]) * v).assemble(basis)
+    with pytest.raises(ValueError, match="motions that neither resists"):
+        strip.solve(aside, unilateral=False)
 
 
 def test_plate_that_moves_in_its_plane():

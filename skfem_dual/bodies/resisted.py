@@ -52,7 +52,17 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"expected a finite stiffness, got K[{K.indices[bad[0]]}, {column}] = "
             f"{K.data[bad[0]]}, {len(bad)} in all"
         )
-    return Compliance(K, checked_dofs(D, n), structure.doflocs)
+    return Compliance(K, checked_dofs(D, n), structure.doflocs, _kinds(structure))
+
+
+def _kinds(structure: CellBasis) -> ndarray:
+    """Which of the DOFs at its place each one is, shape (N,)."""
+    entities = ("nodal", "edge", "facet", "interior")
+    kinds = np.zeros(structure.N, dtype=int)
+    rows = [row for entity in entities for row in getattr(structure, f"{entity}_dofs")]
+    for number, dofs in enumerate(rows):
+        kinds[dofs] = number
+    return kinds
 
 
 def work_on(motions: ndarray, loads: ndarray) -> ndarray:

@@ -26,8 +26,12 @@ from ..kernels.once import computed_once
 
 #: DOFs split off from each part of a structure: more than a part has motions
 SPLIT = 32
-#: eigenvalues of the small matrix below so many times the largest are zero
+#: eigenvalues of the small matrix below so many times the largest may be zero
 NULL = 1e-9
+#: and are up to so many times what rigid motions of the whole leave, or rounding
+NOISE, EPS = 16, float(np.finfo(float).eps)
+#: shapes on which the stiffness does less work, over that of its entries, are rigid motions
+RIGID = 1e-8
 #: pivots, of a matrix with a diagonal of ones, below which it is singular
 SINGULAR = 1e-10
 #: entries may differ from those of the transpose by so many times the diagonal
@@ -46,6 +50,8 @@ class Compliance:
         DOFs that are held.
     places : (dim, N) array of float, optional
         Where the DOFs are: those of one node, in the same place, are eliminated together.
+    kinds : (N,) array of int, optional
+        Which value or derivative there each DOF is, from 0.
 
     Raises
     ------
@@ -56,6 +62,7 @@ class Compliance:
     stiffness: csc_matrix
     fixed: ndarray
     places: ndarray | None = None
+    kinds: ndarray | None = None
 
     def __post_init__(self) -> None:
         K, d = self.stiffness, self.stiffness.diagonal()
@@ -96,7 +103,7 @@ class Compliance:
         node = np.arange(n)
         if self.places is not None:
             node = np.unique(self.places[:, self._free], axis=1, return_inverse=True)[1].reshape(n)
-        return _Split.from_matrix(self._scaled[0], node)
+        return _Split.from_matrix(self._scaled[0], node, self._rounding)
 
     @computed_once
     def units(self) -> ndarray:
@@ -105,14 +112,49 @@ class Compliance:
         out[self._free] = self._scaled[1]
         return readonly(out)
 
-    @property
+    @computed_once
     def motions(self) -> ndarray:
         """Displacements without resistance, a basis of them, shape (N, m)."""
-        unit = self._scaled[1]
-        out = np.zeros((self.stiffness.shape[0], self._inverse.null.shape[1]))
-        out[self._free] = unit[:, None] * self._inverse.null
+        unit, null = self._scaled[1], self._inverse.null
+        if null.shape[1]:
+            # factors tell them to the digits that the softest bending leaves, shapes to all
+            known = self._known
+            others = np.linalg.svd(null - known @ (known.T @ null), full_matrices=False)[0]
+            null = np.hstack([known, others])[:, : null.shape[1]]
+        out = np.zeros((self.stiffness.shape[0], null.shape[1]))
+        out[self._free] = unit[:, None] * null
         size = np.abs(out).max(axis=0, initial=0.0)
         return readonly(out / np.where(size > 0, size, 1.0))
+
+    @computed_once
+    def _known(self) -> ndarray:
+        """Those in units of the free DOFs that are sums of linear shapes, orthonormal, (n, k)."""
+        matrix, unit = self._scaled
+        moved, work, whole = _by_work(matrix, self._shapes[self._free] / unit[:, None])
+        least = self._rounding if np.isfinite(self._rounding) else 0.0
+        return moved[:, work <= least * whole]
+
+    @computed_once
+    def _rounding(self) -> float:
+        """Work of the stiffness that is none, over that of its entries: of rigid motions of the
+        whole, held DOFs too; any if shapes tell no such motion."""
+        d = self.stiffness.diagonal()
+        some = np.nonzero(d > 0)[0]
+        root = np.sqrt(d[some])
+        matrix = (diags(1 / root) @ self.stiffness[some][:, some] @ diags(1 / root)).tocsc()
+        _, work, whole = _by_work(matrix, self._shapes[some] * root[:, None])
+        left = np.abs(work) / whole
+        return NOISE * max(EPS, *left[left < RIGID]) if (left < RIGID).any() else np.inf
+
+    @property
+    def _shapes(self) -> ndarray:
+        """Displacements in which DOFs of one kind are one or a coordinate and all others zero,
+        (N, k). Rigid motions are sums of such, where derivatives are along the axes."""
+        if self.places is None or self.kinds is None:
+            return np.empty((self.stiffness.shape[0], 0))
+        x = self.places - self.places.mean(axis=1, keepdims=True)
+        linear = np.vstack([np.ones(x.shape[1]), x / max(np.abs(x).max(), EPS)])
+        return np.vstack([linear * (self.kinds == kind) for kind in np.unique(self.kinds)]).T
 
     def displacements(self, loads: ndarray) -> ndarray:
         """Displacements under loads of shape (N,) or (N, k), zero where the structure is held.
@@ -226,7 +268,7 @@ class _Split:
     null: ndarray
 
     @classmethod
-    def from_matrix(cls, matrix: csc_matrix, node: ndarray) -> "_Split":
+    def from_matrix(cls, matrix: csc_matrix, node: ndarray, noise: float) -> "_Split":
         n = matrix.shape[0]
         few, rest, factors = _parted(matrix, node)
         between = matrix[rest][:, few].toarray()
@@ -244,6 +286,9 @@ class _Split:
         null = np.empty((n, np.count_nonzero(zero)))
         null[few] = vectors[:, zero]
         null[rest] = -coupling @ vectors[:, zero]
+        # thin sheets bend by as little, but by more than rounding
+        none = values[zero] <= noise * np.maximum(_whole(matrix, null), top)
+        zero[zero], null = none, null[:, none]
         small = vectors[:, ~zero] / values[~zero] @ vectors[:, ~zero].T
         return cls(few, rest, factors, coupling, small, null)
 
@@ -255,6 +300,20 @@ class _Split:
             out[self.rest] = self.factors.solve(np.asfortranarray(inner))
             out[self.rest] -= self.coupling @ out[self.few]
         return out
+
+
+def _whole(matrix: csc_matrix, moved: ndarray) -> ndarray:
+    """Work of all entries of a matrix, as if none cancelled, on displacements (n, m)."""
+    ways = np.abs(moved)
+    return np.sum(ways * (abs(matrix) @ ways), axis=0)
+
+
+def _by_work(matrix: csc_matrix, shapes: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    """Orthonormal sums of shapes, by the work that the matrix does on them; that and `_whole`."""
+    span, _ = np.linalg.qr(shapes)
+    work, vectors = np.linalg.eigh(span.T @ (matrix @ span))
+    moved = span @ vectors
+    return moved, work, _whole(matrix, moved)
 
 
 def _parted(matrix: csc_matrix, node: ndarray) -> tuple[ndarray, ndarray, SuperLU | None]:
