@@ -18,6 +18,7 @@ from elastic_bodies import (
 from marks import slow
 from plans import disc, rectangle
 from scipy.linalg import block_diag
+from scipy.sparse import diags
 from skfem import (
     Basis,
     BilinearForm,
@@ -538,6 +539,27 @@ def test_loads_that_nothing_resists(block, q, words):
     s = replace(block, D=block.structure.nodal_dofs[:2, corners].ravel()).solve(f)
     assert s.success
     assert s.force == pytest.approx(-f[block.structure.nodal_dofs[2]].sum(), rel=1e-10)
+
+
+def test_rounding_to_single_precision_holds_no_structure():
+    """Its entries resist settlement then, and carried a third of the load, to nowhere."""
+    lines = np.linspace(0, 3, 7), np.linspace(0, 2, 5), np.linspace(0, 1, 3)
+    mesh = MeshTet.init_tensor(*lines).with_boundaries({"base": lambda x: x[2] == 0})
+    basis = CellBasis(mesh, ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(1e6, 0.2)).assemble(basis)
+    plan = CellBasis(trace(mesh, "base"), ElementTriP0())
+    single = K.astype(np.float32)
+    for rounded in (single, single.astype(float)):
+        with pytest.raises(ValueError, match=r"resists 6 rigid motions.*in double precision"):
+            ElasticPunch(SOIL, plan, basis, rounded, boundary="base")
+    # held it is good to single precision, and true springs are none of this
+    D = basis.get_dofs(lambda x: x[2] == 1).all()
+    assert ElasticPunch(SOIL, plan, basis, single, "base", D=D).motions.shape[1] == 0
+    springs = np.full(basis.N, 2.0**-10 * K.diagonal().max())
+    sprung = (K + diags(springs)).astype(np.float32)
+    assert ElasticPunch(SOIL, plan, basis, sprung, "base").motions.shape[1] == 0
+    weak = K + diags(1e-7 * springs)
+    assert ElasticPunch(SOIL, plan, basis, weak, "base").stiffness.shape == K.shape
 
 
 @pytest.mark.parametrize("held", [False, True])

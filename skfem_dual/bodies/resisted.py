@@ -14,6 +14,8 @@ from ..operators.compliance import Compliance, checked_dofs
 BALANCED = 1e-9
 #: and below which it is rounding
 ROUNDING = 1e-10
+#: how far entries in single precision may be off
+SINGLE = float(np.finfo(np.float32).eps) / 2
 NO_BALANCE = (
     "expected loads that pressures under the plan can balance, got some that would take tension: "
     "they pull, or their resultant lies outside of the plan. Remedy: move them, hold the "
@@ -27,8 +29,8 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
     Raises
     ------
     TypeError, ValueError
-        If the stiffness is no matrix of real numbers, does not fit the structure or is not
-        finite.
+        If the stiffness is no matrix of real numbers, does not fit the structure, is not
+        finite, or resists a motion by nothing but rounding of single precision.
     """
     K, n = stiffness, structure.N
     if not (issparse(K) or isinstance(K, np.ndarray)):
@@ -44,6 +46,7 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"expected a stiffness of real numbers, got {K.dtype}. Remedy: K.real, if all of it "
             "is real"
         )
+    single = K.dtype.kind == "f" and K.dtype.itemsize < 8
     K = csc_matrix(K, dtype=float)
     bad = np.nonzero(~np.isfinite(K.data))[0]
     if len(bad):
@@ -52,7 +55,25 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"expected a finite stiffness, got K[{K.indices[bad[0]]}, {column}] = "
             f"{K.data[bad[0]]}, {len(bad)} in all"
         )
-    return Compliance(K, checked_dofs(D, n), structure.doflocs, _kinds(structure))
+    yields = Compliance(K, checked_dofs(D, n), structure.doflocs, _kinds(structure))
+    if single or _of_single_precision(K.data):
+        moving = yields.resisted_by_rounding(SINGLE)
+        if moving:
+            raise ValueError(
+                "expected a stiffness that resists by more than rounding, got one in single "
+                f"precision that resists {moving} rigid motions by less, as springs would that "
+                "take loads from the ground. Remedy: assemble it in double precision, or hold the "
+                "structure, D="
+            )
+    return yields
+
+
+def _of_single_precision(entries: ndarray) -> bool:
+    """Whether entries have been rounded to it: they use its last digit, and none after."""
+    with np.errstate(over="ignore"):
+        rounded = entries.astype(np.float32)
+    last = rounded.view(np.int32) & 1
+    return bool((rounded == entries).all() and last.sum() > len(last) / 4)
 
 
 def _kinds(structure: CellBasis) -> ndarray:

@@ -118,7 +118,7 @@ class Compliance:
         unit, null = self._scaled[1], self._inverse.null
         if null.shape[1]:
             # factors tell them to the digits that the softest bending leaves, shapes to all
-            known = self._known
+            known = self._known(self._rounding if np.isfinite(self._rounding) else 0.0)
             others = np.linalg.svd(null - known @ (known.T @ null), full_matrices=False)[0]
             null = np.hstack([known, others])[:, : null.shape[1]]
         out = np.zeros((self.stiffness.shape[0], null.shape[1]))
@@ -126,13 +126,16 @@ class Compliance:
         size = np.abs(out).max(axis=0, initial=0.0)
         return readonly(out / np.where(size > 0, size, 1.0))
 
-    @computed_once
-    def _known(self) -> ndarray:
-        """Those in units of the free DOFs that are sums of linear shapes, orthonormal, (n, k)."""
+    def _known(self, rounding: float) -> ndarray:
+        """Sums of linear shapes, on which the stiffness does no more than so much of the work of
+        its entries, in units of the free DOFs and orthonormal, (n, k)."""
         matrix, unit = self._scaled
         moved, work, whole = _by_work(matrix, self._shapes[self._free] / unit[:, None])
-        least = self._rounding if np.isfinite(self._rounding) else 0.0
-        return moved[:, work <= least * whole]
+        return moved[:, work <= rounding * whole]
+
+    def resisted_by_rounding(self, rounding: float) -> int:
+        """Number of rigid motions that resist by no more than entries so far off might."""
+        return max(self._known(rounding).shape[1] - self._inverse.null.shape[1], 0)
 
     @computed_once
     def _rounding(self) -> float:
