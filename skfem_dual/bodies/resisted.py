@@ -145,10 +145,10 @@ def _rigid_motions(structure: CellBasis, motions: ndarray, loads: ndarray) -> li
         "turning about the vertical": lambda p: np.stack([y - p[1], p[0] - x, 0 * p[0]]) / size,
     }
     span, _ = np.linalg.qr(motions)
-    words = []
+    least, words = BALANCED * np.abs(loads).sum(), []
     for name, displacement in fields.items():
         moved = structure.project(displacement)
         free = span @ (span.T @ moved)  # it may be held
-        if np.allclose(free, moved, atol=1e-6) and abs(free @ loads) > 1e-6 * np.abs(loads).max():
+        if np.allclose(free, moved, atol=1e-6) and abs(free @ loads) > least:
             words.append(f"{name}, by {free @ loads:.3g}")
     return words
