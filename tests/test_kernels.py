@@ -1,10 +1,13 @@
 """Compilation and threads."""
 
+import errno
 import importlib
+import os
 import runpy
 import shutil
 import sys
 import threading
+from contextlib import contextmanager
 from time import sleep
 from typing import NamedTuple
 
@@ -140,6 +143,30 @@ def test_damaged_caches_are_compiled_anew(tmp_path, monkeypatch):
         assert is_loaded()
     code.unlink()
     assert not is_loaded()
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_a_full_disk(tmp_path, monkeypatch, kind):
+    """The kernel works, and code of before is not taken for what could not be written."""
+    script, cache = tmp_path / "script.py", tmp_path / "cache"
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(cache))
+    script.write_text(SCRIPT)
+    assert runpy.run_path(str(script))["cubed"](3.0) == 27.0
+    script.write_text(SCRIPT.replace("x * x * x", "x ** 3 + 1"))
+    open_for_write = disk._CheckedFiles._open_for_write
+
+    @contextmanager
+    def full(files, path):
+        with open_for_write(files, path) as file:
+            if path.endswith(kind):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            yield file
+
+    with monkeypatch.context() as patch:
+        patch.setattr(disk._CheckedFiles, "_open_for_write", full)
+        assert runpy.run_path(str(script))["cubed"](3.0) == 28.0
+    assert not list(cache.rglob(f"*.{kind}*"))
+    assert runpy.run_path(str(script))["cubed"](3.0) == 28.0
 
 
 def test_caches_of_classes_that_have_moved_are_compiled_anew(tmp_path, monkeypatch):

@@ -4,9 +4,11 @@ numba would load them: at best that fails, until somebody removes them, at worst
 at the file of a function only, not at functions and numbers of others that are compiled into it.
 """
 
+import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -68,15 +70,21 @@ class _CheckedFiles(IndexDataCacheFile):
 
     def _write(self, path: str, value: Any) -> None:
         body = self._dump(value)
-        with self._open_for_write(path) as file:
-            file.write(self._digest(body) + body)
+        try:
+            with self._open_for_write(path) as file:
+                file.write(self._digest(body) + body)
+        except BaseException:
+            # the index is written first: code of other sources would pass for what it tells
+            with suppress(OSError):
+                os.unlink(path)
+            raise
 
     def _digest(self, body: bytes) -> bytes:
         return sha256(self._version.encode() + body).digest()
 
 
 class CheckedCache(FunctionCache):
-    """numba's cache of a function, in checked files.
+    """numba's cache of a function, in checked files, or without them where the disk is full.
 
     Raises
     ------
@@ -88,6 +96,10 @@ class CheckedCache(FunctionCache):
         super().__init__(function)
         name = self._impl.filename_base + OPTIMISED
         self._cache_file = _CheckedFiles(function, self._cache_path, name)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError):  # it is compiled, and can be called
+            super().save_overload(sig, data)
 
 
 def _compiled_into(function: Callable, known: set[Callable]) -> Iterator[bytes]:
