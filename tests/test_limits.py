@@ -84,6 +84,18 @@ def test_a_limit_that_another_may_lift_is_asked_for_again():
     assert blas() == before
 
 
+def test_limits_after_the_main_script(monkeypatch):
+    """Solving goes on in a thread that it leaves, and pools of threads take nothing any more."""
+    closed = ThreadPoolExecutor(1)
+    closed.shutdown()
+    monkeypatch.setattr(limits._Blas, "holder", closed)
+    with threadpool_limits(2, "blas"):
+        before = blas()
+        with limited_threads(1, "blas"):
+            assert set(blas()) == {1}
+        assert blas() == before
+
+
 def in_forked_process(check):
     """Whether it holds there; not if it does not come to an end."""
     process = os.fork()

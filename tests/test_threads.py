@@ -1,9 +1,11 @@
 """One punch, many threads: the answers are those of one thread, bit by bit."""
 
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
+import numba
 import numpy as np
 import pytest
 from plans import disc
@@ -11,6 +13,7 @@ from skfem.mapping import MappingAffine
 
 from skfem_dual import DualMesh, HalfSpace, LayeredHalfSpace, Paraboloid, RigidPunch, RigidPunches
 from skfem_dual.ground.layered import Layer
+from skfem_dual.kernels import threads
 from skfem_dual.kernels.threads import Threads
 from skfem_dual.sweeps.run import sweep
 
@@ -175,6 +178,52 @@ def test_mappings_are_filled_by_one_thread(monkeypatch):
     area = dual.partition.areas.sum()
     assert np.allclose(found[:, :2], area, rtol=1e-12)
     assert np.ptp(found[:, 2]) == 0
+
+
+class Closed(ThreadPoolExecutor):
+    """A pool after so many tasks, as those of concurrent.futures are once the main script ends."""
+
+    left = 0
+
+    def submit(self, *work):
+        if self.left == 0:
+            raise RuntimeError("cannot schedule new futures after interpreter shutdown")
+        self.left -= 1
+        return super().submit(*work)
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_work_that_outlives_the_main_script(monkeypatch, left):
+    """In threads that it leaves, and in functions of atexit: all is done, each piece once."""
+    monkeypatch.setattr(Closed, "left", left)
+    monkeypatch.setattr(threads, "ThreadPoolExecutor", Closed)
+    monkeypatch.setattr(threads, "LONG", 0.0)
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 4)
+    done = []
+    with Threads() as run:
+        for _ in range(2):
+            run(done.append, 1000)
+    starts = sorted(piece.start for piece in done)
+    assert starts == [start for start in range(0, 1000, 64) for _ in range(2)]
+
+
+def test_errors_of_helping_threads_come_through(monkeypatch):
+    """And end the work of the others."""
+    monkeypatch.setattr(threads, "LONG", 0.0)
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
+    here, failed, done = threading.current_thread(), threading.Event(), []
+
+    def work(piece):
+        if threading.current_thread() is not here:
+            failed.set()
+            raise FloatingPointError(str(piece.start))
+        assert failed.wait(timeout=10)
+        time.sleep(0.005)
+        done.append(piece)
+
+    with Threads() as run, pytest.raises(FloatingPointError):
+        run(work, 1000)
+    assert len(done) < 15
 
 
 def test_short_work_is_cut_into_few_pieces():

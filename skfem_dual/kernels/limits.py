@@ -79,7 +79,12 @@ def _limit_blas(threads: int | None) -> None:
     # as starting it takes longer than all else
     if _Blas.holder is None:
         _Blas.holder = ThreadPoolExecutor(1)
-    _Blas.held = _Blas.holder.submit(_hold_blas, threads).result()
+    try:
+        holding = _Blas.holder.submit(_hold_blas, threads)
+    except RuntimeError:  # its thread has ended with the main script
+        _Blas.held = _hold_blas(threads)
+    else:
+        _Blas.held = holding.result()
 
 
 def _hold_blas(threads: int | None) -> ExitStack | None:

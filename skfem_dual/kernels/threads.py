@@ -1,5 +1,6 @@
 """Threads for loops that release Python's lock."""
 
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
@@ -69,6 +70,29 @@ class Threads:
                 work(piece)
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(threads)
-        # list: wait for all, and let an exception through
-        list(self._pool.map(work, pieces[first:]))
+            self._pool = ThreadPoolExecutor(threads - 1)
+        _share(self._pool, threads - 1, work, pieces[first:])
+
+
+def _share(
+    pool: ThreadPoolExecutor, helpers: int, work: Callable[[slice], None], pieces: list[slice]
+) -> None:
+    """Work on pieces in this thread, and in so many of the pool as there are for it."""
+    left = iter(pieces)  # of which each takes the next
+
+    def help_out() -> None:
+        try:
+            for piece in left:
+                work(piece)
+        finally:
+            deque(left, maxlen=0)  # an exception ends the work of all
+
+    helping = []
+    try:
+        for _ in range(min(helpers, len(pieces) - 1)):
+            helping.append(pool.submit(help_out))
+    except RuntimeError:  # no threads start once the main script has ended
+        pool.shutdown()  # when those there are have done what they took
+    help_out()
+    for helper in helping:
+        helper.result()
