@@ -96,6 +96,53 @@ def test_limits_after_the_main_script(monkeypatch):
         assert blas() == before
 
 
+@pytest.mark.parametrize("which", [0, 1])
+def test_interrupted_while_a_limit_is_set_or_lifted(which):
+    """The next to ask sets what was interrupted."""
+    applied = []
+
+    def apply(threads):
+        if len(applied) == which:
+            applied.append("interrupted")
+            raise KeyboardInterrupt
+        applied.append(threads)
+
+    limit = SharedLimit(apply)
+    with pytest.raises(KeyboardInterrupt), limit(1):
+        pass
+    with limit(1):
+        assert applied[-1] == 1
+    assert applied[-1] is None
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_interrupted_while_blas_is_limited(monkeypatch, which):
+    """By another thread, which goes on: BLAS kept one thread for the rest of the process."""
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    class Interrupted(ThreadPoolExecutor):
+        calls = 0
+
+        def submit(self, *work):
+            future = super().submit(*work)
+            if self.calls == which:
+                future.result()
+                future.result = interrupt
+            self.calls += 1
+            return future
+
+    with threadpool_limits(2, "blas"), Interrupted(1) as holder:
+        monkeypatch.setattr(limits._Blas, "holder", holder)
+        with pytest.raises(KeyboardInterrupt), limited_threads(1, "blas"):
+            pass
+        assert set(blas()) == {2}
+        with limited_threads(1, "blas"):
+            assert set(blas()) == {1}
+        assert set(blas()) == {2}
+
+
 def in_forked_process(check):
     """Whether it holds there; not if it does not come to an end."""
     process = os.fork()

@@ -26,27 +26,29 @@ class SharedLimit:
 
     def __init__(self, apply: Callable[[int | None], None]) -> None:
         self._apply = apply
-        self._wanted: list[tuple[int, int]] = []  # by which thread
+        self._wanted: dict[object, tuple[int, int]] = {}  # by calls: limit, and of which thread
+        self._applied: object = None
         self._lock = threading.Lock()
 
     @contextmanager
     def __call__(self, threads: int) -> Iterator[None]:
-        wanted = threads, threading.get_ident()
-        with self._lock:
-            self._change([*self._wanted, wanted])
+        call = object()
         try:
+            with self._lock:
+                self._wanted[call] = threads, threading.get_ident()
+                self._change()
             yield
         finally:
+            self._wanted.pop(call, None)  # first, and in one step: interrupts may come anywhere
             with self._lock:
-                rest = list(self._wanted)
-                rest.remove(wanted)
-                self._change(rest)
+                self._change()
 
-    def _change(self, wanted: list[tuple[int, int]]) -> None:
-        before, after = (min(each, default=(None,))[0] for each in (self._wanted, wanted))
-        self._wanted = wanted
-        if after != before:
-            self._apply(after)
+    def _change(self) -> None:
+        least = min((threads for threads, _ in list(self._wanted.values())), default=None)
+        if least != self._applied:
+            self._applied = "unknown"  # for the next to set, if this is interrupted
+            self._apply(least)
+            self._applied = least
 
     def watch_forks(self) -> None:
         """In forked processes, end what was asked for by threads that they do not have."""
@@ -58,8 +60,10 @@ class SharedLimit:
         )
 
     def _end_others(self) -> None:
+        here = threading.get_ident()
         try:
-            self._change([each for each in self._wanted if each[1] == threading.get_ident()])
+            self._wanted = {call: each for call, each in self._wanted.items() if each[1] == here}
+            self._change()
         finally:
             self._lock.release()
 
@@ -82,22 +86,22 @@ def _limit_blas(threads: int | None) -> None:
     try:
         holding = _Blas.holder.submit(_hold_blas, threads)
     except RuntimeError:  # its thread has ended with the main script
-        _Blas.held = _hold_blas(threads)
+        _hold_blas(threads)
     else:
-        _Blas.held = holding.result()
+        holding.result()
 
 
-def _hold_blas(threads: int | None) -> ExitStack | None:
+def _hold_blas(threads: int | None) -> None:
     openblas = getattr(threadpoolctl, "OpenBLASController", None)
     if clear := getattr(openblas, "clear_controlling_thread", None):  # recent versions
         clear(force=True)  # whoever has limited it for good, or forked while it was limited
     if _Blas.held is not None:
         _Blas.held.close()
-    if threads is None:
-        return None
-    held = ExitStack()
-    held.enter_context(_libraries().limit(limits=threads, user_api="blas"))
-    return held
+        _Blas.held = None
+    if threads is not None:
+        # kept here, as who asked may be interrupted while waiting
+        _Blas.held = ExitStack()
+        _Blas.held.enter_context(_libraries().limit(limits=threads, user_api="blas"))
 
 
 def _libraries() -> ThreadpoolController:
