@@ -1,5 +1,7 @@
 """Cases that sleep, fail, die: nothing is lost, nothing is run twice without need."""
 
+import errno
+import io
 import multiprocessing
 import os
 import pickle
@@ -463,6 +465,30 @@ def test_an_interrupted_sweep_resumes(interrupted, tmp_path, calls):
     assert [outcome.resumed for outcome in found.outcomes] == [x <= interrupted for x in range(8)]
     assert found.torn == 0
     assert f"{interrupted + 1} of them from the file" in repr(found)
+
+
+def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch):
+    """What fits is written, and found once there is room."""
+    file = tmp_path / "s"
+    sweep(square, range(2), file=file)
+    room = file.stat().st_size * 3 // 4  # for one record and a half
+    file.unlink()
+
+    class Full(io.FileIO):
+        def write(self, data):
+            fits = min(room - self.tell(), len(data))
+            if fits == 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data[:fits])
+
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "open", lambda file, mode, **_: Full(file, mode), raising=False)
+        with pytest.raises(OSError, match="No space left on device") as error:
+            sweep(square, range(2), file=file)
+    assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(file))
+    found = sweep(square, range(2), file=file)
+    assert [outcome.resumed for outcome in found.outcomes] == [True, False]
+    assert found.torn > 0
 
 
 def test_a_changed_list_of_cases_resumes(tmp_path, calls):

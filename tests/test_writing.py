@@ -1,3 +1,4 @@
+import errno
 import os
 import stat
 
@@ -77,6 +78,19 @@ def test_errors_name_the_file_and_not_its_part(tmp_path):
     long = tmp_path / ("long name " * 20 + ".txt")  # the name of its part is not longer
     write_whole(long, write)
     assert long.read_text() == "new"
+
+
+def test_a_full_disk_is_told_with_the_file(tmp_path):
+    """Of which errors in writing know nothing."""
+    path = tmp_path / "a.json"
+
+    def fail(part):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(OSError, match="No space left on device") as error:
+        write_whole(path, fail)
+    assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(path))
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("path", [None, 3, b"x.vtu", "a\0.vtu"])

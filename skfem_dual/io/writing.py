@@ -71,7 +71,8 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
             os.chmod(part, mode)
         os.replace(part, target)
     except OSError as error:
-        if error.filename == str(part):  # a name the caller has never seen
+        # a name the caller has never seen, or none, as where the disk is full
+        if error.errno is not None and error.filename in (None, str(part)):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
     finally:

@@ -46,6 +46,16 @@ def record(key: bytes, body: bytes) -> bytes:
     return MARK + HEAD.pack(len(content), sha256(content).digest()) + content
 
 
+def append(file: io.FileIO, entry: bytes) -> None:
+    """Hand an entry to the operating system; an OSError names the file."""
+    left = memoryview(entry)
+    try:
+        while left:  # a disk that is nearly full takes a part
+            left = left[file.write(left) :]
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(file.name)) from error
+
+
 def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
     """Bodies by their keys, and the number of bytes that are no whole record.
 

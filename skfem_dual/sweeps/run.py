@@ -20,6 +20,7 @@ from ..messages import shown
 from .records import (
     PathLike,
     Problem,
+    append,
     fingerprint,
     read_records,
     record,
@@ -248,7 +249,7 @@ def sweep(
         if file is not None:
             keys = [fingerprint((token, case)) for case in cases]
             stored, torn = read_records(Path(file))
-            records = stack.enter_context(open(file, "ab"))
+            records = stack.enter_context(open(file, "ab", buffering=0))
             for number, key in enumerate(keys):
                 # equal cases have a record each: the problem may be random
                 if stored.get(key):
@@ -274,8 +275,7 @@ def sweep(
                 finish(number, error=error)
             else:
                 if file is not None:
-                    records.write(record(keys[number], answer.body))
-                    records.flush()
+                    append(records, record(keys[number], answer.body))
                 finish(number, result, seconds)
     ordered = tuple(outcomes[number] for number in range(len(cases)))
     run = [o.seconds for o in ordered if o.error is None and not o.resumed]
