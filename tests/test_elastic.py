@@ -17,7 +17,7 @@ from elastic_bodies import (
 from marks import slow
 from plans import disc
 from scipy.optimize import brentq
-from scipy.sparse import diags
+from scipy.sparse import csr_matrix, diags
 from scipy.special import eval_jacobi, gammaln
 from skfem import (
     Basis,
@@ -52,6 +52,20 @@ STRUCTURES = {
     "tetrahedra on triangles": lambda: block_on("triangles"),
     "hexahedra on quadrilaterals": lambda: block_on("quadrilaterals"),
 }
+
+
+def test_stiffness_is_a_read_only_copy():
+    """Also of a matrix with entries in parts, which scipy adds up in place."""
+    cells, structure, K, options = next(iter(STRUCTURES.values()))()
+    parts = np.repeat(K.data / 2, 2), np.repeat(K.indices, 2), 2 * K.indptr
+    twice = csr_matrix(parts, K.shape)
+    punch = ElasticPunch(SOIL, cells, structure, twice, **options)
+    f = punch.loads @ np.ones(punch.loads.shape[1])
+    assert punch.solve(f).success
+    assert twice.data.flags.writeable
+    for matrix in (punch.loads, punch.stiffness):
+        with pytest.raises(ValueError, match="read-only"):
+            matrix.data[:] = 0
 
 
 @pytest.mark.slow

@@ -10,6 +10,9 @@ from threading import Barrier
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
+from skfem import CellBasis, ElementTriP1, FacetBasis, MeshTri
+from skfem.generic_utils import OrientedBoundary
 
 import skfem_dual
 from skfem_dual.kernels.once import ReadOnly, _locks, computed_once, remember
@@ -185,6 +188,69 @@ def test_corners_of_plans_are_read_only_in_copies():
         corners = copied(plan).parts[0][0].corners
         with pytest.raises(ValueError, match="read-only"):
             corners[:] = 0
+
+
+def test_meshes_are_read_only():
+    """Those of a grid, with their tags, and in copies; that of the user is not."""
+    mesh = MeshTri().refined(2).with_boundaries({"left": lambda x: x[0] == 0})
+    mesh = mesh.with_boundaries({"turned": OrientedBoundary([3], [0])})
+    dual = skfem_dual.DualMesh.from_mesh(mesh)
+    assert dual.refinement.nelements == 6 * mesh.nelements
+    assert dual.mesh.boundaries["turned"].ori == [0]
+    for each in (dual, *(copied(dual) for copied in COPIES)):
+        for kept in (each.mesh, each.refinement):
+            for array in (kept.doflocs, kept.t, *kept.boundaries.values(), each.mesh.f2t):
+                with pytest.raises(ValueError, match="read-only"):
+                    array[:] = 0
+    assert mesh.boundaries["left"].flags.writeable
+    finer = dual.refinement.refined()
+    assert finer.nelements == 24 * mesh.nelements
+    area = CellBasis(dual.refinement, ElementTriP1()).dx.sum()
+    assert area == pytest.approx(1.0)
+    assert FacetBasis(dual.refinement, ElementTriP1(), facets="left").dx.sum() == pytest.approx(
+        1.0
+    )
+
+
+def test_copies_compute_nothing():
+    """A basis is set up when it is asked for more than its cells."""
+    basis = copy.deepcopy(skfem_dual.DualMesh.from_mesh(MeshTri().refined(1)).basis())
+
+    @dataclass(frozen=True, eq=False)
+    class Held(ReadOnly):
+        basis: CellBasis
+
+        @computed_once
+        def same(self):
+            return self.basis
+
+    again = copy.deepcopy(Held(basis))
+    assert again.same is again.basis
+    assert "dx" not in vars(again.basis)
+
+
+def test_sparse_matrices_are_read_only():
+    """With entries in order, as scipy would put them in place."""
+    given = csr_matrix(([1.0, 1.0, 0.0, 1.0], [1, 0, 0, 1], [0, 2, 4]), shape=(2, 2))
+
+    @dataclass(frozen=True, eq=False)
+    class Joined(ReadOnly):
+        part: csr_matrix
+
+        @computed_once
+        def whole(self):
+            return self.part
+
+    joined = Joined(given)
+    again = copy.deepcopy(joined)
+    assert not again.part.data.flags.writeable
+    for matrix in (joined.whole, again.whole):
+        for array in (matrix.data, matrix.indices, matrix.indptr):
+            with pytest.raises(ValueError, match="read-only"):
+                array[:] = 0
+        assert abs(matrix).toarray().tolist() == [[1.0, 1.0], [0.0, 1.0]]
+    assert given.indices.tolist() == [1, 0, 0, 1]
+    given.data[:] = 3.0  # whoever made it may still write
 
 
 def test_public_classes_of_arrays_are_read_only_in_copies():

@@ -20,7 +20,7 @@ from ..errors import MeshError, ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import ReadOnly, computed_once, freeze
 
 #: shapes farther from the ground than so many times what they vary by lose their digits
 OFFSET = 3e4
@@ -34,12 +34,12 @@ class Unchosen(str):
 def owned(value: Any) -> Any:
     """What a body is made of, copied where it could be changed in place: pickles and variants are
     made of it again."""
-    if isinstance(value, np.ndarray):
-        value = np.array(value, subok=True)
-        value.flags.writeable = False
+    if isinstance(value, np.ndarray) or issparse(value):
+        value = value.copy()
+        if hasattr(value, "sum_duplicates"):  # which scipy does in place, as for abs
+            value.sum_duplicates()
+        freeze(value)
         return value
-    if issparse(value):
-        return value.copy()
     if type(value) in (list, tuple):
         return type(value)(map(owned, value))
     if isinstance(value, dict):

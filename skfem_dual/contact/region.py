@@ -25,7 +25,7 @@ from ..grids.partition import Partition
 from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..kernels.compiled import inputs
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import ReadOnly, computed_once, freeze
 from .contact_line import AROUND, Seen, edge_distance, mean_of_nearest, moved_line
 from .planes import PlaneFit
 
@@ -209,7 +209,9 @@ class ContactRegion(ReadOnly):
         share = np.divide(self.level[a], rise, where=a < b, out=np.zeros(len(points)))
         share[a < b] = share[a < b].clip(CUT, 1 - CUT)
         p = self.p[:, a] + share * (self.p[:, b] - self.p[:, a])
-        return MeshTri(*inputs(p, t.reshape(3, -1)))
+        mesh = MeshTri(*inputs(p, t.reshape(3, -1)))
+        freeze(mesh)
+        return mesh
 
     def crossed(self, mesh: Mesh) -> ndarray:
         """Elements of a mesh through which the edge runs, for ``mesh.refined``.

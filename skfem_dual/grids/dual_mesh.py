@@ -1,7 +1,7 @@
 """The 1-type dual grid of a triangulation (Definition 2)."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import ndarray
@@ -61,11 +61,6 @@ class DualMesh(ReadOnly):
     mesh: MeshTri
     partition: Partition
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        super().__setstate__(state)
-        mesh = self.mesh
-        freeze((mesh.doflocs, mesh.t, mesh.t2f, mesh.facets))
-
     @classmethod
     def from_mesh(cls, mesh: MeshTri) -> "DualMesh":
         """The dual grid of any triangulation.
@@ -92,16 +87,15 @@ class DualMesh(ReadOnly):
             mesh,
             doflocs=np.array(mesh.p, dtype=float, order="C"),
             t=np.array(mesh.t, dtype=np.int32, order="C"),
-            _boundaries=user_tags(mesh.boundaries) or None,
-            _subdomains=user_tags(mesh.subdomains) or None,
+            _boundaries=_own_tags(mesh.boundaries),
+            _subdomains=_own_tags(mesh.subdomains),
         )
-        mesh.doflocs.setflags(write=False)
-        mesh.t.setflags(write=False)
         corners = Corners(numbered(mesh))
         require(dual_conditions(corners))
         partition = _dual_partition(corners)
         # the mesh is kept: long integers of numpy, and columns that the cells of ribs have too
         mesh._t2f, mesh._facets = readonly(mesh.t2f, np.int32), partition.f2c[:, : mesh.nfacets]
+        freeze(mesh)
         return cls(mesh, partition)
 
     def lines(self) -> list[str]:
@@ -206,7 +200,9 @@ class DualMesh(ReadOnly):
         ``j``; `refinement_cells` names their dual cells.
         """
         t = self.refined_triangles(np.arange(self.mesh.nelements))
-        return self._tagged(MeshTri(self.refinement_nodes, t))
+        refinement = self._tagged(MeshTri(self.refinement_nodes, t))
+        freeze(refinement)
+        return refinement
 
     @property
     def refinement_nodes(self) -> ndarray:
@@ -282,6 +278,10 @@ class DualMesh(ReadOnly):
         from .cellwise import CellwiseBasis
 
         return CellwiseBasis(self, "primal", intorder=intorder)
+
+
+def _own_tags(tags: dict[str, ndarray] | None) -> dict[str, ndarray] | None:
+    return {name: np.array(tag, subok=True) for name, tag in user_tags(tags).items()} or None
 
 
 def _dual_partition(corners: Corners) -> Partition:

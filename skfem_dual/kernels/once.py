@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from copy import copy
 from functools import cached_property
 from threading import RLock
 from typing import Any, Self, TypeVar, cast, overload
@@ -67,7 +68,7 @@ class ReadOnly:
 
 
 def freeze(value: Any) -> None:
-    """Make arrays read-only, also those in tuples, lists and dictionaries."""
+    """Make arrays read-only, also in tuples, lists, dictionaries, sparse matrices and meshes."""
     if isinstance(value, ndarray):
         value.flags.writeable = False
     elif isinstance(value, dict):
@@ -75,6 +76,13 @@ def freeze(value: Any) -> None:
     elif isinstance(value, (list, tuple)):
         for part in value:
             freeze(part)
+    elif _is_sparse(value) or hasattr(type(value), "t2f"):
+        freeze(vars(value))
+
+
+def _is_sparse(value: Any) -> bool:
+    # without asking for an attribute, for which others may compute
+    return "indptr" in getattr(value, "__dict__", ())
 
 
 def remember(instance: object, name: str, value: Any) -> None:
@@ -104,10 +112,14 @@ def _first(instance: object, name: str, compute: Callable[[Any], Any]) -> Any:
 
 
 def _shared(value: Any) -> Any:
-    """The value, an array read-only: all who ask share it."""
+    """The value, arrays read-only, sparse ones too: all who ask share it."""
     if isinstance(value, ndarray):
         value = value.view()
         value.flags.writeable = False
+    elif _is_sparse(value):
+        value = copy(value) if value.has_canonical_format else value.copy()
+        value.sum_duplicates()  # what scipy does in place where it is not done
+        vars(value).update({name: _shared(part) for name, part in vars(value).items()})
     return value
 
 
