@@ -3,6 +3,7 @@
 import dataclasses
 import re
 import sys
+import warnings
 from base64 import b64decode
 from datetime import datetime
 from html.parser import HTMLParser
@@ -46,6 +47,7 @@ from skfem_dual.report.numbers import (
     reach,
 )
 from skfem_dual.report.page import NONE, STYLE, Html, coordinate, escaped, number, one_to
+from skfem_dual.report.pdf import require_pdf
 
 SOIL = HalfSpace(30e6, 0.25)
 DISC = DualMesh.from_mesh(disc(3))
@@ -687,6 +689,18 @@ def test_matplotlib_missing(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(ImportError, match=r"pip install 'skfem-dual\[visuals\]'"):
         report_html(solved())
+
+
+def test_deprecations_in_the_library_of_pdf(tmp_path, monkeypatch):
+    """Which are not the user's, under python -W error."""
+    fake = "import warnings\nwarnings.warn('HarfBuzz-Subset', DeprecationWarning)\n"
+    (tmp_path / "weasyprint.py").write_text(fake)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert require_pdf().__file__ == str(tmp_path / "weasyprint.py")
+    del sys.modules["weasyprint"]
 
 
 def test_wrong_arguments():

@@ -1,5 +1,6 @@
 """A page as PDF, through WeasyPrint."""
 
+import warnings
 from typing import Any
 
 
@@ -12,7 +13,9 @@ def require_pdf() -> Any:
         If it is missing, or the library pango it needs from the system.
     """
     try:
-        import weasyprint
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # its own, which may be errors
+            import weasyprint
     except ImportError as error:
         raise ImportError(
             "a PDF takes WeasyPrint. Remedy: pip install 'skfem-dual[pdf]', or write .html and "
