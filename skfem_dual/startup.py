@@ -50,15 +50,21 @@ def require_threads() -> None:
 
 
 def end_of_imports() -> None:
-    """Give errors and Ctrl-C back to Python."""
+    """Give errors and Ctrl-C back to Python; a request to end lets files be put in order."""
     if sys.excepthook is _told:
         sys.excepthook = sys.__excepthook__
+        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, _ended)
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _interrupted(number: int, frame: object) -> None:
     _leave("interrupted", 130)
+
+
+def _ended(number: int, frame: object) -> None:
+    raise SystemExit(128 + number)
 
 
 def _told(kind: type[BaseException], error: BaseException, trace: object) -> None:

@@ -17,11 +17,11 @@ import pytest
 from marks import slow
 from skfem import MeshTri
 
-from skfem_dual import DualMesh, RigidPunch, __version__
+from skfem_dual import DualMesh, RigidPunch, __version__, startup
 from skfem_dual.cli import main
 from skfem_dual.cli.messages import COMPILING, progress_of_compilation, show_warning
 from skfem_dual.errors import MeshWarning
-from skfem_dual.io import read_dual, read_polygons
+from skfem_dual.io import read_dual, read_polygons, write_whole
 
 DATA = Path(__file__).parent / "data"
 DISC = str(DATA / "disc.msh")
@@ -496,8 +496,32 @@ def test_ctrl_c(tmp_path, capsys, monkeypatch):
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(RigidPunch, "solve", interrupted)
-    assert run(capsys, "solve", DISC, *LOAD) == (130, [], ["skfem-dual: interrupted"])
+    def interrupted_in_a_kernel(*args, **kwargs):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    for solve in (interrupted, interrupted_in_a_kernel):
+        monkeypatch.setattr(RigidPunch, "solve", solve)
+        assert run(capsys, "solve", DISC, *LOAD) == (130, [], ["skfem-dual: interrupted"])
+
+
+def test_asked_to_end_while_a_file_is_written(tmp_path, monkeypatch):
+    """Nothing of it is left."""
+
+    def write(part):
+        assert Path(part).exists()
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(sys, "excepthook", startup._told)  # as in a process of the command line
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        startup.end_of_imports()
+        assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        with pytest.raises(SystemExit) as ended:
+            write_whole(tmp_path / "report.html", write)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert ended.value.code == 143
+    assert not list(tmp_path.iterdir())
 
 
 def test_help_and_version(capsys):

@@ -29,25 +29,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         0; 1 if ``check`` found a fault; 2 after an error, told in one line on stderr; 3 if
         ``solve`` found no solution that holds, told likewise; 4 if it did not reach the accuracy
-        asked for; 130 if interrupted.
+        asked for; 130 if interrupted, 143 if
+        asked to end by SIGTERM.
     """
     try:
-        end_of_imports()
-        options = build_parser().parse_args(argv)
-        with warnings.catch_warnings():
-            warnings.simplefilter("default")
-            warnings.simplefilter("ignore", DeprecationWarning)  # for who writes programs
-            options.warned = []
-            warnings.showwarning = partial(show_warning, options.warned)
-            check_files(options)
-            with progress_of_compilation(options):
-                code, table = options.run(options)
-            if table:
-                print_table(table)
-            return code
+        try:
+            return _run(argv)
+        except SystemError as error:  # of numba, where an interrupt comes inside of a kernel
+            raise error.__cause__ or error from None
     except KeyboardInterrupt:
         tell("interrupted")
         return 130
     except BAD as error:
         tell(f"error: {one_line(error)}")
         return 2
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    end_of_imports()
+    options = build_parser().parse_args(argv)
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        warnings.simplefilter("ignore", DeprecationWarning)  # for who writes programs
+        options.warned = []
+        warnings.showwarning = partial(show_warning, options.warned)
+        check_files(options)
+        with progress_of_compilation(options):
+            code, table = options.run(options)
+        if table:
+            print_table(table)
+        return code
