@@ -524,6 +524,16 @@ def test_asked_to_end_while_a_file_is_written(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("option", "name"),
+    [("vtu", "A.VTU"), ("report", "A.Html"), ("json", "A.JSON"), ("svg", "A.Pdf")],
+)
+def test_endings_in_capitals(capsys, tmp_path, option, name):
+    code, _, err = run(capsys, "solve", DISC, *LOAD, f"--{option}", tmp_path / name)
+    assert (code, err) == (0, [])
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
 def test_help_and_version(capsys):
     code, out, _ = run(capsys, "solve", "--help")
     assert code == 0

@@ -503,6 +503,14 @@ def test_damaged_dual_grids(tmp_path, change, message):
         read_dual(path)
 
 
+def test_names_of_libraries_end_in_small_letters(tmp_path):
+    """By which they know formats; the file has the name asked for."""
+    seen = []
+    write_whole(tmp_path / "A.PNG", lambda part: seen.append(part[-4:]))
+    assert seen == [".png"]
+    assert [path.name for path in tmp_path.iterdir()] == ["A.PNG"]
+
+
 def test_files_are_written_whole_or_not_at_all(tmp_path):
     path = tmp_path / "result.txt"
     path.write_text("old")

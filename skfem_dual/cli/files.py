@@ -31,7 +31,7 @@ def check_files(options: argparse.Namespace) -> None:
     outputs = {f"--{n}": p for n in SUFFIXES if (p := getattr(options, n, None)) is not None}
     for name, path in outputs.items():
         suffixes = SUFFIXES[name[2:]]
-        if Path(path).suffix not in suffixes:
+        if Path(path).suffix.lower() not in suffixes:
             raise ValueError(
                 f"expected a file name ending in {' or '.join(suffixes)} for {name}, got {path}"
             )
@@ -44,7 +44,7 @@ def check_files(options: argparse.Namespace) -> None:
         from ..visuals.axes import pyplot
 
         pyplot()
-    if Path(outputs.get("--report", "")).suffix == ".pdf":
+    if Path(outputs.get("--report", "")).suffix.lower() == ".pdf":
         from ..report.pdf import require_pdf
 
         require_pdf()

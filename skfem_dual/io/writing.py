@@ -16,7 +16,7 @@ PathLike = str | os.PathLike[str]
 
 def require_vtu(path: PathLike) -> None:
     """Refuse names of files that do not end in .vtu, with a ValueError, and what is no path."""
-    if Path(checked_path(path)).suffix != ".vtu":
+    if Path(checked_path(path)).suffix.lower() != ".vtu":
         raise ValueError(f"expected a file name ending in .vtu, got {shown(path)}")
 
 
@@ -46,8 +46,9 @@ def checked_path(path: PathLike) -> PathLike:
 def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     """Let ``write`` produce a file that replaces ``path`` only when complete.
 
-    ``write`` gets the name of a temporary file in the same folder, with the same suffix. A
-    symbolic link at ``path`` remains one, and a file keeps its mode.
+    ``write`` gets the name of a temporary file in the same folder, with the same suffix in small
+    letters, by which libraries know formats. A symbolic link at ``path`` remains one, and a file
+    keeps its mode.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     # to replace a file takes the permission of its folder only
     if mode is not None and not os.access(target, os.W_OK):
         raise PermissionError(f"expected a file that may be written, got {path}")
-    part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix}"
+    part = target.parent / f".{target.stem[:40]}-{secrets.token_hex(4)}{target.suffix.lower()}"
     try:
         os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         write(str(part))

@@ -67,7 +67,7 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
         As `report_html`, or if WeasyPrint is missing.
     """
     checked_instance("path", path, (str, os.PathLike))
-    suffix = Path(path).suffix
+    suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"expected a file name ending in .html, .pdf or .json, got {path}")
     if suffix == ".pdf":
