@@ -14,8 +14,9 @@ from .writing import PathLike
 
 #: rows of a table
 MANY = 100_000
-#: a blank or an apostrophe between thousands
-GROUPED = re.compile(r"(?<=\d)[ \u00a0\u2009\u202f'\u2019](?=\d{3}(?!\d))")
+#: thousands with blanks or apostrophes between them, and these
+GROUPED = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:[ \u00a0\u2009\u202f'\u2019]\d{3})+(?!\d)")
+BETWEEN = re.compile(r"[ \u00a0\u2009\u202f'\u2019]")
 #: may be a number with a decimal mark, or thousands
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([.,]\d{3})+")
 #: thousands parted by one mark beside a decimal one, which tells what the others are
@@ -167,9 +168,13 @@ def make_numbers(
     for _, cells in rows:
         for i in columns:
             if i < len(cells):
-                cells[i] = GROUPED.sub("", cells[i]).replace("\N{MINUS SIGN}", "-")
+                cells[i] = GROUPED.sub(_joined, cells[i]).replace("\N{MINUS SIGN}", "-")
     if delimiter != ",":
         _make_points(rows, columns)
+
+
+def _joined(number: re.Match[str]) -> str:
+    return BETWEEN.sub("", number[0])
 
 
 def _make_points(rows: Sequence[tuple[str, list[str]]], columns: Sequence[int]) -> None:
