@@ -130,3 +130,11 @@ def test_no_bracket_of_punches_that_lift_off_or_are_shaped(at, gap):
     estimate = estimate_error(on_cells.solve(0.01, at=at), on_triangles.solve(0.01, at=at))
     assert not estimate.bracketed.any()
     assert estimate.mixed_settlement == pytest.approx(estimate.settlement.mean(), rel=1e-12)
+
+
+def test_no_error_without_load():
+    """Nothing was divided by nothing, and a cell without error was marked."""
+    found = estimate(disc(2), force=0.0)
+    assert not found.settlement.any()
+    assert not found.on_triangles.any()
+    assert len(marked(found.on_triangles)) == 0

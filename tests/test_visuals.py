@@ -3,6 +3,7 @@ import sys
 import time
 from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
@@ -137,6 +138,17 @@ def test_polar_grid_has_no_outline_along_its_rays():
 
 
 # levels and numbers
+
+
+@pytest.mark.parametrize("value", [1 / 3, 0.159, -123456.789, 0.0])
+def test_fields_constant_but_for_rounding_have_one_colour(value):
+    noise = 1 + 1e-15 * np.random.default_rng(0).random(DISC.nvertices)
+    field = Field.from_basis(nodal(DISC), value * noise)
+    low, high, *_ = color_range(field)
+    assert low < value < high
+    assert high - low == pytest.approx(abs(value) or 1.0)
+    field = replace(field, values=np.where(np.arange(len(field.values)) == 3, 9.0, field.values))
+    assert color_range(field)[1] == 9.0
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.3e5, -1e6, 1e-9])

@@ -149,9 +149,9 @@ def _tilts_apart(settlement: ndarray, tilt: ndarray) -> ndarray:
     (low, high), (on_cells, on_triangles) = settlement, tilt.T
     step = on_triangles - on_cells
     tilted = np.minimum(abs(on_cells), abs(on_triangles)) > ROUNDING * abs(settlement).max()
+    settled = max(abs(high + low), np.finfo(float).tiny)  # none without load
     least, most = (
-        factor * abs((high - low) / (high + low)) * abs(on_cells + on_triangles)
-        for factor in APART
+        factor * abs(high - low) / settled * abs(on_cells + on_triangles) for factor in APART
     )
     # with the sign of the inclination: triangles tilt more
     step = step * np.sign(on_cells + on_triangles)
@@ -192,5 +192,5 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
     squares = (indicator * np.ldexp(1.0, -int(np.frexp(largest)[1]))) ** 2
     order = np.argsort(squares)[::-1]
     sums = np.cumsum(squares[order])
-    enough = int(np.searchsorted(sums, fraction * sums[-1] * (1 - 1e-12))) + 1
+    enough = int(np.searchsorted(sums, fraction * sums[-1] * (1 - 1e-12))) + int(largest > 0)
     return np.sort(order[:enough])

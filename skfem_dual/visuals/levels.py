@@ -11,6 +11,8 @@ from .field import Field
 
 #: more isobars than this are a mistake
 MOST = 1000
+#: values that differ by less of the largest are constant but for rounding
+ROUNDING = 1e-9
 
 
 def quantiles(field: Field, fractions: Sequence[float] | ndarray) -> ndarray:
@@ -83,7 +85,7 @@ def choose_levels(
         inside the range of the field.
     """
     low, high = field.values.min(), field.values.max()
-    if high - low <= 1e-9 * max(abs(low), abs(high)):
+    if high - low <= ROUNDING * max(abs(low), abs(high)):
         raise ValueError(f"expected a field with isobars, got the constant {low:.6g}")
     if levels is None or isinstance(levels, (int, np.integer)):
         n = 8 if levels is None else checked_integer("levels", levels, at_least=1, at_most=MOST)
@@ -132,11 +134,14 @@ def color_range(
     """
     smallest, greatest = float(field.values.min()), float(field.values.max())
     if clim is None:
+        if greatest - smallest <= ROUNDING * max(abs(smallest), abs(greatest)):
+            half = (abs(greatest) or 1) / 2
+            return smallest - half, greatest + half, False, False
         lower, upper = quantiles(field, [0.25, 0.75])
-        reach = 1.5 * (upper - lower) or np.inf  # most of the area may have one value
+        # most of the area may have one value
+        varies = upper - lower > ROUNDING * (greatest - smallest)
+        reach = 1.5 * (upper - lower) if varies else np.inf
         low, high = max(smallest, float(lower - reach)), min(greatest, float(upper + reach))
-        if low == high:  # a constant field
-            low, high = low - (abs(low) or 1) / 2, high + (abs(high) or 1) / 2
     else:
         low, high = checked_pair("clim", clim)
         if not low < high:
