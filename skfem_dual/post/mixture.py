@@ -225,17 +225,26 @@ def smoothing(couple: RegularCouple, values: ndarray) -> Weights:
     D : A is `MOST` if the differences between nodes and means around them alternate more than
     they do not, and none if they alternate less than half as much, by the medians: a field that
     is smooth but curved is left alone. A1 : A2 is inverse to the squares of these differences,
-    from 1 : 4 to 4 : 1: the rougher solution is trusted less.
+    from 1 : 4 to 4 : 1: the rougher solution is trusted less. Nodes beside the end of contact do
+    not count: its kink is no error, and smoothing would carry it to pressures that are closer.
+    Where fewer than `FEWEST` are left nothing is smoothed.
     """
     residual = _residual(couple, values)
     n, (alpha, beta) = len(couple.dual), (couple.neighbours.alpha, couple.neighbours.beta)
-    smooth = np.concatenate([alpha @ (beta @ residual[:n]), beta @ (alpha @ residual[n:])])
+
+    def around(x: ndarray) -> ndarray:
+        return np.concatenate([alpha @ x[n:], beta @ x[:n]])
+
+    smooth = around(around(residual))
     tiny = np.finfo(float).tiny
     loaded = np.abs(values) > ROUNDING * np.abs(values).max()
-    if not loaded.any():
+    beside = np.where(loaded, 0.0, 1.0)
+    for _ in range(2):
+        beside = beside + around(beside)
+    inside = beside == 0
+    if inside.sum() < FEWEST:
         return Weights(1.0, 1.0)
-    # medians: a kink where contact ends is neither
-    noise, bias = (np.median(np.abs(x[loaded])) for x in (residual - smooth, smooth))
+    noise, bias = (np.median(np.abs(x[inside])) for x in (residual - smooth, smooth))
     D = MOST * float(np.clip(2 * noise / max(bias, tiny) - 1, 0.0, 1.0))
     first, second = (np.mean(residual[part] ** 2) + tiny for part in (slice(n), slice(n, None)))
     trust = float(np.sqrt(np.clip(second / first, 1 / 4, 4)))
