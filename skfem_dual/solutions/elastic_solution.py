@@ -266,14 +266,14 @@ def _in_equilibrium(
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
             f"its loads; {cause}"
         )
-    elif moved.any() and (lost := _untold(punch, contact.touching)).any():
+    elif moved.any() and (lost := _untold(punch, contact.pressure != 0)).any():
         which = "the structure"  # without any load it stays where it is
         if not lost.all():
             cell = int(lost.argmax())
             at = place(punch.footprint.partition.centroids[:, cell])
             which = f"the part of the structure with cell {cell} at {at}"
         message = (
-            f"{which} touches the ground nowhere, and nothing else tells its position. "
+            f"{which} presses on the ground nowhere, and nothing else tells its position. "
             "Remedy: loads that press it on the ground, or hold more of it, D="
         )
     else:
@@ -281,14 +281,14 @@ def _in_equilibrium(
     return replace(contact, success=False, message=message)
 
 
-def _untold(punch: Any, touching: ndarray) -> ndarray:
-    """Cells of parts of the structure that move without resistance and touch the ground nowhere,
-    (n,) array of bool."""
+def _untold(punch: Any, pressed: ndarray) -> ndarray:
+    """Cells of parts of the structure that move without resistance and press on the ground
+    nowhere, (n,) array of bool."""
     _, part = connected_components(punch.compliance.stiffness, directed=False)
     part = part[np.asarray(abs(punch.trace).argmax(axis=1)).ravel()]
     moved = np.abs(punch.trace @ punch.motions).max(axis=1, initial=0.0)
-    touched = np.bincount(part, touching) > 0
-    return ~touched[part] & (moved > STILL * moved.max())
+    resting = np.bincount(part, pressed) > 0
+    return ~resting[part] & (moved > STILL * moved.max())
 
 
 def _warn_if_bent(punch: Any, cells: Any, displacement: ndarray, touching: ndarray) -> None:
