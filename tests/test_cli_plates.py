@@ -12,6 +12,7 @@ from test_cli import run
 from test_cli_cases import SITE, UNITS, cases_in
 
 from skfem_dual import DualMesh, HalfSpace, Plan, Plate, Punches, RigidPunch, column_load
+from skfem_dual.grids.generate import rectangle
 from skfem_dual.io import write_solution
 from skfem_dual.report import report_html, write_report
 from skfem_dual.report.details import Details
@@ -224,7 +225,7 @@ def test_a_single_structure_as_data(group, tmp_path):
 @pytest.mark.usefixtures("undrawn")
 def test_a_thickness_in_another_unit_is_suspected(capsys, raft, tmp_path):
     """On the terminal, on the page and as data."""
-    load = ["--force", "300", "--cells", "20"]
+    load = ["--force", "300", "--cells", "40"]
     files = ["--json", "out.json", "--report", "out.html"]
     code, _, err = run(capsys, *raft, "--plate", "400,30e6,0.2", *load, *files)
     assert code == 0
@@ -258,7 +259,7 @@ def test_columns_are_listed(capsys, raft, tmp_path):
     cases_in(tmp_path, COLUMNS)
     files = ["--json", "out.json", "--report", "out.html"]
     code, _, err = run(
-        capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "20", "--quiet", *files
+        capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "40", "--quiet", *files
     )
     assert (code, err) == (0, [])
     (structure,) = json.loads((tmp_path / "out.json").read_text())["structures"]
@@ -283,3 +284,30 @@ def test_columns_are_listed(capsys, raft, tmp_path):
     ]
     with pytest.raises(TypeError, match=r"CaseRow for a row of columns\['a'\].*read_cases"):
         Details(columns={"a": [(1.0, 2.0)]})
+
+
+def test_cells_too_large_for_a_column_are_told(capsys):
+    """Against Hogg's infinite plate, on which a square column stands."""
+    plate, side = Plate(0.5, 30e6, 0.2), 0.54
+    modulus = 30e3 / (1 - 0.3**2)
+    length = (2 * plate.rigidity / modulus) ** (1 / 3)
+    k, turn = np.linspace(1e-6, 200 / length, 20001), 2 * np.pi * (np.arange(32) + 0.5) / 32
+    half = side / 2 / np.pi
+    patch = np.mean(
+        [np.sinc(k * np.cos(t) * half) * np.sinc(k * np.sin(t) * half) for t in turn], axis=0
+    )
+    exact = (
+        900 / (2 * np.pi) * np.trapezoid(k * patch / (plate.rigidity * k**4 + modulus * k / 2), k)
+    )
+    basis = DualMesh.from_mesh(rectangle(12 * length, 12 * length, n=150)).basis()
+    punch, at = plate.on(SOIL, basis), np.zeros((2, 1))
+    load = column_load(punch.structure, (0.0, 0.0), 900.0, sides=(side, side))
+    found = punch.solve(load, unilateral=False).deflection(at)[0] - exact
+    assert 0.7 < plate.excess(punch.structure, at, np.array([900.0]))[0] / found < 1.5
+
+    options = ["--young", "30e3", "--poisson", 0.3, "--plate", "0.5,30e6,0.2", "--force", 900]
+    corners = "0,0 32,0 32,32 0,32"
+    code, _, err = run(capsys, "solve", "--corners", corners, *options, "--cells", 300)
+    assert code == 0
+    told = r"under the column at \(16, 16\) is up to \S+ % too large.*Remedy: --cells \d+"
+    assert re.search(told, " ".join(err))

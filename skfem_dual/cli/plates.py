@@ -4,19 +4,25 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from skfem import LinearForm
 
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
 from ..bodies.plates import require_memory
+from ..errors import ResolutionWarning, warn
 from ..io import CaseRow
+from ..messages import place
 from ..plans.read import SUFFIXES
+from ..solutions.elastic_solution import ElasticSolution
 from ..terminal import is_watched
 from .footings import Base, CaseRows, names_of, only, punches_of, single_load
 from .outlines import is_outline
 
 #: of the outline of a plate
 CELLS = 600
+#: errors of deflections under columns that are told
+ROUGH = 0.025
 
 
 def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
@@ -120,6 +126,9 @@ def solve_plates(
         for base, solution in zip(bases, solutions, strict=True):
             found[base.name][case] = solution
     columns = {name: [row for of in cases.values() for row in of[name]] for name in plates}
+    for base in bases:
+        if base.name in plates:
+            _warn_if_coarse(plates[base.name], base, columns[base.name], found[base.name])
     if len(bases) > 1:
         return punches, found, columns
     (name,) = found
@@ -130,6 +139,28 @@ def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -
     cells = base.dual.basis() if options.grid == "dual" else base.dual.primal_basis()
     edges = options.edge_boundaries
     return plate.on(ground, cells, edge=options.edge, edge_boundaries=edges, origin=base.origin)
+
+
+def _warn_if_coarse(
+    plate: Plate, base: Base, rows: list[CaseRow], solutions: dict[str, ElasticSolution]
+) -> None:
+    """Warn of a column under which a plate bends too much."""
+    rows = [row for row in rows if row.force > 0]
+    if not rows:
+        return
+    at = np.array([row.point(base.origin) for row in rows]).T
+    forces = np.array([row.force for row in rows])
+    settled = [solutions[row.name].deflection(x)[0] for row, x in zip(rows, at.T[..., None])]
+    basis = next(iter(solutions.values())).punch.structure
+    excess = plate.excess(basis, at, forces) / np.abs(settled)
+    if (worst := excess.max()) > ROUGH:
+        cells = int(np.ceil(len(base.dual) * worst / ROUGH))
+        warn(
+            f"the deflection under the column at {place(at[:, excess.argmax()])} is up to "
+            f"{100 * worst:.2g} % too large, as cells are for how it bends the plate there. "
+            f"Remedy: --cells {cells}, or a finer mesh",
+            ResolutionWarning,
+        )
 
 
 def _single_row(options: argparse.Namespace) -> CaseRow:

@@ -61,7 +61,8 @@ def disc(
         grow by 0.2 for every unit of distance to the boundary, and triangles stay close to
         equilateral.
     nboundary : int, optional
-        Number of boundary nodes; by default it follows from the size.
+        Number of boundary nodes; by default it follows from the size. As triangles grow gradually
+        from the boundary, many of these take more than ``n`` nodes: 120 beside ``n=150`` make 494.
     true_area : bool
         Whether the polygon of the boundary nodes has the area of the circle, for a settlement tens
         of times closer to that of the circle; else its nodes lie on the circle.
