@@ -1022,6 +1022,16 @@ def test_numbers_and_names_of_slender_plans_do_not_overlap(width, height):
     assert all(box.y0 >= below for box in numbers)
 
 
+def test_scalar_bars_of_long_plans_have_room_for_their_numbers():
+    dual = DualMesh.from_mesh(rectangle(100.0, 1.0, n=100))
+    figure = with_matplotlib.isobars(
+        RigidPunch(HalfSpace(1.0, 0.3), dual.basis()).solve(1.0)
+    ).figure
+    figure.canvas.draw()
+    numbers = [label.get_window_extent() for label in figure.axes[1].get_xticklabels()]
+    assert all(a.x1 <= b.x0 for a, b in pairwise(numbers))
+
+
 @pytest.mark.parametrize("height", [*slow(3.0, 9.0), 30.0])
 def test_scalar_bars_of_slender_plans_are_as_high(height):
     """Sizes of bars are parts of the width of the axes: they were a third as high."""

@@ -84,6 +84,13 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     return ax
 
 
+def room_for(lines: int, p: ndarray) -> float:
+    """Factor on widths of so many lines on either side of a plan, by what is left between them
+    where it is far longer than wide."""
+    extents = np.ptp(p, axis=1)
+    return float(min(1.0, 100 * extents.min() / extents.max() / lines))
+
+
 def triangulation(field: Field | ContactRegion) -> Triangulation:
     """The triangles for matplotlib."""
     from matplotlib.tri import Triangulation
@@ -131,8 +138,14 @@ def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) ->
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)
     slender = max(1.0, height / (4 * width))  # sizes are parts of the width
+    part = min(max(0.4, 0.016 * width / height), 0.5)  # and of the height
     place: dict[str, Any] = (
-        {"location": "bottom", "pad": 0.1, "aspect": 40, "fraction": 0.4}
+        {
+            "location": "bottom",
+            "pad": 0.1,
+            "aspect": max(40, 0.6 * width / height / part),
+            "fraction": part,
+        }
         if width > 2 * height
         else {
             "location": "right",

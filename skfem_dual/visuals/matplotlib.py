@@ -21,6 +21,7 @@ from .axes import (
     legend_below,
     letter,
     prepared,
+    room_for,
     scalar_bar,
     triangulation,
 )
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
 
 #: size of labels on isobars, over that of type
 LETTER = 0.8
+#: levels named beside the scalar bar, at most
+TICKS = 20
 
 __all__ = [
     "draw",
@@ -269,18 +272,20 @@ def isobars(
         colors=colors,
         extend="neither" if single else "both",
     )
+    thin = room_for(len(chosen), field.p)
     ax.tricontour(
         triangles,
         pressed.values,
         levels=chosen,
         colors=OUTLINE,
-        linewidths=0.7,
+        linewidths=0.7 * thin,
         linestyles="solid",
     )
-    draw_segments(ax, field.p, field.outline, OUTLINE, 1.4)
+    draw_segments(ax, field.p, field.outline, OUTLINE, 1.4 * thin)
     _separation(ax, subject.contact, field)
     bar = scalar_bar(ax, bands, title_with_factor(subject.title, exponent), spacing="uniform")
-    bar.set_ticks(chosen.tolist(), labels=texts)
+    every = -(-len(chosen) // TICKS)
+    bar.set_ticks(chosen[::every].tolist(), labels=texts[::every])
     if labels:
         size = letter(LETTER) * data_per_point(ax)
         _labels(ax, label_boxes(pressed, chosen, texts, size, marks), texts)
