@@ -437,6 +437,7 @@ def test_curved_fields_without_an_edge_are_left_alone():
     ]
     result = postprocess(*pair, edge="constant")
     assert result.weights.D1 == 0
+    assert result.reason == "no errors alternate, both keep their pressures"
     assert result.on_cells == pytest.approx(smooth[:n], abs=2e-3)
     assert result.on_triangles == pytest.approx(smooth[n:], abs=1e-12)
 

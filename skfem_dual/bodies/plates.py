@@ -162,12 +162,6 @@ class Plate:
 
         return bending.assemble(basis)
 
-    def excess(self, basis: CellBasis, x: ndarray, force: ndarray) -> ndarray:
-        """About how much too far the plate bends by its element under the forces of narrow columns
-        in points (2, m), away from its edge."""
-        areas = np.abs(own_mapping(basis.mesh).detA).ravel() / 2
-        return SOFT * force * areas[basis.mesh.element_finder()(*x)] / self.rigidity
-
     def moments(self, solution: ElasticSolution) -> ndarray:
         """Bending moments per length in the elements of the plate.
 
@@ -200,6 +194,13 @@ class Plate:
         m = -self.rigidity * ((1 - nu) * bent + nu * eye(trace(bent), 2))
         means = (m * basis.dx).sum(axis=-1) / basis.dx.sum(axis=-1)
         return np.array([means[0, 0], means[1, 1], means[0, 1]])
+
+
+def excess_under_columns(plate: Plate, basis: CellBasis, x: ndarray, force: ndarray) -> ndarray:
+    """About how much too far a plate bends by its element under the forces of narrow columns in
+    points (2, m), away from its edge."""
+    areas = np.abs(own_mapping(basis.mesh).detA).ravel() / 2
+    return SOFT * force * areas[basis.mesh.element_finder()(*x)] / plate.rigidity
 
 
 def _require_curvatures(basis: CellBasis, curvatures: ndarray | None) -> None:

@@ -29,8 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         0; 1 if ``check`` found a fault; 2 after an error, told in one line on stderr; 3 if
         ``solve`` found no solution that holds, told likewise; 4 if it did not reach the accuracy
-        asked for; 130 if interrupted, 143 if
-        asked to end by SIGTERM.
+        asked for; 130 if interrupted, 143 if asked to end by SIGTERM.
     """
     try:
         try:

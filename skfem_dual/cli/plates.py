@@ -9,7 +9,7 @@ from skfem import LinearForm
 
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
-from ..bodies.plates import require_memory
+from ..bodies.plates import excess_under_columns, require_memory
 from ..errors import ResolutionWarning, warn
 from ..io import CaseRow
 from ..messages import place
@@ -144,21 +144,21 @@ def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -
 def _warn_if_coarse(
     plate: Plate, base: Base, rows: list[CaseRow], solutions: dict[str, ElasticSolution]
 ) -> None:
-    """Warn of a column under which a plate bends too much."""
+    """Warn of a column under which a plate bends too much, beside its largest deflection."""
     rows = [row for row in rows if row.force > 0]
     if not rows:
         return
     at = np.array([row.point(base.origin) for row in rows]).T
+    cases = [solutions[row.name] for row in rows]
     forces = np.array([row.force for row in rows])
-    settled = [solutions[row.name].deflection(x)[0] for row, x in zip(rows, at.T[..., None])]
-    basis = next(iter(solutions.values())).punch.structure
-    excess = plate.excess(basis, at, forces) / np.abs(settled)
+    excess = excess_under_columns(plate, cases[0].punch.structure, at, forces)
+    excess = excess / [np.abs(case.cell_deflections).max() for case in cases]
     if (worst := excess.max()) > ROUGH:
         cells = int(np.ceil(len(base.dual) * worst / ROUGH))
         warn(
-            f"the deflection under the column at {place(at[:, excess.argmax()])} is up to "
-            f"{100 * worst:.2g} % too large, as cells are for how it bends the plate there. "
-            f"Remedy: --cells {cells}, or a finer mesh",
+            f"the deflection under the column at {place(at[:, excess.argmax()])} is too large by "
+            f"up to {100 * worst:.2g} % of the largest, as cells are for how the column bends the "
+            f"plate. Remedy: --cells {cells}, or a finer mesh",
             ResolutionWarning,
         )
 

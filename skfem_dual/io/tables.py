@@ -14,9 +14,8 @@ from .writing import PathLike
 
 #: rows of a table
 MANY = 100_000
-#: thousands with blanks or apostrophes between them, and these
+#: thousands with blanks or apostrophes between them
 GROUPED = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:[ \u00a0\u2009\u202f'\u2019]\d{3})+(?!\d)")
-BETWEEN = re.compile(r"[ \u00a0\u2009\u202f'\u2019]")
 #: may be a number with a decimal mark, or thousands
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([.,]\d{3})+")
 #: thousands parted by one mark beside a decimal one, which tells what the others are
@@ -168,13 +167,10 @@ def make_numbers(
     for _, cells in rows:
         for i in columns:
             if i < len(cells):
-                cells[i] = GROUPED.sub(_joined, cells[i]).replace("\N{MINUS SIGN}", "-")
+                joined = GROUPED.sub(lambda number: re.sub(r"\D", "", number[0]), cells[i])
+                cells[i] = joined.replace("\N{MINUS SIGN}", "-")
     if delimiter != ",":
         _make_points(rows, columns)
-
-
-def _joined(number: re.Match[str]) -> str:
-    return BETWEEN.sub("", number[0])
 
 
 def _make_points(rows: Sequence[tuple[str, list[str]]], columns: Sequence[int]) -> None:

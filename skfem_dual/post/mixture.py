@@ -226,8 +226,8 @@ def smoothing(couple: RegularCouple, values: ndarray) -> Weights:
     they do not, and none if they alternate less than half as much, by the medians: a field that
     is smooth but curved is left alone. A1 : A2 is inverse to the squares of these differences,
     from 1 : 4 to 4 : 1: the rougher solution is trusted less. Nodes beside the end of contact do
-    not count: its kink is no error, and smoothing would carry it to pressures that are closer.
-    Where fewer than `FEWEST` are left nothing is smoothed.
+    not count for D: its kink is no error, and smoothing would carry it to pressures that are
+    closer. Where fewer than `FEWEST` are left nothing is smoothed.
     """
     residual = _residual(couple, values)
     n, (alpha, beta) = len(couple.dual), (couple.neighbours.alpha, couple.neighbours.beta)

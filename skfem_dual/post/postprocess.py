@@ -207,7 +207,9 @@ def _smoothed(
     n = len(couple.dual)
     values = couple.from_pressures(np.concatenate([s.pressure for s in solutions]))
     if isinstance(weights, str) and weights == "auto":
-        chosen, reason = smoothing(couple, values), "errors alternate from cell to cell"
+        chosen = smoothing(couple, values)
+        alternate = "errors alternate from cell to cell"
+        reason = alternate if chosen.D1 else "no errors alternate, both keep their pressures"
     else:
         chosen, reason = chosen_weights(weights, couple.neighbours, values[:n], values[n:])
     functional = CoupleFunctional(couple.neighbours, chosen)

@@ -138,13 +138,12 @@ def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) ->
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)
     slender = max(1.0, height / (4 * width))  # sizes are parts of the width
-    part = min(max(0.4, 0.016 * width / height), 0.5)  # and of the height
     place: dict[str, Any] = (
         {
             "location": "bottom",
             "pad": 0.1,
-            "aspect": max(40, 0.6 * width / height / part),
-            "fraction": part,
+            "aspect": max(40, 1.5 * width / height),  # long enough for its numbers
+            "fraction": 0.4,
         }
         if width > 2 * height
         else {
