@@ -240,6 +240,23 @@ def test_one_node_carries_no_moments():
         assert own[1:] == pytest.approx(own[0] * x, abs=0.2 * own[0])
 
 
+def test_what_is_balanced_does_not_pull():
+    """Far from the middle, where one linear function would turn pressures into tension."""
+    basis = CellBasis(disc(3), ElementTriP1())
+    pulled = 0
+    for x in (0.3, 0.5, 0.6):
+        wanted = np.array([1.0, x, 0.1])
+        values = np.exp(-4 * np.sum((basis.doflocs + 0.2) ** 2, axis=0))
+        values[basis.doflocs[0] < -0.6] = 0.0
+        signed = balanced(basis, np.where(values == 0, -1e-300, values), wanted, (0.0, 0.0))
+        found = balanced(basis, values, wanted, (0.0, 0.0))
+        assert found.min() >= 0
+        assert (found[values == 0] == 0).all()
+        assert field_resultant(basis, found) == pytest.approx(wanted, rel=1e-12)
+        pulled += signed.min() < -0.01 * signed.max()
+    assert pulled
+
+
 def test_wrong_refinements():
     solution = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(4)).basis()).solve(1.0)
     with pytest.raises(ValueError, match="refine from 0 to 6, got 9"):

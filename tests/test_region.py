@@ -268,6 +268,24 @@ def test_spheres_on_few_cells(grid):
     assert fitted[-1] < 0.02
 
 
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+def test_a_flat_end_on_two_rows_of_cells(grid):
+    """No law of the edge is seen: cells count whole instead of a quarter of them."""
+    gap, areas = RoundedCylinder(0.3, 2.0, (0.25, 0.5)), []
+    for k in (2, 4):
+        dual = DualMesh.from_mesh(MeshTri.init_symmetric().refined(k))
+        basis = dual.basis() if grid == "dual" else dual.primal_basis()
+        punch = RigidPunch(HalfSpace(1.0, 0.3), basis, gap=gap, origin=(0.5, 0.5))
+        found = punch.solve(0.003)
+        areas.append(found.contact_area)
+        assert found.mean_pressure < found.pressure.max()
+        _, values = found.pressure_field()
+        assert values.min() >= 0
+        assert values.max() < 1.5 * found.pressure.max()
+    assert areas[0] == pytest.approx(areas[1], rel=0.4)
+
+
 def test_rows_along_the_edge_of_a_flat_punch():
     """A strip that lifts off across both axes, on few cells and on many."""
     few, many = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from marks import slow
-from plans import disc, perturbed, rectangle
+from plans import disc, perturbed, rectangle, renumbered
 from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
@@ -71,6 +71,19 @@ def test_it_turns_and_scales_with_the_problem(at):
     other = punch(moved, substrate=HalfSpace(5.0, 0.0)).solve(2.0, at=3.0 * turn @ at)
     assert other.settlement == pytest.approx(one.settlement / 15, rel=1e-10)
     assert other.tilt == pytest.approx(turn @ one.tilt / 45, rel=1e-9)
+
+
+@pytest.mark.parametrize("stretched", [1.0, 8 / 7])
+def test_numbering_does_not_move_it(stretched):
+    """Where the load of a cell leans to no side, thirds of it are not told by its first corner."""
+    mesh = MeshTri.init_tensor(np.linspace(0, 1, 9), stretched * np.linspace(0, 1, 9)[:8])
+    x = mesh.p[:, mesh.t].mean(axis=1)
+    mesh = mesh.restrict(np.nonzero((x[0] < 0.5) | (x[1] < 0.4))[0])
+    others = [mesh] + [renumbered(mesh, seed) for seed in range(4)]
+    one, *found = (punch(other, origin=(0.4, 0.4)).solve(1.0, at=(0.05, 0.02)) for other in others)
+    for other in found:
+        assert other.settlement == pytest.approx(one.settlement, rel=1e-11)
+        assert other.tilt == pytest.approx(one.tilt, rel=1e-10)
 
 
 def test_it_does_not_depend_on_the_origin():

@@ -45,6 +45,9 @@ SLIGHT = 1e-6
 #: distance to the edge of contact by the gap beside, over that between cells, below which sides
 #: are steep where the square of the pressure is above this part of its largest around
 STEEP = 0.1, 0.5
+#: a region smaller than so much of its cells has not been seen: they are too few, or too large for
+#: how fast the pressure varies
+SEEN = 0.4
 #: triangles are cut no nearer to a vertex than in so much of a side
 CUT = 1e-3
 
@@ -339,7 +342,8 @@ class PlanTriangles(ReadOnly):
         self, fitted: ContactRegion, pressure: ndarray, opening: ndarray, even: bool = False
     ) -> ContactRegion:
         """With the edge drawn around cells of thin contact, where no law is seen, and around
-        those that end at steep sides, where pressures do not vanish.
+        those that end at steep sides, where pressures do not vanish; around all of them where
+        next to nothing would be left.
 
         Under an ``even`` base it is seen wherever the fitted region reaches: rows of cells in
         contact lie along the edge of the plan, not on crests.
@@ -354,8 +358,16 @@ class PlanTriangles(ReadOnly):
         thin = _thin(sides, inside, held) & ~(even & held)
         if not even:
             thin |= self._on_steep(pressure, opening, inside, held)
+        region = self._around(fitted, thin, inside)
+        if region.area < SEEN * self.partition.areas[inside].sum():
+            region = self._around(fitted, inside, inside)
+        return region
+
+    def _around(self, fitted: ContactRegion, thin: ndarray, inside: ndarray) -> ContactRegion:
+        """With the edge around some of the cells in contact instead."""
         if not thin.any():
             return fitted
+        sides, cell = self.partition.neighbours, self._of_triangles
         beside = np.zeros(len(inside), dtype=bool)
         beside[sides[:, thin[sides[0]] != thin[sides[1]]]] = True
         beside &= ~inside

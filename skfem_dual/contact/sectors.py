@@ -64,16 +64,21 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
 
 def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
     """Three points in each of some cells where thirds of its load have its second moments, one
-    from the load's centroid towards the edge; shape (2, 3 k), the first of all cells first."""
+    from the load's centroid towards the edge, or away from the middle of the plan where the load
+    leans to no side; shape (2, 3 k), the first of all cells first."""
     centroid, areas = weights.centroids.take(cells, axis=1), weights.partition.areas[cells]
     xx, xy, yy = (weights.second_moments[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
     # the root of a matrix of two rows, by Cayley and Hamilton
     det = np.sqrt(xx * yy - xy * xy)
     root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
-    towards = centroid - weights.partition.centroids.take(cells, axis=1)
-    polygons, nil = weights.partition.polygons, np.hypot(*towards) < NIL * np.sqrt(areas)
+    partition = weights.partition
+    middles, polygons = partition.centroids.take(cells, axis=1), partition.polygons
+    plan = partition.centroids @ partition.areas / partition.areas.sum()
     corner = polygons.p[:, polygons.indices[polygons.offsets[cells]]]
-    towards = np.where(nil, corner - centroid, towards)
+    towards = centroid - middles
+    for other in (middles - plan[:, None], corner - middles):  # no matter how cells are numbered
+        nil = np.hypot(*towards) < NIL * np.sqrt(areas)
+        towards = np.where(nil, other, towards)
     angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]
     arm = np.sqrt(2) * np.stack([np.cos(angle), np.sin(angle)])
     return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)

@@ -13,6 +13,8 @@ from ..errors import ConvergenceError
 LEFT = 1e-9
 #: points that lie so wide, over how long they lie, are in a line
 LINE = 1e-6
+#: how often values below zero are left out
+TRIALS = 30
 
 
 def field_resultant(basis: CellBasis, values: ndarray, origin: ArrayLike = (0.0, 0.0)) -> ndarray:
@@ -39,7 +41,8 @@ def balanced(
     """The field nearest to one given that has a force and first moments.
 
     The change is least in the sum of squares of the changes over the values they change, and so
-    a linear function times the field: what is zero stays so.
+    a linear function times the field: what is zero stays so. A field without negative values gets
+    none where the others can carry the resultant.
 
     Parameters
     ----------
@@ -64,26 +67,37 @@ def balanced(
     resultant = np.array(resultant, dtype=float)
     resultant[1:] -= resultant[0] * (centre - np.asarray(origin, dtype=float))
     integrals = _integrals(basis, centre)
-    missing = resultant - integrals @ values
-    if not missing.any():
-        return values.copy()
     size = np.ptp(basis.mesh.p, axis=1).max()
     scale = np.array([1.0, size, size])
     x = basis.doflocs - centre[:, None]
-    free = np.abs(values)
-    if part is not None and can_balance(basis.doflocs, part & (values != 0)):
-        free = np.where(part, free, 0.0)
-    shares = np.vstack([np.ones(x.shape[1]), x / size]) * free
-    matrix, missing = integrals @ shares.T / scale[:, None], missing / scale
-    factor = np.linalg.lstsq(matrix, missing, rcond=None)[0]
-    left = np.abs(matrix @ factor - missing).max()
-    if left > LEFT * np.abs(resultant / scale).max():
+    planes = np.vstack([np.ones(x.shape[1]), x / size])
+
+    def nearest(given: ndarray) -> ndarray | None:
+        missing = (resultant - integrals @ given) / scale
+        if not missing.any():
+            return given.copy()
+        free = np.abs(given)
+        if part is not None and can_balance(basis.doflocs, part & (given != 0)):
+            free = np.where(part, free, 0.0)
+        shares = planes * free
+        matrix = integrals @ shares.T / scale[:, None]
+        factor = np.linalg.lstsq(matrix, missing, rcond=None)[0]
+        left = np.abs(matrix @ factor - missing).max()
+        return given + factor @ shares if left <= LEFT * np.abs(resultant / scale).max() else None
+
+    found = nearest(values)
+    if found is None:
         raise ConvergenceError(
             "too few nodes have pressures that could carry force and moments. Remedy: smaller "
             "cells where contact is; or pressure_field with a larger refine, nodal_pressure with "
             "conserve=False"
         )
-    return values + factor @ shares
+    trial: ndarray | None = found if (values >= 0).all() else None
+    for _ in range(TRIALS):
+        if trial is None or (trial >= 0).all():
+            break
+        trial = nearest(trial.clip(0.0))  # what would pull is left out
+    return found if trial is None else trial
 
 
 def can_balance(x: ndarray, part: ndarray, wide: float = 0.05) -> bool:
