@@ -57,7 +57,6 @@ def test_small(load, capsys, monkeypatch):
     (found,) = small.main(sizes=(30,), runs=1)
     added = "law of the edge", "slopes in cells"  # differences
     assert all(figure > 0 for name, figure in found["30"].items() if name not in added)
-    assert found["30"]["uniform cells"] < found["30"]["dual grid to answer"]
     assert "dual grid to answer" in capsys.readouterr().out
 
 

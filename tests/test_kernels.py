@@ -17,6 +17,7 @@ import pytest
 
 from skfem_dual.kernels import compiled as module
 from skfem_dual.kernels import disk
+from skfem_dual.kernels import threads as running
 from skfem_dual.kernels.compiled import compiled, inlined, inputs, vectorised, when_compiling
 from skfem_dual.kernels.threads import LEAST, Threads
 
@@ -102,9 +103,11 @@ def test_short_work_starts_no_threads(monkeypatch):
     monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 4)
     names = set()
     with Threads() as run:
+        monkeypatch.setattr(running, "LONG", np.inf)
         run(lambda piece: names.add(threading.current_thread()), 640)
         assert names == {threading.current_thread()}
-        run(lambda piece: (sleep(0.006), names.add(threading.current_thread())), 640)
+        monkeypatch.setattr(running, "LONG", 0)
+        run(lambda piece: (sleep(0.001), names.add(threading.current_thread())), 640)
     assert len(names) > 1
     assert sum(thread.is_alive() for thread in names) == 1  # the others end with the context
 

@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from marks import slow
+from scipy.sparse import diags
 from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, ElementTriP2, LinearForm
 from skfem.helpers import dd, ddot, eye, trace
 
@@ -24,7 +25,7 @@ from skfem_dual import (
 )
 from skfem_dual.bodies import plates
 from skfem_dual.grids.generate import annulus, polygon, rectangle
-from skfem_dual.io import write_solution
+from skfem_dual.io import write_solution, write_structure
 from skfem_dual.report.bodies import bodies_of
 from skfem_dual.report.details import Details
 
@@ -172,6 +173,28 @@ def test_elements_without_second_derivatives_are_no_plate(loaded):
     other = SimpleNamespace(structure=mixed)
     with pytest.raises(TypeError, match="second derivatives, as of ElementTriMorley, got one of"):
         RAFT.moments(dataclasses.replace(loaded, punch=other, displacement=np.zeros(mixed.N)))
+
+
+def test_plates_that_the_structure_is_not(loaded, tmp_path):
+    """Moments of another plate are refused; walls leave the plate a part of the structure."""
+    for other in (dataclasses.replace(RAFT, thickness=0.8), dataclasses.replace(RAFT, young=1e6)):
+        with pytest.raises(ValueError, match="the plate of which the structure is, got one with"):
+            other.moments(loaded)
+        with pytest.raises(ValueError, match="the plate of which the structure is"):
+            write_structure(tmp_path / "other.vtu", loaded, plate=other)
+    with pytest.raises(TypeError, match="a Plate for plate, got 'steel'"):
+        write_structure(tmp_path / "other.vtu", loaded, plate="steel")
+    with pytest.raises(ValueError, match="of at most 100, got 1e\\+300"):
+        write_structure(tmp_path / "other.vtu", loaded, beyond=1e300)
+    assert not list(tmp_path.iterdir())
+    structure, wall = loaded.punch.structure, np.zeros(loaded.punch.structure.N)
+    wall[structure.nodal_dofs[0, :5]] = 1e9
+    K = RAFT.stiffness(structure) + diags(wall)
+    walled = ElasticPunch(SOIL, loaded.punch.basis, structure, K).solve(weight(structure))
+    assert np.abs(RAFT.moments(walled)).max() > 0
+    for wrong in (None, structure.mesh, "basis"):
+        with pytest.raises(TypeError, match="a CellBasis for basis"):
+            RAFT.stiffness(wrong)
 
 
 def test_bending_moments(loaded):

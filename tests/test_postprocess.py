@@ -478,8 +478,9 @@ def test_what_is_refused(dual, solutions):
         postprocess(first, second, edge="sharp")
     with pytest.raises(ValueError, match="name of a rule"):
         postprocess(first, second, "best")
-    with pytest.raises(TypeError, match="pair W1, W2"):
-        postprocess(first, second, 3.0)
+    for wrong in (3.0, b"ab", {2.0, 1.0}, {1.0: 2.0, 3.0: 4.0}):  # items that are no weights
+        with pytest.raises(TypeError, match="pair W1, W2"):
+            postprocess(first, second, wrong)
 
 
 @pytest.mark.parametrize("other", [{"force": 2.0, "at": (0.1, 0.0)}, {"force": 1.0}])

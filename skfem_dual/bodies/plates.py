@@ -33,6 +33,8 @@ UNDER_PLATE = 200.0 * 2**10
 #: triangle by rigidity: 0.23 to 0.26 under one a fifth as wide as the length over which it bends
 #: the plate, 0.12 where it is as wide, of an infinite plate by Hogg's integral
 SOFT = 0.25
+#: what diagonals of stiffnesses may differ by, as of one in single precision
+DIAGONAL = 1e-5
 
 
 def require_memory(cells: int) -> None:
@@ -151,8 +153,9 @@ class Plate:
         Raises
         ------
         TypeError
-            If the functions of the element have no second derivatives.
+            If it is no basis, or the functions of its element have no second derivatives.
         """
+        checked_instance("basis", basis, CellBasis)
         _require_curvatures(basis, getattr(basis.basis[0][0], "hess", None))
         D, nu = self.rigidity, self.poisson
 
@@ -183,17 +186,31 @@ class Plate:
         ------
         TypeError
             If it is no solution of a structure, or that is no plate.
+        ValueError
+            If it is a softer plate than this, or as this of another thickness or modulus.
         """
         checked_instance("solution", solution, ElasticSolution)
         basis = solution.punch.structure
         field = basis.interpolate(solution.displacement)
         plain = not isinstance(field, tuple) and np.ndim(field) == 2
         _require_curvatures(basis, field.hess if plain else None)
+        self._require_part_of(solution.punch)
         bent = np.asarray(dd(field))
         nu = self.poisson
         m = -self.rigidity * ((1 - nu) * bent + nu * eye(trace(bent), 2))
         means = (m * basis.dx).sum(axis=-1) / basis.dx.sum(axis=-1)
         return np.array([means[0, 0], means[1, 1], means[0, 1]])
+
+    def _require_part_of(self, punch: ElasticPunch) -> None:
+        """Refuse a plate that the stiffness of a structure has not in it, as far as its diagonal
+        tells: walls and springs on a plate add to that."""
+        ratio = punch.stiffness.diagonal() / self.stiffness(punch.structure).diagonal()
+        less, more = float(ratio.min()), float(ratio.max())
+        if less < 1 - DIAGONAL or (less > 1 + DIAGONAL and more < less * (1 + DIAGONAL)):
+            raise ValueError(
+                "expected the plate of which the structure is, got one with up to "
+                f"{1 / less:.3g} times its stiffness. Remedy: the same thickness, young, poisson"
+            )
 
 
 def excess_under_columns(plate: Plate, basis: CellBasis, x: ndarray, force: ndarray) -> ndarray:

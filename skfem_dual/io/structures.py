@@ -15,6 +15,8 @@ from .elements import positive
 from .polygons import blocks_of, mean_moments
 from .writing import PathLike, require_vtu, write_whole
 
+#: the ground is drawn no farther from a plan than so many of its extents
+FARTHEST = 100
 #: what VTK calls the elements, and the order of their vertices; the last is that of
 #: skfem.io.meshio, whose import takes long
 KINDS: dict[type, tuple[str, Any]] = {
@@ -58,12 +60,15 @@ def write_structure(
     TypeError
         If an argument or the mesh of the structure is of another kind.
     ValueError
-        If the suffix is another, or ``beyond`` is not positive.
+        If the suffix is another, ``beyond`` is not positive or above 100, or the structure is
+        another plate.
     """
     import meshio
 
     checked_instance("solution", solution, ElasticSolution)
-    beyond = checked_number("beyond", beyond, above=0)
+    beyond = checked_number("beyond", beyond, above=0, at_most=FARTHEST)
+    if plate is not None:
+        checked_instance("plate", plate, Plate)
     require_vtu(path)
     structure, punch = DisplacedStructure.of(solution), solution.punch
     kind, order = KINDS[type(structure.mesh)]

@@ -60,6 +60,10 @@ def write_whole(path: PathLike, write: Callable[[str], object]) -> None:
     target = Path(os.path.realpath(checked_path(path)))
     if not callable(write):
         raise TypeError(f"expected a function of a file name for write, got {shown(write)}")
+    if not target.parent.is_dir():
+        raise FileNotFoundError(
+            f"no such folder for {target.name}: {target.parent}. Remedy: make it first"
+        )
     mode = _mode_of(target)
     # to replace a file takes the permission of its folder only
     if mode is not None and not os.access(target, os.W_OK):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.linalg import eigvalsh
 
-from ..arguments import LARGEST, checked_number
+from ..arguments import LARGEST, checked_number, checked_pair
 from ..messages import shown
 from .functional import LAST, CoupleFunctional, Neighbours, Weights
 
@@ -116,7 +116,7 @@ def chosen(weights: Choice, neighbours: Neighbours, F: ndarray, G: ndarray) -> t
             f'expected the name of a rule for weights, such as "gcv", got {shown(weights)}'
         )
     try:
-        old, new = (checked_number("weights", w) for w in weights)
+        old, new = checked_pair("weights", weights)
     except (TypeError, ValueError):
         raise TypeError(
             f"expected weights as a pair W1, W2 or Weights, got {shown(weights)}"

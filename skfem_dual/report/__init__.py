@@ -83,7 +83,16 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
 
 
 def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
-    """Write `report_data` and what else is known to a JSON file, whole or not at all."""
+    """Write `report_data` and what else is known to a JSON file, whole or not at all.
+
+    Raises
+    ------
+    TypeError
+        If ``data`` is no mapping, or has what JSON does not know.
+    OSError
+        If the file cannot be written.
+    """
+    checked_instance("data", data, Mapping, "report_data(solution), or write_report to .json")
     text = json.dumps(plain(data), indent=2, allow_nan=False) + "\n"
     write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
 
