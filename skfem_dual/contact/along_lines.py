@@ -144,10 +144,10 @@ def regions_under(cells: Footprint, pressure: ndarray, gap: ndarray) -> list[Con
 
 def _without(cells: Footprint, touching: ndarray) -> bool:
     """Whether cells in contact are most of the plan of a punch, or contact ends in thin ones."""
-    areas, sides = cells.partition.areas, cells.partition.neighbours
+    areas = cells.partition.areas
     if areas[touching].sum() > WIDE * areas.sum():
         return True
-    ends = sides[:, touching[sides[0]] != touching[sides[1]]]
+    ends = cells.partition.across(touching)
     square = cells.partition.polygons.radii[ends] ** 2
     return bool(ends.size and np.median(square / areas[ends]) > THIN)
 

@@ -44,8 +44,8 @@ def weights_of(
 
 def inner_share(partition: Partition, inside: ndarray) -> float:
     """Part of the cells in contact, (n,) array of bool, that has contact all around."""
-    inner, sides = inside.copy(), partition.neighbours
-    inner[sides[:, inside[sides[0]] != inside[sides[1]]]] = False
+    inner = inside.copy()
+    inner[partition.across(inside)] = False
     return float(inner.sum() / max(inside.sum(), 1))
 
 
@@ -55,13 +55,13 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
     Those of contact that ends inside, or just there, fall to it; on rough shapes, whose contact is
     thin, they grow by chance.
     """
-    areas, sides = partition.areas, partition.neighbours
+    areas = partition.areas
     if inner_share(partition, pressure > 0) < INNER:
         return False
     rim = np.zeros(len(areas), dtype=bool)
     rim[partition.f2c[0, edge_ribs(partition)]] = True
     beside = np.zeros(len(areas), dtype=bool)
-    beside[sides[:, rim[sides[0]] != rim[sides[1]]]] = True
+    beside[partition.across(rim)] = True
     beside &= ~rim
     force = pressure * areas
     at_edge, inside = force[rim].sum(), force[beside].sum()

@@ -15,7 +15,7 @@ from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
 from ..arguments import Pair, checked_choice, checked_number, checked_pair
-from ..elements.edge_weights import EdgeWeights
+from ..elements.edge_weights import EdgeWeights, load_centroids
 from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
 from ..elements.slopes import Slopes
@@ -156,7 +156,7 @@ class Footprint(LoadedCells):
     @property
     def acting(self) -> ndarray:
         """Point through which the pressure of each cell acts, shape (2, n)."""
-        return self.partition.centroids if self.weights is None else self.weights.centroids
+        return load_centroids(self.partition, self.weights)
 
     @computed_once
     def hulls(self) -> tuple[Hull, Hull]:

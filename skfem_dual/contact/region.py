@@ -303,14 +303,14 @@ class PlanTriangles(ReadOnly):
         # triangles are cells, or quarters of them in the same order
         return np.arange(self.t.shape[1]) % len(self.partition)
 
-    def _near(self, sides: ndarray, some: ndarray) -> tuple[ndarray, ndarray]:
-        """Cells and points near some cells, by their numbers; neighbours are beside ``sides``."""
+    def _near(self, some: ndarray) -> tuple[ndarray, ndarray]:
+        """Cells and points near some cells, by their numbers."""
         near = np.zeros(len(self.partition), dtype=bool)
         near[some] = True
         points = near
         for ring in range(CELLS):
             points = near.copy() if ring == POINTS else points
-            near[sides[:, near[sides[0]] != near[sides[1]]]] = True
+            near[self.partition.across(near)] = True
         at = self.own & points[self.cell]
         if not self.own.all():
             at |= self._corners(points[self._of_triangles])
@@ -350,12 +350,11 @@ class PlanTriangles(ReadOnly):
         """
         if fitted is self._whole:
             return fitted
-        sides, inside = self.partition.neighbours, pressure > 0
-        cell = self._of_triangles
+        inside, cell = pressure > 0, self._of_triangles
         held = fitted.level > 0
         if not self.own.all():
             held = np.bincount(cell, held[self.t].any(axis=0), len(inside)) > 0
-        thin = _thin(sides, inside, held) & ~(even & held)
+        thin = _thin(self.partition, inside, held) & ~(even & held)
         if not even:
             thin |= self._on_steep(pressure, opening, inside, held)
         region = self._around(fitted, thin, inside)
@@ -367,9 +366,8 @@ class PlanTriangles(ReadOnly):
         """With the edge around some of the cells in contact instead."""
         if not thin.any():
             return fitted
-        sides, cell = self.partition.neighbours, self._of_triangles
-        beside = np.zeros(len(inside), dtype=bool)
-        beside[sides[:, thin[sides[0]] != thin[sides[1]]]] = True
+        beside, cell = np.zeros(len(inside), dtype=bool), self._of_triangles
+        beside[self.partition.across(thin)] = True
         beside &= ~inside
         level, size = fitted.level.copy(), np.sqrt(np.median(self.partition.areas[thin]))
         for cells, distance in ((thin, WHOLE), (beside, WHOLE - 1)):
@@ -387,7 +385,7 @@ class PlanTriangles(ReadOnly):
         """Cells in contact beside such as are too far from the ground for the law of the edge,
         and the cells around that it takes out of contact."""
         sides, n = self.partition.neighbours, len(inside)
-        unlike = sides[:, inside[sides[0]] != inside[sides[1]]]
+        unlike = self.partition.across(inside)
         i = np.where(inside[unlike[0]], *unlike)
         j = unlike.sum(axis=0) - i
         square = pressure.clip(0) ** 2
@@ -405,7 +403,7 @@ class PlanTriangles(ReadOnly):
             return steep
         lost = steep.copy()
         for _ in range(CELLS):
-            lost[sides[:, lost[sides[0]] != lost[sides[1]]]] = True
+            lost[self.partition.across(lost)] = True
             lost &= inside
         return steep | (lost & ~held)
 
@@ -447,7 +445,7 @@ class PlanTriangles(ReadOnly):
         if n <= MANY:
             planes = self._planes
         else:
-            near, points = self._near(sides, pairs)
+            near, points = self._near(pairs)
             pairs, n = np.searchsorted(near, pairs), len(near)
             x, sizes, square, gaps = x[:, near], sizes[near], square[:, near], gaps[:, near]
             planes = PlaneFit.to_nearest(x, self.p[:, points], self._even)
@@ -469,14 +467,14 @@ class PlanTriangles(ReadOnly):
         return level
 
 
-def _thin(sides: ndarray, inside: ndarray, held: ndarray) -> ndarray:
-    """Cells in contact far from any that has none but such beside it, by neighbours ``sides``.
+def _thin(partition: Partition, inside: ndarray, held: ndarray) -> ndarray:
+    """Cells in contact far from any that has none but such beside it.
 
     ``held`` are cells in a part of which there is contact by the law of its edge.
     """
     near = inside & held
-    near[sides[:, inside[sides[0]] != inside[sides[1]]]] = False
+    near[partition.across(inside)] = False
     for _ in range(SHOWN):
-        near[sides[:, near[sides[0]] != near[sides[1]]]] = True
+        near[partition.across(near)] = True
         near &= inside
     return inside & ~near

@@ -364,6 +364,11 @@ def _rolled(v: ndarray) -> list[ndarray]:
     return [np.roll(v, -i, axis=1) for i in range(1, v.shape[1] // 2 + 1)]
 
 
+def load_centroids(partition: Partition, weights: EdgeWeights | None) -> ndarray:
+    """Where mean pressures on the cells act, shape (2, n); without weights they are constant."""
+    return partition.centroids if weights is None else weights.centroids
+
+
 def mean_weight(a: ndarray, b: ndarray, c: ndarray) -> ndarray:
     """Mean of phi^(-1/2) over a triangle with sqrt(phi) = a, b, c at its vertices."""
     return 8 / 3 * (a * b + b * c + c * a) / ((a + b) * (b + c) * (c + a))

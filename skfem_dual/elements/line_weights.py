@@ -71,10 +71,10 @@ class LineWeights(EdgeWeights):
         touching : (n,) array of bool
             Cells in contact, as far from the lines as they are not weighted.
         """
-        size, sides = np.sqrt(partition.areas), partition.neighbours
+        size = np.sqrt(partition.areas)
         in_points = lines.signed_distance(points)
         near = np.abs(in_points) < REACH * partition.polygons.radii
-        near[sides[:, near[sides[0]] != near[sides[1]]]] = True  # these carry, or are carried
+        near[partition.across(near)] = True  # these carry, or are carried
         in_points = np.where(near, in_points, np.where(touching, size.max(), -size.max()))
         own = near[fan.cell]
         used = np.unique(fan.t[:, own])

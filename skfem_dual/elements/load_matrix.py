@@ -23,7 +23,7 @@ from ..grids.cellwise import HIGHEST
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import some
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .graded_rule import area_of, graded
 from .overlaps import overlaps
 from .shape_functions import ShapeFunctions
@@ -246,7 +246,7 @@ def _arms(
 def _planes(partition: Partition, weights: EdgeWeights | None, points: Points) -> ndarray:
     """One and both coordinates of points from where the mean pressure of their cell acts, over
     its size; shape (3, k)."""
-    acting = partition.centroids if weights is None else weights.centroids
+    acting = load_centroids(partition, weights)
     arm = (points.x - acting[:, points.cell]) / np.sqrt(partition.areas)[points.cell]
     return np.vstack([np.ones(arm.shape[1]), arm])
 

@@ -10,7 +10,7 @@ from numpy import ndarray
 from ..grids.partition import Partition
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .moments import INSIDE, Multipoles, along_arms, arms, series_terms
 from .near_sums import NearSums
 from .slopes import Slopes
@@ -63,7 +63,7 @@ def settled_by_moments(
     squares = (INSIDE * partition.polygons.radii) ** 2
     far = inputs(partition.centroids, squares, forces, terms)
     near = NearSums.from_cells(partition, weights, np.arange(n), REACH, x)
-    middles = partition.centroids if weights is None else weights.centroids
+    middles = load_centroids(partition, weights)
     out = np.zeros((len(q), x.shape[1]))
     (points,) = inputs(x)
     with Threads() as run:

@@ -17,7 +17,7 @@ from ..grids.partition import Partition
 from ..ground.hankel import RadialTable
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs, vectorised
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .moments import Series, far_influence, load_moments
 from .pieces import Pieces
 from .radial_series import DEGREE, FEW, RadialSeries, add_series
@@ -201,7 +201,7 @@ def _remainder(
 ) -> Remainder:
     """With the error ``rtol`` relative to c / r."""
     pieces = Pieces.from_partition(partition, weights)
-    around = partition.centroids if weights is None else weights.centroids
+    around = load_centroids(partition, weights)
     radius = partition.polygons.radii[cells]
     around = around.take(cells, axis=1)
     first, last = inputs(pieces.first[cells], pieces.last[cells])

@@ -12,6 +12,7 @@ from numpy import ndarray
 
 from ..grids.nearby import in_circles
 from ..kernels.compiled import compiled, inputs
+from .graded_rule import area_of
 
 #: distances that count as zero, over the size of a triangle
 ROUNDING = 1e-12
@@ -43,8 +44,7 @@ class Overlaps:
     @property
     def share(self) -> ndarray:
         """Area of each over that of its triangle of the first grid."""
-        a, b, c = self.vertices.swapaxes(0, 1)
-        return np.abs(np.sum(a * np.cross(b, c, axis=0), axis=0))
+        return area_of(self.vertices)
 
 
 def overlaps(triangles: ndarray, cells: ndarray) -> Overlaps:

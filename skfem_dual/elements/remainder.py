@@ -22,7 +22,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .clouds import Clouds, cloud_sum
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .moments import load_moments, reach_of
 from .pieces import Pieces
 
@@ -102,7 +102,7 @@ def remainder_blocks(
         return
     table.evaluate(table.omega, np.hypot(*np.ptp(np.hstack([partition.polygons.p, x]), axis=1)))
     pieces = Pieces.from_partition(partition, weights)
-    centres = partition.centroids if weights is None else weights.centroids
+    centres = load_centroids(partition, weights)
     nearest, _ = cKDTree(x.T).query(centres.T)
     for begin in range(0, len(partition), CHUNK):
         cells = slice(begin, min(begin + CHUNK, len(partition)))

@@ -27,7 +27,7 @@ from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inlined, inputs, vectorised
 from ..kernels.once import ReadOnly, computed_once
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 
 #: eigenvalues of the moments of the cells around, over the greatest, below which there is no slope
 ON_A_LINE = 1e-6
@@ -128,7 +128,7 @@ class Slopes(ReadOnly):
     @property
     def centroids(self) -> ndarray:
         """Those of w in the cells, shape (2, n)."""
-        return self.partition.centroids if self.weights is None else self.weights.centroids
+        return load_centroids(self.partition, self.weights)
 
     @computed_once
     def matrix(self) -> csr_matrix:

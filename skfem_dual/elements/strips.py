@@ -11,7 +11,7 @@ from numpy import ndarray
 
 from ..grids.partition import Partition
 from ..kernels.compiled import inputs
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .load_matrix import points_in_pieces
 
 #: strips in a triangle that reaches from the edge on, in proportion fewer where the weight varies
@@ -61,7 +61,7 @@ class CellLoads(NamedTuple):
     @property
     def acting(self) -> ndarray:
         """Where the mean pressures act, shape (2, n)."""
-        return self.partition.centroids if self.weights is None else self.weights.centroids
+        return load_centroids(self.partition, self.weights)
 
     @property
     def slope(self) -> ndarray:

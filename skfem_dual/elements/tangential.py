@@ -31,7 +31,7 @@ from ..ground.substrates import HalfSpace
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
 from ..kernels.threads import Threads
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .ribs import rib_integral
 from .slopes import Slopes
 from .strips import CellLoads, area_of, weighted_strips
@@ -109,7 +109,7 @@ class Tractions:
     @property
     def _centres(self) -> ndarray:
         """Where mean tractions act."""
-        return self.partition.centroids if self.weights is None else self.weights.centroids
+        return load_centroids(self.partition, self.weights)
 
     @property
     def _weighted(self) -> ndarray:

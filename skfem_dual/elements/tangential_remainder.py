@@ -16,7 +16,7 @@ from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .clouds import Clouds
-from .edge_weights import EdgeWeights
+from .edge_weights import EdgeWeights, load_centroids
 from .halving import CUTS, ROOM, RULE, RULE_WEIGHTS, next_part, size_of
 from .moments import load_moments, reach_of
 from .pieces import Pieces
@@ -54,7 +54,7 @@ class ShearedCells(NamedTuple):
     def from_cells(cls, partition: Partition, law: EdgeWeights | None, sloped: bool) -> Self:
         """Of cells with this law inside them."""
         pieces, n = Pieces.from_partition(partition, law), len(partition)
-        centres = partition.centroids if law is None else law.centroids
+        centres = load_centroids(partition, law)
         radius = reach_of(pieces, centres)
         of_law = load_moments(pieces, centres, max(DEGREES) + 1)
         least = {degree: k * radius for degree, k in DEGREES.items()}

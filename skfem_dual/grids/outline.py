@@ -11,7 +11,7 @@ from skfem import Mesh
 
 from ..kernels.compiled import inputs, vectorised
 from .partition import Partition
-from .planar import cross, rounding
+from .planar import cross, projected, rounding
 from .polygons import readonly
 
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
@@ -85,7 +85,7 @@ def onto_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     """The nearest points on segments ``ab`` of points of shape (2, m)."""
     k = [int(np.argmin(_distance(i[:, None], a, b))) for i in x.T]
     a, b = a[:, k], b[:, k]
-    return a + _share(x, a, b) * (b - a)
+    return a + projected(a - x, b - a) * (b - a)
 
 
 def inside_loops(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
@@ -108,14 +108,7 @@ def _met_by_rays(x, a, b, odd):
 
 def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     """Distance of each point to its segment."""
-    return np.hypot(*(x - a - _share(x, a, b) * (b - a)))
-
-
-def _share(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
-    """Share of each segment up to where it is nearest to its point."""
-    along = b - a
-    s = np.sum((x - a) * along, axis=0) / np.sum(along**2, axis=0).clip(np.finfo(float).tiny)
-    return np.clip(s, 0, 1)
+    return np.hypot(*(x - a - projected(a - x, b - a) * (b - a)))
 
 
 @vectorised

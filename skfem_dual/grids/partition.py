@@ -87,6 +87,11 @@ class Partition(ReadOnly):
         """Pairs of cells with a rib between them, shape (2, k)."""
         return readonly(self.f2c[:, self.f2c[1] >= 0])
 
+    def across(self, marked: ndarray) -> ndarray:
+        """Pairs of neighbours of which one is marked, by a mask of cells (n,); shape (2, k)."""
+        sides = self.neighbours
+        return sides[:, marked[sides[0]] != marked[sides[1]]]
+
     def ends(self, ribs: ndarray) -> tuple[ndarray, ndarray]:
         """Both ends of some ribs, each of shape (2, k); their cells are to the left."""
         begin, end = self.facets[:, ribs]

@@ -72,13 +72,13 @@ def _depths(polygons: Polygons, polygon: ndarray, x: ndarray) -> ndarray:
     # the ray to the right enters and leaves; a vertex on it counts once
     met = (start[1] <= 0) != (end[1] <= 0)
     met &= (cross(start, along) > 0) == (along[1] > 0)
-    distance = np.hypot(*(start + _projected(start, along) * along))
+    distance = np.hypot(*(start + projected(start, along) * along))
     starts = np.cumsum(sizes) - sizes
     inside = np.add.reduceat(met.astype(int), starts) % 2 == 1
     return np.where(inside, 1, -1) * np.minimum.reduceat(distance, starts)
 
 
-def _projected(start: ndarray, along: ndarray) -> ndarray:
+def projected(start: ndarray, along: ndarray) -> ndarray:
     """Parameter of the point of each segment next to the origin."""
     size = np.sum(along**2, axis=0)
     return np.clip(-np.sum(start * along, axis=0) / np.where(size > 0, size, 1), 0, 1)
@@ -102,7 +102,7 @@ def on_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     segment, _ = ragged(np.fromiter(map(len, near), int, len(near)))
     point = np.fromiter(chain.from_iterable(near), int, len(segment))
     start, along = a[:, segment] - x[:, point], (b - a)[:, segment]
-    distance = np.hypot(*(start + _projected(start, along) * along))
+    distance = np.hypot(*(start + projected(start, along) * along))
     on = np.zeros(x.shape[1], dtype=bool)
     on[point[distance <= MARGIN * length[segment] + blur]] = True
     return on

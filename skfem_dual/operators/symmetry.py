@@ -301,21 +301,22 @@ class _Cells:
         lines = angles[:1] + apart[apart < 2 * np.pi / rotations] / 2
         return rotations, next((a for a in lines if not len(self.images(2 * a, True)[1])), None)
 
-    def unlike(self, images: ndarray, angle: float, mirrored: bool) -> ndarray:
-        """Whether each cell differs from the cell that is to be its image."""
+    def _moved(self, angle: float, mirrored: bool) -> tuple[ndarray, ndarray]:
+        """Points and values after a reflection and a rotation."""
         points, values = self.points, self.values
         if mirrored:
             points, values = points.conj(), values.conj()
-        points, values = np.exp(1j * angle) * points, np.exp(1j * angle * self.spin) * values
+        return np.exp(1j * angle) * points, np.exp(1j * angle * self.spin) * values
+
+    def unlike(self, images: ndarray, angle: float, mirrored: bool) -> ndarray:
+        """Whether each cell differs from the cell that is to be its image."""
+        points, values = self._moved(angle, mirrored)
         off = np.abs(self.values[:, images] - values).max(axis=0)
         return (np.abs(self.points[images] - points) > self.reach) | (off > self.slack)
 
     def images(self, angle: float, mirrored: bool = False) -> tuple[ndarray, ndarray]:
         """Nearest cell to each after a reflection and a rotation, and those where it differs."""
-        points, values = self.points, self.values
-        if mirrored:
-            points, values = points.conj(), values.conj()
-        points, values = np.exp(1j * angle) * points, np.exp(1j * angle * self.spin) * values
+        points, values = self._moved(angle, mirrored)
         tree = cKDTree(np.column_stack([self.points.real, self.points.imag]))
         apart, nearest = tree.query(np.column_stack([points.real, points.imag]))
         off = np.abs(self.values[:, nearest] - values).max(axis=0)

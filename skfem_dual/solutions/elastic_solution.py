@@ -161,8 +161,7 @@ class ElasticSolution(CellPressures):
         punch, cells = self.punch, self.footprint
         if punch.boundary is None:
             return super().contact_modulus
-        sides, touching = cells.partition.neighbours, self.pressure > 0
-        line = np.unique(sides[:, touching[sides[0]] != touching[sides[1]]])
+        line = np.unique(cells.partition.across(self.pressure > 0))
         if len(line) == 0:
             return super().contact_modulus
         x = np.ascontiguousarray(punch.collocation_points[:, line])
