@@ -45,9 +45,6 @@ SLIGHT = 1e-6
 #: distance to the edge of contact by the gap beside, over that between cells, below which sides
 #: are steep where the square of the pressure is above this part of its largest around
 STEEP = 0.1, 0.5
-#: a region smaller than so much of its cells has not been seen: they are too few, or too large for
-#: how fast the pressure varies
-SEEN = 0.4
 #: triangles are cut no nearer to a vertex than in so much of a side
 CUT = 1e-3
 
@@ -136,13 +133,18 @@ class ContactRegion(ReadOnly):
     @computed_once
     def area(self) -> float:
         """Area of the region."""
-        if self._inside.all() and self.holes is False:
-            return float(signed_areas(self.p, self.t).sum())
-        t, inside, onward, back = self._cut
-        corner = signed_areas(self.p, t) * onward * back
-        whole = self.t[:, self._inside.all(axis=0) & np.logical_not(self.holes)]
-        parts = np.where(inside, corner, signed_areas(self.p, t) - corner)
-        return float(signed_areas(self.p, whole).sum() + parts.sum())
+        return float(self.areas.sum())
+
+    @computed_once
+    def areas(self) -> ndarray:
+        """Area of the region in each triangle, (m,)."""
+        areas = signed_areas(self.p, self.t)
+        if not self._inside.all():
+            _, inside, onward, back = self._cut
+            part, crossed = onward * back, areas[self._crossed]
+            areas = np.where(self._inside.all(axis=0), areas, 0.0)
+            areas[self._crossed] = crossed * np.where(inside, part, 1 - part)
+        return np.where(self.holes, 0.0, areas)
 
     @computed_once
     def _sides(self) -> tuple[ndarray, ndarray, ndarray]:
@@ -342,8 +344,8 @@ class PlanTriangles(ReadOnly):
         self, fitted: ContactRegion, pressure: ndarray, opening: ndarray, even: bool = False
     ) -> ContactRegion:
         """With the edge drawn around cells of thin contact, where no law is seen, and around
-        those that end at steep sides, where pressures do not vanish; around all of them where
-        next to nothing would be left.
+        those that end at steep sides, where pressures do not vanish; around all those of
+        spots of which too little would be left.
 
         Under an ``even`` base it is seen wherever the fitted region reaches: rows of cells in
         contact lie along the edge of the plan, not on crests.
@@ -358,9 +360,23 @@ class PlanTriangles(ReadOnly):
         if not even:
             thin |= self._on_steep(pressure, opening, inside, held)
         region = self._around(fitted, thin, inside)
-        if region.area < SEEN * self.partition.areas[inside].sum():
-            region = self._around(fitted, inside, inside)
-        return region
+        unseen = self._unseen(region.areas, pressure) & ~thin
+        return self._around(fitted, thin | unseen, inside) if unseen.any() else region
+
+    def _unseen(self, areas: ndarray, pressure: ndarray) -> ndarray:
+        """Cells of spots on which the mean pressure, by the ``areas`` of a region in triangles, is
+        above the largest of a cell: they are too few, or too large for how it varies."""
+        inside = pressure > 0
+        spot, cell = self.partition.parts(inside), self._of_triangles
+        if self.own.all():  # triangles between cells: a cell in contact, if there is one
+            cell = self.cell[self.t]
+            cell = np.take_along_axis(cell, inside[cell].argmax(axis=0)[None], axis=0)[0]
+        counts, n = inside[cell], len(inside)
+        seen = np.bincount(spot[cell[counts]], areas[counts], n)
+        force = np.bincount(spot[inside], (pressure * self.partition.areas)[inside], n)
+        largest = np.zeros(n)
+        np.maximum.at(largest, spot[inside], pressure[inside])
+        return inside & (seen * largest < force)[spot]
 
     def _around(self, fitted: ContactRegion, thin: ndarray, inside: ndarray) -> ContactRegion:
         """With the edge around some of the cells in contact instead."""

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
 from ..arguments import checked_indices, checked_instance
@@ -91,6 +93,13 @@ class Partition(ReadOnly):
         """Pairs of neighbours of which one is marked, by a mask of cells (n,); shape (2, k)."""
         sides = self.neighbours
         return sides[:, marked[sides[0]] != marked[sides[1]]]
+
+    def parts(self, marked: ndarray) -> ndarray:
+        """Numbers of the parts that marked cells make beside each other, (n,) array of int."""
+        pairs = self.neighbours[:, marked[self.neighbours].all(axis=0)]
+        n = len(self)
+        beside = coo_array((np.ones(pairs.shape[1]), pairs), (n, n))
+        return connected_components(beside, directed=False)[1]
 
     def ends(self, ribs: ndarray) -> tuple[ndarray, ndarray]:
         """Both ends of some ribs, each of shape (2, k); their cells are to the left."""

@@ -61,7 +61,7 @@ def write_structure(
         If an argument or the mesh of the structure is of another kind.
     ValueError
         If the suffix is another, ``beyond`` is not positive or above 100, or the structure is
-        another plate.
+        softer than the plate everywhere.
     """
     import meshio
 
