@@ -178,7 +178,9 @@ def test_elements_without_second_derivatives_are_no_plate(loaded):
 def test_plates_that_the_structure_is_not(loaded, tmp_path):
     """Moments of another plate are refused; walls leave the plate a part of the structure."""
     for other in (dataclasses.replace(RAFT, thickness=0.8), dataclasses.replace(RAFT, young=50e6)):
-        with pytest.raises(ValueError, match="a plate of which the structure is, got one with"):
+        with pytest.raises(
+            ValueError, match="a plate of which the structure is, got one of whose"
+        ):
             other.moments(loaded)
         with pytest.raises(ValueError, match="a plate of which the structure is"):
             write_structure(tmp_path / "other.vtu", loaded, plate=other)

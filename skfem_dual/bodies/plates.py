@@ -204,11 +204,13 @@ class Plate:
     def _require_part_of(self, punch: ElasticPunch) -> None:
         """Refuse a plate that is stiffer than the structure everywhere, by the diagonals: other
         zones, walls and springs add to a softer one."""
-        ratio = punch.stiffness.diagonal() / self.stiffness(punch.structure).diagonal()
-        if (most := float(ratio.max())) < 1 - DIAGONAL:
+        own = self.stiffness(punch.structure).diagonal()
+        bent = own > 0  # not of elements that the structure leaves out
+        ratio = punch.stiffness.diagonal()[bent] / own[bent]
+        if (most := float(ratio.max(initial=0.0))) < 1 - DIAGONAL:
             raise ValueError(
-                "expected a plate of which the structure is, got one with at least "
-                f"{1 / most:.3g} times its stiffness. Remedy: the same thickness, young, poisson"
+                "expected a plate of which the structure is, got one of whose stiffness it has "
+                f"{most:.3g} at most. Remedy: the same thickness, young and poisson"
             )
 
 
