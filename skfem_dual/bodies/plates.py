@@ -204,7 +204,11 @@ class Plate:
     def _require_part_of(self, punch: ElasticPunch) -> None:
         """Refuse a plate that is stiffer than the structure everywhere, by the diagonals: other
         zones, walls and springs add to a softer one."""
-        own = self.stiffness(punch.structure).diagonal()
+        basis, own = punch.structure, np.zeros(punch.structure.N)
+        for dofs, (function, *_) in zip(basis.element_dofs, basis.basis, strict=True):
+            h = function.hess
+            work = ddot(self.poisson * eye(trace(h), 2) + (1 - self.poisson) * h, h)
+            own += np.bincount(dofs, self.rigidity * np.sum(work * basis.dx, axis=1), basis.N)
         bent = own > 0  # not of elements that the structure leaves out
         ratio = punch.stiffness.diagonal()[bent] / own[bent]
         if (most := float(ratio.max(initial=0.0))) < 1 - DIAGONAL:
