@@ -366,6 +366,19 @@ def test_the_outline_of_one_cell_is_smoothed_without_a_word():
     assert found.max() < 1.5
 
 
+def test_the_outline_of_some_cells_has_no_scallops():
+    """Most of its points lie at the corners of the cells, next to each other."""
+    along, none = np.repeat(np.arange(3.0), 5), np.zeros(15)
+    block = np.array(
+        [[*along, *none + 3, *3 - along, *none], [*none, *along, *none + 3, *3 - along]]
+    )
+    block += 1e-6 * np.random.default_rng(0).uniform(-1, 1, block.shape)
+    found = smooth_line(np.hstack([block, block[:, :1]]))
+    off = np.abs(found - 1.5).max(axis=0) - 1.5
+    assert off.max() < 0.15
+    assert off.min() > -0.3
+
+
 # higher orders
 
 

@@ -130,7 +130,9 @@ def smooth_line(line: ndarray) -> ndarray:
 
     step = np.hypot(*np.diff(line, axis=1))
     closed = bool(np.all(line[:, 0] == line[:, -1]))
-    kept = np.append(True, step > 0.2 * np.median(step))
+    # around whole cells most of the points lie at corners, next to each other
+    usual = np.median(step[step >= 1e-3 * step.max()])
+    kept = np.append(True, step > 0.2 * usual)
     kept[-1] = True
     x = line[:, kept]
     if x.shape[1] < 6:
@@ -138,7 +140,7 @@ def smooth_line(line: ndarray) -> ndarray:
     weight = np.ones(x.shape[1])
     if not closed:
         weight[[0, -1]] = 100.0  # on the edge of the plan
-    allowed = x.shape[1] * (KINK * np.median(step)) ** 2
+    allowed = x.shape[1] * (KINK * usual) ** 2
     # in full, as scipy would warn where it is not quite as smooth as allowed
     (spline, _), *_ = splprep(list(x), w=weight, s=allowed, per=closed, full_output=True)
     return np.array(splev(np.linspace(0, 1, 12 * x.shape[1]), spline))
