@@ -35,7 +35,7 @@ def random_square(ntriangles: int) -> MeshTri:
     return MeshTri(p, mesh.t)
 
 
-def dual_with_geometry(mesh: MeshTri) -> DualMesh:
+def dual_with_geometry(mesh: MeshTri) -> tuple:
     dual = DualMesh.from_mesh(mesh)
     return dual, dual.areas, dual.centroids
 

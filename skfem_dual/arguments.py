@@ -15,10 +15,9 @@ from .messages import apart, shown
 
 Pair = tuple[float, float]
 #: sizes beyond these powers of ten are refused: products of three of them must remain numbers
-LARGEST = 1e100
+LARGEST, SMALLEST = 1e100, 1e-100
 #: of circles and outlines farther away than so many of their sizes numbers have no four digits
 FARTHEST = 1e12
-SMALLEST = 1e-100
 
 _T = TypeVar("_T")
 

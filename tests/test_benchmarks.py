@@ -34,14 +34,13 @@ def test_substrates(load, capsys, monkeypatch):
 def test_grids(load, capsys):
     grids = load("grids")
     found = grids.main(sizes=(200,))
-    assert all(t > 0 for t in found.values())
+    assert {name for _, name in found} == set(grids.WORK)
     assert "Voronoi" in capsys.readouterr().out
 
 
 def test_edge_time(load, capsys):
     edge_time = load("edge_time")
-    dense, correction = edge_time.set_up(sizes=(150,))[150]
-    assert min(dense, correction) > 0
+    assert list(edge_time.set_up(sizes=(150,))) == [150]
     found = edge_time.to_accuracy(plans=("disc",), ladder=(30, 150))
     weighted, constant = (
         dict((n, e) for n, e, _ in found["disc", k]) for k in ("singular", "constant")
@@ -55,8 +54,7 @@ def test_small(load, capsys, monkeypatch):
     monkeypatch.setattr(small, "starts", lambda runs: {"import, s": 0.5})
     monkeypatch.setattr(small, "alone", lambda tree, *given: small.measured(*given))
     (found,) = small.main(sizes=(30,), runs=1)
-    added = "law of the edge", "slopes in cells"  # differences
-    assert all(figure > 0 for name, figure in found["30"].items() if name not in added)
+    assert {"law of the edge", "slopes in cells"} <= set(found["30"])
     assert "dual grid to answer" in capsys.readouterr().out
 
 
@@ -71,7 +69,7 @@ def test_cases(load, capsys):
 def test_plan_cost(load, capsys):
     ((kept, cost),) = load("plan_cost").main(plans=1, fine=400).T
     assert kept
-    assert cost > 0
+    assert np.isfinite(cost)
     assert "1 plans, 100.0% within 1e-03" in capsys.readouterr().out
 
 

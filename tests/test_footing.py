@@ -82,7 +82,7 @@ def test_page_of_cases(cases):
         assert case["text"] == cases.names[int(np.argmax(w))]
     used = next(t for t in found.tables if t[0][-1]["text"] == "Largest / allowable")
     assert used[2][3]["values"] == pytest.approx([100 * wind.mean_pressure / 250.0])
-    assert "EXCEEDED" in found.said() or "exceeded" in found.said()
+    assert "kept by the mean pressures, and exceeded by the largest pressure" in found.said()
     assert found.texts["h1"] == ["Pier 3"]
     assert "A. Engineer" in found.said()
 
@@ -276,14 +276,11 @@ def test_units_do_not_change_the_answer():
 
 @pytest.mark.slow
 def test_pdf(tmp_path, cases):
-    pytest.importorskip("weasyprint")
+    weasyprint = pytest.importorskip("weasyprint")
     path = tmp_path / "report.pdf"
     write_report(path, cases, **SAID)
-    content = path.read_bytes()
-    assert content.startswith(b"%PDF-")
-    assert content.count(b"/Type /Page\n") + content.count(b"/Type /Page/") >= 3 or (
-        len(content) > 50_000
-    )
+    assert path.read_bytes().startswith(b"%PDF-")
+    assert len(weasyprint.HTML(string=report_html(cases, **SAID)).render().pages) >= 3
     assert [p.name for p in tmp_path.iterdir()] == ["report.pdf"]
 
 

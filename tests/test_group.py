@@ -22,8 +22,9 @@ from skfem_dual import (
     RigidPunches,
     load_path,
 )
-from skfem_dual.contact import loaded_cells, union
+from skfem_dual.contact import loaded_cells
 from skfem_dual.grids import generate
+from skfem_dual.operators import resources
 from skfem_dual.operators.influence_operator import InfluenceOperator
 from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
 
@@ -249,7 +250,7 @@ def test_accuracy_and_symmetry_of_the_punches():
 
 
 def test_too_little_memory(monkeypatch):
-    monkeypatch.setattr(union, "available_memory", lambda: 1e6)
+    monkeypatch.setattr(resources, "available_memory", lambda: 1e6)
     with pytest.raises(MemoryError, match=r"0\.9537 MiB.*290 cells.*Remedy"):
         pair(3.0).solve(CENTRAL)
 

@@ -23,9 +23,9 @@ from skfem_dual import (
     column_load,
     flexible_settlement,
 )
-from skfem_dual.bodies import plates
 from skfem_dual.grids.generate import annulus, polygon, rectangle
 from skfem_dual.io import write_solution, write_structure
+from skfem_dual.operators import resources
 from skfem_dual.report.bodies import bodies_of
 from skfem_dual.report.details import Details
 
@@ -256,7 +256,7 @@ def test_wrong_plates(made_of, message):
 def test_too_many_cells_are_refused_before_the_work(monkeypatch):
     """Each takes 200 KiB."""
     basis = cells(n=100)
-    monkeypatch.setattr(plates, "available_memory", lambda: 50 * 200.0 * 2**10)
+    monkeypatch.setattr(resources, "available_memory", lambda: 50 * 200.0 * 2**10)
     with pytest.raises(MemoryError, match=rf"9\.766 MiB.*plate on {basis.N} cells.*most 50 cells"):
         RAFT.on(SOIL, basis)
 

@@ -363,6 +363,8 @@ def test_mechanisms_are_refused_however_they_are_turned():
         ):
             with pytest.raises(ConvergenceError, match="move without resistance"):
                 RigidPunch(UNIT, basis).solve(1.0, (0.1, 0.1))
+            with pytest.raises(ConvergenceError, match="move without resistance"):
+                RigidPunch(UNIT, basis).kern()
 
 
 def test_cells_on_top_of_each_other_are_refused():

@@ -35,7 +35,7 @@ from ..contact.edges import EdgeBoundaries
 from ..contact.footprint import Edge, Footprint
 from ..contact.load import Constraints
 from ..contact.one_sign import solved
-from ..contact.problem import Contact, Share
+from ..contact.problem import Contact, Contribution
 from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
@@ -455,11 +455,11 @@ class ElasticPunch(Body):
         nearby = self.operator.preconditioner if flat.any() else None
         return ContactSystem(matrix, planes, resultants, gap, areas, self.timings, nearby)
 
-    def share(self, f: ndarray, held: ndarray, flat: ndarray | None = None) -> Share:
+    def share(self, f: ndarray, held: ndarray, flat: ndarray | None = None) -> Contribution:
         """What the structure brings into the equations; cells may be flat, (n,) of bool."""
         cells = self.footprint if flat is None else self.footprint.flattened(flat)
         loads = self.loads if cells is self.footprint else self.loads_of(cells)
-        return Share(
+        return Contribution(
             (self.trace @ self.motions).T,
             self.motions.T @ loads,
             self.initial_gap - self.trace @ self.lifted(f, held),

@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull
 
 from ..contact.planes import PlaneFit
 from ..contact.system import ContactSystem
+from ..contact.unilateral import solve_scaled
 from ..errors import ConvergenceError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
@@ -43,7 +44,7 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
     Raises
     ------
     ConvergenceError
-        If pure settlement does not press on every cell.
+        If pure settlement does not press on every cell, or so few cells resist no tilt.
     """
     unit, stiffness = system.unit_pressures, system.stiffness
     if not (unit[:, 0] > 0).all():
@@ -52,7 +53,7 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
             "expected pressure on all cells under pure settlement, got none on cell "
             f"{bad[0]}. Remedy: improve the mesh, its cells differ too much from their neighbours"
         )
-    by_moment = unit @ np.linalg.inv(stiffness)[:, 1:] * stiffness[0, 0]
+    by_moment = unit @ solve_scaled(stiffness, np.eye(3)[:, 1:]) * stiffness[0, 0]
     ratio = (by_moment / unit[:, :1]).T
     ends = np.unique(partition.facets[:, edge_ribs(partition)])
     edge = partition.polygons.p[:, ends]

@@ -17,7 +17,7 @@ from ..grids.checks import check_type
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..grids.planar import covered_twice, cross
+from ..grids.planar import covered_twice, directed_sides
 from ..grids.polygons import some
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate, checked_substrate
@@ -129,14 +129,10 @@ def require_apart(punches: Sequence[Any], names: Sequence[str]) -> None:
     for number, punch in enumerate(punches):
         mesh = nodal_mesh(punch.basis)
         outer = np.nonzero(mesh.f2t[1] == -1)[0]
-        start, end = mesh.facets[:, outer]
-        middle = mesh.p[:, mesh.t[:, mesh.f2t[0, outer]]].mean(axis=1)
-        along = mesh.p[:, end] - mesh.p[:, start]
-        left = cross(along, middle - mesh.p[:, start]) > 0
-        first = sum(p.shape[1] for p in points)
+        sides, middles = directed_sides(mesh, outer)
+        facets.append(sum(p.shape[1] for p in points) + sides)
         points.append(mesh.p)
-        facets.append(first + np.where(left, [start, end], [end, start]))
-        inside.append(middle)
+        inside.append(middles)
         owner.append(np.full(len(outer), number))
     bad = covered_twice(np.hstack(points), np.hstack(facets), np.hstack(inside))
     if len(bad):

@@ -20,7 +20,7 @@ from ..grids.cellwise import CellwiseBasis
 from ..grids.mappings import mapping_about_middle, own_mapping
 from ..ground.substrates import Substrate
 from ..messages import place
-from ..operators.resources import available_memory
+from ..operators.resources import FEWER, refuse_beyond_memory
 from ..solutions.elastic_solution import ElasticSolution
 from .elastic import ElasticPunch
 
@@ -45,13 +45,7 @@ def require_memory(cells: int) -> None:
     MemoryError
         If it does not.
     """
-    needed, memory = UNDER_PLATE * cells, available_memory()
-    if needed > memory:
-        raise MemoryError(
-            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; a plate on {cells} "
-            f"cells takes about {needed / 2**20:.4g} MiB. Remedy: at most "
-            f"{int(memory / UNDER_PLATE)} cells, or a machine with more memory"
-        )
+    refuse_beyond_memory(UNDER_PLATE * cells, f"a plate on {cells} cells takes", FEWER, cells)
 
 
 class LocalMorley(ElementTriMorley):

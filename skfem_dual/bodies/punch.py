@@ -221,7 +221,8 @@ class RigidPunch(Movable, RigidBodies):
         ValueError
             If the punch is not flat: it lifts off depending on the force.
         ConvergenceError
-            If pure settlement does not press on every cell; improve the mesh.
+            If pure settlement does not press on every cell; improve the mesh. Or if so few cells
+            resist no tilt.
 
         Examples
         --------

@@ -24,7 +24,7 @@ from ..contact.load import Constraints, Load, load_of, require_compression, requ
 from ..contact.loaded_cells import Ground, LoadedCells, slices_of
 from ..contact.one_sign import solved
 from ..contact.pressed import Pressed
-from ..contact.problem import Contact, Share, warn_of
+from ..contact.problem import Contact, Contribution, warn_of
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, union
@@ -254,7 +254,7 @@ class Punches(ReadOnly):
         start = None if last is None else last.pressure
         return solved(self.cells, find, how.unilateral, start)
 
-    def _added(self, shares: list[Share], contact: Contact, position: ndarray) -> ndarray:
+    def _added(self, shares: list[Contribution], contact: Contact, position: ndarray) -> ndarray:
         """What work adds to the positions of rigid bodies of which something is imposed."""
         ends = np.cumsum([len(share.planes) for share in shares])
         some = [
@@ -275,11 +275,11 @@ class Punches(ReadOnly):
         """The same with edges of flat punches, by which of them press over theirs."""
         return {}
 
-    def _shares(self, given: list[Any], flat: ndarray) -> list[Share]:
+    def _shares(self, given: list[Any], flat: ndarray) -> list[Contribution]:
         each = zip(self.punches, given, self._slices, strict=True)
         return [_share(punch, load, flat[cells]) for punch, load, cells in each]
 
-    def _system(self, shares: list[Share], flat: ndarray, dense: bool) -> ContactSystem:
+    def _system(self, shares: list[Contribution], flat: ndarray, dense: bool) -> ContactSystem:
         """The equations where some cells are flat."""
         operator: YieldingOperator | ndarray = self.operator
         if flat.any():
@@ -308,7 +308,7 @@ class Punches(ReadOnly):
             for i, (punch, load) in enumerate(zip(self.punches, loads, strict=True))
         ]
 
-    def _require_balance(self, given: list[Any], shares: list[Share]) -> None:
+    def _require_balance(self, given: list[Any], shares: list[Contribution]) -> None:
         """Refuse loads of a body that pressures under it cannot balance."""
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
             planes, resultants, gap, constraints = shares[i]
@@ -332,7 +332,7 @@ class Punches(ReadOnly):
     def _solutions(
         self,
         given: list[Any],
-        shares: list[Share],
+        shares: list[Contribution],
         contact: Contact,
         position: ndarray,
         timings: dict[str, float],
@@ -383,12 +383,12 @@ def _checked_load(name: str, punch: RigidPunch | ElasticPunch, load: Any) -> Any
         raise type(error)(f"{name}: {error}") from None
 
 
-def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Share:
+def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Contribution:
     """What a body under its load brings into the equations of all, some of its cells flat."""
     if isinstance(punch, ElasticPunch):
         f, held = load
         return punch.share(f, held, flat)
-    return Share(
+    return Contribution(
         punch.planes(punch.collocation_points),
         punch.footprint.flattened(flat).resultants,
         punch.initial_gap,

@@ -30,9 +30,8 @@ from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
 from ..messages import place
 from ..report.footing import point_beside
-from ..terminal import is_watched
 from ..units import LENGTHS, Units
-from .messages import in_options
+from .messages import how_of, in_options
 from .outlines import is_outline, plan_of, solve_outline
 
 #: rows of each footing in each case, by the names of both
@@ -293,11 +292,7 @@ def require_report(options: argparse.Namespace) -> None:
 
 def solve_one(options: argparse.Namespace, punch: RigidPunch) -> PunchSolution:
     """The one load of the options."""
-    return punch.solve(
-        **single_load(options),
-        unilateral=not options.bilateral,
-        progress=options.progress or is_watched(),
-    )
+    return punch.solve(**single_load(options), **how_of(options))
 
 
 def solve_cases(
@@ -307,10 +302,7 @@ def solve_cases(
     cases: CaseRows,
 ) -> dict[str, CasesSolution]:
     """All cases of the table of loads, of each footing by its name."""
-    how: dict[str, Any] = {
-        "unilateral": not options.bilateral,
-        "progress": options.progress or is_watched(),
-    }
+    how = how_of(options)
     loads = {
         case: [only(of[base.name]).load(base.origin) for base in bases]
         for case, of in cases.items()

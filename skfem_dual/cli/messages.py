@@ -4,6 +4,7 @@ import argparse
 import re
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
+from typing import Any
 
 from ..errors import ConvergenceWarning, MeshWarning, ResolutionWarning
 from ..kernels.compiled import when_compiling
@@ -46,6 +47,12 @@ def progress_of_compilation(options: argparse.Namespace) -> AbstractContextManag
     if getattr(options, "progress", False) or is_watched():
         return when_compiling(partial(tell, COMPILING))
     return nullcontext()
+
+
+def how_of(options: argparse.Namespace) -> dict[str, Any]:
+    """How solvers are called."""
+    watched = options.progress or is_watched()
+    return {"unilateral": not options.bilateral, "progress": watched}
 
 
 def show_warning(warned: list[str], message: Warning | str, *where: object) -> None:

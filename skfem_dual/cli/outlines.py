@@ -17,8 +17,8 @@ from ..plans.read import SUFFIXES
 from ..plans.search import Problem, governing
 from ..plans.solve import reached
 from ..plans.tables import corners_of_text, unit_of_table
-from ..terminal import is_watched
 from ..units import LENGTHS, Units
+from .messages import how_of
 
 #: what stands for the name of a file where the corners are given
 CORNERS = "corners"
@@ -121,8 +121,9 @@ def solve_outline(
     The coarsest for a table of which no load can be balanced: each case is told of as one.
     """
     given = tuple(Load(**load) for load in loads)
-    how = not options.bilateral, options.progress or is_watched(), options.time_limit
-    problem = Problem(plan, ground, given, origin, *how)
+    problem = Problem(
+        plan, ground, given, origin, **how_of(options), time_limit=options.time_limit
+    )
     if options.loads is not None and all(problem.fault(load) for load in given):
         x, y = plan.centroid - origin
         central = replace(problem, loads=(Load(force=1.0, at=(float(x), float(y))),))

@@ -15,8 +15,8 @@ from ..io import CaseRow
 from ..messages import place
 from ..plans.read import SUFFIXES
 from ..solutions.elastic_solution import ElasticSolution
-from ..terminal import is_watched
 from .footings import Base, CaseRows, names_of, only, punches_of, single_load
+from .messages import how_of
 from .outlines import is_outline
 
 #: of the outline of a plate
@@ -54,9 +54,12 @@ def plates_of(options: argparse.Namespace) -> dict[str, Plate]:
         raise ValueError(
             f"expected --cells with an outline ({', '.join(SUFFIXES)}), got the mesh {meshes[0]}"
         )
-    usual = {"moments": None, "settlement": None, "tilt": None, "horizontal": None}
-    for name, value in (usual | {"torsion": None, "collocation": "centroid"}).items():
-        if getattr(options, name) != value:
+    if options.collocation != "centroid":
+        raise ValueError(
+            f"expected no --collocation {options.collocation} with --plate. Remedy: leave it out"
+        )
+    for name in ("moments", "settlement", "tilt", "horizontal", "torsion"):
+        if getattr(options, name) is not None:
             raise ValueError(
                 f"expected no --{name} with --plate. Remedy: --force with --at, or columns in "
                 "--loads, whose moments take sides bx, by"
@@ -105,10 +108,7 @@ def solve_plates(
         else punches_of(options, ground, [base])[0]
         for base in bases
     ]
-    how: dict[str, Any] = {
-        "unilateral": not options.bilateral,
-        "progress": options.progress or is_watched(),
-    }
+    how = how_of(options)
     names = [base.name for base in bases]
     found: dict[str, dict[str, Any]] = {name: {} for name in names}
     cases = {"load": {names[0]: [_single_row(options)]}} if cases is None else cases

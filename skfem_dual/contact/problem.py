@@ -23,7 +23,7 @@ class Product(Protocol):
     def __matmul__(self, q: ndarray, /) -> ndarray: ...
 
 
-class Share(NamedTuple):
+class Contribution(NamedTuple):
     """What a body under its load brings into the equations, of one body or of several.
 
     Attributes

@@ -15,7 +15,7 @@ from ..grids.polygons import Polygons, readonly
 from ..kernels.once import computed_once
 from ..operators.entries import some_rows
 from ..operators.influence_operator import InfluenceOperator
-from ..operators.resources import available_memory
+from ..operators.resources import refuse_beyond_memory
 from .footprint import Footprint
 from .loaded_cells import ExactRows, LoadedCells, slices_of
 
@@ -42,13 +42,8 @@ def matrix_of(parts: Sequence[LoadedCells]) -> ndarray:
     """
     slices = slices_of(parts)
     n = slices[-1].stop
-    needed, memory = 16.0 * n**2, available_memory()  # with its factors
-    if needed > memory:
-        raise MemoryError(
-            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; the matrix of "
-            f"{n} cells and its factors take {needed / 2**20:.4g} MiB. Remedy: rtol=1e-6 "
-            "for all punches, or coarser meshes"
-        )
+    remedy = "rtol=1e-6 for all punches, or coarser meshes"
+    refuse_beyond_memory(16.0 * n**2, f"the matrix of {n} cells and its factors take", remedy)
     matrix = np.empty((n, n))
     for rows, at in zip(slices, parts, strict=True):
         for columns, under in zip(slices, parts, strict=True):

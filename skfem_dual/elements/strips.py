@@ -10,6 +10,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
+from ..grids.planar import cross
 from ..kernels.compiled import inputs
 from .edge_weights import EdgeWeights, load_centroids
 from .load_matrix import points_in_pieces
@@ -179,23 +180,19 @@ def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, 
     most = np.maximum(np.abs(rise).max(axis=0), np.finfo(float).tiny)
     triangle, corners = _cut(np.sqrt(1 + (1 - OFFSET) / (1 + OFFSET) * rise / most))
     # triangles that turn the other way are taken off
-    turn = np.sign(_cross(a - p[:, 0], b - p[:, 0]))[triangle]
+    turn = np.sign(cross(a - p[:, 0], b - p[:, 0]))[triangle]
     x, cell = np.einsum("dvk,vck->dck", p[..., triangle], corners), cell[triangle]
     load = np.zeros(len(cell))
     for part in (x[:, [0, 1, 2]], x[:, [0, 2, 3]]):
-        area = _cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]) / 2
+        area = cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]) / 2
         load += area * loads.inside(part.mean(axis=1), cell)
     return x, turn * (_density(load, area_of(x)) - loads.pressure[cell]), cell
-
-
-def _cross(u: ndarray, v: ndarray) -> ndarray:
-    return u[0] * v[1] - u[1] * v[0]
 
 
 def area_of(x: ndarray) -> ndarray:
     """Signed areas of polygons with corners (2, c, k)."""
     arm = x[:, 1:] - x[:, :1]  # far from the origin products of coordinates have no digits left
-    return _cross(arm[:, :-1], arm[:, 1:]).sum(axis=0) / 2
+    return cross(arm[:, :-1], arm[:, 1:]).sum(axis=0) / 2
 
 
 def _density(load: ndarray, area: ndarray) -> ndarray:

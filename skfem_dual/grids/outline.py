@@ -11,7 +11,7 @@ from skfem import Mesh
 
 from ..kernels.compiled import inputs, vectorised
 from .partition import Partition
-from .planar import cross, projected, rounding
+from .planar import cross, directed_sides, projected, rounding
 from .polygons import readonly
 
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
@@ -172,13 +172,9 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
     A polygon that follows a curve turns in all nodes alike: a corner turns by far more than the
     nodes beside it, or as much as a hexagon.
     """
-    a, b = mesh.facets[:, facets]
-    begin, corners = mesh.p.take(a, axis=1), mesh.t.take(mesh.f2t[0, facets], axis=1)
-    inside = mesh.p.take(corners, axis=1).mean(axis=1) - begin
-    along = mesh.p.take(b, axis=1) - begin
-    on_left = cross(along, inside) > 0
-    a, b = np.where(on_left, a, b), np.where(on_left, b, a)
-    along = np.where(on_left, along, -along) / np.hypot(*along)
+    (a, b), _ = directed_sides(mesh, facets)
+    along = mesh.p.take(b, axis=1) - mesh.p.take(a, axis=1)
+    along = along / np.hypot(*along)
     n = mesh.p.shape[1]
     plain = (np.bincount(a, minlength=n) == 1) & (np.bincount(b, minlength=n) == 1)
     before, after = np.full((2, n), -1)

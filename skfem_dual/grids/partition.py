@@ -15,7 +15,7 @@ from ..kernels.once import ReadOnly, computed_once, remember
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
 from .lattice import Lattice
-from .planar import covered_twice, cross
+from .planar import covered_twice, cross, directed_sides
 from .polygons import Polygons, readonly
 from .report import Condition, require
 
@@ -212,15 +212,10 @@ def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
         "remove the cells lying on top of others; give each cell of a polar grid "
         "its own node in the middle",
     )
-    centroids = mesh.p[:, mesh.t].mean(axis=1)
     outer = np.nonzero(mesh.f2t[1] == -1)[0]
     start, end = mesh.facets[:, outer]
-    along = mesh.p[:, end] - mesh.p[:, start]
-    real = np.hypot(*along) > 1e-12 * np.sqrt(size.max())
-    outer, start, end, along = outer[real], start[real], end[real], along[:, real]
-    inside = centroids[:, mesh.f2t[0, outer]]
-    on_left = cross(along, inside - mesh.p[:, start]) > 0
-    facets = np.where(on_left, [start, end], [end, start])
+    outer = outer[np.hypot(*(mesh.p[:, end] - mesh.p[:, start])) > 1e-12 * np.sqrt(size.max())]
+    facets, inside = directed_sides(mesh, outer)
     yield Condition(
         "no place to be covered twice",
         "facet",

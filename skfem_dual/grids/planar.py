@@ -6,6 +6,7 @@ from itertools import chain
 import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
+from skfem import Mesh
 
 from .polygons import Polygons
 
@@ -20,6 +21,16 @@ CHUNK = 2**20
 def cross(u: ndarray, v: ndarray) -> ndarray:
     """The third component of the vector product."""
     return u[0] * v[1] - u[1] * v[0]
+
+
+def directed_sides(mesh: Mesh, facets: ndarray) -> tuple[ndarray, ndarray]:
+    """Begin and end of k facets on the boundary, with the domain on their left, shape (2, k); and
+    the middles of their elements, (2, k)."""
+    a, b = mesh.facets[:, facets]
+    inside = mesh.p.take(mesh.t.take(mesh.f2t[0, facets], axis=1), axis=1).mean(axis=1)
+    begin = mesh.p.take(a, axis=1)
+    on_left = cross(mesh.p.take(b, axis=1) - begin, inside - begin) > 0
+    return np.where(on_left, [a, b], [b, a]), inside
 
 
 def rounding(*points: ndarray) -> float:

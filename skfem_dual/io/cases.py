@@ -13,9 +13,9 @@ from ..units import PLAIN, Units
 from .tables import cell_number, read_table, unit_factor
 from .writing import PathLike, checked_path, write_whole
 
-#: columns of a table of loads; only the name and the force must be there
 #: endings of files that are read as something else than text
 OTHERS = (".xlsx", ".xls", ".ods", ".json", ".html", ".pdf", ".vtu", ".npy")
+#: columns of a table of loads; only the name and the force, or a load per area, must be there
 KNOWN = ("name", "footing", "force", "x", "y", "ex", "ey", "mx", "my", "hx", "hy", "torsion")
 #: and those of loads on parts of a plate
 PARTS = ("bx", "by", "q")

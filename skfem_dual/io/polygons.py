@@ -104,7 +104,7 @@ def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) 
         {
             "footing": np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
             "pressure": np.concatenate([solution.pressure for solution in solutions]),
-            "first_moments": np.vstack([mean_moments(solution) for solution in solutions]),
+            "first_moments": np.vstack([first_moments(solution) for solution in solutions]),
             "displacement": np.concatenate([_of_body(solution) for solution in solutions]),
         },
         {
@@ -122,10 +122,9 @@ def _of_body(solution: PunchSolution | ElasticSolution) -> ndarray:
     return solution.punch_displacement(solution.punch.partition.centroids)
 
 
-def mean_moments(solution: CellPressures) -> ndarray:
-    """Means of ``(p x, p y, 0)`` over each cell, shape (n, 3)."""
-    means = solution.footprint.mean_moments(solution.pressure, solution.slopes)
-    return np.vstack([means, np.zeros(means.shape[1])]).T
+def first_moments(solution: CellPressures) -> ndarray:
+    """Means of ``(p x, p y, 0)`` over each cell, as files have vectors, shape (n, 3)."""
+    return np.pad(solution.mean_moments.T, ((0, 0), (0, 1)))
 
 
 def write_polygons(

@@ -12,7 +12,7 @@ from ..grids.surroundings import surroundings
 from ..solutions.displaced import DisplacedStructure
 from ..solutions.elastic_solution import ElasticSolution
 from .elements import positive
-from .polygons import blocks_of, mean_moments
+from .polygons import blocks_of, first_moments
 from .writing import PathLike, require_vtu, write_whole
 
 #: the ground is drawn no farther from a plan than so many of its extents
@@ -104,7 +104,7 @@ def write_structure(
             "part": [np.full(len(n), k) for k, n in zip(part, numbers, strict=True)],
             "cell": numbers,
             "pressure": on_part(1, solution.pressure),
-            "first_moments": on_part(1, mean_moments(solution)),
+            "first_moments": on_part(1, first_moments(solution)),
             "gap": on_part(1, solution.gap),
             **moments,
         },

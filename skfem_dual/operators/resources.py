@@ -15,6 +15,8 @@ PRODUCTS = 20
 #: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; and after it,
 #: for an approximate inverse and iterations
 BEFORE, AFTER = 415.0, 270.0
+#: remedy where fewer of the cells would fit
+FEWER = "at most {most} cells, or a machine with more memory"
 #: what the cells on the edge of a plan take besides, over the root of the number of all
 EDGE = 2.9e5
 
@@ -72,14 +74,10 @@ def require_memory(cells: int, rtol: float, layered: bool) -> None:
     MemoryError
         If they do not.
     """
-    memory, needed = available_memory(), whole(cells, rtol, layered) - BEFORE * cells
-    if needed > memory:
-        most = int(memory / needed * cells)
-        raise MemoryError(
-            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; {cells} cells take "
-            f"about {needed / 2**20:.4g} MiB until their answer with rtol={rtol:g}. Remedy: at "
-            f"most {most} cells, or a machine with more memory"
-        )
+    needed = whole(cells, rtol, layered) - BEFORE * cells
+    refuse_beyond_memory(
+        needed, f"until their answer with rtol={rtol:g} {cells} cells take", FEWER, cells
+    )
 
 
 def transforms(places: int, layered: bool) -> Estimate:
@@ -120,18 +118,39 @@ def choose(
             key=lambda name: estimates[name].setup + PRODUCTS * estimates[name].product,
         )
     chosen = estimates[method]
-    if chosen.memory > memory:
-        remedy = (
-            f'method="fast" or "auto" with rtol of {EXACT:g} or more'
-            if method == "dense"
-            else "a coarser mesh, or a machine with more memory"
-        )
-        raise MemoryError(
-            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; {method} summation "
-            f"with rtol={rtol:g} from {cells} cells to {points} points takes about "
-            f"{chosen.memory / 2**20:.4g} MiB. Remedy: {remedy}"
-        )
+    what = f"{method} summation with rtol={rtol:g} from {cells} cells to {points} points takes"
+    faster = f'method="fast" or "auto" with rtol of {EXACT:g} or more'
+    coarser = "a coarser mesh, or a machine with more memory"
+    refuse_beyond_memory(chosen.memory, what, faster if method == "dense" else coarser)
     return method, chosen
+
+
+def refuse_beyond_memory(needed: float, what: str, remedy: str, cells: int = 0) -> None:
+    """Refuse what takes more bytes than are at hand.
+
+    Parameters
+    ----------
+    needed : float
+        Bytes.
+    what : str
+        "... takes" or "... take", for the message.
+    remedy : str
+        What to do; ``{most}`` stands for the share of ``cells`` that the memory would do for.
+    cells : int, default 0
+        How many there are.
+
+    Raises
+    ------
+    MemoryError
+        If they are not there.
+    """
+    memory = available_memory()
+    if needed > memory:
+        raise MemoryError(
+            f"expected at most {memory / 2**20:.4g} MiB, the memory at hand; {what} "
+            f"about {needed / 2**20:.4g} MiB. Remedy: "
+            + remedy.format(most=int(memory / needed * cells))
+        )
 
 
 def available_memory() -> float:

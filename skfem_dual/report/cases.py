@@ -42,6 +42,7 @@ from .page import (
     short_list,
     symbol,
     table,
+    titled,
 )
 from .results import in_words, isobars_figure, plan_figure, read
 from .sliding import sliding_section
@@ -291,7 +292,7 @@ def _results(footing: Footing) -> Html:
         for k in range(len(cases))
     ]
     return section(
-        f"Results{', ' if footing.name else ''}{footing.name}",
+        titled("Results", footing.name),
         table(rows, head, "", numeric=True),
         paragraph(
             "The base settles by W0 + Lx x + Ly y, with x and y from the origin.",
@@ -409,6 +410,4 @@ def _pictures(footing: Footing) -> Html:
         shown = Standing(solution, footing.details.units)
         why = f"Case {cases.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
         parts.append(isobars_figure(solution, shown, why))
-    return section(
-        f"Pressure of the governing cases{', ' if footing.name else ''}{footing.name}", *parts
-    )
+    return section(titled("Pressure of the governing cases", footing.name), *parts)

@@ -13,7 +13,6 @@ from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
 from ..io import CaseRow
-from ..io.polygons import mean_moments
 from ..solutions.pressures import CellPressures
 from .bodies import Body, between
 from .depth import below, governing
@@ -231,7 +230,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         **_pressed(body, k, solution),
         "in_cells": {
             "pressure": solution.pressure,
-            "first_moments": mean_moments(solution)[:, :2],
+            "first_moments": solution.mean_moments.T,
             "deflection": solution.cell_deflections,
             "gap": solution.gap,
         },

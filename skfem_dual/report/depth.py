@@ -13,7 +13,19 @@ from ..solutions.pressures import CellPressures
 from .details import Details
 from .figures import profile_picture
 from .footing import Footing
-from .page import NONE, Html, amount, figure, joined, number, percent, place, section, table
+from .page import (
+    NONE,
+    Html,
+    amount,
+    figure,
+    joined,
+    number,
+    percent,
+    place,
+    section,
+    table,
+    titled,
+)
 
 #: depths of the profile, over the greater extent of the plan; a rigid base takes the last place
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
@@ -124,7 +136,7 @@ def depth_section(
     where = joined(["below the point ", place(profile.x, extent)])
     plain = "below the centroid of the plan" if details.profile is None else "at depth"
     return section(
-        f"Stress with depth{f', {name}' if name else ''}",
+        titled("Stress with depth", name),
         table(rows, head, "", numeric=True),
         figure(
             profile_picture(found.curve, units),

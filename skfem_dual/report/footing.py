@@ -1,5 +1,6 @@
 """What is read off the cases of one footing, for pages and for programs alike."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,26 +18,67 @@ from ..solutions.cases_solution import CasesSolution, Extreme
 from ..solutions.punch_solution import PunchSolution
 from .details import Details
 from .numbers import LEVEL, Standing, convex_hull, distance_inside, reach
-from .results import point_names
+from .results import point_names, wanted_names
 
 
 @dataclass(frozen=True, eq=False)
-class Footing:
-    """One footing under its k cases.
+class UnderCases(ABC):
+    """A footing or a structure under its k cases.
 
     Attributes
     ----------
     name : str
         As it is called beside others.
-    cases : CasesSolution
+    cases
         Its answers.
     details : Details
         Units, allowable pressure and points wanted.
     """
 
     name: str
-    cases: CasesSolution
+    cases: Any
     details: Details
+
+    @property
+    @abstractmethod
+    def plan(self) -> Footprint:
+        """Its cells."""
+
+    @property
+    @abstractmethod
+    def mean_pressure(self) -> ndarray:
+        """Force over the area in contact, shape (k,)."""
+
+    @property
+    @abstractmethod
+    def largest_pressure(self) -> ndarray:
+        """Largest mean on a circle, shape (k,)."""
+
+    def called(self, text: str) -> str:
+        """Something of it, as it is called beside other bodies."""
+        return f"{self.name}, {text}" if self.name else text
+
+    @cached_property
+    def wanted(self) -> dict[str, ndarray]:
+        """The points wanted on the plan, by their names."""
+        x = self.details.own_points
+        if not x.size:
+            return {}
+        on, names = np.nonzero(points_on(self.plan, x))[0], wanted_names(x)
+        return {names[i]: x[:, i] for i in on}
+
+    @property
+    def utilisation(self) -> ndarray:
+        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one."""
+        allowable = np.nan if self.details.allowable is None else self.details.allowable
+        return np.array([self.mean_pressure, self.largest_pressure]) / allowable
+
+
+@dataclass(frozen=True, eq=False)
+class Footing(UnderCases):
+    """One footing under its k cases, which are a `CasesSolution`."""
+
+    cases: CasesSolution
 
     @classmethod
     def of(cls, name: str, solution: PunchSolution | CasesSolution, details: Details) -> "Footing":
@@ -45,10 +87,6 @@ class Footing:
             single = solution.footprint, ("load",), (solution.load,), (solution,)
             solution = CasesSolution(*single, (solution.message,))
         return cls(name, solution, details)
-
-    def called(self, text: str) -> str:
-        """Something of it, as it is called beside other footings."""
-        return f"{self.name}, {text}" if self.name else text
 
     @property
     def plan(self) -> Footprint:
@@ -136,15 +174,6 @@ class Footing:
         return corners | self.wanted
 
     @cached_property
-    def wanted(self) -> dict[str, ndarray]:
-        """The points wanted on the plan, by their names."""
-        x = self.details.own_points
-        if not x.size:
-            return {}
-        on = np.nonzero(points_on(self.plan, x))[0].tolist()
-        return {f"P{i + 1}": x[:, i] for i in on}
-
-    @cached_property
     def settlements(self) -> ndarray:
         """Of the points in each case, shape (k, m)."""
         arms = np.array(list(self.points.values())).reshape(-1, 2) - self.cases.footprint.origin
@@ -167,13 +196,6 @@ class Footing:
         """Force over the area in contact, shape (k,)."""
         found = [np.nan if s is None else s.mean_pressure for s in self.cases.solutions]
         return np.array(found)
-
-    @cached_property
-    def utilisation(self) -> ndarray:
-        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one."""
-        allowable = self.details.allowable
-        pressures = np.array([self.mean_pressure, self.cases.largest_pressure])
-        return pressures / (np.nan if allowable is None else allowable)
 
     @cached_property
     def lift_off_reserve(self) -> ndarray:

@@ -65,16 +65,16 @@ def outline_corners(partition: Partition) -> ndarray:
 def characteristic_points(p: ndarray, corners: ndarray) -> ndarray:
     """Points of a plan whose settlements say most.
 
-    The corners of its convex hull, or those given, and, in the directions of x and y, the extreme
-    points where no corner is: the four corners of a rectangle, the four extreme points of a
-    circle, the two corners of a half-circle with its crown.
+    Its corners and, in the directions of x and y, the extreme points where none is: the four
+    corners of a rectangle, the four extreme points of a circle, the two corners of a half-circle
+    with its crown.
 
     Parameters
     ----------
     p : (2, n) array of float
         Points that span the plan.
-    corners : (2, m) array of float, optional
-        Corners of its outline.
+    corners : (2, m) array of float
+        Corners of its outline; none of a smooth one.
 
     Returns
     -------
@@ -253,7 +253,7 @@ class Standing(Plan):
             return punch.kern() + self.origin[:, None], ""
         except ConvergenceError as error:
             return None, str(error)
-        except (np.linalg.LinAlgError, QhullError):
+        except QhullError:
             return None, "so few cells resist no tilt"
 
     @property

@@ -213,6 +213,11 @@ def notice(kind: str, heading: Any, *parts: Any) -> Html:
     )
 
 
+def titled(heading: str, name: str) -> str:
+    """A heading with the name of what it is about, if there are several."""
+    return f"{heading}, {name}" if name else heading
+
+
 def section(heading: str, *parts: Any) -> Html:
     """Parts under a heading."""
     return Html(f"<section>\n<h2>{escaped(heading)}</h2>\n{joined(parts)}</section>\n")

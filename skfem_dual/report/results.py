@@ -99,6 +99,11 @@ def point_names(plan: Plan) -> list[str]:
     ]
 
 
+def wanted_names(points: ndarray) -> list[str]:
+    """P1, P2 and so on, for the points (2, n) that are wanted."""
+    return [f"P{i + 1}" for i in range(points.shape[1])]
+
+
 def axes_of(units: Units) -> tuple[str, str]:
     """Heads of columns of coordinates."""
     return f"x [{units.length.symbol}]", f"y [{units.length.symbol}]"

@@ -36,8 +36,17 @@ from .page import (
     small,
     symbol,
     table,
+    titled,
 )
-from .results import axes_of, in_words, point_names, pressure_section, read, value_at
+from .results import (
+    axes_of,
+    in_words,
+    point_names,
+    pressure_section,
+    read,
+    value_at,
+    wanted_names,
+)
 
 #: points of the edge are looked at so far inside, over the distance to a cell's centroid
 INSIDE = 1e-6
@@ -163,7 +172,7 @@ def moments_section(
             shown = (cell for i in ends for cell in (number(m[i], 4), place(middles[:, i], size)))
             rows.append((f"{case}: {name}", *shown))
     return section(
-        f"Bending moments{', ' if body else ''}{body}",
+        titled("Bending moments", body),
         table(rows, head, "", numeric=True),
         paragraph(
             "Per length, means of the finite elements, at the middles of those: positive mx and "
@@ -207,7 +216,7 @@ def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html
     ]
     x = np.hstack([plan.points, wanted])
     inside = a_little_inside(plan, x)
-    names = [*point_names(plan), *(f"P{i + 1}" for i in range(wanted.shape[1]))]
+    names = [*point_names(plan), *wanted_names(wanted)]
     heads = "Structure", "Ground"
     points = [
         (

@@ -16,8 +16,7 @@ from ..solutions.bearing import Circles, bearing_pressure
 from ..solutions.cases_solution import Extreme
 from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
-from .details import Details
-from .footing import points_on
+from .footing import UnderCases
 from .input import mesh_figure
 from .numbers import Plan
 from .page import (
@@ -32,6 +31,7 @@ from .page import (
     place,
     section,
     table,
+    titled,
 )
 from .results import axes_of, in_words, isobars_figure, point_names
 from .structure import (
@@ -44,26 +44,10 @@ from .structure import (
 
 
 @dataclass(frozen=True, eq=False)
-class Structure:
-    """One structure under its k cases; what `Footing` is for a rigid one.
+class Structure(UnderCases):
+    """One structure under its k cases; what `Footing` is for a rigid one."""
 
-    Attributes
-    ----------
-    name : str
-        As it is called beside others.
-    cases : mapping of str to ElasticSolution
-        Its answers.
-    details : Details
-        Units, allowable pressure and points wanted.
-    """
-
-    name: str
     cases: Mapping[str, ElasticSolution]
-    details: Details
-
-    def called(self, text: str) -> str:
-        """Something of it, as it is called beside other bodies."""
-        return f"{self.name}, {text}" if self.name else text
 
     @property
     def plate(self) -> Plate | None:
@@ -104,10 +88,8 @@ class Structure:
     @cached_property
     def points(self) -> dict[str, ndarray]:
         """Corners and extremes of the plan, and the points wanted on it, by their names."""
-        wanted = self.details.own_points
         corners = dict(zip(point_names(self.standing), self.standing.points.T, strict=True))
-        on = np.nonzero(points_on(self.plan, wanted))[0].tolist() if wanted.size else []
-        return corners | {f"P{i + 1}": wanted[:, i] for i in on}
+        return corners | self.wanted
 
     @cached_property
     def settlements(self) -> ndarray:
@@ -155,12 +137,6 @@ class Structure:
     def radius(self) -> float:
         """Radius of the circle whose mean pressure is compared."""
         return Circles.of(self.plan).radius
-
-    @property
-    def utilisation(self) -> ndarray:
-        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one."""
-        allowable = np.nan if self.details.allowable is None else self.details.allowable
-        return np.array([self.mean_pressure, self.largest_pressure]) / allowable
 
     @cached_property
     def extremes(self) -> tuple[Extreme, ...]:
@@ -281,7 +257,7 @@ def deflections_section(body: Structure) -> Html:
         )
     ]
     return section(
-        f"Results{', ' if body.name else ''}{body.name}",
+        titled("Results", body.name),
         table(rows, head, "", numeric=True),
         NONE if not body.success.any() else _points(body),
     )
@@ -322,7 +298,7 @@ def pictures_section(body: Structure, called: Mapping[str, str]) -> Html:
         parts.append(deflection_figure(plan.solution, plan, why))
         parts.append(isobars_figure(plan.solution, plan, why))
     head = "Deflections and pressure of the governing cases"
-    return section(f"{head}{', ' if body.name else ''}{body.name}", *parts)
+    return section(titled(head, body.name), *parts)
 
 
 def depth_of_structure(body: Structure) -> Html:

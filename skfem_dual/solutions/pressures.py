@@ -79,6 +79,11 @@ class CellPressures(ReadOnly):
         return (self.footprint, self.pressure), *((o.cells, o.pressure) for o in self.others)
 
     @property
+    def mean_moments(self) -> ndarray:
+        """Means of ``(p x, p y)`` over each cell, shape (2, n)."""
+        return self.footprint.mean_moments(self.pressure, self.slopes)
+
+    @property
     def force(self) -> float:
         """Resultant of the pressure."""
         return float(self.resultant[0])
