@@ -192,6 +192,8 @@ class Movable(Body):
         ValueError
             If ``rough`` without ``full``, or if ``full`` and the ground does not hold horizontal
             forces or there are more than 4000 cells.
+        TypeError
+            If one is neither True nor False.
 
         Examples
         --------

@@ -264,6 +264,10 @@ def moment_rotation(
     ------
     ValueError
         If force or direction are zero, there are less than 2 steps, or the origin is outside.
+    TypeError
+        If an argument is of another kind.
+    ConvergenceError
+        If so few cells resist no tilt.
     """
     checked_instance("punch", punch, RigidPunch)
     force = checked_number("force", force)

@@ -121,6 +121,8 @@ class Plate:
 
         Raises
         ------
+        TypeError
+            If the basis or its elements are others.
         MemoryError
             Before the work, if the memory at hand will not do.
         """

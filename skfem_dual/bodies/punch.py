@@ -302,6 +302,8 @@ class RigidPunch(Movable, RigidBodies):
 
         Raises
         ------
+        TypeError
+            If an argument is of another kind.
         ValueError
             If the load is incomplete, contradictory or not finite, or if no pressures can
             balance it: tension, moments without a force, or a resultant beyond the plan; or if

@@ -169,7 +169,13 @@ class MeasuredProfile(ReadOnly):
         return cls(places, gap, in_middles=True)
 
     def __call__(self, x: ArrayLike) -> ndarray:
-        """Gap at points of shape (2, ...)."""
+        """Gap at points of shape (2, ...).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are none, or outside of what was measured.
+        """
         x = checked_array("x", x, (2, "..."), each="point")
         height = self._between(x.reshape(2, -1).T).reshape(x.shape[1:])
         if np.isnan(height).any():

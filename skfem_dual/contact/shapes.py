@@ -124,7 +124,13 @@ class Sphere(Paraboloid):
     """``R - sqrt(R^2 - r^2)``: a sphere of radius R; parameters as `Paraboloid`."""
 
     def __call__(self, x: ArrayLike) -> ndarray:
-        """Gap at points of shape (2, ...), none farther from the axis than the radius."""
+        """Gap at points of shape (2, ...), none farther from the axis than the radius.
+
+        Raises
+        ------
+        ValueError
+            If one is.
+        """
         r = _distance(x, self.centre)
         if (far := np.max(r, initial=0.0)) > self.radius:
             radius, got = apart(self.radius, far)

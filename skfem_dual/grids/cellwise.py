@@ -271,6 +271,11 @@ def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]
         ElementTriP1 or ElementQuad1 on the mesh.
     values : (nnodes,) array of float
         Its vector.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many values.
     """
     values = np.asarray(values, dtype=float)
     mesh = nodal_mesh(basis)

@@ -46,6 +46,8 @@ class GridCouple(ReadOnly):
     ------
     TypeError
         If something is no partition or no array of integers.
+    ValueError
+        If ``kind`` is another.
     MeshError
         If the arrays do not fit together.
     """

@@ -74,7 +74,7 @@ def disc(
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If an argument is wrong; `MeshError` if the size is too coarse for the domain.
 
     Examples
@@ -131,7 +131,7 @@ def annulus(
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If an argument is wrong; `MeshError` if the size is too coarse for the domain.
 
     Examples
@@ -193,7 +193,7 @@ def rectangle(
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If an argument is wrong; `MeshError` if the size is too coarse for the domain.
     """
     half = np.array([[checked_size("width", width)], [checked_size("height", height)]]) / 2
@@ -236,7 +236,7 @@ def polygon(
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If an argument is wrong, as when sides cross or a hole is not inside; `MeshError` if the
         size is too coarse for the domain.
 
@@ -291,7 +291,7 @@ def polar(
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If an argument is wrong.
 
     Examples

@@ -40,7 +40,9 @@ def write_field(
         If the basis or the elements are others, values are no numbers, or the name no text.
     ValueError
         If the suffix or the number of values does not fit, a value is not finite, or the name
-        is empty or cannot be printed.
+        is empty, cannot be printed, or is ``cell``, which is that of the numbers of dual cells.
+    OSError
+        If the file cannot be written.
     """
     import meshio
 

@@ -62,7 +62,7 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
     TypeError
         If ``path`` is no path.
     ValueError
-        If it is a folder, a pipe or a device.
+        If it is a folder, a pipe or a device, or ``quads`` is something else.
     MeshError
         If the file cannot be read, has no triangles or quadrilaterals, or both where the latter
         are kept, is not plane, or names points or cells that it does not have.

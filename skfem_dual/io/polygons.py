@@ -25,6 +25,15 @@ def write_dual(path: PathLike, dual: DualMesh) -> None:
 
     Cell data: ``cell``, the number of the cell, and ``node``, the node of the triangulation that
     belongs to it. Tags are not kept.
+
+    Raises
+    ------
+    TypeError
+        If ``dual`` is no `DualMesh`.
+    ValueError
+        If the suffix is not ``.vtu``.
+    OSError
+        If the file cannot be written.
     """
     checked_instance("dual", dual, DualMesh, "DualMesh.from_mesh(mesh)")
     write_polygons(path, dual.polygons, {"node": dual.mesh.p.T})
@@ -39,6 +48,10 @@ def read_dual(path: PathLike) -> DualMesh:
     ------
     FileNotFoundError
         If there is no such file.
+    TypeError
+        If ``path`` is no path.
+    ValueError
+        If it is a folder, a pipe or a device.
     MeshError
         If the file was not written by `write_dual`.
     """
@@ -86,6 +99,8 @@ def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) 
         If something is no solution, there is none, or the only one is of a structure.
     ValueError
         If the suffix is not ``.vtu``, or the ground has a period.
+    OSError
+        If the file cannot be written.
     """
     kinds = (PunchSolution, ElasticSolution) if len(solutions) > 1 else PunchSolution
     remedy = "write_structure for what bends, *solutions for neighbours, write_field for a field"
@@ -144,6 +159,8 @@ def write_polygons(
     ValueError
         If the suffix is not ``.vtu``, the shape of the data does not fit, some are masked, or
         they are called ``cell``, nothing or what cannot be printed.
+    OSError
+        If the file cannot be written.
     """
     import meshio
 
@@ -219,6 +236,10 @@ def read_polygons(path: PathLike) -> tuple[Polygons, dict[str, ndarray], dict[st
     ------
     FileNotFoundError
         If there is no such file.
+    TypeError
+        If ``path`` is no path.
+    ValueError
+        If it is a folder, a pipe or a device.
     MeshError
         If the file has no numbered polygons.
     """

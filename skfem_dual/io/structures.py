@@ -62,6 +62,8 @@ def write_structure(
     ValueError
         If the suffix is another, ``beyond`` is not positive or above 100, or the structure is
         softer than the plate everywhere.
+    OSError
+        If the file cannot be written.
     """
     import meshio
 

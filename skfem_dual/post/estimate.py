@@ -175,8 +175,11 @@ def marked(indicator: ndarray, fraction: float = 0.5) -> ndarray:
 
     Raises
     ------
+    TypeError
+        If an argument is of another kind.
     ValueError
-        If ``fraction`` is not above 0 and up to 1, or an indicator is negative or not finite.
+        If ``fraction`` is not above 0 and up to 1, there is no indicator, or one is negative or
+        not finite.
 
     Examples
     --------

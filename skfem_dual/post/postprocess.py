@@ -71,6 +71,11 @@ class PostprocessedPressure(ReadOnly):
 
         Force and first moments are those of the field, by the least change of the values on the
         boundary, or of all if those cannot carry them; without ``conserve`` the values are its.
+
+        Raises
+        ------
+        TypeError
+            If ``conserve`` is neither True nor False.
         """
         mesh, n = self.dual.mesh, len(self.dual)
         nodal = CellBasis(mesh, ElementTriP1(), mapping=own_mapping(mesh))

@@ -65,6 +65,8 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
         If the suffix is another, or as `report_html`.
     TypeError, ImportError
         As `report_html`, or if WeasyPrint is missing.
+    OSError
+        If the file cannot be written.
     """
     checked_instance("path", path, (str, os.PathLike))
     suffix = Path(path).suffix.lower()

@@ -182,7 +182,9 @@ def sweep(
     Raises
     ------
     TypeError
-        If ``problem`` is not callable, ``executor`` is no executor, or ``threads`` is not whole.
+        If ``problem`` or ``on_result`` is not callable, ``cases`` are none, ``executor`` is no
+        executor, ``file`` no path or ``threads`` not whole; or if what a file finds results by,
+        the content of problem and cases, cannot be pickled.
     ValueError
         If ``threads`` or the number of workers is not positive, or ``file`` is something else.
     FileNotFoundError
@@ -193,7 +195,7 @@ def sweep(
     Warns
     -----
     ConvergenceWarning
-        If a case failed.
+        If a case failed, or its result has ``success=False``.
     ResolutionWarning, MeshWarning
         What the package warns of in the cases that are run, wherever that is.
 
