@@ -18,7 +18,7 @@ from skfem_dual import (
     RigidPunches,
 )
 from skfem_dual.elements.resolution import margin
-from skfem_dual.errors import MeshError
+from skfem_dual.errors import ConvergenceError, MeshError
 from skfem_dual.grids.generate import disc as fine_disc
 from skfem_dual.grids.generate import polygon as fine_polygon
 from skfem_dual.grids.generate import rectangle as fine_rectangle
@@ -242,6 +242,14 @@ def test_triangles_without_a_dual_grid():
     with pytest.raises(MeshError):
         of.bounds  # noqa: B018
     assert "see solution.bounds" in repr(of)
+
+
+def test_another_grid_that_cannot_stand():
+    """Four dual cells of two triangles: the remedy is not that of the solution's own cells."""
+    found = RigidPunch(UNIT, DualMesh.from_mesh(MeshTri()).basis()).solve(1.0, (0.5, 0.5))
+    assert found.success
+    with pytest.raises(ConvergenceError, match=r"on the other grid the punch .* a finer mesh$"):
+        found.bounds  # noqa: B018
 
 
 @pytest.mark.parametrize(

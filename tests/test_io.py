@@ -308,6 +308,19 @@ def test_dual_grids_come_back_unchanged(tmp_path, mesh):
     assert np.array_equal(np.sort(numbers), np.arange(len(dual)))
 
 
+@pytest.mark.parametrize("turned", [np.flipud, lambda t: np.roll(t, 1, axis=0), None])
+def test_dual_grids_of_triangles_in_any_order_come_back(tmp_path, turned):
+    """Where a cell's polygon begins is that of the order of nodes, of which files have none."""
+    mesh = disc(3)
+    t = MeshTri(mesh.p, mesh.t).oriented().t if turned is None else turned(mesh.t)
+    dual, path = DualMesh.from_mesh(MeshTri(mesh.p, t, sort_t=False)), tmp_path / "dual.vtu"
+    write_dual(path, dual)
+    again = read_dual(path)
+    assert np.array_equal(again.mesh.p, mesh.p)
+    assert np.array_equal(again.mesh.t, np.sort(mesh.t, axis=0))
+    assert again.areas == pytest.approx(dual.areas, rel=1e-14)
+
+
 def test_solutions_come_back_unchanged(tmp_path):
     quads = CellBasis(polar(3, 8), ElementQuad0())
     for basis in (DualMesh.from_mesh(disc(2)).basis(), quads):

@@ -320,6 +320,16 @@ def test_results_without_success_are_told(tmp_path, file):
     assert sweep(halved, [2, 3]).success
 
 
+def refused(x):
+    raise ValueError(f"expected settings:\n  a > 0, got a = {x}\n")
+
+
+def test_errors_of_several_lines_are_told_whole():
+    with pytest.warns(ConvergenceWarning, match="2 of 2 cases failed"):
+        found = sweep(refused, [-3, -4])
+    assert found.message.endswith("number 0: ValueError: expected settings: a > 0, got a = -3")
+
+
 def test_a_case_that_exits_has_failed():
     with pytest.warns(ConvergenceWarning, match="number 1: SystemExit: no mesh"):
         found = sweep(lambda x: sys.exit("no mesh") if x else x, [0, 1, 0])

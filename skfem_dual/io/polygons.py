@@ -74,9 +74,19 @@ def read_dual(path: PathLike) -> DualMesh:
         dual = DualMesh.from_mesh(mesh)
     except MeshError as error:
         raise MeshError(other) from error
-    if not np.array_equal(dual.polygons.indices, polygons.indices):
+    if not np.array_equal(_rings(dual.polygons), _rings(polygons)):
         raise MeshError(other)
     return dual
+
+
+def _rings(polygons: Polygons) -> ndarray:
+    """Indices of all polygons, each from its least on; where they begin is that of the order of
+    nodes in triangles, of which files have none."""
+    offsets, sizes = polygons.offsets[:-1], polygons.sizes
+    cell = np.repeat(np.arange(len(polygons)), sizes)
+    least = np.lexsort((polygons.indices, cell))[offsets] - offsets
+    turned = np.arange(len(cell)) - offsets[cell] + least[cell]
+    return polygons.indices[offsets[cell] + turned % sizes[cell]]
 
 
 def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) -> None:

@@ -12,7 +12,7 @@ from ..grids.lattice import Lattice
 from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround
 from .dense import moment_matrix
-from .entries import ALIKE, EXACT, SAMPLES, Entries, Sample, some_rows
+from .entries import ALIKE, EXACT, NEW, SAMPLES, SHORT, Entries, Sample, some_rows
 from .fmm.summation import FastSummation
 from .toeplitz import BlockToeplitz
 
@@ -41,7 +41,8 @@ def within(
     if isinstance(entries.substrate, PeriodicGround):
         return _periodic(entries.substrate, entries.partition)
     make = _MAKERS[method]
-    sample = Sample.from_entries(entries, ALIKE if method == "toeplitz" else SAMPLES)
+    rows = max(SAMPLES, min(NEW, SHORT // len(entries.partition)))
+    sample = Sample.from_entries(entries, ALIKE if method == "toeplitz" else rows)
     tolerance = rtol
     if method == "toeplitz":  # its errors are those of rounding and of the exact rows
         rtol = max(rtol, EXACT)

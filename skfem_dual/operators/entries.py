@@ -28,6 +28,9 @@ EXACT = 1e-8
 MANY_CELLS, PARTS = 1000, 4
 #: rows that are compared with exact ones, and entries from which on they are fewer
 SAMPLES, MANY = 16, 2**22
+#: of a new operator so many rows, as long as they have no more entries: among long and thin cells
+#: a row in six can be off ten times as far as the others
+NEW, SHORT = 64, 2**20
 #: a prime: rows of a sample are in no step with those of a grid
 APART = 7919
 #: rows on a regular grid, which are all alike

@@ -237,17 +237,27 @@ def _on_other_grids(solution: Any) -> Iterator[Any]:
     for grid, collocation in wanted:
         if (grid, collocation) == ("dual" if on_dual else "primal", punch.collocation):
             continue
-        if solution.others:
-            member = solution.member
-            (number,) = member.answer.group.bodies[member.body]  # joined ones have no bounds
-            found = _of_group(member.answer, grid, collocation)[number]
-        else:
-            unilateral = bool((solution.pressure >= 0).all())
-            body = _on(punch, grid, collocation)
-            found = body.solve(**asdict(solution.load), unilateral=unilateral)
+        try:
+            found = _on_other_grid(solution, grid, collocation)
+        except ConvergenceError as error:  # its grid stands, for which the remedy is
+            reason = str(error).split(". Remedy")[0]
+            raise ConvergenceError(
+                f"no bounds: on the other grid {reason}. Remedy: a finer mesh"
+            ) from error
         if not found.success:
             raise ConvergenceError(f"no bounds: on the other grid {found.message}")
         yield found
+
+
+def _on_other_grid(solution: Any, grid: str, collocation: str) -> Any:
+    """The solution of the same problem on another grid."""
+    if solution.others:
+        member = solution.member
+        (number,) = member.answer.group.bodies[member.body]  # joined ones have no bounds
+        return _of_group(member.answer, grid, collocation)[number]
+    unilateral = bool((solution.pressure >= 0).all())
+    body = _on(solution.punch, grid, collocation)
+    return body.solve(**asdict(solution.load), unilateral=unilateral)
 
 
 def _of_group(answer: Any, grid: str, collocation: str) -> Any:

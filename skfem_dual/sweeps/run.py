@@ -16,7 +16,7 @@ from tqdm import tqdm
 from ..arguments import checked_flag, checked_integer, checked_sequence
 from ..errors import ConvergenceWarning, warn
 from ..io.guarded import require_file
-from ..messages import shown
+from ..messages import one_line, shown
 from .records import (
     PathLike,
     Problem,
@@ -59,6 +59,15 @@ class Outcome:
     error: str | None = None
     seconds: float = float("nan")
     resumed: bool = False
+
+
+def _without_traceback(text: str) -> str:
+    """What an error says in one line, by its traceback."""
+    lines = text.splitlines()
+    at = max((i for i, line in enumerate(lines) if line.startswith("  File ")), default=0)
+    while at < len(lines) and lines[at].startswith("  "):
+        at += 1
+    return one_line(" ".join(lines[at:]), 200)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +114,7 @@ class SweepResult:
         """How many cases failed or are not solved, and the first of them."""
         parts = [
             f"{len(found)} of {len(self.outcomes)} cases {what}, the first number "
-            f"{next(iter(found))}: {(next(iter(found.values())).strip() or '-').splitlines()[-1]}"
+            f"{next(iter(found))}: {_without_traceback(next(iter(found.values()))) or '-'}"
             for what, found in (("failed", self.errors), ("have success=False", self.unsolved))
             if found
         ]
