@@ -276,6 +276,7 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
         (lambda: disc(0.1, radius=0), "expected a positive radius, got 0"),
         (lambda: disc(0.1, graded="cosine"), 'expected graded "sine" or "quadratic"'),
         (lambda: disc(0.1, graded=1.5), "expected graded above 0 and of at most 1, got 1.5"),
+        (lambda: rectangle(1, 1, n=99, graded=1e-300), "graded of at least 1e-06, got 1e-300"),
         (lambda: disc(0.1, graded=0.5, nboundary=9), "either nboundary or graded as a number"),
         (lambda: disc(0.1, nboundary=2), r"expected nboundary from 3 to 1e.08, got 2"),
         (lambda: annulus(1.0, 0.5, 0.1), "the hole to lie inside the circle of radius 0.5"),

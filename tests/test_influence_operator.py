@@ -238,6 +238,7 @@ def test_products_are_linear_and_take_columns():
         (np.ones((25, 1, 1)), ValueError, r"got \(25, 1, 1\)"),
         (2.0, ValueError, r"got \(\)"),
         (None, TypeError, "pressure as an array of numbers, got None"),
+        ([[1.0, 2.0], [3.0]], TypeError, "array of numbers, got .*, of unequal parts"),
         (np.full(25, np.nan), ValueError, "finite pressure, got nan at index 0"),
         (np.full(25, complex(0.0, np.inf)), ValueError, "finite pressure, got inf at index 0"),
     ],

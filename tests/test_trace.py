@@ -71,3 +71,5 @@ def test_refused():
     for unknown in (["base", "bottom"], 2.5, {}, b"base", solid, [[]]):
         with pytest.raises(ValueError, match=r"a boundary by its name, one of \['base'.*, got"):
             trace(solid, unknown)
+    with pytest.raises(ValueError, match=r"values of boundary\(x\), one for each facet, got"):
+        trace(solid, lambda x: True)

@@ -22,6 +22,8 @@ from .short_facets import STEEPER, ShortFacets
 
 #: nodes of the largest triangulations that are tried
 MOST = 10**8
+#: length of boundary facets over the size, at least
+FINEST = 1e-6
 #: growth of the size of triangles per distance from the boundary
 GROWTH = 0.2
 #: where lattices start, over their spacing: out of symmetry, so that counts change by ones
@@ -74,6 +76,8 @@ def generated(
     ratio = 1.0
     if graded is not None:
         ratio = checked_number("graded", graded, above=0, at_most=1)
+        if ratio < FINEST:
+            raise ValueError(f"expected graded of at least {FINEST:g}, got {ratio:g}")
         if nboundary is not None:
             raise ValueError("expected either nboundary or graded as a number, got both")
     if nboundary is not None:

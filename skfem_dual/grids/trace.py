@@ -1,5 +1,6 @@
 """The plan of a solid: the mesh of its boundary that faces the ground."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,8 @@ def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
     if isinstance(boundary, type) or boundary is None:
         raise TypeError(f"expected a boundary by its name or facets, got {shown(boundary)}")
     facets = boundary
+    if callable(boundary):
+        boundary = _on_each(boundary)
     if not isinstance(boundary, (list, tuple)) or boundary:  # which scikit-fem would concatenate
         try:
             facets = mesh.normalize_facets(boundary)
@@ -106,6 +109,21 @@ def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
     if len(facets) == 0:
         raise ValueError("expected facets that face the ground, got none")
     return facets
+
+
+def _on_each(boundary: Callable) -> Callable:
+    """A function of places that tells of each whether it is meant."""
+
+    def checked(x: ndarray) -> ndarray:
+        told = np.asarray(boundary(x))
+        if told.shape != x.shape[1:]:
+            raise ValueError(
+                f"expected {x.shape[1]} values of boundary(x), one for each facet, got "
+                f"{shown(told)}. Remedy: compare coordinates, as lambda x: x[2] == 0"
+            )
+        return told
+
+    return checked
 
 
 def _numbers(mesh: MeshTet | MeshHex, ends: ndarray) -> ndarray:

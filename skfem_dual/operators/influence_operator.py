@@ -291,7 +291,11 @@ class InfluenceOperator(LinearOperator):
         """
         if isinstance(pressure, LinearOperator):
             return super().dot(pressure)
-        if np.iscomplexobj(pressure):
+        try:
+            split = np.iscomplexobj(pressure)
+        except ValueError:  # lists of unequal lengths, which are refused below
+            split = False
+        if split:
             pressure = np.asarray(pressure)
             return self @ pressure.real + 1j * (self @ pressure.imag)
         pressure, n = checked_array("pressure", pressure, None, order="K"), self.shape[1]
