@@ -20,7 +20,7 @@ from ..errors import MeshError, ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.once import ReadOnly, computed_once, freeze
+from ..kernels.once import FromFields, computed_once, freeze
 
 #: shapes farther from the ground than so many times what they vary by lose their digits
 OFFSET = 3e4
@@ -47,7 +47,7 @@ def owned(value: Any) -> Any:
     return value
 
 
-class Body(ReadOnly, ABC):
+class Body(FromFields, ABC):
     """What stands on a footprint shows its cells."""
 
     def _own(self, *names: str) -> None:

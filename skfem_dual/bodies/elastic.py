@@ -13,7 +13,7 @@ structure too stiff to bend is the rigid punch of the same cells.
 
 from collections.abc import Iterable
 from copy import copy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -166,10 +166,9 @@ class ElasticPunch(Body):
         self.trace  # noqa: B018
         self.initial_gap  # noqa: B018
 
-    def __getstate__(self) -> dict:
-        """What makes the punch; matrices and factors are computed again."""
-        state = {f.name: getattr(self, f.name) for f in fields(self)}
-        return state | {"structure": picklable(self.structure)}
+    def __getstate__(self) -> dict[str, Any]:
+        """What makes the punch."""
+        return super().__getstate__() | {"structure": picklable(self.structure)}
 
     @computed_once
     def footprint(self) -> Footprint:

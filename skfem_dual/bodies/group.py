@@ -1,7 +1,7 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any, Literal
 
@@ -116,10 +116,6 @@ class RigidPunches(RigidBodies):
         if self.stiffness is not None:
             matrix = checked_stiffness(self.stiffness, len(self.bodies))
             object.__setattr__(self, "stiffness", readonly(matrix))
-
-    def __getstate__(self) -> dict:
-        """What makes the group; the matrix is computed again."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @classmethod
     def from_subdomains(

@@ -1,6 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Literal
 
@@ -140,10 +140,6 @@ class RigidPunch(Movable, RigidBodies):
                 "expected a shape for gap on a PeriodicGround, got a flat punch, under which the "
                 "pressure is uniform"
             )
-
-    def __getstate__(self) -> dict:
-        """What makes the punch; matrix and factors, many times larger, are computed again."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
     def _periodic(self) -> bool:

@@ -6,7 +6,7 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -29,7 +29,7 @@ from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, union
 from ..contact.verify import verified
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import FromFields, computed_once
 from ..kernels.progress import progress_bars, timed
 from ..messages import shown
 from ..operators.compliance import Structures
@@ -52,7 +52,7 @@ from .resisted import NO_BALANCE
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Punches(ReadOnly):
+class Punches(FromFields):
     """Rigid and elastic punches on one substrate that act on each other through the ground.
 
     A raft beside the footings of its neighbours, a stiff pier behind a wall that bends. Each body
@@ -109,10 +109,6 @@ class Punches(ReadOnly):
         require_apart(punches, names)
         object.__setattr__(self, "punches", punches)
         object.__setattr__(self, "names", names)
-
-    def __getstate__(self) -> dict:
-        """What makes the group; matrices are computed again."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
     def bodies(self) -> tuple[tuple[int], ...]:

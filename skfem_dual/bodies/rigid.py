@@ -22,7 +22,7 @@ from ..contact.verify import Verification
 from ..contact.work import Work
 from ..elements.slope_correction import SlopeCorrection
 from ..kernels.limits import threads_for_matrix
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import FromFields, computed_once
 from ..solutions.punch_solution import PunchSolution
 from .frame import FramedSystem
 
@@ -34,7 +34,7 @@ COARSE = 1e-3
 PASSES, CLOSE = 6, 1e-6
 
 
-class RigidBodies(ReadOnly, ABC):
+class RigidBodies(FromFields, ABC):
     """What is solved under one set of loads or many: a punch, or several.
 
     Attributes

@@ -20,7 +20,7 @@ from ..arguments import (
 )
 from ..elements.balance import LINE, can_balance
 from ..grids.polygons import readonly
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import FromFields, computed_once
 from ..messages import apart, place, shown
 
 #: points so many distances of heights beyond a grid of them are on its rim
@@ -30,7 +30,7 @@ MICROMETRES = "um", "\u03bcm"
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredProfile(ReadOnly):
+class MeasuredProfile(FromFields):
     """Heights measured at points, linear between them.
 
     Points that fill a rectangular grid are found to do so, in whatever order they come: between
@@ -220,9 +220,6 @@ class MeasuredProfile(ReadOnly):
             return np.where(measured, bilinear(x), np.nan)
 
         return between
-
-    def __getstate__(self) -> dict:
-        return {"x": self.x, "height": self.height, "in_middles": self.in_middles}
 
     def __repr__(self) -> str:
         extent = (f"{part.min():.6g} to {part.max():.6g}" for part in self.x)

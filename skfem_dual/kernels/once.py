@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from copy import copy
+from dataclasses import fields
 from functools import cached_property
 from threading import RLock
 from typing import Any, Self, TypeVar, cast, overload
@@ -65,6 +66,14 @@ class ReadOnly:
         other = object.__new__(type(self))
         other.__dict__.update(cast(dict, self.__getstate__() or {}))
         return other
+
+
+class FromFields(ReadOnly):
+    """Dataclasses of which pickles and copies hold the fields; the rest, many times larger, is
+    computed again."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(cast(Any, self))}
 
 
 def freeze(value: Any) -> None:
