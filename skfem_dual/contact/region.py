@@ -17,7 +17,7 @@ from numpy import ndarray
 from skfem import Mesh, MeshTri
 
 from ..elements.edge_weights import EdgeWeights
-from ..grids.corners import signed_areas
+from ..grids.corners import lone_first, quarters, signed_areas
 from ..grids.evening import evening
 from ..grids.lines import Segments
 from ..grids.mappings import own_mapping
@@ -125,8 +125,7 @@ class ContactRegion(ReadOnly):
         second and third vertex the edge passes, in parts of them.
         """
         t, inside = self.t[:, self._crossed], self._inside[:, self._crossed]
-        alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
-        t = np.take_along_axis(t, (alone + np.arange(3)[:, None]) % 3, axis=0)
+        t = lone_first(t, inside)
         a, b, c = self.level[t]
         return t, a > 0, a / (a - b), a / (a - c)
 
@@ -269,11 +268,9 @@ class PlanTriangles(ReadOnly):
         halves = [signed_areas(p, t[[0, i, i + 1]]) for i in range(1, len(t) - 1)]
         clockwise = np.sum(halves, axis=0) < 0
         if len(t) == 4:
-            middle = p.shape[1] + np.arange(t.shape[1])
             cell = np.append(cell, np.arange(t.shape[1]))
             own = np.append(own, np.ones(t.shape[1], dtype=bool))
-            p = np.hstack([p, p[:, t].mean(axis=1)])
-            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)], dtype=np.int32)
+            p, t = quarters(p, t)
             clockwise = np.tile(clockwise, 4)
         if clockwise.any():
             t = np.where(clockwise, t[[0, 2, 1]], t)

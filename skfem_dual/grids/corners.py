@@ -168,6 +168,20 @@ def signed_areas(p: ndarray, t: ndarray) -> ndarray:
     return (a[0] * b[1] - a[1] * b[0]) / 2
 
 
+def quarters(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray]:
+    """Quadrilaterals as four triangles each around their middles, one side of all after the other:
+    points, to which the middles are added, and triangles."""
+    middle = p.shape[1] + np.arange(t.shape[1])
+    triangles = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)], dtype=np.int32)
+    return np.hstack([p, p[:, t].mean(axis=1)]), triangles
+
+
+def lone_first(t: ndarray, inside: ndarray) -> ndarray:
+    """Triangles turned so that the vertex that is alone inside, or outside, comes first."""
+    alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
+    return np.take_along_axis(t, (alone + np.arange(3)[:, None]) % 3, axis=0)
+
+
 def barycentres(mesh: MeshTri, elements: ndarray | slice = slice(None)) -> ndarray:
     """Barycentre of each triangle, all or some, shape (2, ntriangles)."""
     a, b, c = (mesh.p.take(vertex, axis=1) for vertex in mesh.t[:, elements])

@@ -21,7 +21,7 @@ from skfem import (
 
 from ..arguments import LARGEST, checked_array, checked_number
 from ..contact.region import ContactRegion
-from ..grids.corners import signed_areas
+from ..grids.corners import lone_first, quarters, signed_areas
 from ..grids.fan import Fan
 from ..messages import place, shown
 
@@ -94,10 +94,8 @@ class Field:
         cells = basis.element_dofs[0] if flat else np.arange(t.shape[1])
         values = values[cells] if flat else values[basis.nodal_dofs[0]]
         if len(t) == 4:
-            middle = p.shape[1] + np.arange(t.shape[1])
-            p = np.hstack([p, p[:, t].mean(axis=1)])
             values = np.tile(values, 4) if flat else np.append(values, values[t].mean(axis=0))
-            t = np.hstack([[t[i], t[(i + 1) % 4], middle] for i in range(4)])
+            p, t = quarters(p, t)
             cells = np.tile(cells, 4)
         return cls(p, t, values, cells, flat)
 
@@ -133,10 +131,7 @@ class Field:
         if not inside.any():
             raise ValueError("expected some contact, got a contact region without area")
         kept, crossed = (np.nonzero(x)[0] for x in (inside.all(0), inside.any(0) & ~inside.all(0)))
-        inside, t = inside[:, crossed], self.t[:, crossed]
-        # turned so that one vertex is alone on its side
-        alone = np.argmax(inside == (inside.sum(axis=0) == 1), axis=0)
-        t = np.take_along_axis(t, (alone + np.arange(3)[:, None]) % 3, axis=0)
+        t = lone_first(self.t[:, crossed], inside[:, crossed])
         sides = np.sort([np.tile(t[0], 2), t[1:].ravel()], axis=0)
         n = self.p.shape[1]
         key, first, number = np.unique(
