@@ -27,18 +27,20 @@ from skfem import (
     ElementQuad0,
     ElementQuad1,
     ElementTriArgyris,
+    ElementTriMini,
     ElementTriMorley,
+    ElementTriP2,
     ElementVector,
     LinearForm,
     MeshHex,
     MeshQuad,
     MeshTri,
 )
-from skfem.helpers import dd, ddot
+from skfem.helpers import dd, ddot, div, dot, grad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from skfem.models.poisson import laplace
 
-from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, RigidPunch, trace
+from skfem_dual import DualMesh, ElasticPunch, HalfSpace, Paraboloid, Plate, RigidPunch, trace
 from skfem_dual.elements.load_matrix import load_matrix
 from skfem_dual.errors import ConvergenceWarning
 from skfem_dual.grids import generate
@@ -399,6 +401,48 @@ def test_springs_that_are_taken_for_none_are_no_success(name):
     _, sprung, _, f, _ = on_springs(name, 1e-8, young=1e6)
     with pytest.warns(ConvergenceWarning, match="forces of the structure are off by"):
         assert not sprung.solve(f, unilateral=False).success
+
+
+@pytest.mark.parametrize(
+    ("thickness", "stiffness"), [(0.8, 1e4), *slow((0.5, 1e3), (2.0, 1e3), (2.0, 1e5))]
+)
+def test_a_pile_under_a_raft_of_concrete(thickness, stiffness):
+    """One spring does little work beside that of the entries, and was taken for rounding."""
+    dual = DualMesh.from_mesh(generate.rectangle(8.0, 5.0, n=300))
+    structure = CellBasis(dual.refinement, ElementTriMorley())
+    pile, column = (structure.probes(np.array(x)[:, None]) for x in ((-3.0, 1.5), (0.7, 0.2)))
+    K = Plate(thickness, 30e6, 0.2).stiffness(structure) + stiffness * pile.T @ pile
+    found = ElasticPunch(HalfSpace(30e3, 0.3), dual.basis(), structure, K).solve(
+        column.T @ [1000.0], unilateral=False
+    )
+    assert found.success, found.message
+    borne = stiffness * (pile @ found.displacement)[0]
+    assert found.force + borne == pytest.approx(1000.0, abs=1e-4)
+
+
+def test_bubbles_have_no_place():
+    """scikit-fem gives NaN for it: as if they were anywhere."""
+    cells, _, _, _ = plate_on("triangles", mindlin)
+    structure = CellBasis(cells.mesh, ElementTriP2() * ElementVector(ElementTriMini()), intorder=6)
+    bend = Plate(0.5, 100.0, 0.2)
+
+    @BilinearForm
+    def form(w, turn, v, turned, _):
+        slope = lambda u: (grad(u) + np.swapaxes(grad(u), 0, 1)) / 2  # noqa: E731
+        moments = (1 - bend.poisson) * ddot(slope(turn), slope(turned))
+        moments += bend.poisson * div(turn) * div(turned)
+        return bend.rigidity * moments + 20 * dot(grad(w) - turn, grad(v) - turned)
+
+    K = form.assemble(structure)
+    f = LinearForm(lambda v, turned, w: (2 + w.x[0]) * v).assemble(structure)
+    assert np.isnan(structure.doflocs).any()
+    found = ElasticPunch(SOIL, cells, structure, K).solve(f)
+    structure.doflocs = np.where(np.isnan(structure.doflocs), 0.3, structure.doflocs)
+    placed = ElasticPunch(SOIL, cells, structure, K).solve(f)
+    assert found.success
+    assert found.pressure == pytest.approx(placed.pressure, rel=1e-8)
+    total = f @ structure.project(lambda x: (np.ones_like(x[0]), 0 * x))
+    assert found.force == pytest.approx(total, rel=1e-9)
 
 
 @pytest.mark.parametrize("stiffness", [1e-6, *slow(0.1, 1e-3, 100.0)])

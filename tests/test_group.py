@@ -469,6 +469,27 @@ def test_stiff_frame_joins():
         assert s.settlement == pytest.approx(t.settlement, rel=2e-6)
 
 
+@pytest.mark.parametrize("link", [1e9, 1e11])
+def test_pile_beside_a_stiff_frame(link):
+    """It is as stiff as the ground, and was taken for rounding of the link."""
+    pile = np.zeros((6, 6))
+    pile[3, 3] = 1.0
+    found = framed(column(0, 1, link, 2) + pile).solve(FRAMED, unilateral=False)
+    assert found.success
+    forces = [s.force for s in found.solutions]
+    assert sum(forces) + found.solutions[1].settlement == pytest.approx(3.0, rel=1e-5)
+    least = framed(column(0, 1, 1e6, 2) + pile).solve(FRAMED, unilateral=False)
+    assert forces == pytest.approx([s.force for s in least.solutions], rel=1e-4)
+
+
+def test_springs_lost_beside_a_frame_are_no_success():
+    pile = np.zeros((6, 6))
+    pile[3, 3] = 1.0
+    with pytest.warns(ConvergenceWarning, match="forces on bodies and frame are off by"):
+        found = framed(column(0, 1, 1e14, 2) + pile).solve(FRAMED, unilateral=False)
+    assert not found.success
+
+
 def test_frame_takes_from_the_loaded_one():
     """By hand: two equal footings far apart, a spring k between their settlements."""
     far = 1e3

@@ -349,7 +349,7 @@ class ElasticPunch(Body):
             the ground.
         x : (N,) array of float, optional
             Values of the DOFs that are held, as in scikit-fem's `condense`: only those of ``D``
-            count. Zero by default.
+            count, all are finite. Zero by default.
         unilateral : bool
             Whether the contact region is found: the ground does not pull. If not, all cells stay
             in contact.

@@ -7,7 +7,7 @@ the equations are those of a body that bends, see `ElasticPunch`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,10 @@ from ..operators.yielding import YieldingOperator
 
 #: parts of products that are rounding
 ROUNDING = 1e-13
+#: forces that are off by more, over the largest, are no equilibrium
+EQUILIBRIUM = 1e-6
+#: parts of the sum of all products, as if none cancelled, that may be rounding of positions
+NOISE = 8 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +132,26 @@ class FramedSystem:
         system, constraints = self._together
         free = np.linalg.lstsq(self.constraints.motions, position - self.constraints.fixed)[0]
         whole = np.linalg.lstsq(self._compliance[1], free - self._yielded(contact))[0]
-        return Verification(system, constraints, how, rtol=rtol)(contact, whole)
+        contact = Verification(system, constraints, how, rtol=rtol)(contact, whole)
+        lost = self._unbalanced(contact.pressure, free)
+        if contact.success and not lost <= EQUILIBRIUM:
+            message = (
+                f"the equations do not hold: forces on bodies and frame are off by {lost:.1e} of "
+                "the largest; likely cause: a frame of very different stiffnesses together"
+            )
+            contact = replace(contact, success=False, message=message)
+        return contact
+
+    def _unbalanced(self, pressure: ndarray, free: ndarray) -> float:
+        """Forces on the free motions that are not balanced, more than by rounding, over the
+        largest."""
+        motions = self.constraints.motions
+        frame, pressed = motions.T @ self.constraints.frame @ motions, self._resultants @ pressure
+        unit = 1 / np.abs(self._planes).max(axis=1)  # of motions by one somewhere
+        rounding = NOISE * (np.abs(frame) @ np.abs(free))
+        left = np.abs(self._forces - pressed - frame @ free) - rounding
+        largest = max(np.abs(unit * self._forces).max(), np.abs(unit * pressed).max())
+        return float((unit * left).max().clip(0.0) / largest) if largest > 0 else 0.0
 
     def _yielded(self, contact: Contact) -> ndarray:
         """Free motions under loads and pressures, but for motions of the whole."""

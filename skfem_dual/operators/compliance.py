@@ -32,6 +32,11 @@ NULL = 1e-9
 NOISE, EPS = 16, float(np.finfo(float).eps)
 #: shapes on which the stiffness does less work, over that of its entries, are rigid motions
 RIGID = 1e-8
+#: and up to so many times the largest of a small matrix without places, as of a frame, which is
+#: decomposed to rounding
+SMALL = 1e-12
+#: shapes are motions that the factors found, if so much of them is in their span
+SAME = 1 - 1e-6
 #: pivots, of a matrix with a diagonal of ones, below which it is singular
 SINGULAR = 1e-10
 #: entries may differ from those of the transpose by so many times the diagonal
@@ -49,7 +54,8 @@ class Compliance:
     fixed : (k,) array of int
         DOFs that are held.
     places : (dim, N) array of float, optional
-        Where the DOFs are: those of one node, in the same place, are eliminated together.
+        Where the DOFs are: those of one node, in the same place, are eliminated together. NaN of
+        bubbles, as in scikit-fem.
     kinds : (N,) array of int, optional
         Which value or derivative there each DOF is, from 0.
 
@@ -102,7 +108,10 @@ class Compliance:
         n = len(self._free)
         node = np.arange(n)
         if self.places is not None:
-            node = np.unique(self.places[:, self._free], axis=1, return_inverse=True)[1].reshape(n)
+            x = self.places[:, self._free]
+            placed = np.nonzero(np.isfinite(x).all(axis=0))[0]  # others, as bubbles, are alone
+            found = np.unique(x[:, placed], axis=1, return_inverse=True)[1].reshape(len(placed))
+            node[placed] = n + found
         return _Split.from_matrix(self._scaled[0], node, self._rounding)
 
     @computed_once
@@ -119,6 +128,9 @@ class Compliance:
         if null.shape[1]:
             # factors tell them to the digits that the softest bending leaves, shapes to all
             known = self._known(self._rounding if np.isfinite(self._rounding) else 0.0)
+            # not those that springs resist: work of a few is little beside that of all entries
+            span = np.linalg.qr(null)[0]
+            known = known[:, np.linalg.norm(span.T @ known, axis=0) > SAME]
             others = np.linalg.svd(null - known @ (known.T @ null), full_matrices=False)[0]
             null = np.hstack([known, others])[:, : null.shape[1]]
         out = np.zeros((self.stiffness.shape[0], null.shape[1]))
@@ -141,6 +153,8 @@ class Compliance:
     def _rounding(self) -> float:
         """Work of the stiffness that is none, over that of its entries: of rigid motions of the
         whole, held DOFs too; any if shapes tell no such motion."""
+        if self.places is None:
+            return SMALL
         d = self.stiffness.diagonal()
         some = np.nonzero(d > 0)[0]
         root = np.sqrt(d[some])
@@ -152,12 +166,15 @@ class Compliance:
     @property
     def _shapes(self) -> ndarray:
         """Displacements in which DOFs of one kind are one or a coordinate and all others zero,
-        (N, k). Rigid motions are sums of such, where derivatives are along the axes."""
+        (N, k). Rigid motions are sums of such, where derivatives are along the axes, without
+        DOFs that have no place, as bubbles."""
         if self.places is None or self.kinds is None:
             return np.empty((self.stiffness.shape[0], 0))
-        x = self.places - self.places.mean(axis=1, keepdims=True)
-        linear = np.vstack([np.ones(x.shape[1]), x / max(np.abs(x).max(), EPS)])
-        return np.vstack([linear * (self.kinds == kind) for kind in np.unique(self.kinds)]).T
+        placed = np.isfinite(self.places).all(axis=0)
+        x = self.places - self.places[:, placed].mean(axis=1, keepdims=True)
+        x = np.where(placed, x / max(np.abs(x[:, placed]).max(), EPS), 0.0)
+        linear, kinds = np.vstack([placed, x]), np.unique(self.kinds[placed])
+        return np.vstack([linear * (self.kinds == kind) for kind in kinds]).T
 
     def displacements(self, loads: ndarray) -> ndarray:
         """Displacements under loads of shape (N,) or (N, k), zero where the structure is held.
