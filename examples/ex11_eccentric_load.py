@@ -111,9 +111,9 @@ def visualize(result: Result):
     for name in sorted(result.solutions, key=lambda k: result.solutions[k].contact_area):
         ax = pictures[re.sub(r"\W+", "_", name)] = sheet(3.5)
         s = result.solutions[name]
+        ax.plot(*s.centre_of_pressure, "+", color=OUTLINE, ms=13, mew=2.5)
         isobars(s, levels=levels, ax=ax)
         without_axes(ax, name)
-        ax.plot(*s.centre_of_pressure, "+", color=OUTLINE, ms=13, mew=2.5)
     return pictures | {"contact_edge": draw_edge(result), "deviation": draw_deviation(result)}
 
 

@@ -112,8 +112,8 @@ def draw_isobars(name: str, punch: Punch):
     from skfem_dual.visuals.style import OUTLINE
 
     ax = sheet(3.6)
-    isobars(punch.solutions["edge-weighted"], levels=LEVELS[name], ax=ax)
     ax.plot(0, 0, "+", color=OUTLINE, ms=13, mew=2.5)
+    isobars(punch.solutions["edge-weighted"], levels=LEVELS[name], ax=ax)
     ax.set_axis_off()
     return ax
 

@@ -83,8 +83,8 @@ def visualize(result: Result):
     ax, s = sheet(3.6), result.finest
     basis, p = s.pressure_field(refine=2)
     levels = [50, 100, 150, 200, 250, 300, 400, 600]
-    isobars(basis, p / 1e3, levels, title="p [kPa]", contact=s.contact_region, ax=ax)
     ax.plot(*AT, "+", color=INK, ms=13, mew=2.5)
+    isobars(basis, p / 1e3, levels, title="p [kPa]", contact=s.contact_region, ax=ax)
     middle = OUTLINE.mean(axis=1)
     for x, w in zip(OUTLINE.T, 1e3 * s.punch_displacement(OUTLINE), strict=True):
         side = np.sign(x - middle)

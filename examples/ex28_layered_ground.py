@@ -123,8 +123,8 @@ def visualize(result: Result):
     levels = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0]
     for i, (name, s) in enumerate(result.rectangles.items()):
         ax = pictures[f"isobars_{i}"] = sheet(3.2)
-        isobars(s, levels=levels, ax=ax)
         ax.plot(*AT, "+", color=OUTLINE, ms=11, mew=2.2)
+        isobars(s, levels=levels, ax=ax)
         without_axes(ax, f"{name}: {1e3 * s.settlement:.1f} mm")
     return pictures
 

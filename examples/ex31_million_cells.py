@@ -214,8 +214,8 @@ def draw_circle(result: Result):
     mesh = MeshTri(np.ascontiguousarray(result.meshes[-1].p[:, :some]), drawn.t)
     levels = [0.4, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0, 3.0]
     ax, p = sheet(3.6), np.pi * result.pressure[:some]
-    isobars(CellBasis(mesh, ElementTriP1()), p, levels, title="p / mean p", ax=ax)
     ax.plot(ECCENTRICITY, 0, "+", color=OUTLINE, ms=13, mew=2.5)
+    isobars(CellBasis(mesh, ElementTriP1()), p, levels, title="p / mean p", ax=ax)
     without_axes(ax, f"{result.rows[-1].cells} cells")
     return ax
 

@@ -43,8 +43,9 @@ from skfem_dual import (
 )
 from skfem_dual.bodies.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
-from skfem_dual.contact.shapes import Paraboloid
+from skfem_dual.contact.shapes import Paraboloid, Sphere
 from skfem_dual.grids.corners import signed_areas
+from skfem_dual.grids.generate import disc as fine_disc
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
@@ -339,11 +340,11 @@ def test_lines_without_room_have_no_label():
 
 def test_smooth_lines_stay_where_they_are():
     angle = np.sort(np.random.default_rng(0).uniform(0, np.pi, 60))
-    noise = 0.003 * np.random.default_rng(1).normal(size=60)
+    noise = 0.0015 * np.random.default_rng(1).normal(size=60)
     rough = (1 + noise) * np.array([np.cos(angle), np.sin(angle)])
     found = smooth_line(rough)
     assert found[:, [0, -1]] == pytest.approx(rough[:, [0, -1]], abs=1e-3)
-    assert np.abs(np.hypot(*found) - 1).max() < 0.01
+    assert np.abs(np.hypot(*found) - 1).max() < 0.004
     turns = [np.abs(np.diff(np.unwrap(np.arctan2(*np.diff(x))))).max() for x in (rough, found)]
     assert turns[1] < 0.2 * turns[0]
     assert np.array_equal(smooth_line(rough[:, :4]), rough[:, :4])
@@ -627,6 +628,47 @@ def test_ticks_of_both_axes_have_one_step():
     assert not np.signbit(strip[0][0])
     site = plan_ticks(np.array([451200.0, 5411900.0]), np.array([451212.0, 5411908.0]))
     assert site[1] == pytest.approx(5411900.0 + np.arange(0, 9, 2), abs=1e-6)
+    small = plan_ticks(np.array([456788.62, 5412345.07]), np.array([456789.62, 5412346.27]))
+    assert small[1] == pytest.approx(5412345.2 + 0.2 * np.arange(6), abs=1e-8)
+
+
+def test_long_numbers_have_room():
+    """pyvista leaves out texts that would leave the window."""
+    mesh = rectangle(1.0, 1.2, n=30)
+    here, there = (
+        with_pyvista.draw(DualMesh.from_mesh(mesh.translated(at))).window_size
+        for at in ((0.0, 0.0), (456789.12, 15412345.67))
+    )
+    assert there[0] > here[0]
+    assert there[1] == here[1]
+
+
+@pytest.mark.parametrize(
+    ("clim", "ends"),
+    [((0.0, 1.0), {0.0: "< 0", 1.0: "> 1"}), ((0.0, 0.5005), {0.5005: "> 0.5005"})],
+)
+def test_bars_keep_the_numbers_at_their_ends(clim, ends):
+    basis = DualMesh.from_mesh(fine_disc(n=20)).basis()
+    plotter = with_pyvista.plot(basis, np.linspace(-1, 2, basis.N), clim=clim)
+    (bar,) = plotter.scalar_bars.values()
+    table = bar.GetLookupTable()
+    found = {
+        table.GetAnnotatedValue(i).ToDouble(): str(table.GetAnnotation(i))
+        for i in range(table.GetNumberOfAnnotatedValues())
+    }
+    assert ends.items() <= found.items()
+
+
+def test_the_edge_of_contact_is_drawn_as_near_as_it_is_found():
+    """Under a sphere it is a circle."""
+    radius, a = 20.0, 0.6487
+    dual = DualMesh.from_mesh(fine_disc(n=300))
+    solution = RigidPunch(HalfSpace(1.0, 0.0), dual.basis(), gap=Sphere(radius)).solve(
+        4 / 3 * a**3 / radius
+    )
+    (line,) = solution.contact_region.edge
+    found, drawn = (np.abs(np.hypot(*x) - a).max() for x in (line, smooth_line(line)))
+    assert drawn < 1.2 * found
 
 
 def test_the_outline_has_no_gaps():

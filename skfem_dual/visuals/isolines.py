@@ -15,7 +15,7 @@ WIDTH, PAD, HEIGHT = 0.66, 0.5, 1.3
 LONG = 7.0
 NO_MARKS = np.empty((2, 0))
 #: mean distance of a smooth edge of contact from the points found, in segments between them
-KINK = 0.1
+KINK = 0.03
 
 
 def isoline(field: Field, level: float) -> tuple[ndarray, ndarray]:
@@ -124,7 +124,7 @@ def smooth_line(line: ndarray) -> ndarray:
     Returns
     -------
     (2, n) array of float
-        A smoothing spline, about a tenth of a segment from the points, with the same ends.
+        A smoothing spline, some hundredths of a segment from the points, with the same ends.
     """
     from scipy.interpolate import splev, splprep  # takes long
 

@@ -57,6 +57,8 @@ if TYPE_CHECKING:
 
 __all__ = ["deformed", "draw", "isobars", "plot"]
 
+#: numbers nearer to an end of a bar with a number, over its height, are left out
+CLOSE = 0.04
 UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
 
@@ -182,8 +184,12 @@ def plot(
     (drawn.cell_data if field.flat else drawn.point_data)["values"] = pressed.values
     ticks = round_ticks(low, high)
     marks = dict(zip(ticks.tolist(), short_numbers(ticks, exponent)))
-    marks |= {low: "<"} if below else {}
-    marks |= {high: ">"} if beyond else {}
+    for end, sign, passed in ((low, "<", below), (high, ">", beyond)):
+        if passed:
+            marks = {
+                at: text for at, text in marks.items() if abs(at - end) > CLOSE * (high - low)
+            }
+            marks[end] = f"{sign} {end / 10.0**exponent:.4g}"
     colored = plotter.add_mesh(
         drawn, scalars="values", clim=(low, high), cmap=cmap, annotations=marks, **UNLIT
     )

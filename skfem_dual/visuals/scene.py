@@ -15,10 +15,10 @@ from .style import OUTLINE
 if TYPE_CHECKING:
     import pyvista
 
-#: pixels of the greater extent of the plan, and of the margins left, below and above it
+#: pixels of the greater extent of the plan, and of the margins left, at least, below and above it
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
-#: size of texts in pixels
-LETTER = 16
+#: size of texts in pixels, and how wide a digit of them and what stands beside numbers are
+LETTER, DIGIT, BESIDE = 16, 9, 34
 #: ticks along the longer side of a plan
 MOST = 7
 #: finer pixels along one that is seen, over which lines are as wide as they are said to be
@@ -91,9 +91,8 @@ def add_texts(plotter: Any, p: ndarray, texts: list[str], **options: Any) -> Non
 
 def plan_ticks(low: ndarray, high: ndarray) -> list[ndarray]:
     """Round numbers along x and along y of a plan, in equal steps on both."""
-    longer = int(np.argmax(high - low))
-    steps = np.diff(round_ticks(low[longer], high[longer], MOST))
-    step = steps[0] if len(steps) else (high - low)[longer]
+    # far from the origin differences of ticks are not round
+    step = round_ticks(0.0, float((high - low).max()), MOST)[1]
     found = []
     for a, b in zip(low, high, strict=True):
         ticks = np.arange(np.ceil(a / step - 1e-9), np.floor(b / step + 1e-9) + 1)
@@ -107,13 +106,15 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
     unit = (high - low).max() / PLAN
     # a narrow plan has room above it for the scalar bar, below it for its ticks
     room = np.maximum((high - low) / unit, PLAN / 3)
-    width, height = room + np.array([LEFT + right, ABOVE + BELOW])
+    marked = plan_ticks(low + origin[:, 0], high + origin[:, 0])
+    numbers = [short_numbers(ticks, 0) for ticks in marked]
+    left = max(LEFT, BESIDE + DIGIT * max(map(len, numbers[1])))
+    width, height = room + np.array([left + right, ABOVE + BELOW])
     plotter.window_size = [round(width), round(height)]
-    x, y = (low + high) / 2 + unit / 2 * np.array([right - LEFT, ABOVE - BELOW])
+    x, y = (low + high) / 2 + unit / 2 * np.array([right - left, ABOVE - BELOW])
     plotter.camera_position = [(x, y, PLAN * unit), (x, y, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
     plotter.camera.parallel_scale = height * unit / 2
-    marked = plan_ticks(low + origin[:, 0], high + origin[:, 0])
     for axis, horizontal, vertical in ((0, "center", "top"), (1, "right", "center")):
         shift, ticks = origin[axis, 0], marked[axis]
         ends = np.tile(low[:, None, None], (1, len(ticks), 2))
@@ -124,7 +125,7 @@ def view(plotter: Any, p: ndarray, origin: ndarray, right: int = 40) -> Any:
         add_texts(
             plotter,
             ends[..., 1],
-            short_numbers(ticks, 0),
+            numbers[axis],
             justification_horizontal=horizontal,
             justification_vertical=vertical,
         )
