@@ -345,7 +345,7 @@ def limit(ax, value: float, name: str, right: bool = False) -> None:
     """What is approached for very soft rafts, or for very stiff ones."""
     ax.axhline(value, color=OUTLINE, lw=1, ls=":")
     low, high = ax.get_xlim()
-    place = {"x": high, "ha": "right"} if right else {"x": low}
+    place = {"x": high, "ha": "right"} if right else {"x": 1.3 * low}
     ax.text(y=value, s=name, va="bottom", fontsize=11, **place)
 
 
