@@ -38,7 +38,7 @@ from skfem_dual.grids.surroundings import surroundings
 from skfem_dual.io import write_structure
 from skfem_dual.io.structures import KINDS
 from skfem_dual.report import figures, report_html, write_report
-from skfem_dual.report.numbers import Plan
+from skfem_dual.report.numbers import LoadedPlan
 from skfem_dual.visuals.matplotlib import isobars
 from skfem_dual.visuals.pyvista import deformed
 from skfem_dual.visuals.relief import Relief
@@ -334,7 +334,7 @@ def test_isobars_and_notebooks(raft):
 
 
 def test_report(raft, tmp_path, request):
-    assert figures.deflection_picture(raft, Plan(raft)).uri
+    assert figures.deflection_picture(raft, LoadedPlan(raft)).uri
     request.getfixturevalue("undrawn")
     path = tmp_path / "raft.html"
     write_report(path, raft, title="Raft 3", mesh_name="raft.msh")

@@ -22,7 +22,7 @@ from .checks import (
 from .depth import depth_of_footing
 from .footing import Between, Footing
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, signs_of_moments
-from .numbers import Plan, Standing
+from .numbers import LoadedPlan, Standing
 from .page import (
     DASH,
     NONE,
@@ -148,7 +148,7 @@ def _cautions(body: Body) -> list[Html]:
         if solution is None or not ok:
             continue
         if isinstance(solution, ElasticSolution):
-            plan = Plan(solution, body.details.units)
+            plan = LoadedPlan(solution, body.details.units)
             cautions = cautions_of_structure(solution, plan)
         else:
             plan = Standing(solution, body.details.units)
@@ -367,7 +367,7 @@ def _balance(bodies: Sequence[Body]) -> Html:
             if solution is None:
                 continue
             if isinstance(solution, ElasticSolution):
-                plan, imposed = Plan(solution, units), imposed_on(solution)
+                plan, imposed = LoadedPlan(solution, units), imposed_on(solution)
             else:
                 plan = standing = Standing(solution, units)
                 imposed = standing.imposed

@@ -13,7 +13,7 @@ from ..plans.search import Accuracy
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
 from ..units import Units
-from .numbers import Plan, Standing
+from .numbers import LoadedPlan, Standing
 from .page import (
     DASH,
     NONE,
@@ -40,7 +40,7 @@ ROUNDING = 1e-12
 
 
 def notices(
-    plan: Plan, what: str, cautions: Iterable[tuple[Any, ...]], remarks: Sequence[str]
+    plan: LoadedPlan, what: str, cautions: Iterable[tuple[Any, ...]], remarks: Sequence[str]
 ) -> Html:
     """What a reader must know before the results: whether ``what`` was sought is not found, what
     the ground cannot do, other cautions in parts, and remarks."""
@@ -53,7 +53,7 @@ def notices(
     return joined([*shown, *(notice("caution", "Caution", *c) for c in (*cautions, *told))])
 
 
-def pulled(plan: Plan) -> Iterator[tuple[Any, ...]]:
+def pulled(plan: LoadedPlan) -> Iterator[tuple[Any, ...]]:
     """What the ground cannot do, in parts of a sentence."""
     if plan.pulled_area > 0:
         share = percent(plan.pulled_area / plan.plan_area)

@@ -15,7 +15,7 @@ from ..ground.substrates import Substrate
 from ..io import CaseRow
 from ..solutions.pressures import CellPressures
 from .bodies import Body, between
-from .depth import below, governing
+from .depth import below, governing_solution
 from .details import Details
 from .footing import Footing
 from .structure import imposed_on
@@ -138,7 +138,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
             "accuracy": None if footing.accuracy is None else asdict(footing.accuracy),
             "cases": [_case(footing, k) for k in range(len(cases))],
             "error": _error(footing),
-            "stress_profile": _profile(footing, governing(footing)),
+            "stress_profile": _profile(footing, governing_solution(footing)),
         }
     )
 

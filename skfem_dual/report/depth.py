@@ -61,7 +61,7 @@ class Below(NamedTuple):
     bottom: float
 
 
-def governing(footing: Footing) -> CellPressures | None:
+def governing_solution(footing: Footing) -> CellPressures | None:
     """The solution of the governing case, if there is one."""
     return footing.cases.solutions[footing.governing]
 
@@ -99,7 +99,7 @@ def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
 def depth_of_footing(footing: Footing) -> Html:
     """In its governing case."""
     case = footing.cases.names[footing.governing]
-    return depth_section(governing(footing), footing.details, footing.name, case)
+    return depth_section(governing_solution(footing), footing.details, footing.name, case)
 
 
 def depth_section(

@@ -28,7 +28,7 @@ from ..visuals.matplotlib import draw, isobars, plot_kern, plot_profile
 from ..visuals.offscreen import one_at_a_time
 from ..visuals.style import CONTACT, OUTLINE
 from ..visuals.subject import pressure_scale
-from .numbers import Plan, Standing
+from .numbers import LoadedPlan, Standing
 from .page import Picture
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ AROUND, NEAR = 32, 1e-3
 LEVELS = 9
 
 
-def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
+def mesh_picture(solution: CellPressures, plan: LoadedPlan) -> Picture:
     """The mesh and its dual grid, if it has one."""
     mesh = nodal_mesh(solution.punch.basis)
     grid = mesh if plan.dual is None else plan.dual
@@ -64,7 +64,7 @@ def mesh_picture(solution: CellPressures, plan: Plan) -> Picture:
     return _embedded(drawn, mesh.p, vector=4 * mesh.nelements <= LINES)
 
 
-def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
+def isobar_picture(solution: CellPressures, plan: LoadedPlan) -> tuple[Picture, str]:
     """Isobars with the edge of contact and the point of the resultant, and their quantity.
 
     Raises
@@ -89,7 +89,7 @@ def isobar_picture(solution: CellPressures, plan: Plan) -> tuple[Picture, str]:
     return _embedded(drawn, mesh.p, bar=1.1, vector=vector), quantity
 
 
-def deflection_picture(solution: ElasticSolution, plan: Plan) -> Picture:
+def deflection_picture(solution: ElasticSolution, plan: LoadedPlan) -> Picture:
     """Lines of equal deflection of the base, with the edge of contact.
 
     Raises
@@ -155,7 +155,7 @@ def off_the_plan(standing: Standing) -> ndarray:
     return out / np.maximum(np.hypot(*out), 1e-9)
 
 
-def _name_axes(ax: Axes, plan: Plan) -> None:
+def _name_axes(ax: Axes, plan: LoadedPlan) -> None:
     """Names and unit of the coordinates, where that is known."""
     if plan.units.named:
         unit = plan.units.length.symbol
@@ -186,7 +186,7 @@ def profile_picture(profile: Profile, units: Units) -> Picture:
     return picture
 
 
-def _mark_force(ax: Axes, plan: Plan) -> None:
+def _mark_force(ax: Axes, plan: LoadedPlan) -> None:
     """The point of the resultant, unless that is far from the plan."""
     point = plan.force_point
     if point is None:

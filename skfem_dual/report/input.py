@@ -15,7 +15,7 @@ from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
 from .figures import mesh_picture
-from .numbers import Plan, Standing
+from .numbers import LoadedPlan, Standing
 from .page import (
     DASH,
     NONE,
@@ -69,7 +69,7 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
     )
 
 
-def mesh_figure(solution: CellPressures, plan: Plan) -> Html:
+def mesh_figure(solution: CellPressures, plan: LoadedPlan) -> Html:
     """The mesh and its dual grid, if it has one."""
     caption = "Mesh of the plan" + (" and its dual grid." if plan.dual is not None else ".")
     return figure(mesh_picture(solution, plan), "The mesh of the plan and its dual grid", caption)
@@ -85,7 +85,7 @@ def said_of(units: Units) -> str:
     )
 
 
-def extent_rows(plan: Plan) -> list[tuple]:
+def extent_rows(plan: LoadedPlan) -> list[tuple]:
     """Where the plan lies."""
     low, high, size = plan.hull.min(axis=1), plan.hull.max(axis=1), plan.size
     length, area = symbol(plan.units.length), symbol(plan.units.area)

@@ -120,7 +120,7 @@ def reach(polygon: ndarray, centre: ndarray, x: ndarray) -> ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class LoadedPlan:
     """The plan of a body and the resultant on it.
 
     All coordinates are those of the mesh.
@@ -206,7 +206,7 @@ class Plan:
 
 
 @dataclass(frozen=True, eq=False)
-class Standing(Plan):
+class Standing(LoadedPlan):
     """How a punch stands: its plan, where the resultant acts, and how far that is from trouble.
 
     All coordinates are those of the mesh.

@@ -11,7 +11,7 @@ from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
 from .figures import isobar_picture, plan_picture
-from .numbers import Plan, Standing
+from .numbers import LoadedPlan, Standing
 from .page import (
     NONE,
     Html,
@@ -91,7 +91,7 @@ def position_section(solution: PunchSolution, standing: Standing) -> Html:
     )
 
 
-def point_names(plan: Plan) -> list[str]:
+def point_names(plan: LoadedPlan) -> list[str]:
     """A, B, C and so on, after Z a second A1, for the characteristic points; P1 is one wanted."""
     letters = ascii_uppercase.replace("P", "")
     return [
@@ -115,12 +115,12 @@ def read(value: float, unit: Unit) -> Html:
     return joined([amount(value, unit), symbol(unit)], " ") if named else amount(value, unit)
 
 
-def value_at(value: float, x: ndarray, plan: Plan) -> Html:
+def value_at(value: float, x: ndarray, plan: LoadedPlan) -> Html:
     """A settlement and its place."""
     return joined([amount(value, plan.units.displacement), " at ", place(x, plan.size)])
 
 
-def in_words(plan: Plan) -> str:
+def in_words(plan: LoadedPlan) -> str:
     """The contact as engineers say it."""
     if plan.pulled_area > 0:
         return "whole base held down: the ground pulls"
@@ -134,7 +134,7 @@ def _slope(slope: float, standing: Standing) -> Html:
     return joined([tilted, one_to(slope, standing.is_level(slope))], "<br>")
 
 
-def pressure_section(solution: CellPressures, plan: Plan) -> Html:
+def pressure_section(solution: CellPressures, plan: LoadedPlan) -> Html:
     """Contact and pressures, with isobars."""
     punch, p = solution.punch, solution.pressure
     most, least = int(np.argmax(p)), int(np.argmin(p))
@@ -179,7 +179,7 @@ def pressure_section(solution: CellPressures, plan: Plan) -> Html:
     )
 
 
-def isobars_figure(solution: CellPressures, plan: Plan, why: str = "") -> Html:
+def isobars_figure(solution: CellPressures, plan: LoadedPlan, why: str = "") -> Html:
     """Isobars, or why there are none; ``why`` begins the caption."""
     try:
         picture, quantity = isobar_picture(solution, plan)

@@ -19,7 +19,7 @@ from .details import Details
 from .figures import deflection_picture
 from .footing import edge_of, require_points_on
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, shape_of
-from .numbers import Plan
+from .numbers import LoadedPlan
 from .page import (
     NONE,
     Html,
@@ -58,7 +58,7 @@ def structure_sections(
     solution: ElasticSolution, mesh_name: str, details: Details, version: str
 ) -> list[Html]:
     """All of a report but its head."""
-    plan = Plan(solution, details.units)
+    plan = LoadedPlan(solution, details.units)
     footprint, plate = solution.footprint, details.plates.get("")
     borne = Borne("load", solution.mean_pressure, bearing_pressure(solution))
     return [
@@ -75,7 +75,7 @@ def structure_sections(
     ]
 
 
-def deflections_on(solution: ElasticSolution, plan: Plan) -> tuple[ndarray, ndarray]:
+def deflections_on(solution: ElasticSolution, plan: LoadedPlan) -> tuple[ndarray, ndarray]:
     """Collocation points and vertices of the cells, (2, m), and deflections there, (m,)."""
     punch, partition = solution.punch, solution.punch.partition
     x, ends = partition.polygons.p.copy(), np.unique(partition.facets[:, partition.f2c[1] < 0])
@@ -84,7 +84,7 @@ def deflections_on(solution: ElasticSolution, plan: Plan) -> tuple[ndarray, ndar
     return np.hstack([punch.collocation_points, x]), w
 
 
-def largest_gap(solution: ElasticSolution, plan: Plan) -> float:
+def largest_gap(solution: ElasticSolution, plan: LoadedPlan) -> float:
     """Of the collocation points and, under a flat base that lifts off, the corners and extremes of
     the plan."""
     largest = float(solution.gap.max())
@@ -94,7 +94,7 @@ def largest_gap(solution: ElasticSolution, plan: Plan) -> float:
     return max(largest, float(np.max(solution.ground_displacement(x) - solution.deflection(x))))
 
 
-def cautions_of(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ...]]:
+def cautions_of(solution: ElasticSolution, plan: LoadedPlan) -> Iterator[tuple[Any, ...]]:
     """What does not look right, in parts of sentences."""
     deepest = np.abs(deflections_on(solution, plan)[1]).max() / plan.size
     if deepest > DEFORMED:
@@ -106,7 +106,7 @@ def cautions_of(solution: ElasticSolution, plan: Plan) -> Iterator[tuple[Any, ..
         yield ("The structure is not in equilibrium, see the check.",)
 
 
-def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
+def _in_short(solution: ElasticSolution, plan: LoadedPlan) -> Html:
     _, w = deflections_on(solution, plan)
     return short_list(
         [
@@ -120,7 +120,7 @@ def _in_short(solution: ElasticSolution, plan: Plan) -> Html:
 
 
 def input_rows(
-    solution: ElasticSolution, plan: Plan, mesh_name: str, plate: Plate | None
+    solution: ElasticSolution, plan: LoadedPlan, mesh_name: str, plate: Plate | None
 ) -> list[tuple]:
     """What the structure and its plan are."""
     punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
@@ -165,7 +165,7 @@ def moments_section(
     ]
     rows = []
     for case, solution in cases.items():
-        mesh, size = solution.punch.structure.mesh, Plan(solution, units).size
+        mesh, size = solution.punch.structure.mesh, LoadedPlan(solution, units).size
         middles = mesh.p[:, mesh.t].mean(axis=1)
         for name, m in zip(("mx", "my", "mxy"), plate.moments(solution), strict=True):
             ends = int(np.argmin(m)), int(np.argmax(m))
@@ -183,7 +183,9 @@ def moments_section(
     )
 
 
-def _input(solution: ElasticSolution, plan: Plan, mesh_name: str, plate: Plate | None) -> Html:
+def _input(
+    solution: ElasticSolution, plan: LoadedPlan, mesh_name: str, plate: Plate | None
+) -> Html:
     return section(
         "Input",
         table(input_rows(solution, plan, mesh_name, plate), ("Structure and plan", "", "Unit")),
@@ -197,7 +199,7 @@ def _input(solution: ElasticSolution, plan: Plan, mesh_name: str, plate: Plate |
     )
 
 
-def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html:
+def _deflections(solution: ElasticSolution, plan: LoadedPlan, wanted: ndarray) -> Html:
     """Of the base, its corners and extremes, and points that are wanted."""
     require_points_on([solution.footprint], wanted)
     (at, w), unit = deflections_on(solution, plan), plan.units.displacement
@@ -247,7 +249,7 @@ def _deflections(solution: ElasticSolution, plan: Plan, wanted: ndarray) -> Html
     )
 
 
-def deflection_figure(solution: ElasticSolution, plan: Plan, why: str = "") -> Html:
+def deflection_figure(solution: ElasticSolution, plan: LoadedPlan, why: str = "") -> Html:
     """Lines of equal deflection, or why there are none; ``why`` begins the caption."""
     try:
         picture = deflection_picture(solution, plan)
@@ -257,7 +259,7 @@ def deflection_figure(solution: ElasticSolution, plan: Plan, why: str = "") -> H
     return figure(picture, caption, f"{why}{caption}.")
 
 
-def a_little_inside(plan: Plan, x: ndarray) -> ndarray:
+def a_little_inside(plan: LoadedPlan, x: ndarray) -> ndarray:
     """Points of the plan, those of the edge where neither rounding nor facets in place of arcs
     leave them outside."""
     footprint = plan.solution.punch.footprint
@@ -286,7 +288,7 @@ def imposed_on(solution: ElasticSolution) -> ndarray:
     return np.where(left, np.nan, solution.f @ punch.motions @ rigid)
 
 
-def _balance(solution: ElasticSolution, plan: Plan) -> Html:
+def _balance(solution: ElasticSolution, plan: LoadedPlan) -> Html:
     """Forces of the ground and of what holds the structure, and what is left."""
     held = solution.punch.compliance.fixed
     rows: list[tuple] = [

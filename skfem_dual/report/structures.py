@@ -18,7 +18,7 @@ from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
 from .footing import UnderCases
 from .input import mesh_figure
-from .numbers import Plan
+from .numbers import LoadedPlan
 from .page import (
     DASH,
     NONE,
@@ -98,9 +98,9 @@ class Structure(UnderCases):
         return np.array([solution.deflection(inside) for solution in self.solutions])
 
     @cached_property
-    def standings(self) -> list[Plan]:
+    def standings(self) -> list[LoadedPlan]:
         """With the resultant of each case."""
-        return [Plan(solution, self.details.units) for solution in self.cases.values()]
+        return [LoadedPlan(solution, self.details.units) for solution in self.cases.values()]
 
     @cached_property
     def success(self) -> ndarray:
@@ -188,7 +188,7 @@ class Structure(UnderCases):
         return [dict(zip(columns, row, strict=True)) for row in values]
 
     @property
-    def standing(self) -> Plan:
+    def standing(self) -> LoadedPlan:
         """Plan and resultant of the governing case."""
         return self.standings[self.governing]
 
