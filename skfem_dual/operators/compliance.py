@@ -36,7 +36,7 @@ RIGID = 1e-8
 #: decomposed to rounding
 SMALL = 1e-12
 #: shapes are motions that the factors found, if so much of them is in their span
-SAME = 1 - 1e-6
+SAME = 0.999
 #: pivots, of a matrix with a diagonal of ones, below which it is singular
 SINGULAR = 1e-10
 #: entries may differ from those of the transpose by so many times the diagonal
