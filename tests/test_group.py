@@ -513,6 +513,11 @@ def test_imposed_settlement_under_a_frame():
     assert left.tilt == pytest.approx([0, 0])
     taken = 0.5 * (right.settlement - left.settlement)
     assert right.force + taken == pytest.approx(0.5, abs=1e-10)
+    # with nothing left to move the frame bears what its stiffness says
+    imposed = [{"settlement": w, "tilt": (0, 0)} for w in (1.0, 1.5)]
+    held = framed(column(0, 1, 0.5, 2)).solve(imposed)
+    assert held.success
+    assert held.frame_forces[:, 0] == pytest.approx([-0.25, 0.25])
 
 
 def test_frame_without_a_matrix(monkeypatch):

@@ -150,8 +150,8 @@ class FramedSystem:
         unit = 1 / np.abs(self._planes).max(axis=1)  # of motions by one somewhere
         rounding = NOISE * (np.abs(frame) @ np.abs(free))
         left = np.abs(self._forces - pressed - frame @ free) - rounding
-        largest = max(np.abs(unit * self._forces).max(), np.abs(unit * pressed).max())
-        return float((unit * left).max().clip(0.0) / largest) if largest > 0 else 0.0
+        largest = np.abs(unit * [self._forces, pressed]).max(initial=0.0)
+        return float((unit * left).max(initial=0.0) / largest) if largest > 0 else 0.0
 
     def _yielded(self, contact: Contact) -> ndarray:
         """Free motions under loads and pressures, but for motions of the whole."""
