@@ -23,10 +23,12 @@ from skfem_dual import (
     Layer,
     LayeredHalfSpace,
     Paraboloid,
+    Plan,
     RigidPunch,
 )
 from skfem_dual.contact import motions
 from skfem_dual.contact.motions import Motions, moving
+from skfem_dual.grids.corners import parted, signed_areas
 from skfem_dual.grids.generate import disc, rectangle
 
 NU, SHEAR = 0.3, 5.0
@@ -408,3 +410,19 @@ def test_refused():
         punch.solve(1.0, torsion=np.nan)
     with pytest.raises(ValueError, match="expected a positive force with horizontal"):
         punch.solve(0.0, torsion=1.0)
+
+
+def test_contact_that_hangs_together_in_single_nodes():
+    """Strips one triangle wide along an edge: their mesh is none for cells as it is."""
+    plan = Plan.circle((0.0, 0.0), 1.0) + Plan.from_polygon([(2, 0), (3, 0), (3, 2), (2.5, 2)])
+    punch = RigidPunch(HalfSpace(1.0, 0.3), CellBasis(plan.mesh(n=100), ElementTriP0()))
+    at = 0.11189467226614545, -0.5696321453621682
+    found = punch.solve(1.0, at=at, horizontal=(0.1, 0.0))
+    assert found.success
+    region = found.contact_region.mesh
+    apart = parted(region)
+    assert apart.p.shape[1] > region.p.shape[1]
+    areas = np.abs(signed_areas(apart.p, apart.t))
+    assert areas == pytest.approx(np.abs(signed_areas(region.p, region.t)), rel=1e-12)
+    moved = punch.solve(1.0, at=(at[0], at[1] + 1e-6), horizontal=(0.1, 0.0))
+    assert found.shear.displacement == pytest.approx(moved.shear.displacement, rel=1e-3, abs=1e-4)

@@ -20,6 +20,7 @@ from skfem import CellBasis, ElementTriP0
 from ..elements.influence import flat_points
 from ..elements.slopes import Slopes
 from ..elements.tangential import Tractions
+from ..grids.corners import parted
 from ..grids.dual_mesh import DualMesh
 from ..grids.flips import flipped
 from ..grids.partition import Partition
@@ -285,7 +286,8 @@ def sliding(
 
 def filling(cells: Footprint, region: ContactRegion) -> Footprint:
     """Cells that fill a region of contact up to its edge, which is rigid there too."""
-    mesh, ground = region.mesh, cells.substrate
+    # strips of contact one cell wide may hang together in single nodes
+    mesh, ground = parted(region.mesh), cells.substrate
     basis = CellBasis(mesh, ElementTriP0())
     if mesh.nelements > DENSE:
         basis = DualMesh.from_mesh(flipped(mesh, False)[0]).basis()

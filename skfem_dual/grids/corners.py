@@ -6,8 +6,11 @@ from functools import partial
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from skfem import MeshTri
 
+from ..kernels.compiled import inputs
 from ..kernels.once import computed_once
 
 
@@ -166,6 +169,18 @@ def signed_areas(p: ndarray, t: ndarray) -> ndarray:
     first, second, third = (p.take(vertex, axis=1) for vertex in t)
     a, b = second - first, third - first
     return (a[0] * b[1] - a[1] * b[0]) / 2
+
+
+def parted(mesh: MeshTri) -> MeshTri:
+    """The mesh with a node for each part where parts touch in a single one; without tags."""
+    n, facets = mesh.nelements, np.nonzero(mesh.f2t[1] >= 0)[0]
+    ends, beside = mesh.facets[:, facets], mesh.f2t[:, facets]
+    # corners of triangles, at an end of a facet, that are next to each other
+    first, second = (n * np.argmax(mesh.t[:, None, k] == ends, axis=0) + k for k in beside)
+    pairs = coo_array((np.ones(first.size), (first.ravel(), second.ravel())), shape=(3 * n, 3 * n))
+    _, fan = connected_components(pairs, directed=False)
+    _, corner, t = np.unique(fan, return_index=True, return_inverse=True)
+    return MeshTri(*inputs(mesh.p[:, mesh.t.ravel()[corner]], t.reshape(3, n).astype(np.int32)))
 
 
 def quarters(p: ndarray, t: ndarray) -> tuple[ndarray, ndarray]:
