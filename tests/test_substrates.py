@@ -1,8 +1,11 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from skfem_dual import GradedHalfSpace, HalfSpace
+from skfem_dual import GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace
+from skfem_dual.errors import ConvergenceError
 
 
 def test_boussinesq():
@@ -32,6 +35,44 @@ def test_boussinesq():
 def test_bad_moduli(young, poisson, error, message):
     with pytest.raises(error, match=message):
         HalfSpace(young, poisson)
+
+
+def crust(z):
+    """Half as stiff again near the surface, over ground that stiffens with depth."""
+    return (1 + 0.45 * np.exp(-z / 0.2)) * (1 + z / 30)
+
+
+def test_a_crust_over_ground_that_goes_on_to_vary_is_seen():
+    """It changes the modulus by less than the depth does; its influence was 3 % off, as layers
+    with gradients tell."""
+    ground = GradedHalfSpace.init_profile(crust, 0.3)
+    edges = np.concatenate([np.linspace(0, 1, 41)[:-1], np.geomspace(1, 300, 41)])
+    layers = [
+        Layer(b - a, crust(a), 0.3, (crust(b) / crust(a) - 1) / (b - a))
+        for a, b in pairwise(edges)
+    ]
+    other = LayeredHalfSpace(layers, HalfSpace(crust(300.0), 0.3))
+    r = np.geomspace(1e-3, 1, 30)  # farther than that the layers end too soon
+    assert ground.influence(r) == pytest.approx(other.influence(r), rel=1e-3)
+    assert ground.error < 1e-8
+    closer = GradedHalfSpace.init_profile(crust, 0.3, length=0.05)
+    assert ground.influence(r) == pytest.approx(closer.influence(r), rel=1e-8)
+
+
+@pytest.mark.parametrize(("length", "error"), [(9.0, 5e-7), (20.0, 2e-5)])
+def test_errors_of_a_length_that_is_too_long_are_told(length, error):
+    exact = GradedHalfSpace.init_linear(1.0, 0.3, 1.0)
+    ground = GradedHalfSpace.init_profile(lambda z: 1 + z, 0.3, length)
+    r = np.geomspace(1e-2, 30, 60)
+    off = np.abs(ground.influence(r) / exact.influence(r) - 1).max()
+    assert error < off < 3 * ground.error
+    assert ground.error < 30 * off
+
+
+def test_a_length_that_is_far_too_long_is_refused():
+    ground = GradedHalfSpace.init_profile(crust, 0.3, length=70.0)
+    with pytest.raises(ConvergenceError, match=r"vary over 70 or more.* a shorter length="):
+        ground.influence(1.0)
 
 
 def test_table_of_ground_that_stiffens_fast():

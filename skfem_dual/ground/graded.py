@@ -1,18 +1,24 @@
 """Half-spaces whose moduli vary smoothly with depth."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy import ndarray
 
 from ..arguments import called, checked_number, checked_size, checked_text
+from ..errors import ConvergenceError
 from ..kernels.once import computed_once
 from ..messages import shown
 from .strata import Strata, Stratum
 from .stratified import Stratified
 from .substrates import HalfSpace, checked_moduli
+from .symbols import off_tail
+
+#: lengths that are tried, each a quarter of that before, and what waves that are shorter may have
+#: beside the tail of a symbol
+SHORTER, NEGLIGIBLE = 16, 1e-7
 
 
 @dataclass(frozen=True, repr=False)
@@ -170,7 +176,17 @@ class GradedHalfSpace(Stratified):
             If a profile is no function that returns a number for each depth, or out of range.
         """
         _require_profile(young, poisson)
-        return cls(young, poisson, _length(young, poisson) if length is None else length)
+        if length is not None:
+            return cls(young, poisson, length)
+        longest = cls(young, poisson, _length(young, poisson))
+        for power in range(SHORTER):  # short waves see what varies by little near the surface
+            found = replace(longest, length=longest.length / 4**power)
+            try:
+                if off_tail(found._rest, found.length) <= NEGLIGIBLE:
+                    return found
+            except ConvergenceError:  # of steps, which is told where the ground is used
+                break
+        return longest
 
     def __repr__(self) -> str:
         return f"GradedHalfSpace({self.description})"

@@ -5,12 +5,16 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..arguments import checked_array
+from ..errors import ConvergenceError
 from ..kernels.once import computed_once
 from .hankel import RadialTable
 from .shear import ShearTable
 from .strata import Strata
 from .substrates import HalfSpace
-from .symbols import Symbol, wave_numbers
+from .symbols import Symbol, greater, wave_numbers
+
+#: an influence function that is off by more is none
+OFF = 1e-4
 
 
 def checked_waves(k: ArrayLike) -> ndarray:
@@ -60,15 +64,44 @@ class Stratified:
 
     @computed_once
     def remainder(self) -> RadialTable:
-        """The influence function less c / r, times the surface modulus E0, and its primitive."""
-        return RadialTable.from_symbol(self.rest_of_symbol, self.lengths)
+        """The influence function less c / r, times the surface modulus E0, and its primitive.
 
-    @computed_once
+        Raises
+        ------
+        ConvergenceError
+            If the moduli vary over less than the least length.
+        """
+        symbol, off = self._symbol
+        if not off <= OFF:
+            raise ConvergenceError(
+                f"expected moduli that vary over {self.lengths[0]:.3g} or more, got some that "
+                f"vary over less, by which the influence function is off by {off:.1e}. Remedy: a "
+                "shorter length="
+            )
+        return RadialTable.from_symbol(symbol, self.lengths)
+
+    @property
     def rest_of_symbol(self) -> Symbol:
         """``k E0`` times the symbol of the influence function, less that of c / r."""
-        c0 = 2 * (1 - self.surface.poisson**2)
-        values = self.compliance(wave_numbers(self.lengths))[2] - c0
-        return Symbol.from_values(values, self.lengths, self.algebraic)
+        return self._symbol[0]
+
+    @computed_once
+    def _symbol(self) -> tuple[Symbol, float]:
+        """That, and by how much the influence function is off as greater wave numbers, by moduli
+        that vary over less than the least length, have more than its tail."""
+        k, beyond = wave_numbers(self.lengths), greater(self.lengths[0])
+        values = self._rest(np.append(k, beyond))  # together in the time of one
+        symbol = Symbol.from_values(values[: len(k)], self.lengths, self.algebraic)
+        off = np.abs(values[len(k) :] - symbol.tail.symbol(beyond)).max()
+        return symbol, float(off) / self._of_surface
+
+    def _rest(self, k: ndarray) -> ndarray:
+        return self.compliance(k)[2] - self._of_surface
+
+    @property
+    def _of_surface(self) -> float:
+        """``k E0`` times the symbol of c / r."""
+        return 2 * (1 - self.surface.poisson**2)
 
     @computed_once
     def shear(self) -> ShearTable:
@@ -93,7 +126,8 @@ class Stratified:
     @property
     def error(self) -> float:
         """Estimated error of the influence function, relative to that of the surface moduli."""
-        return self.remainder.error / (self.singular_coefficient * self.surface.young)
+        of_table = self.remainder.error / (self.singular_coefficient * self.surface.young)
+        return max(of_table, self._symbol[1])
 
     @property
     def farthest(self) -> float:

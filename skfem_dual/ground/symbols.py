@@ -8,6 +8,7 @@ the closed transforms; C. W. Clenshaw, A note on the summation of Chebyshev seri
 Aids Comput. 9 (1955).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
@@ -15,12 +16,15 @@ import numpy as np
 from numpy import ndarray
 from scipy.special import erfc, gamma, j0, kv
 
-#: Chebyshev nodes of the symbol in an octave of k
-NODES = 20
+#: Chebyshev nodes of the symbol in an octave of k, and powers of 1/k in its tail
+NODES, TERMS = 20, 6
 #: distances reach from the first to the last of these times the least and the greatest length
 NEAREST, FARTHEST = 1e-8, 1e6
 #: wave numbers up to this over r count; beyond, the smooth symbol is cut off smoothly
 CUTOFF = 150.0
+#: octaves of wave numbers end at so many over the least length; beyond, powers of 1/k are left,
+#: fitted from a tenth of them on
+GREATEST = 200.0
 #: rule on [-1, 1]
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -48,7 +52,7 @@ class Tail:
         plain = cls(3 / least, np.ones(terms), first)
         if not terms:
             return plain
-        great = k > 10 / least
+        great = k > GREATEST / 10 / least
         scale = k[great]
         matrix = np.stack([t[great] * scale for t in plain.terms(k)], axis=1)
         norm = np.abs(matrix).max(axis=0)
@@ -163,7 +167,7 @@ class Symbol:
         """
         edges, x, k = _octaves_of(lengths)
         f = f.reshape(k.shape)
-        tail = Tail.from_values(k, f, lengths[0], 6 if algebraic else 0, first)
+        tail = Tail.from_values(k, f, lengths[0], TERMS if algebraic else 0, first)
         return cls(tail, Waves.from_values(edges, x, f - tail.symbol(k)))
 
     def __call__(self, k: ndarray) -> ndarray:
@@ -173,12 +177,26 @@ class Symbol:
 
 def _octaves_of(lengths: tuple[float, float]) -> tuple[ndarray, ndarray, ndarray]:
     least, greatest = lengths
-    return octaves(1e-3 / (FARTHEST * greatest), 100 / least)
+    return octaves(1e-3 / (FARTHEST * greatest), GREATEST / least)
 
 
 def wave_numbers(lengths: tuple[float, float]) -> ndarray:
     """Where the symbol of a ground with these lengths must be known, shape (n,)."""
     return _octaves_of(lengths)[2].ravel()
+
+
+def greater(least: float) -> ndarray:
+    """Some wave numbers beyond all octaves, ascending: where the symbol is not its tail, moduli
+    vary over less than the least length."""
+    return GREATEST / least * np.logspace(0.3, 6, 12)
+
+
+def off_tail(rest: Callable[[ndarray], ndarray], least: float) -> float:
+    """How far a symbol F is from its tail at `greater` wave numbers, if it has no octaves yet."""
+    k, beyond = octaves(GREATEST / 10 / least, GREATEST / least)[2].ravel(), greater(least)
+    f = rest(np.append(k, beyond))
+    tail = Tail.from_values(k, f[: len(k)], least, TERMS)
+    return float(np.abs(f[len(k) :] - tail.symbol(beyond)).max())
 
 
 def octaves(low: float, high: float) -> tuple[ndarray, ndarray, ndarray]:
