@@ -168,7 +168,8 @@ class GradedHalfSpace(Stratified):
         young, poisson : callable, float or callable
             As of the class.
         length : float, optional
-            Depth over which they vary by a sizeable part; found by default.
+            Depth over which they vary by a sizeable part; found by default. What one that is too
+            long leaves out, `error` tells; above 1e-4 the ground is refused where it is used.
 
         Raises
         ------

@@ -76,7 +76,7 @@ def require_memory(cells: int, rtol: float, layered: bool) -> None:
     """
     needed = whole(cells, rtol, layered) - BEFORE * cells
     refuse_beyond_memory(
-        needed, f"until their answer with rtol={rtol:g} {cells} cells take", FEWER, cells
+        needed, f"{cells} cells take, until their answer with rtol={rtol:g},", FEWER, cells
     )
 
 
