@@ -196,7 +196,8 @@ class ShearSolution(ReadOnly):
         Rotation about the vertical, positive from x towards y.
     traction : (2, n) array of float
         Mean shear tractions on the ground in each cell, along x and y; none where the base has
-        lifted off.
+        lifted off. Times the areas they sum up to the forces; the torsion has part of its arms
+        inside the cells.
     stiffness : (3, 3) array of float
         Maps ``(Ux, Uy, twist)`` to ``(Hx, Hy, T)``.
     origin : (2,) array of float
