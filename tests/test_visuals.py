@@ -1,6 +1,7 @@
 import os
 import sys
 import time
+import warnings
 from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -44,9 +45,11 @@ from skfem_dual import (
 from skfem_dual.bodies.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid, Sphere
+from skfem_dual.errors import ResolutionWarning
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import disc as fine_disc
 from skfem_dual.grids.generate import rectangle
+from skfem_dual.grids.outline import distance_to_segments
 from skfem_dual.visuals import matplotlib as with_matplotlib
 from skfem_dual.visuals import offscreen
 from skfem_dual.visuals import pyvista as with_pyvista
@@ -632,6 +635,23 @@ def test_ticks_of_both_axes_have_one_step():
     assert small[1] == pytest.approx(5412345.2 + 0.2 * np.arange(6), abs=1e-8)
 
 
+@pytest.mark.parametrize(
+    "cells", [[(4, 6), (5, 5), (5, 6), (6, 6), (6, 7)], [(4, 5), (5, 4), (5, 5), (5, 6)]]
+)
+def test_lines_around_islands_stay_near_them(cells):
+    """Splines through as many knots as points left the plan."""
+    grid = MeshQuad.init_tensor(np.linspace(0, 20, 21), np.linspace(0, 20, 21))
+    middle = grid.p[:, grid.t].mean(axis=1).astype(int)
+    gap = np.where([tuple(c) in cells for c in middle.T.tolist()], 0.0, 5.0)
+    punch = RigidPunch(HalfSpace(2.0, 0.3), CellBasis(grid, ElementQuad0()), gap=gap)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResolutionWarning)
+        edge = punch.solve(settlement=0.1, tilt=(0, 0)).contact_region.edge
+    for line in edge:
+        far = distance_to_segments(smooth_line(line), line[:, :-1], line[:, 1:])
+        assert far.max() < 0.3
+
+
 def test_long_numbers_have_room():
     """pyvista leaves out texts that would leave the window."""
     mesh = rectangle(1.0, 1.2, n=30)
@@ -668,7 +688,7 @@ def test_the_edge_of_contact_is_drawn_as_near_as_it_is_found():
     )
     (line,) = solution.contact_region.edge
     found, drawn = (np.abs(np.hypot(*x) - a).max() for x in (line, smooth_line(line)))
-    assert drawn < 1.2 * found
+    assert drawn < 1.5 * found
 
 
 def test_the_outline_has_no_gaps():

@@ -80,8 +80,13 @@ def _put_products(own, gram):
 @compiled
 def _factorise(matrix, value):
     """Cholesky's factor in place, and the solution with it in ``value``."""
-    n = value.shape[0]
+    n, degree, largest = value.shape[0], 0, 0.0
     for i in range(n):
+        if i == degree * (degree + 1) // 2:  # the first monomial of a degree
+            degree += 1
+            largest = 0.0
+            for j in range(i, min(i + degree, n)):
+                largest = max(largest, matrix[j, j])
         for j in range(i):
             total = matrix[i, j]
             for k in range(j):
@@ -91,8 +96,9 @@ def _factorise(matrix, value):
         for k in range(i):
             rest -= matrix[i, k] * matrix[i, k]
             value[i] -= matrix[i, k] * value[k]
-        # the inverse of the diagonal, zero where the monomial is left out
-        matrix[i, i] = 1 / np.sqrt(rest) if rest > NIL * matrix[i, i] else 0.0
+        # the inverse of the diagonal, zero where the monomial is left out: also one that is small
+        # beside others of its degree, as across a thin cell, whose coefficient has no bounds
+        matrix[i, i] = 1 / np.sqrt(rest) if rest > NIL * largest else 0.0
         value[i] *= matrix[i, i]
 
 
