@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from marks import slow
 from plans import disc, perturbed, polar, rectangle
 from scipy.integrate import dblquad
+from scipy.spatial import Delaunay
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, RigidPunch
@@ -16,6 +17,7 @@ from skfem_dual.elements.edge_weights import EdgeWeights, _mean_share, mean_weig
 from skfem_dual.elements.moments import load_moments, pressure_moments
 from skfem_dual.elements.pieces import Pieces
 from skfem_dual.grids import generate
+from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import distance_to_segments, edge_ribs
 from skfem_dual.grids.partition import Partition
@@ -312,3 +314,44 @@ def test_points_far_away_change_nothing_at_others():
     beside = [[edge + 1e-6], [0.0]]
     assert solution.pressure_at(beside) == [0.0]
     assert solution.pressure_at(np.hstack([beside, [[1e12], [0.0]]])).tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("height", [2e-3, 5e-4])
+def test_a_thin_cell_on_the_edge_changes_little(height):
+    """Of a square, in any units and at any angle: along the axes settlements were rounding."""
+    at = np.linspace(0, 1, 6)
+    x, y = np.meshgrid(at, at[1:])
+    p = np.hstack([[[0, 1, 0.43], [0, 0, height]], np.stack([x.ravel(), y.ravel()])])
+    t = Delaunay(p.T).simplices.T
+    t = t[:, np.abs(signed_areas(p, t)) > 1e-12]
+
+    def settlement(scale, angle):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        basis = CellBasis(MeshTri(scale * turn @ p, np.ascontiguousarray(t)), ElementTriP0())
+        middle = scale * turn @ [0.5, 0.5]
+        found = RigidPunch(HalfSpace(1.0, 0.0), basis, origin=tuple(middle)).solve(1.0)
+        assert found.success
+        return scale * found.settlement
+
+    for scale, angle in ((1.0, 0.0), (2.0, 0.0), (1000.0, 0.0), (1.0, 0.5)):
+        assert settlement(scale, angle) == pytest.approx(0.8678, rel=2e-4)
+
+
+def test_sides_across_the_plan_are_no_edge():
+    """Of a strip one triangle wide, whose nodes all lie on the edge."""
+    mesh = MeshTri.init_tensor(np.linspace(0, 10, 41), np.array([0.0, 1.0]))
+    punch = RigidPunch(HalfSpace(1.0, 0.0), CellBasis(mesh, ElementTriP0()), origin=(5, 0.5))
+    found = punch.solve(1.0)
+    side = np.nonzero(mesh.f2t[1] >= 0)[0]
+    middles = mesh.p[:, mesh.facets[:, side]].mean(axis=1)
+    assert (found.pressure_at(middles) < 2 * found.mean_pressure).all()
+
+
+def test_an_annulus_a_few_triangles_wide():
+    """On triangles with two nodes on the edge it settled by 9e-3 too much."""
+    dual = DualMesh.from_mesh(generate.annulus(0.97, 1.0, n=600))
+    by_cells, by_triangles = (
+        RigidPunch(HalfSpace(1.0, 0.0), basis).solve(1.0).settlement
+        for basis in (dual.basis(), dual.primal_basis())
+    )
+    assert by_triangles == pytest.approx(by_cells, rel=5e-4)

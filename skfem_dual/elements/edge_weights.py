@@ -114,23 +114,22 @@ class EdgeWeights(ReadOnly):
         return cls(partition, fan, ribs, law=law, corners=corners).with_fan(fan)
 
     def with_fan(self, fan: Fan) -> Self:
-        """On other triangles that fill the cells, halved next to corners."""
-        if self.corners is None or len(self.corners.node) == 0:
+        """On other triangles that fill the cells, halved next to corners, and where a side leads
+        across the plan from edge to edge."""
+        if self.corners is None:
             return replace(self, fan=fan)
         corners, phi = self.corners.x, np.empty(0)
 
         def bent(p: ndarray, t: ndarray) -> ndarray:
-            """Keys of the sides of triangles next to corners along which phi is far from
-            linear."""
+            """Keys of such sides of triangles along which phi is far from linear."""
             nonlocal phi
-            beside = np.zeros(t.shape[1], dtype=bool)
+            phi = np.append(phi, self.phi_at(p[:, len(phi) :]))
+            beside, n = np.zeros(t.shape[1], dtype=bool), p.shape[1]
             _next_to(*inputs(p, t, corners), beside)
-            n = p.shape[1]
+            beside |= (phi[t] == 0).sum(axis=0) >= 2
             keys = np.unique(side_keys(t[:, beside], n))
             a, b = np.divmod(keys, n)
-            new = p[:, len(phi) :]
-            found = self.phi_at(np.hstack([new, (p.take(a, axis=1) + p.take(b, axis=1)) / 2]))
-            phi, middle = np.append(phi, found[: new.shape[1]]), found[new.shape[1] :]
+            middle = self.phi_at((p.take(a, axis=1) + p.take(b, axis=1)) / 2)
             return keys[np.abs(2 * middle - phi[a] - phi[b]) > 2 * BENT * middle]
 
         out = replace(self, fan=fan.halved(bent, HALVES))
