@@ -9,6 +9,7 @@ from skfem_dual import (
     ContactRegion,
     DualMesh,
     HalfSpace,
+    MeasuredProfile,
     Paraboloid,
     PeriodicGround,
     RigidPunch,
@@ -426,3 +427,21 @@ def test_where_a_period_is_cut_does_not_matter():
     assert greatest == pytest.approx([greatest[0]] * 3, rel=1e-9)
     basis, values = nodal[0]
     assert field_resultant(basis, values)[0] == pytest.approx(0.02, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+def test_no_contact_without_a_cell_in_contact(seed):
+    """Of a rough surface, where planes led above zero on an edge of the plan."""
+    n, rng = 32, np.random.default_rng(seed)
+    k = np.hypot(np.fft.fftfreq(n, 1 / n)[:, None], np.fft.rfftfreq(n, 1 / n))
+    size = np.where((k >= 2) & (k <= 6), np.maximum(k, 1) ** -1.8, 0.0)
+    heights = np.fft.irfft2(size * np.exp(2j * np.pi * rng.random(k.shape)), (n, n))
+    mesh = MeshQuad.init_tensor(*[np.linspace(0, 1, n + 1)] * 2)
+    gap = MeasuredProfile.from_heights(0.01 * heights / heights.std(), 1 / n)
+    punch = RigidPunch(HalfSpace(2.0, 0.3), CellBasis(mesh, ElementQuad0()), gap=gap)
+    found = punch.solve(0.01, tilt=(0, 0))
+    x = punch.collocation_points[:, found.pressure > 0]
+    drawn = found.contact_region
+    middles = drawn.p[:, drawn.t[:, drawn.areas > 0]].mean(axis=1)
+    far = np.abs(middles[:, :, None] - x[:, None]).max(axis=0).min(axis=1)
+    assert far.max() < 1.6 / n

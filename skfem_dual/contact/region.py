@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
+from scipy.sparse import csr_matrix
 from skfem import Mesh, MeshTri
 
 from ..elements.edge_weights import EdgeWeights
@@ -432,6 +433,15 @@ class PlanTriangles(ReadOnly):
         t = np.moveaxis(self.t + points * np.arange(k)[:, None, None], 0, 1).reshape(3, -1)
         return ContactRegion(np.tile(self.p, k), t, level.ravel()).segments(k)
 
+    @computed_once
+    def _cells_at(self) -> csr_matrix:
+        """The cell of each point, or those that meet there, (N, n) of bool."""
+        rows, columns = np.arange(len(self.cell)), self.cell
+        if not self.own.all():
+            rows, columns = self.t.ravel(), np.tile(self._of_triangles, 3)
+        shape = len(self.cell), len(self.partition)
+        return csr_matrix((np.ones(len(rows), bool), (rows, columns)), shape)
+
     def _levels(self, pressure: ndarray, opening: ndarray) -> ndarray:
         """``level`` of the regions, (k, N), from pressures and openings over the law of the plan's
         edge."""
@@ -445,6 +455,15 @@ class PlanTriangles(ReadOnly):
         for number in np.unique(pairs[pairs > 0]):
             some = np.nonzero(pairs == number)[0]
             level[some] = self._drawn(sides, unlike[some], level[some], square[some], gaps[some])
+        # planes may lead above zero where no cell is in contact, nor one across a side
+        picture, side = np.nonzero(unlike)
+        inside[picture, sides[:, side]] = True
+        of, point = np.nonzero((level > 0) & ~inside[:, self.cell])
+        if len(point):
+            around = self._cells_at[point]
+            met = inside[np.repeat(of, np.diff(around.indptr)), around.indices]
+            out = ~np.logical_or.reduceat(met, around.indptr[:-1])
+            level[of[out], point[out]] *= -1
         return level
 
     def _drawn(
