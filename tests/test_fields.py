@@ -290,3 +290,17 @@ def test_rough_contact_has_no_peaks_of_its_own(seed):
         field, p = s.pressure_field(refine=2)
         assert p.max() < 2 * s.pressure.max()
         assert field_resultant(field, p) == pytest.approx(s.resultant, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "quadrilaterals"])
+def test_fields_between_long_and_thin_cells_have_no_holes(kind):
+    """At a node far from all middles, in the root of the areas, the field was zero."""
+    at = np.append(0.0, np.geomspace(3e-3, 1, 8)) / 2
+    at = np.append(at, 1 - at[-2::-1])
+    mesh = (MeshTri if kind == "triangles" else MeshQuad).init_tensor(at, at)
+    element = ElementTriP0() if kind == "triangles" else ElementQuad0()
+    punch = RigidPunch(HalfSpace(1.0, 0.0), CellBasis(mesh, element), origin=(0.5, 0.5))
+    basis, values = punch.solve(1.0).pressure_field()
+    x, y = basis.doflocs
+    edge = values[(x < 1e-12) & (y > 0.05) & (y < 0.95)]
+    assert edge.min() > 0.7 * np.median(edge)

@@ -341,7 +341,11 @@ def _fitted(
     length = np.sqrt(areas[cell])
     size = (np.bincount(node, length, n) / np.bincount(node, minlength=n))[node]
     x, y = arm / size
-    weight = np.exp(-(x**2 + y**2) / WIDTH) * trust[cell]
+    square, nearest = x**2 + y**2, np.full(n, np.inf)
+    pressed = trust[cell] > 0
+    np.minimum.at(nearest, node[pressed], square[pressed])
+    # over that of the nearest: between long and thin cells all are far in the root of their area
+    weight = np.exp((nearest[node] - square).clip(max=0.0) / WIDTH) * trust[cell]
     # means over the cells
     xx, xy, yy = np.array([x * x, x * y, y * y]) + spread[:, cell] / size**2
     terms = [np.ones(len(node)), x, y, xx, xy, yy]
