@@ -226,8 +226,11 @@ def test_none():
         ]
     ).solve([{"force": 1.0}] * 2)
     joined = RigidPunches(pair.punches.punches, joined=[(0, 1)]).solve([{"force": 1.0}])
-    with pytest.raises(ValueError, match="rigid and move alone, for bounds, got joined ones"):
+    with pytest.raises(ValueError, match="flat and move alone, for bounds, got shaped or joined"):
         joined[0].bounds  # noqa: B018
+    framed = RigidPunches(pair.punches.punches[:1], stiffness=np.eye(3)).solve([{"force": 1.0}])
+    with pytest.raises(ValueError, match="or joined ones, a frame"):
+        framed[0].bounds  # noqa: B018
     gap = np.zeros(len(mesh.p[0]))
     with pytest.raises(ValueError, match="gaps of one grid's cells"):
         solve(mesh, gap=gap).bounds  # noqa: B018

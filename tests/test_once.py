@@ -15,7 +15,7 @@ from skfem import CellBasis, ElementTriP1, FacetBasis, MeshTri
 from skfem.generic_utils import OrientedBoundary
 
 import skfem_dual
-from skfem_dual.kernels.once import ReadOnly, _locks, computed_once, remember
+from skfem_dual.kernels.once import ReadOnly, _locks, computed_in, computed_once, remember
 
 
 @dataclass(frozen=True)
@@ -132,6 +132,49 @@ def test_an_error_is_nothing_computed():
         with pytest.raises(ValueError, match="not yet"):
             failing.value  # noqa: B018
     assert failing.value == failing.value == 3
+    assert not _locks
+
+
+def test_after_an_error_one_of_those_that_wait_tries_again():
+    """Who comes in between waits, too."""
+    inside, most, calls = [], [], []
+
+    class Failing:
+        @computed_once
+        def value(self):
+            inside.append(1)
+            calls.append(1)
+            most.append(len(inside))
+            time.sleep(0.02)
+            inside.pop()
+            if len(calls) == 1:
+                raise ValueError("not yet")
+            return len(calls)
+
+    failing = Failing()
+
+    def ask(i):
+        time.sleep(0.005 * i)
+        try:
+            return failing.value
+        except ValueError:
+            return failing.value
+
+    assert at_once(9, ask) == [2] * 9
+    assert max(most) == 1
+    assert not _locks
+
+
+def test_dictionaries_that_threads_share():
+    known, calls = {}, []
+
+    def compute():
+        calls.append(1)
+        time.sleep(0.01)
+        return object()
+
+    assert len(set(at_once(4, lambda _: computed_in(known, "a", compute)))) == len(calls) == 1
+    assert list(known) == ["a"]
     assert not _locks
 
 

@@ -21,6 +21,7 @@ from ..grids.planar import covered_twice, directed_sides
 from ..grids.polygons import some
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate, checked_substrate
+from ..kernels.once import computed_in
 from .punch import RigidPunch
 
 #: sizes of cells over the distance of a neighbour's centre from which on its tilt is off by a
@@ -100,10 +101,10 @@ def over_edges(
     """
     over = [p.over_edge(pressure[own]) for p, own in zip(group.punches, cells, strict=True)]
     which = tuple(punch is not None for punch in over)
-    if any(which) and which not in known:
-        punches = [sharp or punch for sharp, punch in zip(over, group.punches, strict=True)]
-        known[which] = replace(group, punches=punches)
-    return known.get(which)
+    if not any(which):
+        return None
+    punches = [sharp or punch for sharp, punch in zip(over, group.punches, strict=True)]
+    return computed_in(known, which, lambda: replace(group, punches=punches))
 
 
 def require_one_ground(punches: Sequence[Any], names: Sequence[str]) -> None:

@@ -1,18 +1,19 @@
 """Attributes that are computed on first use, by one thread."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, MutableMapping
 from copy import copy
 from dataclasses import fields
 from functools import cached_property
-from threading import RLock
+from threading import Lock, RLock
 from typing import Any, Self, TypeVar, cast, overload
 
 from numpy import ndarray
 
 _T = TypeVar("_T")
-#: of what is being computed, by objects and names
-_locks: dict[tuple[int, str], Any] = {}
+#: of what is being computed, by dictionaries and keys: locks and how many threads want them
+_locks: dict[tuple[int, Any], list[Any]] = {}
+_counting = Lock()
 
 
 class computed_once(cached_property[_T]):
@@ -108,16 +109,24 @@ def remember(instance: object, name: str, value: Any) -> None:
 
 
 def _first(instance: object, name: str, compute: Callable[[Any], Any]) -> Any:
-    """What is known under a name, or else computed by one thread while others wait."""
-    key, known = (id(instance), name), instance.__dict__
-    with _locks.setdefault(key, RLock()):
-        try:
+    return computed_in(instance.__dict__, name, lambda: _shared(compute(instance)))
+
+
+def computed_in(known: MutableMapping[Any, Any], key: Any, compute: Callable[[], _T]) -> _T:
+    """What is known under a key, or else computed by one thread while others wait."""
+    own = id(known), key
+    with _counting:
+        lock = _locks.setdefault(own, [RLock(), 0])
+        lock[1] += 1
+    try:
+        with lock[0]:
             # only now is it certain that no other thread has computed it
-            if name in known:
-                return known[name]
-            return known.setdefault(name, _shared(compute(instance)))
-        finally:
-            _locks.pop(key, None)  # who waits has it, who comes later finds the value
+            return known[key] if key in known else known.setdefault(key, compute())
+    finally:
+        with _counting:
+            lock[1] -= 1
+            if not lock[1]:
+                _locks.pop(own, None)
 
 
 def _shared(value: Any) -> Any:
@@ -134,6 +143,8 @@ def _shared(value: Any) -> Any:
 
 def _forget() -> None:
     """A forked process has none of the threads that held locks."""
+    global _counting
+    _counting = Lock()
     _locks.clear()
 
 

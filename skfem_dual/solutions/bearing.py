@@ -18,7 +18,7 @@ from ..contact.footprint import Footprint
 from ..grids.outline import distance_to_segments, edge_ribs, inside_loops
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..kernels.once import ReadOnly
+from ..kernels.once import ReadOnly, computed_in
 from .pressures import CellPressures, checked_solution
 
 #: radius of the circles, over that of the largest circle that fits into the plan
@@ -59,9 +59,7 @@ class Circles(ReadOnly):
         """Circles a fifth as wide as the largest one in the plan, kept as long as the cells.
 
         They turn with the plan, and hardly depend on the cells."""
-        if footprint not in _known:
-            _known[footprint] = cls._of(footprint)
-        return _known[footprint]
+        return computed_in(_known, footprint, lambda: cls._of(footprint))
 
     @classmethod
     def _of(cls, footprint: Footprint) -> "Circles":

@@ -10,7 +10,7 @@ from skfem import MeshQuad1
 
 from ..arguments import Pair
 from ..contact.by_work import Member
-from ..contact.load import Load
+from ..contact.load import Load, Share
 from ..elements.resolution import margin
 from ..errors import ConvergenceError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
@@ -18,7 +18,7 @@ from ..grids.dual_mesh import DualMesh
 from ..grids.evening import evening
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
-from ..kernels.once import ReadOnly
+from ..kernels.once import ReadOnly, computed_in
 from ..messages import shown
 from ..operators.symmetry import Symmetry
 
@@ -202,11 +202,12 @@ def why_none(solution: Any) -> str:
     if isinstance(solution.footprint.substrate, PeriodicGround):
         return "expected ground without a period, for bounds: it takes one regular grid"
     group = _group(solution)
-    if solution.others and (group is None or group.joined or group.stiffness is not None):
+    alone = group is not None and not group.joined and group.stiffness is None
+    if isinstance(solution.load, Share) or (solution.others and not alone):
         return (
-            "expected neighbours that are rigid and move alone, for bounds, got joined ones, a "
-            "frame or a structure that bends. Remedy: solve the group on dual.basis() and on "
-            "dual.primal_basis(), and compare"
+            "expected neighbours that are rigid, flat and move alone, for bounds, got shaped or "
+            "joined ones, a frame or a structure that bends. Remedy: solve the group on "
+            "dual.basis() and on dual.primal_basis(), and compare"
         )
     for punch in group.punches if solution.others else [solution.punch]:
         if isinstance(punch.gap, (np.ndarray, list)):
@@ -262,13 +263,13 @@ def _on_other_grid(solution: Any, grid: str, collocation: str) -> Any:
 
 def _of_group(answer: Any, grid: str, collocation: str) -> Any:
     """The solutions of all punches of a group, computed once."""
-    known = answer.elsewhere
-    if (grid, collocation) not in known:
+
+    def solved() -> Any:
         punches = [_on(punch, grid, collocation) for punch in answer.group.punches]
         unilateral = bool((answer.contact.pressure >= 0).all())
-        group = replace(answer.group, punches=punches)
-        known[grid, collocation] = group.solve(answer.loads, unilateral=unilateral)
-    return known[grid, collocation]
+        return replace(answer.group, punches=punches).solve(answer.loads, unilateral=unilateral)
+
+    return computed_in(answer.elsewhere, (grid, collocation), solved)
 
 
 def _on(punch: Any, grid: str, collocation: str) -> Any:

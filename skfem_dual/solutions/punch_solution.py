@@ -184,8 +184,9 @@ class PunchSolution(CellPressures):
         Raises
         ------
         ValueError
-            If the punch has neighbours that do not move alone, or quadrilateral cells, its shape
-            is that of one grid's cells only, or the equations do not hold.
+            If the punch has neighbours that are not flat or do not move alone, stands under a
+            frame or on quadrilateral cells, its shape is that of one grid's cells only, or the
+            equations do not hold.
         MeshError
             If the triangles have no valid dual grid.
         ConvergenceError
@@ -219,7 +220,7 @@ class PunchSolution(CellPressures):
 
     @property
     def condition_number(self) -> float:
-        """Condition number of the matrix in the 2-norm; computed when asked for."""
+        """Condition number of the punch's own matrix in the 2-norm; computed when asked for."""
         return self.punch.condition_number
 
     def displacement(self, x: ArrayLike) -> ndarray:
@@ -276,7 +277,9 @@ class PunchSolution(CellPressures):
             rows["Bounds"] = f"{name} {line}"
         elif not why_none(self):
             rows["Bounds"] = "see solution.bounds"
-        system = self.punch.__dict__.get("system")  # not that of a group
+        if self.others:  # the matrix is that of all
+            return rows
+        system = self.punch.__dict__.get("system")
         if "condition_number" in getattr(system, "__dict__", {}):
             rows["Condition number"] = f"{self.condition_number:.4g}"
         elif len(self.pressure) <= DENSE:
